@@ -1,0 +1,29 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "pipeline/core/grid.h"
+
+namespace beatlas {
+
+/// ECG-gated images of one stack of parallel slices (or of one view: one slice).
+/// Phases are uniform in the R-R interval: phase p stands for time p / N of it. Slice index k
+/// grows along +k of the grid; the grid is in patient LPS [mm], any handedness.
+struct Cine {
+  ImageCycle<float> images;
+  double rr_interval_s = 0;           ///< mean over slices, > 0
+  std::vector<double> frame_times_s;  ///< the source's frame times, one per phase, as recorded
+
+  [[nodiscard]] const Grid& grid() const { return images.grid; }
+  [[nodiscard]] int phase_count() const { return images.phase_count(); }
+};
+
+/// What an examination gave: the stack to build from and the views beside it.
+struct Exam {
+  Cine stack;
+  std::vector<Cine> views;             ///< long-axis and other cine views; may be empty
+  std::vector<std::string> decisions;  ///< what was chosen, left and why; one sentence each
+  std::string source_format;           ///< "dicom" or "nifti"
+};
+
+}  // namespace beatlas

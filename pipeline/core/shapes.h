@@ -1,0 +1,60 @@
+#pragma once
+/// The values that pass between segment, register, field, mesh and pack.
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "pipeline/core/grid.h"
+#include "runtime/atlas/structures.h"
+
+namespace beatlas {
+
+/// Label (see atlas Label) of every voxel of every phase, on the source's grid.
+using LabelCycle = ImageCycle<std::uint8_t>;
+
+/// The fraction 0..1 of every voxel that lies in a structure, on a part of the source's grid
+/// that holds the heart with a margin; outside that part the coverage is 0.
+struct CoverageCycle {
+  Grid grid;              ///< a part of the source's grid
+  Index3 first{0, 0, 0};  ///< its first voxel in the source's grid
+  std::map<Structure, std::vector<std::vector<float>>> phases;  ///< [structure][phase][voxel]
+};
+
+/// What segmentation gives.
+struct Segmentation {
+  LabelCycle labels;
+  CoverageCycle coverage;
+  int end_diastole = 0;  ///< phase of the largest LV (or heart) volume
+  int end_systole = 0;   ///< phase of the smallest
+  std::vector<std::string> warnings;
+};
+
+/// A structure in the workspace on an isotropic lattice, as a level function: negative inside,
+/// zero on the surface, close to linear across it, not yet a distance. Grid frame: workspace [mm].
+struct ShapeCycle {
+  Structure structure{};
+  ImageCycle<float> level;
+};
+
+/// Signed distance [mm], negative inside, clamped to [-inner_mm, outer_mm], on an isotropic
+/// lattice of the workspace [mm] that holds the structure in every phase with a margin.
+struct FieldCycle {
+  Structure structure{};
+  ImageCycle<float> distance_mm;
+  double voxel_mm = 0;
+  double inner_mm = 0;
+  double outer_mm = 0;
+  std::vector<double> volume_ml;  ///< enclosed volume of each phase
+};
+
+/// One closed surface a phase, one connectivity; workspace [mm]; triangles counter-clockwise
+/// seen from outside.
+struct SurfaceCycle {
+  Structure structure{};
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::vector<Vec3f>> positions;  ///< [phase][vertex]
+};
+
+}  // namespace beatlas

@@ -1,0 +1,35 @@
+#pragma once
+/// Patient -> workspace: where the heart lies in paper A's absolute workspace, and its shape there
+/// on an isotropic lattice. Rigid: sizes are never changed.
+
+#include <vector>
+
+#include "pipeline/core/exam.h"
+#include "pipeline/core/shapes.h"
+#include "pipeline/core/stage_context.h"
+
+namespace beatlas::reg {
+
+struct RegisterOptions {
+  double shape_mm = 1.0;    ///< [mm] 0.3..3: edge of the isotropic lattice of the shapes
+  double margin_mm = 12.0;  ///< [mm] 4..40: room around each structure
+};
+
+/// Axes along row, column and row x column of the source. A source of exactly paper A's matrix
+/// and spacing maps voxel to voxel; any other has the time-mean centroid of the heart at the
+/// workspace's centre.
+[[nodiscard]] Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage);
+
+/// One shape per structure of the coverage.
+[[nodiscard]] std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
+                                                          const Affine& workspace_from_lps,
+                                                          const RegisterOptions& options,
+                                                          StageContext& context);
+
+/// The cine (linear) and labels (from the shapes' signs) on the 256 x 256 x 64 grid; grid frame:
+/// workspace.
+[[nodiscard]] ImageCycle<float> cine_in_workspace(const Cine& cine,
+                                                  const Affine& workspace_from_lps);
+[[nodiscard]] LabelCycle labels_in_workspace(const std::vector<ShapeCycle>& shapes);
+
+}  // namespace beatlas::reg

@@ -1,0 +1,39 @@
+#pragma once
+/// The reader. Trusts nothing: sizes, hashes and every index are checked before use.
+
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "runtime/atlas/manifest.h"
+#include "runtime/atlas/payloads.h"
+
+namespace beatlas::atlas {
+
+/// What a program will use; everything else stays on disk.
+struct Needs {
+  std::set<Structure> fields;
+  std::set<Structure> surfaces;
+};
+
+/// An opened package; immutable, so it may be shared between threads.
+class Atlas {
+ public:
+  /// Reads the manifest and the payloads in `needs`.
+  /// @throws Error{InvalidInput} if the file is no package, damaged, of a future format, or lacks
+  /// a needed payload (the message names it and the scene that would hold it).
+  [[nodiscard]] static Atlas open(const std::filesystem::path& file, const Needs& needs);
+
+  [[nodiscard]] const Manifest& manifest() const { return manifest_; }
+  /// Null if it was not asked for.
+  [[nodiscard]] std::shared_ptr<const FieldPayload> field(Structure structure) const;
+  [[nodiscard]] std::shared_ptr<const SurfacePayload> surface(Structure structure) const;
+
+ private:
+  Manifest manifest_;
+  std::vector<std::shared_ptr<const FieldPayload>> fields_;
+  std::vector<std::shared_ptr<const SurfacePayload>> surfaces_;
+};
+
+}  // namespace beatlas::atlas

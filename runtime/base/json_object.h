@@ -1,0 +1,44 @@
+#pragma once
+/// Strict reading of a JSON object into an options struct: each key is asked for once, a wrong
+/// type or range and a key that nobody asked for are Errors that name the JSON path.
+
+#include <set>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/base/error.h"
+
+namespace beatlas {
+
+class JsonObject {
+ public:
+  /// @param path JSON path of `object`, used in messages, e.g. "/segment".
+  /// @throws Error{InvalidInput} if `object` is no JSON object.
+  JsonObject(const nlohmann::json& object, std::string path);
+
+  [[nodiscard]] bool has(const std::string& key) const;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+  /// The member, which must be there. Marks it as known.
+  [[nodiscard]] const nlohmann::json& at(const std::string& key);
+
+  /// Sets `value` from an optional member within [low, high]; leaves it alone if absent.
+  void read(const std::string& key, double& value, double low, double high);
+  void read(const std::string& key, int& value, int low, int high);
+  void read(const std::string& key, bool& value);
+  void read(const std::string& key, std::string& value);
+
+  /// @throws Error{InvalidInput} naming the first key that was never asked for.
+  void finish() const;
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const;
+  const nlohmann::json* find(const std::string& key);
+
+  const nlohmann::json& object_;
+  std::string path_;
+  std::set<std::string> known_;
+};
+
+}  // namespace beatlas
