@@ -381,7 +381,10 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
     out.always_blood_moving.push_back(
         moving_parts(out.always_blood.back(), slice_of(grid, stats.swing, k), moving, s.pixel_mm));
   }
-  if (chain.empty()) return out;
+  if (chain.empty()) {
+    out.wall_by_phase_mm.assign(images.phases.size(), 0);
+    return out;
+  }
 
   const int n = images.phase_count();
   const auto find_ends = [&] {
@@ -402,12 +405,15 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
   for (const Candidate& c : chain) {
     out.lv.push_back({c.k, c.centre_px, c.rings});
   }
-  std::vector<float> walls;
-  for (const LvSlice& slice : out.lv) {
-    const double wall = slice.rings[static_cast<std::size_t>(out.end_diastole)].median_wall_mm();
-    if (wall > 0) walls.push_back(static_cast<float>(wall));
+  for (int p = 0; p < n; ++p) {
+    std::vector<float> walls;
+    for (const LvSlice& slice : out.lv) {
+      const double wall = slice.rings[static_cast<std::size_t>(p)].median_wall_mm();
+      if (wall > 0) walls.push_back(static_cast<float>(wall));
+    }
+    out.wall_by_phase_mm.push_back(median_of(walls));
   }
-  out.wall_mm = median_of(walls);
+  out.wall_mm = out.wall_by_phase_mm[static_cast<std::size_t>(out.end_diastole)];
 
   std::vector<float> rv_blood;
   out.rv.assign(static_cast<std::size_t>(grid.size[2]), cv::Mat());
