@@ -128,6 +128,18 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   const Vec3 spacing = grid.spacing_mm();
   const cv::Point2d pixel_mm(spacing[0], spacing[1]);
   const TissueLevels& levels = chambers.levels;
+  if (!chambers.found_lv()) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      cv::Mat slice = slice_mat(grid, labels, k);
+      cv::Mat heart = slice != kLabelBackground;
+      cv::morphologyEx(heart, heart, cv::MORPH_OPEN, disc(2.0, pixel_mm), {-1, -1}, 1,
+                       cv::BORDER_CONSTANT, cv::Scalar(0));
+      heart = fill_holes(close_mask(heart, 3.0, pixel_mm));
+      slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
+    }
+    return;
+  }
   const bool across = spacing[2] < kThickSlicesMm;
   const auto is_ventricle = [&](int k) {
     return std::any_of(chambers.lv.begin(), chambers.lv.end(),

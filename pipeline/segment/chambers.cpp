@@ -43,9 +43,23 @@ struct Setting {
 };
 
 /// Blood against the rest from voxels that move: they are blood in one phase and wall in another.
-TissueLevels first_levels(const Setting& s) {
+TissueLevels levels_at(double threshold, const std::vector<float>& values) {
+  TissueLevels levels;
+  levels.threshold = threshold;
+  std::vector<float> bright;
+  for (float value : values) {
+    if (value > threshold) bright.push_back(value);
+  }
+  levels.blood = median_of(bright);
+  levels.rv_blood = levels.blood;
+  levels.dark = 0.12 * levels.blood;
+  return levels;
+}
+
+std::vector<float> moving_values(const Setting& s) {
   std::vector<float> sorted = s.stats.swing;
-  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 0.9);
+  const auto at =
+      sorted.begin() + static_cast<std::ptrdiff_t>(static_cast<double>(sorted.size()) * 0.9);
   std::nth_element(sorted.begin(), at, sorted.end());
   const float moving = *at;
   std::vector<float> values;
@@ -53,16 +67,19 @@ TissueLevels first_levels(const Setting& s) {
     if (s.stats.swing[v] < moving) continue;
     for (const std::vector<float>& phase : s.smooth) values.push_back(phase[v]);
   }
-  TissueLevels levels;
-  levels.threshold = otsu_threshold(values);
-  std::vector<float> bright;
-  for (float value : values) {
-    if (value > levels.threshold) bright.push_back(value);
-  }
-  levels.blood = median_of(bright);
-  levels.rv_blood = levels.blood;
-  levels.dark = 0.12 * levels.blood;
-  return levels;
+  return values;
+}
+
+TissueLevels first_levels(const Setting& s) {
+  const std::vector<float> values = moving_values(s);
+  return levels_at(otsu_threshold(values), values);
+}
+
+/// The same among what is brighter than a first threshold.
+TissueLevels levels_above(const Setting& s, const TissueLevels& first) {
+  std::vector<float> values = moving_values(s);
+  std::erase_if(values, [&](float value) { return value <= first.threshold; });
+  return levels_at(otsu_threshold(values), values);
 }
 
 struct Candidate {
@@ -227,6 +244,11 @@ void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueL
   }
 }
 
+double chain_score(const std::vector<Candidate>& chain) {
+  return std::accumulate(chain.begin(), chain.end(), 0.0,
+                         [](double sum, const Candidate& c) { return sum + c.score; });
+}
+
 double total_area(const std::vector<Candidate>& chain, int phase) {
   return std::accumulate(chain.begin(), chain.end(), 0.0, [&](double sum, const Candidate& c) {
     return sum + c.rings[static_cast<std::size_t>(phase)].area_mm2;
@@ -361,10 +383,19 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
     }
     return slices;
   };
-  std::vector<Candidate> chain = best_chain(candidates_at(out.levels), s);
-  if (!chain.empty()) {
-    out.levels = refine_levels(s, chain, out.levels);
-    chain = best_chain(candidates_at(out.levels), s);
+  // Moving voxels hold two edges, blood on muscle and muscle on lung; which of them Otsu's
+  // threshold meets depends on the images, so the one above it is tried too.
+  std::vector<Candidate> chain;
+  const TissueLevels first = out.levels;
+  for (const TissueLevels& levels : {first, levels_above(s, first)}) {
+    std::vector<Candidate> found = best_chain(candidates_at(levels), s);
+    if (found.empty()) continue;
+    const TissueLevels refined = refine_levels(s, found, levels);
+    found = best_chain(candidates_at(refined), s);
+    if (chain_score(found) > chain_score(chain)) {
+      chain = std::move(found);
+      out.levels = refined;
+    }
   }
   const bool sure = std::any_of(chain.begin(), chain.end(), [](const Candidate& c) {
     return c.walled_share >= kSureWalledShare;
@@ -382,6 +413,7 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
         moving_parts(out.always_blood.back(), slice_of(grid, stats.swing, k), moving, s.pixel_mm));
   }
   if (chain.empty()) {
+    out.levels.dark = 0.35 * out.levels.blood;  // no muscle is known: half-way is the threshold
     out.wall_by_phase_mm.assign(images.phases.size(), 0);
     return out;
   }
