@@ -15,6 +15,8 @@ constexpr double kMinApicalPoolMm = 1.2;    ///< the same near the apex, among t
 constexpr double kMinWalledShare = 0.5;     ///< of the rays: a ring of muscle
 constexpr double kSureWalledShare = 0.65;   ///< needed in the surest slice
 constexpr double kMinExtendedShare = 0.25;  ///< with a visible outer edge, on the way to the apex
+constexpr double kLvWallMm = 8.0;           ///< thinner median walls count less
+constexpr double kLargeAreaMm2 = 1200.0;    ///< larger pools count no more
 constexpr double kMinRvContact = 0.08;      ///< of the rays: about 30 degrees of septum
 
 cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
@@ -109,18 +111,21 @@ Candidate rate(const Setting& s, int k, cv::Point2d centre, const TissueLevels& 
   double largest = 0;
   double smallest = 1e30;
   double roundness = 0;
+  double thickness = 0;
   for (int p = 0; p < n; ++p) {
     c.rings.push_back(trace_ring(s.slice(p, k), s.pixel_mm, c.centre_px, levels));
     const Ring& ring = c.rings.back();
     c.walled_share += ring.walled_share / n;
     roundness += ring.roundness / n;
+    thickness += std::min(1.0, ring.median_wall_mm() / kLvWallMm) / n;
     largest = std::max(largest, ring.area_mm2);
     smallest = std::min(smallest, ring.area_mm2);
   }
   const double change = largest > 0 ? 1 - smallest / largest : 0;
-  // A ring that beats: vessels have no ring, fat and liver do not beat.
-  c.score = c.walled_share * roundness * std::min(1.0, change / 0.3) *
-            std::sqrt(std::min(largest, 3000.0));
+  // A round, thick-walled ring that beats: vessels have no ring, fat and liver do not beat, the RV
+  // is neither round nor thick.
+  c.score = c.walled_share * roundness * roundness * roundness * thickness *
+            std::min(1.0, change / 0.3) * std::sqrt(std::min(largest, kLargeAreaMm2));
   if (c.walled_share < kMinWalledShare || change < 0.1 || roundness < 0.5) c.score = 0;
   return c;
 }
