@@ -8,7 +8,7 @@
 namespace beatlas::testing {
 
 Vec3 ellipsoid_nearest(const Vec3& axes, const Vec3& x) {
-  const Vec3 y = x.cwiseAbs();
+  const Vec3 y = x.cwiseAbs().cwiseMax(1e-9);  // on a plane of symmetry one of the two feet
   const Vec3 squares = axes.cwiseProduct(axes);
   // The foot is squares * y / (squares + m) for the largest root m of the surface's equation.
   double low = -squares.minCoeff();
