@@ -1,0 +1,101 @@
+#include "pipeline/study/files.h"
+#include "pipeline/study/images.h"
+#include "pipeline/study/json_values.h"
+#include "pipeline/study/stage_files.h"
+#include "pipeline/study/structure_list.h"
+#include "runtime/base/error.h"
+#include "runtime/base/json_object.h"
+
+namespace beatlas::study {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+std::string coverage_name(Structure structure) {
+  return "coverage_" + std::string(structure_name(structure)) + ".nii.gz";
+}
+
+void read_cuts(const json& list, const std::string& path, int phases, Segmentation& out) {
+  if (!list.is_array()) throw_invalid(path + " must be a list");
+  for (std::size_t at = 0; at < list.size(); ++at) {
+    const std::string here = path + "/" + std::to_string(at);
+    JsonObject object(list[at], here);
+    std::string name;
+    object.read("structure", name);
+    const std::optional<Structure> structure = structure_from_name(name);
+    if (!structure) throw_invalid(here + "/structure is not the name of a structure");
+    BaseCut cut;
+    object.read("base_step", cut.base_step, -1, 1);
+    cut.k = numbers_from_json(object.at("k"), here + "/k");
+    object.finish();
+    if (cut.base_step == 0 || cut.k.size() != static_cast<std::size_t>(phases)) {
+      throw_invalid(here + " must have a base_step of 1 or -1 and a number k for each phase");
+    }
+    out.base_cuts[*structure] = std::move(cut);
+  }
+}
+
+}  // namespace
+
+FileList write_segmentation(const fs::path& study, const Segmentation& segmentation,
+                            double frame_interval_s) {
+  const fs::path folder = study / "segment";
+  make_folder(folder);
+  FileList files{"segment/segment.json", "segment/labels.nii.gz"};
+  const LabelCycle& labels = segmentation.labels;
+  const CoverageCycle& coverage = segmentation.coverage;
+  write_labels(folder / "labels.nii.gz", labels, labels.grid, frame_interval_s);
+  std::vector<Structure> structures;
+  for (const auto& [structure, phases] : coverage.phases) {
+    const std::string name = coverage_name(structure);
+    write_images(folder / name, {coverage.grid, phases}, coverage.grid, frame_interval_s);
+    structures.push_back(structure);
+    files.push_back("segment/" + name);
+  }
+  json cuts = json::array();
+  for (const auto& [structure, cut] : segmentation.base_cuts) {
+    cuts.push_back(
+        {{"structure", structure_name(structure)}, {"base_step", cut.base_step}, {"k", cut.k}});
+  }
+  write_json(folder / "segment.json", {{"grid", grid_to_json(labels.grid)},
+                                       {"phases", labels.phase_count()},
+                                       {"coverage_grid", grid_to_json(coverage.grid)},
+                                       {"coverage_first", coverage.first},
+                                       {"structures", structures_to_json(structures)},
+                                       {"end_diastole", segmentation.end_diastole},
+                                       {"end_systole", segmentation.end_systole},
+                                       {"base_cuts", cuts},
+                                       {"warnings", segmentation.warnings}});
+  return files;
+}
+
+Segmentation read_segmentation(const fs::path& study) {
+  const fs::path folder = study / "segment";
+  const fs::path index = folder / "segment.json";
+  const json content = read_json(index);
+  try {
+    JsonObject object(content, "");
+    Segmentation out;
+    const Grid grid = grid_from_json(object.at("grid"), "/grid");
+    int phases = 0;
+    object.read("phases", phases, 1, 10000);
+    out.labels = read_labels(folder / "labels.nii.gz", {grid, grid, phases});
+    out.coverage.grid = grid_from_json(object.at("coverage_grid"), "/coverage_grid");
+    out.coverage.first = index_from_json(object.at("coverage_first"), "/coverage_first");
+    for (Structure structure : structures_from_json(object.at("structures"), "/structures")) {
+      out.coverage.phases[structure] = read_images(folder / coverage_name(structure),
+                                                   {out.coverage.grid, out.coverage.grid, phases})
+                                           .phases;
+    }
+    object.read("end_diastole", out.end_diastole, 0, phases - 1);
+    object.read("end_systole", out.end_systole, 0, phases - 1);
+    read_cuts(object.at("base_cuts"), "/base_cuts", phases, out);
+    out.warnings = strings_from_json(object.at("warnings"), "/warnings");
+    object.finish();
+    return out;
+  } catch (const Error& error) {
+    throw error.with_context(index.string());
+  }
+}
+
+}  // namespace beatlas::study
