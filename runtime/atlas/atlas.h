@@ -17,10 +17,15 @@ struct Needs {
   std::set<Structure> surfaces;
 };
 
+/// Every payload that `manifest` names.
+[[nodiscard]] Needs everything_in(const Manifest& manifest);
+
 /// An opened package; immutable, so it may be shared between threads.
 class Atlas {
  public:
-  /// Reads the manifest and the payloads in `needs`.
+  /// Reads the manifest and the payloads in `needs`. Entries of the zip that the manifest does not
+  /// name, or of another size than it says, are refused whether needed or not; hashes are checked
+  /// of what is read.
   /// @throws Error{InvalidInput} if the file is no package, damaged, of a future format, or lacks
   /// a needed payload (the message names it and the scene that would hold it).
   [[nodiscard]] static Atlas open(const std::filesystem::path& file, const Needs& needs);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -13,10 +14,13 @@ namespace beatlas::atlas {
 
 inline constexpr int kFormatVersion = 1;
 
+inline constexpr std::string_view kManifestEntry = "atlas.json";
+inline constexpr std::string_view kFormatName = "beatlas";
+
 /// A payload: entry name in the zip, size and SHA-256 of the entry as a zip tool extracts it.
 struct Item {
-  std::string path;
-  std::string kind;  ///< "field", "surface", ...
+  std::string path;  ///< item_path(kind, structure), see scene.h
+  std::string kind;  ///< "field", "surface" or "motion"
   std::string structure;
   std::uint64_t bytes = 0;
   std::string sha256;
@@ -24,27 +28,41 @@ struct Item {
 
 struct StructureEntry {
   std::string name;               ///< see structures.h
-  std::vector<double> volume_ml;  ///< enclosed volume of each phase
+  std::vector<double> volume_ml;  ///< enclosed volume of each phase, >= 0
 };
 
+/// Ranges (checked on reading and on writing) are wide enough for any mammal and any scanner.
 struct Manifest {
   int format_version = kFormatVersion;
-  std::string scene = "full";
-  double rr_interval_s = 0;
-  std::vector<double> frame_times_s;  ///< the source's frame times
-  Affine workspace_from_lps = Affine::Identity();
-  Index3 source_size{0, 0, 0};
+  std::string scene = "full";         ///< one of kScenes
+  double rr_interval_s = 0;           ///< [s] 0.02..20
+  std::vector<double> frame_times_s;  ///< [s] -100..100; the source's frame times, at least one
+  Affine workspace_from_lps = Affine::Identity();  ///< rigid (to 1e-3), determinant +1
+  Index3 source_size{0, 0, 0};                     ///< {0, 0, 0}: not made from images
   Affine source_lps_from_index = Affine::Identity();
-  double stiffness_n_per_m = 150;  ///< uniform material
+  double stiffness_n_per_m = 150;  ///< [N/m] 0..1e6; uniform material
   int end_diastole = 0;
   int end_systole = 0;
-  std::vector<StructureEntry> structures;
+  std::vector<StructureEntry> structures;  ///< at least one; all with equally many phases
   std::vector<Item> items;
   nlohmann::json provenance = nlohmann::json::object();  ///< stages, options, versions, hashes
+
+  /// Phases of the cycle, the same for every structure and payload; 0 if there is no structure.
+  [[nodiscard]] int phase_count() const {
+    return structures.empty() ? 0 : static_cast<int>(structures.front().volume_ml.size());
+  }
 };
 
-/// @throws Error{InvalidInput} naming the JSON path of what is missing, unknown or out of range.
+inline constexpr int kMaxPhases = 1024;
+
+/// Follows schemas/manifest.schema.json and every range above.
+/// @throws Error{InvalidInput} naming the JSON path of what is missing, unknown or out of range; a
+/// format newer than kFormatVersion is refused by its number before anything else is looked at.
 [[nodiscard]] Manifest manifest_from_json(const nlohmann::json& json);
 [[nodiscard]] nlohmann::json manifest_to_json(const Manifest& manifest);
+
+/// The text of atlas.json. Beside manifest_from_json, refuses a key given twice and nesting deeper
+/// than 32, so that no later use of `provenance` can exhaust the stack.
+[[nodiscard]] Manifest manifest_from_text(std::string_view text);
 
 }  // namespace beatlas::atlas

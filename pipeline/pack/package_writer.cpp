@@ -1,0 +1,94 @@
+#include <set>
+
+#include "pipeline/pack/pack.h"
+#include "pipeline/pack/payload_encoders.h"
+#include "pipeline/pack/replace_file.h"
+#include "pipeline/pack/zip_builder.h"
+#include "runtime/atlas/scene.h"
+#include "runtime/base/error.h"
+#include "runtime/base/sha256.h"
+
+namespace beatlas::pack {
+namespace {
+
+class Items {
+ public:
+  Items(atlas::Manifest& manifest, std::vector<ZipEntry>& entries)
+      : manifest_(manifest), entries_(entries) {}
+
+  void add(std::string_view kind, Structure structure, atlas::Bytes bytes) {
+    const std::string path = atlas::item_path(kind, structure);
+    manifest_.items.push_back({path, std::string(kind), std::string(structure_name(structure)),
+                               bytes.size(), sha256_hex(bytes)});
+    entries_.push_back({path, std::move(bytes)});
+  }
+
+ private:
+  atlas::Manifest& manifest_;
+  std::vector<ZipEntry>& entries_;
+};
+
+/// The payloads that `scene` holds, in the order of kAllStructures so that the caller's order
+/// leaves no trace in the package.
+template <class Payload>
+std::vector<const Payload*> held(const std::vector<Payload>& payloads, std::string_view scene,
+                                 std::string_view kind) {
+  std::vector<const Payload*> chosen;
+  std::set<Structure> given;
+  for (Structure structure : kAllStructures) {
+    for (const Payload& payload : payloads) {
+      if (payload.structure != structure) continue;
+      if (!given.insert(structure).second) {
+        throw_invalid("two payloads '" + std::string(kind) + "' of " +
+                      std::string(structure_name(structure)) + " were given; give one");
+      }
+      if (atlas::scene_holds(scene, kind, structure)) chosen.push_back(&payload);
+    }
+  }
+  return chosen;
+}
+
+void require_phases(const atlas::Manifest& manifest, Structure structure, std::size_t phases) {
+  if (static_cast<int>(phases) != manifest.phase_count()) {
+    throw_invalid("a payload of " + std::string(structure_name(structure)) + " has " +
+                  std::to_string(phases) + " phases, the volume curves have " +
+                  std::to_string(manifest.phase_count()) + "; give one cycle");
+  }
+}
+
+atlas::Bytes to_bytes(const std::string& text) {
+  const auto* first = reinterpret_cast<const std::byte*>(text.data());
+  return {first, first + text.size()};
+}
+
+}  // namespace
+
+void write_package(const std::filesystem::path& file, const PackageContent& content) {
+  atlas::Manifest manifest = content.manifest;
+  manifest.format_version = atlas::kFormatVersion;
+  manifest.items.clear();
+  // Refuses what the reader would refuse, before the costly part.
+  (void)atlas::manifest_from_json(atlas::manifest_to_json(manifest));
+
+  std::vector<ZipEntry> entries(1);
+  Items items(manifest, entries);
+  for (const atlas::FieldPayload* field : held(content.fields, manifest.scene, atlas::kFieldKind)) {
+    require_phases(manifest, field->structure, static_cast<std::size_t>(field->phases));
+    items.add(atlas::kFieldKind, field->structure, pack_field(*field));
+  }
+  for (const atlas::SurfacePayload* surface :
+       held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {
+    require_phases(manifest, surface->structure, surface->positions.size());
+    PackedSurface packed = pack_surface(*surface);
+    items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc));
+    items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion));
+  }
+  const std::string text = atlas::manifest_to_json(manifest).dump(
+                               2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                           "\n";
+  (void)atlas::manifest_from_text(text);
+  entries.front() = {std::string(atlas::kManifestEntry), to_bytes(text)};
+  replace_file(file, build_zip(entries));
+}
+
+}  // namespace beatlas::pack

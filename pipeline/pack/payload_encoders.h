@@ -1,0 +1,25 @@
+#pragma once
+/// Payloads -> the bytes of their entries; the layouts stand beside the decoders, in
+/// runtime/atlas/field_payload.h and surface_payload.h. The same payload gives the same bytes.
+
+#include "runtime/atlas/bytes.h"
+#include "runtime/atlas/payloads.h"
+
+namespace beatlas::pack {
+
+/// One zstd frame that says how much it holds.
+[[nodiscard]] atlas::Bytes zstd_pack(const atlas::Bytes& bytes);
+
+/// Lossless. @throws Error{InvalidInput} if the payload breaks its own layout (see check_field).
+[[nodiscard]] atlas::Bytes pack_field(const atlas::FieldPayload& field);
+
+struct PackedSurface {
+  atlas::Bytes drc;
+  atlas::Bytes motion;
+};
+/// Positions within kMaxSurfaceErrorMm, the same vertex ids, the same triangles (in another order
+/// and turned). @throws Error{InvalidInput} if the surface breaks its layout (see check_surface),
+/// a vertex moves by more than 327 mm, or the surface is one that Draco would change.
+[[nodiscard]] PackedSurface pack_surface(const atlas::SurfacePayload& surface);
+
+}  // namespace beatlas::pack

@@ -1,0 +1,85 @@
+#include "runtime/atlas/info.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::atlas {
+namespace {
+
+template <class... Values>
+std::string text(const char* format, Values... values) {
+  std::array<char, 256> line{};
+  std::snprintf(line.data(), line.size(), format, values...);
+  return line.data();
+}
+
+bool has_images(const Manifest& manifest) { return manifest.source_size != Index3{0, 0, 0}; }
+
+Vec3 spacing_mm(const Manifest& manifest) {
+  return manifest.source_lps_from_index.linear().colwise().norm().transpose();
+}
+
+}  // namespace
+
+std::optional<double> ejection_fraction(const Manifest& manifest) {
+  for (const StructureEntry& entry : manifest.structures) {
+    if (entry.name != structure_name(Structure::LvBlood)) continue;
+    const double diastole = entry.volume_ml.at(static_cast<std::size_t>(manifest.end_diastole));
+    const double systole = entry.volume_ml.at(static_cast<std::size_t>(manifest.end_systole));
+    if (diastole > 0) return (diastole - systole) / diastole;
+  }
+  return std::nullopt;
+}
+
+nlohmann::json info_json(const Manifest& manifest) {
+  nlohmann::json info = manifest_to_json(manifest);
+  info["phases"] = manifest.phase_count();
+  const std::optional<double> fraction = ejection_fraction(manifest);
+  info["ejection_fraction"] = fraction ? nlohmann::json(*fraction) : nlohmann::json(nullptr);
+  const Vec3 spacing = spacing_mm(manifest);
+  info["source"]["spacing_mm"] = {spacing.x(), spacing.y(), spacing.z()};
+  return info;
+}
+
+std::string info_text(const Manifest& manifest) {
+  std::string out = text("beatlas package, format %d, scene ", manifest.format_version);
+  out += manifest.scene + "\n";
+  out += text("cycle      R-R %.3f s, %d phases, end-diastole %d, end-systole %d\n",
+              manifest.rr_interval_s, manifest.phase_count(), manifest.end_diastole,
+              manifest.end_systole);
+  const auto [first, last] =
+      std::minmax_element(manifest.frame_times_s.begin(), manifest.frame_times_s.end());
+  if (first != manifest.frame_times_s.end()) {
+    out +=
+        text("frames     %zu, at %.3f to %.3f s\n", manifest.frame_times_s.size(), *first, *last);
+  }
+  if (has_images(manifest)) {
+    const Vec3 spacing = spacing_mm(manifest);
+    out += text("source     %d x %d x %d voxels of %.3f x %.3f x %.3f mm\n",
+                manifest.source_size[0], manifest.source_size[1], manifest.source_size[2],
+                spacing.x(), spacing.y(), spacing.z());
+  } else {
+    out += "source     surfaces, no images\n";
+  }
+  out += text("material   %.1f N/m\n", manifest.stiffness_n_per_m);
+  if (const std::optional<double> fraction = ejection_fraction(manifest)) {
+    out += text("ejection   %.1f %% of the LV's blood\n", 100 * *fraction);
+  }
+  out += "\nstructure       largest ml  smallest ml\n";
+  for (const StructureEntry& entry : manifest.structures) {
+    const auto [small, large] = std::minmax_element(entry.volume_ml.begin(), entry.volume_ml.end());
+    if (small == entry.volume_ml.end()) continue;
+    out += text("%-15s %10.1f  %11.1f\n", entry.name.c_str(), *large, *small);
+  }
+  out += "\npayload                                 bytes  sha256\n";
+  for (const Item& item : manifest.items) {
+    out += text("%-34s %10llu  ", item.path.c_str(), static_cast<unsigned long long>(item.bytes));
+    out += item.sha256 + "\n";
+  }
+  return out;
+}
+
+}  // namespace beatlas::atlas

@@ -1,0 +1,17 @@
+#pragma once
+#include "runtime/atlas/bytes.h"
+
+namespace beatlas::atlas {
+
+/// Limits on what a frame may unpack to, beside what the payload's own counts say: a static
+/// 30-phase field packs about 100 : 1, so 1000 : 1 is out of reach of honest content.
+inline constexpr std::uint64_t kMaxUnpackRatio = 1000;
+inline constexpr std::uint64_t kMaxUnpackFloor = std::uint64_t{1} << 20;
+inline constexpr std::uint64_t kMaxUnpackBytes = std::uint64_t{1} << 30;
+
+/// Unpacks exactly one zstd frame that says how much it holds.
+/// @throws Error{InvalidInput} if it is damaged, says nothing of its size, is followed by other
+/// bytes, or holds more than the limits above.
+[[nodiscard]] Bytes zstd_unpack(ByteView frame);
+
+}  // namespace beatlas::atlas

@@ -1,0 +1,280 @@
+#include "tests/package/sample_package.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <random>
+
+#include <stdlib.h>
+
+namespace beatlas::test {
+namespace {
+
+constexpr double kTwoPi = 2 * std::numbers::pi;
+
+/// Radius of the ball in direction `unit`; bumps of a few mm that move with the beat.
+double radius_at(const Vec3& unit, double radius_mm, double beat_mm, double phase) {
+  const double beat = 0.5 - 0.5 * std::cos(kTwoPi * phase);
+  const double bump = std::sin(5 * unit.x() + 0.4 * std::sin(kTwoPi * phase)) * std::cos(4 * unit.z());
+  return radius_mm * (1 + 0.05 * bump) - beat_mm * beat * (1 + 0.2 * unit.y());
+}
+
+double distance_mm(const Vec3& offset, double radius_mm, double beat_mm, double phase) {
+  const double r = offset.norm();
+  const Vec3 unit = r > 1e-9 ? Vec3(offset / r) : Vec3(0, 0, 1);
+  return r - radius_at(unit, radius_mm, beat_mm, phase);
+}
+
+const Vec3 kCentre(128, 128, 96);
+
+}  // namespace
+
+atlas::FieldPayload beating_field(Structure structure, double radius_mm, double beat_mm, int phases,
+                                  double voxel_mm) {
+  using atlas::FieldPayload;
+  FieldPayload field;
+  field.structure = structure;
+  field.voxel_mm = voxel_mm;
+  field.phases = phases;
+  field.step_mm = 0.01;
+  field.inner_mm = std::min(15.0, 0.6 * radius_mm);
+  field.outer_mm = 6;
+  const double half_mm = 1.06 * radius_mm + field.outer_mm + 2 * voxel_mm;
+  const int edge = static_cast<int>(std::ceil(2 * half_mm / (8 * voxel_mm)));
+  field.block_count = {edge, edge, edge};
+  field.origin_mm = kCentre - Vec3::Constant(4 * voxel_mm * edge);
+  for (int bz = 0; bz < edge; ++bz) {
+    for (int by = 0; by < edge; ++by) {
+      for (int bx = 0; bx < edge; ++bx) {
+        FieldPayload::Leaf leaf;
+        leaf.first_active =
+            static_cast<std::uint32_t>(field.coefficients.size() / static_cast<std::size_t>(phases));
+        bool any = false;
+        bool all_inside = true;
+        for (int rank = 0; rank < FieldPayload::kBlockSamples; ++rank) {
+          const Vec3 x = field.origin_mm +
+                         voxel_mm * Vec3(8 * bx + rank % 8, 8 * by + rank / 8 % 8, 8 * bz + rank / 64);
+          std::vector<std::int16_t> cycle;
+          bool outside = true;
+          bool inside = true;
+          for (int p = 0; p < phases; ++p) {
+            const double d = distance_mm(x - kCentre, radius_mm, beat_mm, double(p) / phases);
+            outside = outside && d >= field.outer_mm;
+            inside = inside && d <= -field.inner_mm;
+            cycle.push_back(static_cast<std::int16_t>(
+                std::lround(std::clamp(d, -field.inner_mm, field.outer_mm) / field.step_mm)));
+          }
+          const std::uint64_t bit = std::uint64_t{1} << (rank % 64);
+          const auto word = static_cast<std::size_t>(rank / 64);
+          all_inside = all_inside && inside;
+          if (outside) continue;
+          if (inside) {
+            leaf.inside[word] |= bit;
+            continue;
+          }
+          any = true;
+          leaf.active[word] |= bit;
+          field.coefficients.insert(field.coefficients.end(), cycle.begin(), cycle.end());
+        }
+        if (any) {
+          field.blocks.push_back(static_cast<std::int32_t>(field.leaves.size()));
+          field.leaves.push_back(leaf);
+        } else {
+          field.blocks.push_back(all_inside ? FieldPayload::kInside : FieldPayload::kOutside);
+        }
+      }
+    }
+  }
+  return field;
+}
+
+atlas::SurfacePayload beating_surface(Structure structure, double radius_mm, double beat_mm,
+                                      int phases, int levels) {
+  std::vector<Vec3> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  using Triangle = std::array<std::uint32_t, 3>;
+  std::vector<Triangle> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                  {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      const auto [at, is_new] = middles.try_emplace(std::minmax(a, b), points.size());
+      if (is_new) points.push_back((points[a] + points[b]).normalized());
+      return at->second;
+    };
+    std::vector<Triangle> finer;
+    for (const auto& [a, b, c] : triangles) {
+      const std::uint32_t ab = middle(a, b);
+      const std::uint32_t bc = middle(b, c);
+      const std::uint32_t ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    triangles = std::move(finer);
+  }
+  std::vector<std::uint32_t> place(points.size());
+  for (std::uint32_t v = 0; v < place.size(); ++v) place[v] = v;
+  std::mt19937 random(7);
+  for (std::size_t v = place.size() - 1; v > 0; --v) std::swap(place[v], place[random() % (v + 1)]);
+
+  atlas::SurfacePayload surface;
+  surface.structure = structure;
+  for (const auto& [a, b, c] : triangles) {
+    surface.triangles.push_back({place[a], place[b], place[c]});
+  }
+  for (int p = 0; p < phases; ++p) {
+    const double phase = double(p) / phases;
+    const Eigen::AngleAxisd twist(0.1 * std::sin(kTwoPi * phase), Vec3::UnitZ());
+    std::vector<Vec3f> positions(points.size());
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      const Vec3 unit = twist * points[v];
+      positions[place[v]] =
+          (kCentre + radius_at(unit, radius_mm, beat_mm, phase) * unit).cast<float>();
+    }
+    surface.positions.push_back(std::move(positions));
+  }
+  return surface;
+}
+
+pack::PackageContent sample_content(int phases, double radius_mm, double voxel_mm, int levels) {
+  pack::PackageContent content;
+  atlas::Manifest& manifest = content.manifest;
+  manifest.rr_interval_s = 0.9;
+  for (int p = 0; p < phases; ++p) manifest.frame_times_s.push_back(0.01 + 0.8 * p / phases);
+  manifest.workspace_from_lps =
+      Eigen::Translation3d(128, 120, 96) * Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized());
+  manifest.source_size = {64, 48, 12};
+  manifest.source_lps_from_index =
+      manifest.workspace_from_lps.inverse() * Eigen::Scaling(1.25, 1.25, 8.0);
+  manifest.stiffness_n_per_m = 160;
+  manifest.end_systole = phases / 2;
+  manifest.provenance = {{"beatlas", "0.1.0"}, {"stages", {{"pack", {{"step_mm", 0.01}}}}}};
+  const double beat_mm = 0.15 * radius_mm;
+  for (const auto& [structure, scale] :
+       {std::pair{Structure::Heart, 1.0}, std::pair{Structure::LvBlood, 0.6}}) {
+    atlas::StructureEntry entry{std::string(structure_name(structure)), {}};
+    for (int p = 0; p < phases; ++p) {
+      const double r = scale * (radius_mm - beat_mm * (0.5 - 0.5 * std::cos(kTwoPi * p / phases)));
+      entry.volume_ml.push_back(4 * std::numbers::pi / 3 * r * r * r * 1e-3);
+    }
+    manifest.structures.push_back(entry);
+    content.fields.push_back(
+        beating_field(structure, scale * radius_mm, scale * beat_mm, phases, voxel_mm));
+    content.surfaces.push_back(
+        beating_surface(structure, scale * radius_mm, scale * beat_mm, phases, levels));
+  }
+  return content;
+}
+
+pack::PackageContent tiny_content() { return sample_content(4, 10, 1.5, 2); }
+
+namespace {
+
+void put(atlas::Bytes& out, std::uint64_t value, int bytes) {
+  for (int i = 0; i < bytes; ++i) out.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFU));
+}
+
+std::uint64_t get(const atlas::Bytes& bytes, std::size_t at, int count) {
+  std::uint64_t value = 0;
+  for (int i = 0; i < count; ++i) {
+    value |= std::to_integer<std::uint64_t>(bytes.at(at + static_cast<std::size_t>(i))) << (8 * i);
+  }
+  return value;
+}
+
+void put_text(atlas::Bytes& out, const std::string& text) {
+  for (char c : text) out.push_back(static_cast<std::byte>(c));
+}
+
+std::uint32_t crc32(const atlas::Bytes& bytes) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (std::byte byte : bytes) {
+    crc ^= std::to_integer<std::uint32_t>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1U ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  return ~crc;
+}
+
+}  // namespace
+
+atlas::Bytes raw_zip(const std::vector<std::pair<std::string, atlas::Bytes>>& entries) {
+  atlas::Bytes out;
+  atlas::Bytes directory;
+  for (const auto& [name, bytes] : entries) {
+    atlas::Bytes common;
+    put(common, 20, 2);  // version needed
+    put(common, 0, 2);   // flags
+    put(common, 0, 2);   // stored
+    put(common, 0, 2);   // time
+    put(common, 33, 2);  // 1980-01-01
+    put(common, crc32(bytes), 4);
+    put(common, bytes.size(), 4);
+    put(common, bytes.size(), 4);
+    put(common, name.size(), 2);
+    put(common, 0, 2);  // extra field
+    put(directory, 0x02014B50, 4);
+    put(directory, 20, 2);  // made by
+    directory.insert(directory.end(), common.begin(), common.end());
+    put(directory, 0, 2 + 2 + 2 + 4);  // comment, disk, attributes
+    put(directory, out.size(), 4);
+    put_text(directory, name);
+    put(out, 0x04034B50, 4);
+    out.insert(out.end(), common.begin(), common.end());
+    put_text(out, name);
+    out.insert(out.end(), bytes.begin(), bytes.end());
+  }
+  const std::size_t start = out.size();
+  out.insert(out.end(), directory.begin(), directory.end());
+  put(out, 0x06054B50, 4);
+  put(out, 0, 4);  // disks
+  put(out, entries.size(), 2);
+  put(out, entries.size(), 2);
+  put(out, directory.size(), 4);
+  put(out, start, 4);
+  put(out, 0, 2);
+  return out;
+}
+
+std::vector<std::pair<std::string, atlas::Bytes>> raw_unzip(const atlas::Bytes& zip) {
+  std::vector<std::pair<std::string, atlas::Bytes>> entries;
+  std::size_t at = 0;
+  while (get(zip, at, 4) == 0x04034B50) {
+    const auto size = static_cast<std::ptrdiff_t>(get(zip, at + 22, 4));
+    const auto name = static_cast<std::ptrdiff_t>(get(zip, at + 26, 2));
+    const auto extra = static_cast<std::ptrdiff_t>(get(zip, at + 28, 2));
+    const auto first = zip.begin() + static_cast<std::ptrdiff_t>(at) + 30;
+    std::string text;
+    for (auto c = first; c != first + name; ++c) text.push_back(std::to_integer<char>(*c));
+    const auto data = first + name + extra;
+    entries.emplace_back(text, atlas::Bytes(data, data + size));
+    at += static_cast<std::size_t>(30 + name + extra + size);
+  }
+  return entries;
+}
+
+atlas::Bytes read_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  atlas::Bytes bytes;
+  put_text(bytes, text);
+  return bytes;
+}
+
+void write_file(const std::filesystem::path& file, const atlas::Bytes& bytes) {
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  stream.write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "beatlas-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace beatlas::test
