@@ -1,0 +1,89 @@
+#include "pipeline/pack/distance_extension.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace beatlas::pack {
+namespace {
+
+constexpr float kUnknown = std::numeric_limits<float>::max();
+constexpr int kMaxRounds = 4;       // of eight sweeps; one or two suffice outside a convex body
+constexpr double kSettled = 0.002;  // [voxel] a round that changes less than this is the last
+
+// Solves sum over axes of max(0, (u - a_i) / h)^2 = 1 for u; a_i is the smaller neighbour.
+double solve_upwind(std::array<double, 3> a, double h) {
+  std::sort(a.begin(), a.end());
+  double u = a[0] + h;
+  if (u <= a[1]) return u;
+  const double difference = a[0] - a[1];
+  u = 0.5 * (a[0] + a[1] + std::sqrt(2 * h * h - difference * difference));
+  if (u <= a[2]) return u;
+  // About a[0], to lose no digits.
+  const double b = a[1] - a[0];
+  const double c = a[2] - a[0];
+  const double sum = b + c;
+  return a[0] + (sum + std::sqrt(std::max(0.0, sum * sum - 3 * (b * b + c * c - h * h)))) / 3;
+}
+
+}  // namespace
+
+void extend_distance(const Lattice& lattice, const SampleMask& region, double voxel_mm,
+                     double inner_mm, double outer_mm, std::vector<float>& distance_mm) {
+  // side: 0 for kept samples, +1 or -1 for those to find.
+  std::vector<std::int8_t> side(distance_mm.size(), 0);
+  std::vector<float> value(distance_mm);
+  for (std::size_t s = 0; s < distance_mm.size(); ++s) {
+    if (is_in_band(distance_mm[s], inner_mm, outer_mm)) continue;
+    side[s] = distance_mm[s] < 0 ? -1 : 1;
+    value[s] = side[s] < 0 ? -kUnknown : kUnknown;
+  }
+  const auto neighbour = [&](std::size_t s, int coordinate, int axis, float sign) {
+    double best = static_cast<double>(kUnknown);
+    const std::size_t step = lattice.stride(axis);
+    // A neighbour of the other sign can only be a surface, whose distance is 0.
+    if (coordinate > 0) best = static_cast<double>(std::max(0.0F, sign * value[s - step]));
+    if (coordinate + 1 < lattice.size[static_cast<std::size_t>(axis)]) {
+      best = std::min(best, static_cast<double>(std::max(0.0F, sign * value[s + step])));
+    }
+    return best;
+  };
+  const auto sweep = [&](int order) {
+    double change = 0;
+    const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
+    for (int kk = 0; kk < lattice.size[2]; ++kk) {
+      const int k = down[2] ? lattice.size[2] - 1 - kk : kk;
+      for (int jj = 0; jj < lattice.size[1]; ++jj) {
+        const int j = down[1] ? lattice.size[1] - 1 - jj : jj;
+        const std::size_t start = lattice.offset(0, j, k);
+        for (int ii = 0; ii < lattice.size[0]; ++ii) {
+          const int i = down[0] ? lattice.size[0] - 1 - ii : ii;
+          const std::size_t s = start + static_cast<std::size_t>(i);
+          if (side[s] == 0 || region[s] == 0) continue;
+          const auto sign = static_cast<float>(side[s]);
+          const std::array<double, 3> near{neighbour(s, i, 0, sign), neighbour(s, j, 1, sign),
+                                           neighbour(s, k, 2, sign)};
+          if (std::min({near[0], near[1], near[2]}) >= static_cast<double>(kUnknown)) continue;
+          const double found =
+              std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
+          const auto old = static_cast<double>(sign * value[s]);
+          if (found >= old) continue;
+          change = std::max(change, std::min(old - found, voxel_mm));
+          value[s] = sign * static_cast<float>(found);
+        }
+      }
+    }
+    return change;
+  };
+  for (int round = 0; round < kMaxRounds; ++round) {
+    double change = 0;
+    for (int order = 0; order < 8; ++order) change = std::max(change, sweep(order));
+    if (change <= kSettled * voxel_mm) break;
+  }
+  for (std::size_t s = 0; s < distance_mm.size(); ++s) {
+    if (std::abs(value[s]) < kUnknown) distance_mm[s] = value[s];
+  }
+}
+
+}  // namespace beatlas::pack

@@ -1,0 +1,280 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/pack/distance_extension.h"
+#include "pipeline/pack/lattice.h"
+#include "pipeline/pack/pack.h"
+#include "pipeline/pack/spline_prefilter.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::pack {
+namespace {
+
+using atlas::FieldPayload;
+
+// In every cell that holds a point at least a voxel inside the clamps, some corner lies in the
+// band; the spline's support reaches two samples from there.
+constexpr int kSupport = 2;
+// Beyond the active samples the distance goes on this far, so that its end does not ring back:
+// the prefilter's response falls by 0.27 a sample.
+constexpr int kExtension = 6;
+constexpr double kMaxCount = std::numeric_limits<std::int16_t>::max();
+
+void check(const FieldCycle& field, const EncodeOptions& options) {
+  const std::string name(structure_name(field.structure));
+  const Grid& grid = field.distance_mm.grid;
+  if (!(options.step_mm >= 0.0005 && options.step_mm <= 0.1)) {
+    throw Error(ErrorCode::Usage, "step_mm must be from 0.0005 to 0.1 mm");
+  }
+  if (field.distance_mm.phases.empty() || grid.count() == 0) {
+    throw_invalid("the distance field of " + name + " is empty; run the field stage again");
+  }
+  const Eigen::Matrix3d expected = Eigen::Matrix3d::Identity() * field.voxel_mm;
+  if (!(field.voxel_mm > 0) || !grid.mm_from_index.matrix().allFinite() ||
+      !((grid.mm_from_index.linear() - expected).cwiseAbs().maxCoeff() <= 1e-6 * field.voxel_mm)) {
+    throw_invalid("the distance field of " + name +
+                  " is not on an isotropic lattice along the workspace's axes; "
+                  "resample it to one voxel size");
+  }
+  if (!(field.inner_mm >= field.voxel_mm && field.outer_mm >= field.voxel_mm)) {
+    std::ostringstream text;
+    text << "the distance field of " << name << " is kept from -" << field.inner_mm << " to "
+         << field.outer_mm << " mm, less than a voxel of " << field.voxel_mm
+         << " mm; keep more or use a finer voxel";
+    throw_invalid(text.str());
+  }
+  for (std::size_t p = 0; p < field.distance_mm.phases.size(); ++p) {
+    const std::vector<float>& samples = field.distance_mm.phases[p];
+    if (samples.size() != grid.count()) {
+      throw_invalid("phase " + std::to_string(p) + " of the distance field of " + name +
+                    " does not have the lattice's number of samples");
+    }
+    for (float sample : samples) {
+      if (!std::isfinite(sample)) {
+        throw_invalid("phase " + std::to_string(p) + " of the distance field of " + name +
+                      " holds a value that is no number");
+      }
+    }
+  }
+}
+
+// Samples that are in the band in any phase, or change side unseen between two; on the input's
+// lattice.
+SampleMask find_seeds(const FieldCycle& field, const Lattice& input) {
+  const auto& phases = field.distance_mm.phases;
+  SampleMask seeds(input.count());
+  parallel_for(static_cast<std::size_t>(input.size[2]), [&](std::size_t k) {
+    for (std::size_t s = k * input.slice(); s < (k + 1) * input.slice(); ++s) {
+      const bool inside = phases[0][s] < 0;
+      for (const std::vector<float>& phase : phases) {
+        if (is_in_band(phase[s], field.inner_mm, field.outer_mm) || (phase[s] < 0) != inside) {
+          seeds[s] = 1;
+          break;
+        }
+      }
+    }
+  });
+  return seeds;
+}
+
+struct Box {
+  Index3 low{0, 0, 0};
+  Index3 high{-1, -1, -1};  // inclusive
+};
+
+Box bounds(const Lattice& lattice, const SampleMask& mask) {
+  Box box{lattice.size, {-1, -1, -1}};
+  std::size_t s = 0;
+  for (int k = 0; k < lattice.size[2]; ++k) {
+    for (int j = 0; j < lattice.size[1]; ++j) {
+      for (int i = 0; i < lattice.size[0]; ++i, ++s) {
+        if (mask[s] == 0) continue;
+        const Index3 here{i, j, k};
+        for (std::size_t a = 0; a < 3; ++a) {
+          box.low[a] = std::min(box.low[a], here[a]);
+          box.high[a] = std::max(box.high[a], here[a]);
+        }
+      }
+    }
+  }
+  return box;
+}
+
+void check_margin(const FieldCycle& field, const Lattice& input) {
+  for (const std::vector<float>& phase : field.distance_mm.phases) {
+    for (int k = 0; k < input.size[2]; ++k) {
+      for (int j = 0; j < input.size[1]; ++j) {
+        const bool edge_row = k == 0 || j == 0 || k + 1 == input.size[2] || j + 1 == input.size[1];
+        const int step = edge_row ? 1 : std::max(1, input.size[0] - 1);
+        for (int i = 0; i < input.size[0]; i += step) {
+          if (phase[input.offset(i, j, k)] <= 0) {
+            throw_invalid("the structure " + std::string(structure_name(field.structure)) +
+                          " reaches the edge of its distance lattice; leave a margin around it");
+          }
+        }
+      }
+    }
+  }
+}
+
+// The part of the input that the coefficients need, as its own lattice.
+struct Window {
+  Lattice lattice;
+  Index3 first{0, 0, 0};  // its first sample in the input; may lie before it
+};
+
+// Samples of the window; outside the input the distance is outer_mm.
+template <class T>
+std::vector<T> cut(const Lattice& input, const std::vector<T>& samples, const Window& window,
+                   T outside) {
+  std::vector<T> out(window.lattice.count(), outside);
+  for (int k = 0; k < window.lattice.size[2]; ++k) {
+    const int z = k + window.first[2];
+    if (z < 0 || z >= input.size[2]) continue;
+    for (int j = 0; j < window.lattice.size[1]; ++j) {
+      const int y = j + window.first[1];
+      if (y < 0 || y >= input.size[1]) continue;
+      const int begin = std::max(0, -window.first[0]);
+      const int end = std::min(window.lattice.size[0], input.size[0] - window.first[0]);
+      if (end <= begin) continue;
+      const auto from = samples.begin() +
+                        static_cast<std::ptrdiff_t>(input.offset(begin + window.first[0], y, z));
+      std::copy(from, from + (end - begin),
+                out.begin() + static_cast<std::ptrdiff_t>(window.lattice.offset(begin, j, k)));
+    }
+  }
+  return out;
+}
+
+// Signs of inactive samples are the same in every phase, so those of the first phase serve.
+struct Masks {
+  Lattice lattice;
+  Index3 first{0, 0, 0};  // payload's sample 0 in the lattice
+  SampleMask active;
+  SampleMask inside;
+};
+
+void fill_blocks(const Masks& masks, FieldPayload& payload, std::vector<std::size_t>& samples) {
+  constexpr int kEdge = FieldPayload::kBlockEdge;
+  const auto [bx, by, bz] = payload.block_count;
+  payload.blocks.reserve(static_cast<std::size_t>(bx) * static_cast<std::size_t>(by) *
+                         static_cast<std::size_t>(bz));
+  for (int block_z = 0; block_z < bz; ++block_z) {
+    for (int block_y = 0; block_y < by; ++block_y) {
+      for (int block_x = 0; block_x < bx; ++block_x) {
+        FieldPayload::Leaf leaf;
+        leaf.first_active = static_cast<std::uint32_t>(samples.size());
+        int active_count = 0;
+        int inside_count = 0;
+        for (int z = 0; z < kEdge; ++z) {
+          const int k = masks.first[2] + block_z * kEdge + z;
+          if (k >= masks.lattice.size[2]) break;
+          for (int y = 0; y < kEdge; ++y) {
+            const int j = masks.first[1] + block_y * kEdge + y;
+            if (j >= masks.lattice.size[1]) break;
+            for (int x = 0; x < kEdge; ++x) {
+              const int i = masks.first[0] + block_x * kEdge + x;
+              if (i >= masks.lattice.size[0]) break;
+              const std::size_t s = masks.lattice.offset(i, j, k);
+              const std::uint64_t bit = std::uint64_t{1} << (x + 8 * y);
+              if (masks.active[s] != 0) {
+                leaf.active[static_cast<std::size_t>(z)] |= bit;
+                samples.push_back(s);
+                ++active_count;
+              } else if (masks.inside[s] != 0) {
+                leaf.inside[static_cast<std::size_t>(z)] |= bit;
+                ++inside_count;
+              }
+            }
+          }
+        }
+        if (active_count == 0 && inside_count == 0) {
+          payload.blocks.push_back(FieldPayload::kOutside);
+        } else if (inside_count == FieldPayload::kBlockSamples) {
+          payload.blocks.push_back(FieldPayload::kInside);
+        } else {
+          payload.blocks.push_back(static_cast<std::int32_t>(payload.leaves.size()));
+          payload.leaves.push_back(leaf);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+FieldPayload encode_field(const FieldCycle& field, const EncodeOptions& options) {
+  check(field, options);
+  const Lattice input{field.distance_mm.grid.size};
+  check_margin(field, input);
+  const SampleMask seeds = find_seeds(field, input);
+  const Box band = bounds(input, seeds);
+  if (band.high[0] < 0) {
+    throw_invalid("the distance field of " + std::string(structure_name(field.structure)) +
+                  " holds no surface; run the field stage again");
+  }
+
+  constexpr int kMargin = kSupport + kExtension;
+  Window window;
+  for (std::size_t a = 0; a < 3; ++a) {
+    window.first[a] = band.low[a] - kMargin;
+    window.lattice.size[a] = band.high[a] - band.low[a] + 1 + 2 * kMargin;
+  }
+  const Lattice& lattice = window.lattice;
+  Masks masks{lattice, {kExtension, kExtension, kExtension}, {}, {}};
+  masks.active = dilate(lattice, cut<std::uint8_t>(input, seeds, window, 0), kSupport);
+  const SampleMask region = dilate(lattice, masks.active, kExtension);
+
+  const std::size_t phase_count = field.distance_mm.phases.size();
+  std::vector<std::vector<float>> phases(phase_count);
+  parallel_for(phase_count, [&](std::size_t p) {
+    phases[p] = cut(input, field.distance_mm.phases[p], window, static_cast<float>(field.outer_mm));
+  });
+  masks.inside.resize(lattice.count());
+  for (std::size_t s = 0; s < lattice.count(); ++s) masks.inside[s] = phases[0][s] < 0 ? 1 : 0;
+  parallel_for(phase_count, [&](std::size_t p) {
+    extend_distance(lattice, region, field.voxel_mm, field.inner_mm, field.outer_mm, phases[p]);
+  });
+  prefilter_cycle(lattice, phases);
+
+  FieldPayload payload;
+  payload.structure = field.structure;
+  payload.voxel_mm = field.voxel_mm;
+  payload.origin_mm = field.distance_mm.grid.mm(
+      window.first[0] + kExtension, window.first[1] + kExtension, window.first[2] + kExtension);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const int active_size = lattice.size[a] - 2 * kExtension;
+    payload.block_count[a] =
+        (active_size + FieldPayload::kBlockEdge - 1) / FieldPayload::kBlockEdge;
+  }
+  payload.phases = static_cast<int>(phase_count);
+  payload.inner_mm = field.inner_mm;
+  payload.outer_mm = field.outer_mm;
+  std::vector<std::size_t> samples;  // active ones, in the payload's order
+  fill_blocks(masks, payload, samples);
+
+  std::vector<double> largest(phase_count);
+  parallel_for(phase_count, [&](std::size_t p) {
+    for (std::size_t s : samples) {
+      largest[p] = std::max(largest[p], std::abs(static_cast<double>(phases[p][s])));
+    }
+  });
+  payload.step_mm =
+      std::max({options.step_mm, *std::max_element(largest.begin(), largest.end()) / kMaxCount,
+                std::max(field.inner_mm, field.outer_mm) / kMaxCount});
+  payload.coefficients.resize(samples.size() * phase_count);
+  for (std::size_t p = 0; p < phase_count; ++p) {
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+      const double count = static_cast<double>(phases[p][samples[n]]) / payload.step_mm;
+      payload.coefficients[n * phase_count + p] =
+          static_cast<std::int16_t>(std::lround(std::clamp(count, -kMaxCount, kMaxCount)));
+    }
+  }
+  return payload;
+}
+
+}  // namespace beatlas::pack

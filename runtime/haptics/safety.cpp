@@ -1,0 +1,77 @@
+#include "runtime/haptics/safety.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::haptics {
+namespace {
+
+void check_range(const char* name, double value, double low, double high) {
+  if (value >= low && value <= high) return;
+  std::ostringstream text;
+  text << "the safety stage's " << name << " must be from " << low << " to " << high;
+  throw_invalid(text.str());
+}
+
+}  // namespace
+
+SafetyStage::SafetyStage(const SafetyOptions& options) : options_(options) {
+  check_range("peak_n", options.peak_n, 0.05, 40);
+  check_range("slew_n_per_s", options.slew_n_per_s, 1, 5000);
+  check_range("max_depth_mm", options.max_depth_mm, 0.1, 100);
+  check_range("start_ramp_s", options.start_ramp_s, 0, 10);
+  check_range("max_gap_s", options.max_gap_s, 0.001, 1);
+}
+
+void SafetyStage::restart() noexcept {
+  stopped_ = false;
+  running_ = false;
+}
+
+SafeForce SafetyStage::apply(const Vec3& wanted_n, double depth_mm, double time_s,
+                             bool valid) noexcept {
+  const bool sane = valid && !stopped_ && wanted_n.allFinite() && std::isfinite(depth_mm) &&
+                    std::isfinite(time_s);
+  const double elapsed_s = running_ ? time_s - last_time_s_ : 0;
+  // The comparison's form turns away what is no number, too.
+  if (!sane || !(elapsed_s >= 0 && elapsed_s <= options_.max_gap_s)) {
+    running_ = false;
+    last_n_ = Vec3::Zero();
+    return {};
+  }
+  if (!running_) {
+    running_ = true;
+    start_time_s_ = time_s;
+    last_n_ = Vec3::Zero();
+  }
+  last_time_s_ = time_s;
+
+  SafeForce safe{wanted_n, TickStatus::Ok};
+  const auto scale = [&safe](double factor) {
+    safe.force_n *= factor;
+    safe.status = TickStatus::Limited;
+  };
+  if (depth_mm > options_.max_depth_mm) scale(options_.max_depth_mm / depth_mm);
+  const double running_s = time_s - start_time_s_;
+  if (running_s < options_.start_ramp_s) scale(running_s / options_.start_ramp_s);
+  // stableNorm: squares of large forces must not overflow.
+  const double size = safe.force_n.stableNorm();
+  if (size > options_.peak_n) {
+    safe.force_n /= size;
+    scale(options_.peak_n);
+  }
+  const Vec3 change = safe.force_n - last_n_;
+  const double most = options_.slew_n_per_s * elapsed_s;
+  const double wanted_change = change.norm();
+  if (wanted_change > most) {
+    safe.force_n = last_n_ + most / wanted_change * change;
+    safe.status = TickStatus::Limited;
+  }
+  last_n_ = safe.force_n;
+  return safe;
+}
+
+}  // namespace beatlas::haptics

@@ -1,0 +1,69 @@
+#pragma once
+/// Paper A's two-step model on a signed distance field (Nakao et al., MEDINFO 2001).
+///
+/// Static step: the heart stands still and the user moves. Inside heart data means contact; the
+/// passive force is proportional to the distance from the contact point, with one elastic
+/// coefficient. Dynamic step: the user stays and the surface moves over the user; the same law.
+/// On a distance field the contact point ("proxy") is the foot on the surface, x - phi n, and both
+/// steps of a tick end in the same state, so one evaluation at (x, t) gives
+///
+///   F = K max(0, -phi(x, t)) n(x, t),   n = grad phi / |grad phi| outward.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "runtime/field/field_query.h"
+
+namespace beatlas::haptics {
+
+enum class TimeMode : std::uint8_t {
+  Continuous,  ///< the field's periodic cubic spline in time, evaluated every tick
+  Published,   ///< paper A: force at the stored frames, interpolated linearly to the tick
+};
+
+struct TwoStepOptions {
+  double stiffness_n_per_m = 150;  ///< [N/m] 1..5000: K, uniform
+  TimeMode time_mode = TimeMode::Continuous;
+  std::optional<double> held_time_s;  ///< the heart stands still at this time: the static model
+};
+
+struct Contact {
+  Vec3 force_n = Vec3::Zero();       ///< before any cap; on the user, workspace axes
+  double distance_mm = 0;            ///< of the user from the surface, negative inside
+  double depth_mm = 0;               ///< max(0, -distance)
+  Vec3 normal = Vec3::Zero();        ///< outward; where it comes from see TwoStepModel
+  Vec3 proxy_mm = Vec3::Zero();      ///< contact point; the user's own point out of contact
+  double surface_velocity_mm_s = 0;  ///< along the normal; 0 while held
+  bool touching = false;
+};
+
+/// K max(0, -distance) n; stiffness [N/m], distance [mm], force [N].
+[[nodiscard]] Vec3 contact_force_n(double stiffness_n_per_m, double distance_mm,
+                                   const Vec3& normal) noexcept;
+
+/// One user point. Not thread-safe: it remembers the direction of the contact.
+class TwoStepModel {
+ public:
+  /// @throws Error{InvalidInput} if there is no field or an option is out of range.
+  TwoStepModel(std::shared_ptr<const field::FieldQuery> field, const TwoStepOptions& options);
+
+  /// @param x workspace [mm]; t [s].
+  /// Deeper than the field knows directions (FieldSample::in_band), the direction of the contact is
+  /// the last one known while in contact; with none, away from the structure's centre.
+  [[nodiscard]] Contact evaluate(const Vec3& x, double t) noexcept;
+
+  /// Forgets the direction of the contact, as after a jump of the device.
+  void reset() noexcept { has_direction_ = false; }
+
+ private:
+  [[nodiscard]] Contact at(const Vec3& x, double t) const noexcept;
+  [[nodiscard]] Contact between_frames(const Vec3& x, double t) const noexcept;
+
+  std::shared_ptr<const field::FieldQuery> field_;
+  TwoStepOptions options_;
+  Vec3 direction_ = Vec3::Zero();
+  bool has_direction_ = false;
+};
+
+}  // namespace beatlas::haptics
