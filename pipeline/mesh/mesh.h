@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/stage_context.h"
 
@@ -9,11 +11,35 @@ struct MeshOptions {
   int reference_phase = 0;  ///< phase that is meshed and remeshed; the others follow it
 };
 
-/// One closed surface a phase with one connectivity: the reference phase is meshed (OpenVDB's
-/// distance), remeshed (CGAL), carried from phase to phase by the field and smoothed (OpenMesh).
-/// @throws Error{InvalidInput} if a phase has no surface; Error{Quality} if the surface cannot be
-/// made a closed manifold.
+/// One closed surface a phase with one connectivity: the reference phase is meshed (marching
+/// tetrahedra of the distance), remeshed (CGAL), carried from phase to phase by the field, and put
+/// on each phase's zero surface. Of several components the one that encloses most is kept and the
+/// rest is named in the log, as is a phase whose vertices are more than 0.05 mm off its surface on
+/// average. Vertices move along the surface only as far as keeps the motion smooth over the mesh:
+/// the images say nothing about true tangential motion (twist).
+/// @throws Error{Usage} for options out of range; Error{InvalidInput} if a phase has no surface;
+/// Error{Quality} if the surface cannot be made a closed manifold.
 [[nodiscard]] SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
                                       StageContext& context);
+
+/// Figures of one phase of a surface.
+struct PhaseQuality {
+  double least_angle_deg = 0;         ///< smallest corner of any triangle
+  double percentile_1_angle_deg = 0;  ///< 1 % of the triangles have a smaller least corner
+  int flipped_triangles = 0;          ///< normal against the mean normal at the three vertices
+  int self_intersections = 0;         ///< pairs of triangles that cross (CGAL, exact predicates)
+  double volume_ml = 0;               ///< enclosed, positive if triangles face outward
+  double mean_edge_mm = 0;
+};
+
+struct MeshQuality {
+  bool closed_manifold =
+      false;             ///< every edge has two faces, every vertex one fan, one orientation
+  int euler_number = 0;  ///< V - E + F: 2 for a sphere, 0 with one handle
+  std::vector<PhaseQuality> phases;
+};
+
+/// @pre triangles index into every phase's positions.
+[[nodiscard]] MeshQuality measure_quality(const SurfaceCycle& surface);
 
 }  // namespace beatlas::mesh

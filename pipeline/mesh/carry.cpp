@@ -1,0 +1,110 @@
+#include "pipeline/mesh/carry.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace beatlas::mesh {
+namespace {
+
+constexpr double kStiffness = 10;       // of the surface against the membrane
+constexpr double kLeastGradient = 0.3;  // below it the field is clamped or at its ridge
+constexpr double kMaxStepMm = 1.0;
+
+}  // namespace
+
+Carrier::Carrier(const TriangleMesh& reference)
+    : reference_(reference.points),
+      neighbours_(cotangent_neighbours(reference)),
+      total_(reference.points.size(), 0.0) {
+  for (std::size_t v = 0; v < total_.size(); ++v) {
+    for (std::uint32_t n = neighbours_.first[v]; n < neighbours_.first[v + 1]; ++n) {
+      total_[v] += neighbours_.weight[n];
+    }
+  }
+}
+
+void Carrier::laplacian(const Columns& x, Columns& out) const {
+  for (std::size_t v = 0; v < total_.size(); ++v) {
+    const auto column = static_cast<Eigen::Index>(v);
+    Vec3 sum = total_[v] * x.col(column);
+    for (std::uint32_t n = neighbours_.first[v]; n < neighbours_.first[v + 1]; ++n) {
+      sum -= neighbours_.weight[n] * x.col(static_cast<Eigen::Index>(neighbours_.at[n]));
+    }
+    out.col(column) = sum;
+  }
+}
+
+double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase) const {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Columns normal(3, count);
+  Columns displacement(3, count);
+  Eigen::VectorXd pull(count);
+  Columns residual(3, count);
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const auto n = static_cast<std::size_t>(v);
+    const field::Interpolant::Sample here = phase.sample(points[n]);
+    const double steep = here.gradient.norm();
+    displacement.col(v) = points[n] - reference_[n];
+    const bool known = steep > kLeastGradient;
+    pull[v] = known ? kStiffness : 0.0;
+    normal.col(v) = known ? Vec3(here.gradient / steep) : Vec3::Zero();
+    residual.col(v) =
+        known ? Vec3(-kStiffness * total_[n] * here.value / steep * normal.col(v)) : Vec3::Zero();
+  }
+  Columns image(3, count);
+  laplacian(displacement, image);
+  residual -= image;
+
+  const auto apply = [&](const Columns& x, Columns& out) {
+    laplacian(x, out);
+    for (Eigen::Index v = 0; v < count; ++v) {
+      out.col(v) += pull[v] * total_[static_cast<std::size_t>(v)] * normal.col(v).dot(x.col(v)) *
+                    normal.col(v);
+    }
+  };
+  // The inverse of the blocks total (I + pull n n^T) on the diagonal.
+  const auto precondition = [&](const Columns& x, Columns& out) {
+    for (Eigen::Index v = 0; v < count; ++v) {
+      const double share = pull[v] / (1.0 + pull[v]);
+      out.col(v) = (x.col(v) - share * normal.col(v).dot(x.col(v)) * normal.col(v)) /
+                   total_[static_cast<std::size_t>(v)];
+    }
+  };
+
+  constexpr int kMaxRounds = 200;
+  constexpr double kTolerance = 1e-3;
+  Columns way = Columns::Zero(3, count);
+  Columns scaled(3, count);
+  precondition(residual, scaled);
+  Columns direction = scaled;
+  double energy = residual.cwiseProduct(scaled).sum();
+  const double done = kTolerance * kTolerance * energy;
+  for (int round = 0; round < kMaxRounds && energy > done && energy > 0; ++round) {
+    apply(direction, image);
+    const double length = energy / direction.cwiseProduct(image).sum();
+    way += length * direction;
+    residual -= length * image;
+    precondition(residual, scaled);
+    const double next = residual.cwiseProduct(scaled).sum();
+    direction = scaled + next / energy * direction;
+    energy = next;
+  }
+  double longest = 0;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    points[static_cast<std::size_t>(v)] += way.col(v);
+    longest = std::max(longest, way.col(v).norm());
+  }
+  return longest;
+}
+
+std::vector<Vec3> Carrier::carry(std::vector<Vec3> start, const field::Interpolant& phase) const {
+  constexpr int kSteps = 6;
+  constexpr double kDoneMm = 0.02;
+  for (int n = 0; n < kSteps; ++n) {
+    if (step(start, phase) < kDoneMm) break;
+  }
+  for (Vec3& p : start) p = phase.project_to_zero(p, kMaxStepMm);
+  return start;
+}
+
+}  // namespace beatlas::mesh

@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/field/surface.h"
+#include "pipeline/mesh/carry.h"
+#include "pipeline/mesh/mesh.h"
+#include "pipeline/mesh/triangle_mesh.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::mesh {
+namespace {
+
+constexpr double kMeanOffSurfaceMm = 0.05;
+
+std::string name_of(const FieldCycle& field) {
+  return std::string(structure_name(field.structure));
+}
+
+std::string fixed(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+void check(const FieldCycle& field, const MeshOptions& options) {
+  if (!(options.edge_mm >= 0.5 && options.edge_mm <= 10)) {
+    throw Error(ErrorCode::Usage, "edge_mm must lie between 0.5 and 10 mm");
+  }
+  const std::vector<std::vector<float>>& phases = field.distance_mm.phases;
+  if (phases.empty()) throw_invalid(name_of(field) + " has no phases; build its field first");
+  if (options.reference_phase < 0 || options.reference_phase >= static_cast<int>(phases.size())) {
+    throw Error(ErrorCode::Usage, "reference_phase must be one of the " +
+                                      std::to_string(phases.size()) + " phases, counted from 0");
+  }
+  for (std::size_t p = 0; p < phases.size(); ++p) {
+    const std::string where = "phase " + std::to_string(p) + " of " + name_of(field);
+    if (phases[p].size() != field.distance_mm.grid.count()) {
+      throw_invalid(where + " does not have one distance for each lattice point");
+    }
+    const auto [least, most] = std::minmax_element(phases[p].begin(), phases[p].end());
+    if (!(*least < 0 && *most > 0)) {
+      throw_invalid(where + " has no surface; check the labels and seeds of that phase");
+    }
+  }
+}
+
+TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& surface,
+                            const MeshOptions& options, const StageContext& context) {
+  field::TriangleSoup soup = field::extract_surface(field, options.reference_phase);
+  TriangleMesh raw{std::move(soup.points), std::move(soup.triangles)};
+  const auto fail = [&](const std::string& why) {
+    throw Error(ErrorCode::Quality, "the surface of " + name_of(field) + " in phase " +
+                                        std::to_string(options.reference_phase) + " " + why);
+  };
+  if (!inspect(raw.points.size(), raw.triangles).closed_manifold) {
+    fail("is not closed; the structure reaches the border of its lattice");
+  }
+  LargestComponent kept = largest_component(raw);
+  if (kept.components > 1) {
+    context.log("warning: " + name_of(field) + " falls into " + std::to_string(kept.components) +
+                " pieces; the largest is kept and " + fixed(kept.others_ml, 2) +
+                " ml in the others are left out");
+  }
+  const int euler_before = inspect(kept.mesh.points.size(), kept.mesh.triangles).euler_number;
+  TriangleMesh mesh = remeshed(kept.mesh, options.edge_mm);
+  constexpr std::size_t kFewestTriangles = 32;
+  const Topology after = inspect(mesh.points.size(), mesh.triangles);
+  if (!after.closed_manifold || after.euler_number != euler_before ||
+      mesh.triangles.size() < kFewestTriangles) {
+    fail("is too small for triangles of " + fixed(options.edge_mm, 2) +
+         " mm and does not stay a closed manifold; choose a smaller edge_mm");
+  }
+  if (after.euler_number != 2) {
+    context.log("warning: the surface of " + name_of(field) + " has " +
+                std::to_string((2 - after.euler_number) / 2) + " handles");
+  }
+  constexpr int kRelaxations = 5;
+  for (Vec3& p : mesh.points) p = surface.project_to_zero(p, field.voxel_mm);
+  relax_on_surface(mesh, surface, kRelaxations);
+  return mesh;
+}
+
+double mean_off_surface_mm(const std::vector<Vec3>& points, const field::Interpolant& surface) {
+  double sum = 0;
+  for (const Vec3& p : points) sum += std::abs(surface.value(p));
+  return sum / static_cast<double>(points.size());
+}
+
+}  // namespace
+
+SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
+                        StageContext& context) {
+  check(field, options);
+  const std::size_t phases = field.distance_mm.phases.size();
+  const auto reference = static_cast<std::size_t>(options.reference_phase);
+  std::vector<field::Interpolant> surface;
+  surface.reserve(phases);
+  for (const std::vector<float>& samples : field.distance_mm.phases) {
+    surface.emplace_back(field.distance_mm.grid, samples);
+  }
+
+  const TriangleMesh mesh = reference_mesh(field, surface[reference], options, context);
+  context.progress(0.25);
+
+  // Once around in both directions; each phase is the mean of both, weighted by how near the
+  // reference is on either way, so that the cycle closes without a seam.
+  const Carrier carrier(mesh);
+  std::array<std::vector<std::vector<Vec3>>, 2> tracks;
+  parallel_for(2, [&](std::size_t way) {
+    std::vector<std::vector<Vec3>>& track = tracks[way];
+    track.resize(phases);
+    track[reference] = mesh.points;
+    std::size_t from = reference;
+    for (std::size_t n = 1; n < phases; ++n) {
+      context.check_cancelled();
+      const std::size_t to = (reference + (way == 0 ? n : phases - n)) % phases;
+      track[to] = carrier.carry(track[from], surface[to]);
+      from = to;
+    }
+  });
+  context.progress(0.85);
+
+  SurfaceCycle out;
+  out.structure = field.structure;
+  out.triangles = mesh.triangles;
+  out.positions.resize(phases);
+  std::vector<double> off_mm(phases);
+  parallel_for(phases, [&](std::size_t p) {
+    const double share =
+        static_cast<double>((p + phases - reference) % phases) / static_cast<double>(phases);
+    std::vector<Vec3> points(mesh.points.size());
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      const Vec3 between = (1.0 - share) * tracks[0][p][v] + share * tracks[1][p][v];
+      points[v] = surface[p].project_to_zero(between, field.voxel_mm);
+    }
+    off_mm[p] = mean_off_surface_mm(points, surface[p]);
+    out.positions[p].reserve(points.size());
+    for (const Vec3& x : points) out.positions[p].push_back(x.cast<float>());
+  });
+  for (std::size_t p = 0; p < phases; ++p) {
+    if (off_mm[p] > kMeanOffSurfaceMm) {
+      context.log("warning: the mesh of " + name_of(field) + " lies " + fixed(off_mm[p], 2) +
+                  " mm off the surface of phase " + std::to_string(p) +
+                  " on average; its shape may differ too much from the reference phase's");
+    }
+  }
+  context.progress(1.0);
+  return out;
+}
+
+}  // namespace beatlas::mesh

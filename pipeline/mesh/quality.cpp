@@ -1,0 +1,76 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/mesh/mesh.h"
+#include "pipeline/mesh/triangle_mesh.h"
+
+namespace beatlas::mesh {
+namespace {
+
+double least_angle_deg(const std::array<Vec3, 3>& corner) {
+  double least = 180;
+  for (std::size_t n = 0; n < 3; ++n) {
+    const Vec3 u = corner[(n + 1) % 3] - corner[n];
+    const Vec3 v = corner[(n + 2) % 3] - corner[n];
+    const double angle = std::atan2(u.cross(v).norm(), u.dot(v));
+    least = std::min(least, angle * 180.0 / std::numbers::pi);
+  }
+  return least;
+}
+
+PhaseQuality measure_phase(const std::vector<Vec3f>& positions,
+                           const std::vector<Triangle>& triangles) {
+  std::vector<Vec3> points;
+  points.reserve(positions.size());
+  for (const Vec3f& p : positions) points.push_back(p.cast<double>());
+
+  PhaseQuality out;
+  std::vector<Vec3> normals;
+  std::vector<Vec3> vertex_normals(points.size(), Vec3::Zero());
+  std::vector<double> angles;
+  normals.reserve(triangles.size());
+  angles.reserve(triangles.size());
+  double edges_mm = 0;
+  for (const Triangle& t : triangles) {
+    const std::array<Vec3, 3> corner{points[t[0]], points[t[1]], points[t[2]]};
+    normals.push_back((corner[1] - corner[0]).cross(corner[2] - corner[0]));
+    for (std::uint32_t v : t) vertex_normals[v] += normals.back();
+    angles.push_back(least_angle_deg(corner));
+    for (std::size_t n = 0; n < 3; ++n) edges_mm += (corner[(n + 1) % 3] - corner[n]).norm();
+  }
+  for (std::size_t n = 0; n < triangles.size(); ++n) {
+    Vec3 mean = Vec3::Zero();
+    for (std::uint32_t v : triangles[n]) mean += vertex_normals[v].normalized();
+    if (normals[n].dot(mean) <= 0) ++out.flipped_triangles;
+  }
+  if (!triangles.empty()) {
+    std::sort(angles.begin(), angles.end());
+    out.least_angle_deg = angles.front();
+    out.percentile_1_angle_deg = angles[angles.size() / 100];
+    out.mean_edge_mm = edges_mm / static_cast<double>(3 * triangles.size());
+  }
+  out.self_intersections = count_self_intersections(points, triangles);
+  out.volume_ml = enclosed_ml(points, triangles);
+  return out;
+}
+
+}  // namespace
+
+MeshQuality measure_quality(const SurfaceCycle& surface) {
+  MeshQuality out;
+  const std::size_t vertices = surface.positions.empty() ? 0 : surface.positions.front().size();
+  const Topology topology = inspect(vertices, surface.triangles);
+  out.closed_manifold = topology.closed_manifold;
+  out.euler_number = topology.euler_number;
+  out.phases.resize(surface.positions.size());
+  // Self-intersection needs a mesh to walk on.
+  if (!out.closed_manifold) return out;
+  parallel_for(out.phases.size(), [&](std::size_t p) {
+    out.phases[p] = measure_phase(surface.positions[p], surface.triangles);
+  });
+  return out;
+}
+
+}  // namespace beatlas::mesh

@@ -1,0 +1,71 @@
+// All of CGAL that the room needs, in one file: it takes a minute and gigabytes to compile.
+#include <utility>
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/remesh.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
+
+#include "pipeline/mesh/triangle_mesh.h"
+
+namespace beatlas::mesh {
+namespace {
+
+namespace pmp = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using SurfaceMesh = CGAL::Surface_mesh<Point>;
+
+SurfaceMesh to_cgal(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  std::vector<Point> positions;
+  positions.reserve(points.size());
+  for (const Vec3& p : points) positions.emplace_back(p.x(), p.y(), p.z());
+  std::vector<std::array<std::size_t, 3>> faces;
+  faces.reserve(triangles.size());
+  for (const Triangle& t : triangles) faces.push_back({t[0], t[1], t[2]});
+  SurfaceMesh out;
+  pmp::polygon_soup_to_polygon_mesh(positions, faces, out);
+  return out;
+}
+
+TriangleMesh from_cgal(SurfaceMesh& mesh) {
+  mesh.collect_garbage();
+  TriangleMesh out;
+  out.points.reserve(mesh.number_of_vertices());
+  for (const auto v : mesh.vertices()) {
+    const Point& p = mesh.point(v);
+    out.points.emplace_back(p.x(), p.y(), p.z());
+  }
+  out.triangles.reserve(mesh.number_of_faces());
+  for (const auto f : mesh.faces()) {
+    Triangle t{};
+    std::size_t n = 0;
+    for (const auto v : CGAL::vertices_around_face(mesh.halfedge(f), mesh)) {
+      t[n++] = static_cast<std::uint32_t>(v);
+    }
+    out.triangles.push_back(t);
+  }
+  return out;
+}
+
+}  // namespace
+
+TriangleMesh remeshed(const TriangleMesh& mesh, double edge_mm) {
+  constexpr unsigned kRounds = 5;
+  constexpr unsigned kRelaxations = 2;
+  SurfaceMesh work = to_cgal(mesh.points, mesh.triangles);
+  pmp::isotropic_remeshing(
+      work.faces(), edge_mm, work,
+      CGAL::parameters::number_of_iterations(kRounds).number_of_relaxation_steps(kRelaxations));
+  return from_cgal(work);
+}
+
+int count_self_intersections(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  const SurfaceMesh mesh = to_cgal(points, triangles);
+  std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;
+  pmp::self_intersections(mesh, std::back_inserter(pairs));
+  return static_cast<int>(pairs.size());
+}
+
+}  // namespace beatlas::mesh

@@ -1,0 +1,66 @@
+#pragma once
+/// What the files of this room pass to one another; no library's type in sight.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pipeline/field/interpolant.h"
+#include "runtime/base/geometry.h"
+
+namespace beatlas::mesh {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Triangles counter-clockwise seen from outside; workspace [mm].
+struct TriangleMesh {
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+};
+
+/// Volume [ml] a closed mesh encloses.
+[[nodiscard]] double enclosed_ml(std::span<const Vec3> points, std::span<const Triangle> triangles);
+
+// topology.cpp (OpenMesh)
+
+struct Topology {
+  bool closed_manifold = false;
+  int euler_number = 0;
+};
+[[nodiscard]] Topology inspect(std::size_t vertex_count, std::span<const Triangle> triangles);
+
+/// The component that encloses the most, and how many there were.
+/// @pre `mesh` is a closed manifold.
+struct LargestComponent {
+  TriangleMesh mesh;
+  int components = 0;
+  double others_ml = 0;  ///< |volume| of what was left out
+};
+[[nodiscard]] LargestComponent largest_component(const TriangleMesh& mesh);
+
+/// The vertices next to each vertex with weights (cot a + cot b) / 2 of the mesh's own shape, not
+/// below a twentieth so that the Laplacian stays positive. Neighbours of v are
+/// at[first[v]..first[v + 1]).
+struct Neighbours {
+  std::vector<std::uint32_t> first;
+  std::vector<std::uint32_t> at;
+  std::vector<double> weight;
+};
+[[nodiscard]] Neighbours cotangent_neighbours(const TriangleMesh& mesh);
+
+/// Evens out triangles: moves each vertex along the surface to the area-weighted middle of its
+/// ring (Botsch and Kobbelt 2004) and back to the zero of `surface`, `rounds` times.
+void relax_on_surface(TriangleMesh& mesh, const field::Interpolant& surface, int rounds);
+
+// remesh_cgal.cpp (CGAL)
+
+/// Isotropic remeshing (Botsch and Kobbelt 2004) to edges of about edge_mm.
+/// @pre `mesh` is a closed manifold.
+[[nodiscard]] TriangleMesh remeshed(const TriangleMesh& mesh, double edge_mm);
+
+/// Pairs of triangles that meet other than in a shared vertex or edge.
+[[nodiscard]] int count_self_intersections(std::span<const Vec3> points,
+                                           std::span<const Triangle> triangles);
+
+}  // namespace beatlas::mesh

@@ -1,0 +1,269 @@
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/field/field.h"
+#include "pipeline/field/surface.h"
+#include "runtime/base/error.h"
+#include "tests/unit/field/closed_form.h"
+
+namespace beatlas::field {
+namespace {
+
+using closed_form::Ellipsoid;
+using closed_form::lattice;
+using closed_form::Level;
+using closed_form::sampled;
+
+struct Errors {
+  double mean = 0;
+  double max = 0;
+  double bias = 0;
+  int wrong_signs = 0;  // farther than the largest allowed error from the surface
+};
+
+Errors errors_in_band(const FieldCycle& field, std::size_t phase, const Level& truth,
+                      double band_mm) {
+  Errors out;
+  int count = 0;
+  const Grid& grid = field.distance_mm.grid;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const double want = truth(grid.mm(i, j, k));
+        const double got = field.distance_mm.phases[phase][grid.offset(i, j, k)];
+        if (std::abs(want) > 0.15 && (want < 0) != (got < 0)) ++out.wrong_signs;
+        if (std::abs(want) > band_mm) continue;
+        ++count;
+        out.mean += std::abs(got - want);
+        out.bias += got - want;
+        out.max = std::max(out.max, std::abs(got - want));
+      }
+    }
+  }
+  out.mean /= count;
+  out.bias /= count;
+  return out;
+}
+
+ShapeCycle one_phase(const Grid& grid, std::vector<float> level) {
+  ShapeCycle shape;
+  shape.level.grid = grid;
+  shape.level.phases.push_back(std::move(level));
+  return shape;
+}
+
+const Ellipsoid kHeart{{31, -12, 55}, {33, 38, 46}};
+
+Grid around(const Ellipsoid& e, double mm, double margin_mm = 10) {
+  const Vec3 margin = Vec3::Constant(margin_mm);
+  return lattice(e.centre_mm - e.radii_mm - margin, e.centre_mm + e.radii_mm + margin, mm);
+}
+
+TEST(BuildField, ExactLevelsOfAnEllipsoidGiveItsDistance) {
+  const Level truth = [](const Vec3& x) { return kHeart.distance_mm(x); };
+  const Grid grid = around(kHeart, 1.0);
+  StageContext context;
+  const FieldCycle field = build_field(one_phase(grid, sampled(grid, truth)), {}, context);
+  const Errors errors = errors_in_band(field, 0, truth, 3.0);
+  // A facet of 0.7 mm edge on a radius of 25 mm sags by 0.003 mm; nothing else is lost.
+  EXPECT_LT(errors.mean, 0.005);
+  EXPECT_LT(errors.max, 0.02);
+  EXPECT_EQ(errors.wrong_signs, 0);
+  EXPECT_NEAR(field.volume_ml[0] / kHeart.volume_ml(), 1.0, 0.001);
+}
+
+TEST(BuildField, CoverageOfVoxelsGivesDistanceWithinATwentiethOfAMillimetre) {
+  const Level truth = [](const Vec3& x) { return kHeart.distance_mm(x); };
+  const Grid grid = around(kHeart, 1.0);
+  StageContext context;
+  const FieldCycle field = build_field(
+      one_phase(grid, closed_form::coverage_level(
+                          grid, truth, [](const Vec3& x) { return kHeart.holds(x); }, 8)),
+      {}, context);
+  const Errors errors = errors_in_band(field, 0, truth, 3.0);
+  EXPECT_LT(errors.mean, 0.05);
+  // Coverage saturates half a voxel off the surface, so planes along the lattice ripple by a tenth.
+  EXPECT_LT(errors.max, 0.16);
+  EXPECT_LT(std::abs(errors.bias), 0.015);
+  EXPECT_EQ(errors.wrong_signs, 0);
+  EXPECT_NEAR(field.volume_ml[0] / kHeart.volume_ml(), 1.0, 0.003);
+}
+
+TEST(BuildField, DistanceIsRightUpToTheClampAndEndsThere) {
+  const Level truth = [](const Vec3& x) { return kHeart.distance_mm(x); };
+  const Grid grid = around(kHeart, 1.5);
+  FieldOptions options;
+  options.inner_mm = 12;
+  options.outer_mm = 7;
+  StageContext context;
+  const FieldCycle field = build_field(one_phase(grid, sampled(grid, truth)), options, context);
+  const Errors errors = errors_in_band(
+      field, 0, [&](const Vec3& x) { return std::clamp(truth(x), -12.0, 7.0); }, 13.0);
+  EXPECT_LT(errors.max, 0.03);
+  EXPECT_FLOAT_EQ(
+      *std::min_element(field.distance_mm.phases[0].begin(), field.distance_mm.phases[0].end()),
+      -12.0F);
+  EXPECT_FLOAT_EQ(
+      *std::max_element(field.distance_mm.phases[0].begin(), field.distance_mm.phases[0].end()),
+      7.0F);
+}
+
+TEST(BuildField, LevelsNeedNotBeDistances) {
+  // The implicit function is three times steeper at the waist than at the tips.
+  const Ellipsoid slim{{3, 4, 5}, {12, 14, 40}};
+  const Grid grid = around(slim, 1.0);
+  const Level level = [&](const Vec3& x) {
+    return (x - slim.centre_mm).cwiseQuotient(slim.radii_mm).norm() - 1.0;
+  };
+  StageContext context;
+  const FieldCycle field = build_field(one_phase(grid, sampled(grid, level)), {}, context);
+  const Errors errors = errors_in_band(
+      field, 0, [&](const Vec3& x) { return slim.distance_mm(x); }, 3.0);
+  EXPECT_LT(errors.mean, 0.01);
+  EXPECT_LT(errors.max, 0.1);  // the tips' radius is 3.6 mm
+  EXPECT_EQ(errors.wrong_signs, 0);
+}
+
+TEST(BuildField, AClosedCavityInsideAShellIsOutside) {
+  const Ellipsoid outer{{0, 0, 0}, {20, 20, 20}};
+  const Ellipsoid inner{{0, 0, 0}, {14, 14, 14}};
+  const Level truth = [&](const Vec3& x) {
+    return std::max(outer.distance_mm(x), -inner.distance_mm(x));
+  };
+  const Grid grid = around(outer, 1.0);
+  StageContext context;
+  const FieldCycle field = build_field(one_phase(grid, sampled(grid, truth)), {}, context);
+  const Errors errors = errors_in_band(field, 0, truth, 3.0);
+  EXPECT_LT(errors.max, 0.02);
+  EXPECT_EQ(errors.wrong_signs, 0);
+  EXPECT_NEAR(field.volume_ml[0] / (outer.volume_ml() - inner.volume_ml()), 1.0, 0.003);
+}
+
+TEST(BuildField, AllPhasesShareALatticeThatHoldsEveryPhaseWithItsMargin) {
+  ShapeCycle shape;
+  shape.level.grid = lattice({-40, -40, -40}, {60, 40, 40}, 1.0);
+  for (int p = 0; p < 3; ++p) {
+    const Ellipsoid e{{p * 10.0, 0, 0}, {20, 22, 18}};
+    shape.level.phases.push_back(
+        sampled(shape.level.grid, [&](const Vec3& x) { return e.distance_mm(x); }));
+  }
+  StageContext context;
+  const FieldCycle field = build_field(shape, {}, context);
+  const Grid& grid = field.distance_mm.grid;
+  const Vec3 last = grid.mm(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1);
+  EXPECT_LE((grid.mm(0, 0, 0) - Vec3(-26, -28, -24)).maxCoeff(), 0.01);
+  EXPECT_GE((last - Vec3(46, 28, 24)).minCoeff(), -0.01);
+  for (const std::vector<float>& phase : field.distance_mm.phases) {
+    ASSERT_EQ(phase.size(), grid.count());
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        // Interpolation beyond the lattice repeats its border, which must be outside.
+        ASSERT_GT(phase[grid.offset(0, j, k)], 0);
+        ASSERT_GT(phase[grid.offset(grid.size[0] - 1, j, k)], 0);
+      }
+    }
+  }
+}
+
+TEST(BuildField, AShapeCutByItsLatticeIsClosedThereAndSaidSo) {
+  const Ellipsoid e{{0, 0, 0}, {20, 20, 20}};
+  const Grid grid = lattice({-30, -30, -30}, {30, 30, 8}, 1.0);
+  StageContext context;
+  std::string log;
+  context.log_sink = [&](std::string_view line) { log += line; };
+  const FieldCycle field = build_field(
+      one_phase(grid, sampled(grid, [&](const Vec3& x) { return e.distance_mm(x); })), {}, context);
+  EXPECT_NE(log.find("border"), std::string::npos);
+  const double cut_mm = grid.mm(0, 0, grid.size[2] - 1).z() + 0.5;
+  // Volume of a ball up to the height of the cut.
+  const double want =
+      std::numbers::pi * (2.0 / 3.0 * 8000 + 400 * cut_mm - std::pow(cut_mm, 3) / 3.0) * 1e-3;
+  EXPECT_NEAR(field.volume_ml[0] / want, 1.0, 0.01);
+}
+
+TEST(BuildField, TheNumberOfThreadsChangesNoBit) {
+  ShapeCycle shape;
+  shape.level.grid = lattice({-35, -35, -35}, {35, 35, 35}, 1.0);
+  for (int p = 0; p < 4; ++p) {
+    const Ellipsoid e{{0, 0, 0}, {22.0 - p, 24, 20}};
+    shape.level.phases.push_back(
+        sampled(shape.level.grid, [&](const Vec3& x) { return e.distance_mm(x); }));
+  }
+  StageContext context;
+  set_thread_count(1);
+  const FieldCycle alone = build_field(shape, {}, context);
+  set_thread_count(4);
+  const FieldCycle together = build_field(shape, {}, context);
+  set_thread_count(0);
+  EXPECT_EQ(alone.distance_mm.phases, together.distance_mm.phases);
+  EXPECT_EQ(alone.volume_ml, together.volume_ml);
+  EXPECT_TRUE(alone.distance_mm.grid == together.distance_mm.grid);
+}
+
+ErrorCode code_of(const ShapeCycle& shape, const FieldOptions& options = {}) {
+  StageContext context;
+  try {
+    (void)build_field(shape, options, context);
+  } catch (const Error& error) {
+    return error.code();
+  }
+  ADD_FAILURE() << "no error";
+  return ErrorCode::Usage;
+}
+
+TEST(BuildField, BadShapesAndOptionsAreRefused) {
+  const Grid grid = lattice({-10, -10, -10}, {10, 10, 10}, 1.0);
+  const auto ball = [](const Vec3& x) { return x.norm() - 6.0; };
+  const ShapeCycle good = one_phase(grid, sampled(grid, ball));
+
+  ShapeCycle empty_phase = good;
+  empty_phase.level.phases.emplace_back(grid.count(), 1.0F);
+  EXPECT_EQ(code_of(empty_phase), ErrorCode::InvalidInput);
+
+  ShapeCycle full_phase = good;
+  full_phase.level.phases.emplace_back(grid.count(), -1.0F);
+  EXPECT_EQ(code_of(full_phase), ErrorCode::InvalidInput);
+
+  ShapeCycle none = good;
+  none.level.phases.clear();
+  EXPECT_EQ(code_of(none), ErrorCode::InvalidInput);
+
+  ShapeCycle short_phase = good;
+  short_phase.level.phases[0].pop_back();
+  EXPECT_EQ(code_of(short_phase), ErrorCode::InvalidInput);
+
+  ShapeCycle not_a_number = good;
+  not_a_number.level.phases[0][5] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(code_of(not_a_number), ErrorCode::InvalidInput);
+
+  ShapeCycle anisotropic = good;
+  anisotropic.level.grid.mm_from_index.linear()(2, 2) = 3.0;
+  EXPECT_EQ(code_of(anisotropic), ErrorCode::InvalidInput);
+
+  FieldOptions tiny;
+  tiny.voxel_mm = 0.1;
+  EXPECT_EQ(code_of(good, tiny), ErrorCode::Usage);
+  FieldOptions narrow;
+  narrow.voxel_mm = 4;
+  narrow.outer_mm = 3;
+  EXPECT_EQ(code_of(good, narrow), ErrorCode::Usage);
+}
+
+TEST(BuildField, StopsOnRequest) {
+  const Grid grid = lattice({-10, -10, -10}, {10, 10, 10}, 1.0);
+  const std::atomic<bool> stop{true};
+  StageContext context;
+  context.cancel = &stop;
+  EXPECT_THROW((void)build_field(
+                   one_phase(grid, sampled(grid, [](const Vec3& x) { return x.norm() - 6.0; })), {},
+                   context),
+               Error);
+}
+
+}  // namespace
+}  // namespace beatlas::field
