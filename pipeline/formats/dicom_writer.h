@@ -7,12 +7,21 @@ namespace beatlas::formats {
 
 struct DicomWriteOptions {
   bool series_per_slice = true;  ///< each slice its own series, as scanners often export cine
-  std::string description = "beatlas phantom";
+  std::string description = "beatlas phantom";  ///< SeriesDescription; ASCII, at most 64 characters
 };
 
-/// Writes a cine as classic single-frame MR Image Storage objects (vtk-dicom), with position,
-/// orientation, trigger times and R-R. Pixel values are rounded to 16 bit. UIDs are derived from
-/// the content, so the same cine gives the same bytes. @throws Error{Machine} if unwritable.
+/// Writes a cine as classic single-frame MR Image Storage objects (vtk-dicom, explicit little
+/// endian), one file a slice and phase: FOLDER/slice_KKK/phase_PPP.dcm.
+///
+/// Position, orientation and spacing have the full 16 characters of a DS; the trigger time of
+/// phase p of N is p/N of the R-R interval; NominalInterval is the R-R interval in whole ms. Pixel
+/// values are rounded to 16 bit (signed only if one is negative). Names and dates are constants.
+/// UIDs are 2.25.<number>, the number from the SHA-256 of the pixels and geometry, so that the same
+/// cine gives the same bytes and another cine other UIDs.
+///
+/// @throws Error{Machine} if the folder cannot be written; Error{InvalidInput} if the cine is
+/// empty,
+///         has no R-R interval, axes that are not at right angles, or a value beyond 16 bit.
 void write_dicom(const std::filesystem::path& folder, const Cine& cine,
                  const DicomWriteOptions& options = {});
 

@@ -8,13 +8,31 @@
 namespace beatlas::ingest {
 
 struct IngestOptions {
-  double rr_interval_s = 0;  ///< [s] overrides the R-R interval of the source if > 0
-  int phases = 0;  ///< common phases to resample to; 0 = as many as the stack's slices have
+  /// [s] 0.2..3, or 0 for the source's. Sets the exam's R-R interval; the phase of a DICOM frame
+  /// still comes from its own slice's R-R interval where the source names one.
+  double rr_interval_s = 0;
+  /// 2..200 common phases to resample to, or 0 for as many as the stack's slices have.
+  int phases = 0;
 };
 
-/// Reads a DICOM folder (a whole mixed exam, each slice its own series, any order), or one 4-D
-/// NIfTI file, into an Exam. The stack is the one with most parallel slices, then most phases.
-/// @throws Error{InvalidInput} with the file or folder and the reason.
+/// Reads DICOM folders and files (a whole mixed exam, each slice its own series, any order, any
+/// file names), or one 4-D NIfTI file, into an Exam.
+///
+/// DICOM: the stack is the one with most parallel slices (at least 3), then most phases; cines in
+/// which every image has a trigger time of its own and which have 8 phases or more come first.
+/// Geometry comes from ImagePositionPatient, ImageOrientationPatient and PixelSpacing alone.
+/// The grid's axes are row, column, row x column (determinant +1), k growing along the last. Slices
+/// have their own R-R interval and trigger times; each is resampled to common phases p/N of its R-R
+/// by a periodic cubic, copied where a frame lies on the phase. Fewer than 8 frames are assigned,
+/// not blended: a blend of two far phases shows two hearts.
+/// Views: other cines of one or two parallel slices, one Cine a slice, the same number of phases.
+///
+/// NIfTI: frames are taken as uniform in the R-R interval, R-R = frames x pixdim[4]; voxel order
+/// is the file's. No views.
+///
+/// What was chosen, what was left and why is in Exam::decisions; series numbers and counts appear
+/// there, never text from the files.
+/// @throws Error{InvalidInput} with the file or folder and the reason; Error{Machine} if cancelled.
 [[nodiscard]] Exam read_exam(const std::vector<std::filesystem::path>& sources,
                              const IngestOptions& options, StageContext& context);
 

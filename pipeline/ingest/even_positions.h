@@ -1,0 +1,29 @@
+#pragma once
+/// Which of some positions along a line are a stack of evenly spaced slices.
+
+#include <string>
+#include <vector>
+
+namespace beatlas::ingest {
+
+/// Neighbouring gaps may differ from their median by this share; beyond it the stack has a hole.
+inline constexpr double kMostUneven = 0.10;
+/// From this share on the unevenness is told.
+inline constexpr double kNotedUneven = 0.01;
+/// More than this share of the positions must belong to the stack.
+inline constexpr double kLeastKept = 0.8;
+
+struct EvenStack {
+  std::vector<int> members;  ///< indices into the positions, in their order; at least 3
+  double spacing_mm = 0;     ///< mean gap, or the median if they differ by more than kNotedUneven
+  double first_mm = 0;       ///< position of the first slice of the even stack
+  double worst_gap = 0;      ///< largest deviation of a gap from the median, as a share of it
+};
+
+/// The longest run of evenly spaced positions, the narrower of two as long.
+/// @param positions_mm ascending
+/// @throws Error{InvalidInput} if it has fewer than 3 members or leaves a fifth of the positions
+///         or more: then a slice is missing or the slices are spaced unevenly.
+[[nodiscard]] EvenStack find_even_stack(const std::vector<double>& positions_mm);
+
+}  // namespace beatlas::ingest

@@ -1,0 +1,21 @@
+#pragma once
+/// The readers behind read_exam, one a format.
+
+#include <filesystem>
+#include <vector>
+
+#include "pipeline/ingest/ingest.h"
+
+namespace beatlas::ingest {
+
+/// @param files every file of the source; `named` if the user named them one by one.
+[[nodiscard]] Exam exam_from_dicom(const std::vector<std::filesystem::path>& files, bool named,
+                                   const IngestOptions& options, StageContext& context);
+
+[[nodiscard]] Exam exam_from_nifti(const std::filesystem::path& file, const IngestOptions& options,
+                                   StageContext& context);
+
+/// @throws Error{InvalidInput} if a phase of the stack shows nothing (one value everywhere).
+void check_signal(const ImageCycle<float>& images);
+
+}  // namespace beatlas::ingest

@@ -1,0 +1,38 @@
+#pragma once
+/// Which images of an exam make the stack, and which the views beside it.
+
+#include <string>
+#include <vector>
+
+#include "pipeline/core/grid.h"
+#include "pipeline/ingest/ingest.h"
+#include "pipeline/ingest/plane_groups.h"
+
+namespace beatlas::ingest {
+
+/// Slices to read and the lattice they make.
+struct ChosenCine {
+  Grid grid;                     ///< LPS [mm], determinant +1
+  std::vector<ImageSet> slices;  ///< one a k of the grid
+  double rr_s = 0;               ///< mean over the slices
+};
+
+struct Choice {
+  ChosenCine stack;
+  int phases = 0;                 ///< of the stack and of every view
+  std::vector<ChosenCine> views;  ///< one slice each, by series number
+  std::vector<std::string> decisions;
+};
+
+/// In-plane offset of a slice from the stack's axis, in pixels, that is still no shear.
+inline constexpr double kMostShearPixels = 0.1;
+/// A slice lacks phases if its largest gap [of the R-R] exceeds this and 1.5 times the median
+/// slice's.
+inline constexpr double kGapOfComplete = 0.12;
+
+/// Chooses as ingest.h tells.
+/// @throws Error{InvalidInput} if the exam holds no stack, or the best one is sheared or uneven.
+[[nodiscard]] Choice choose_stack(const std::vector<DicomImage>& images,
+                                  const IngestOptions& options);
+
+}  // namespace beatlas::ingest
