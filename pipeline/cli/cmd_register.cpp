@@ -1,0 +1,22 @@
+#include <CLI/CLI.hpp>
+
+#include "pipeline/cli/commands.h"
+
+namespace beatlas::cli {
+
+void add_register(CLI::App& app, Run& run) {
+  auto arguments = std::make_shared<StageArguments>();
+  CLI::App* command =
+      app.add_subcommand("register", "Put the study's structures into the workspace");
+  add_stage_arguments(*command, *arguments);
+  command->callback([arguments, &run] {
+    run = [arguments] {
+      return run_stage(*arguments, study::Stage::Segment, [](Chain& chain) {
+        const std::filesystem::path& folder = chain.study().folder();
+        (void)chain.registration(study::read_exam(folder), study::read_segmentation(folder));
+      });
+    };
+  });
+}
+
+}  // namespace beatlas::cli

@@ -1,0 +1,135 @@
+#include "pipeline/cli/console.h"
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "pipeline/cli/version.h"
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::cli {
+namespace {
+
+std::atomic<bool> cancel_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+extern "C" void request_cancel(int signal) {
+  cancel_requested.store(true, std::memory_order_relaxed);
+  std::signal(signal, SIG_DFL);
+}
+
+double cpu_s() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+double wall_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+void catch_interrupts() {
+  std::signal(SIGINT, request_cancel);
+  std::signal(SIGTERM, request_cancel);
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux counts KiB
+}
+
+void print_data(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw Error(ErrorCode::Machine, "the output cannot be written to stdout");
+  }
+}
+
+Console::Console(bool verbose) : verbose_(verbose), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void Console::stage(const std::string& name, const std::function<void(StageContext&)>& body) {
+  StageContext context;
+  context.cancel = &cancel_requested;
+  context.log_sink = [this, &name](std::string_view line) { log(name + ": " + std::string(line)); };
+  if (terminal_) {
+    context.progress_sink = [this, &name](double share) { show_progress(name, share); };
+    show_progress(name, 0);
+  }
+  const double wall = wall_s();
+  const double cpu = cpu_s();
+  try {
+    context.check_cancelled();
+    body(context);
+  } catch (...) {
+    clear_progress();
+    throw;
+  }
+  clear_progress();
+  times_.push_back({name, wall_s() - wall, cpu_s() - cpu});
+}
+
+void Console::print(std::string_view line) {
+  const std::string text = "beatlas: " + std::string(line) + "\n";
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
+void Console::warn(std::string_view line) {
+  clear_progress();
+  const std::lock_guard lock(mutex_);
+  print("warning: " + std::string(line));
+}
+
+void Console::log(std::string_view line) {
+  if (!terminal_ && !verbose_) return;
+  clear_progress();
+  const std::lock_guard lock(mutex_);
+  print(line);
+}
+
+void Console::show_progress(const std::string& name, double share) {
+  const std::lock_guard lock(mutex_);
+  const int percent = static_cast<int>(100 * (share < 0 ? 0 : share > 1 ? 1 : share));
+  if (percent == shown_percent_) return;
+  shown_percent_ = percent;
+  std::fprintf(stderr, "\r\033[K%s %d %%", name.c_str(), percent);
+  std::fflush(stderr);
+}
+
+void Console::clear_progress() {
+  const std::lock_guard lock(mutex_);
+  if (shown_percent_ < 0) return;
+  shown_percent_ = -1;
+  std::fputs("\r\033[K", stderr);
+}
+
+void Console::finish() {
+  if (!verbose_) return;
+  std::fputs(report::speed_table(times_, peak_memory_mb()).c_str(), stderr);
+}
+
+void Console::write_timing(const std::filesystem::path& file, int threads) const {
+  nlohmann::json stages = nlohmann::json::array();
+  double total = 0;
+  for (const report::StageTime& time : times_) {
+    stages.push_back({{"name", time.stage}, {"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}});
+    total += time.wall_s;
+  }
+  study::write_json(file, {{"stages", stages},
+                           {"wall_s", total},
+                           {"peak_memory_mb", peak_memory_mb()},
+                           {"threads", threads},
+                           {"version", kVersion}});
+}
+
+}  // namespace beatlas::cli

@@ -1,0 +1,60 @@
+#pragma once
+/// Where a command talks to its user: log, warnings and progress on stderr, data on stdout, wall
+/// time of each stage, and the interrupt key.
+
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/core/stage_context.h"
+#include "pipeline/report/speed_table.h"
+
+namespace beatlas::cli {
+
+class Console {
+ public:
+  /// @param verbose log lines also where stderr is no terminal, and the speed table at the end
+  explicit Console(bool verbose);
+
+  /// Runs one stage with a context of its own and notes its wall and CPU time. On a terminal its
+  /// progress is shown. Interrupting sets the context's cancel flag.
+  void stage(const std::string& name, const std::function<void(StageContext&)>& body);
+
+  /// Always printed.
+  void warn(std::string_view line);
+  /// Printed on a terminal or if verbose.
+  void log(std::string_view line);
+
+  /// The speed table on stderr, if verbose.
+  void finish();
+
+  /// {"stages": [{"name", "wall_s", "cpu_s"}], "wall_s", "peak_memory_mb", "threads", "version"}
+  /// @throws Error{Machine}
+  void write_timing(const std::filesystem::path& file, int threads) const;
+
+ private:
+  void show_progress(const std::string& name, double share);
+  void clear_progress();
+  void print(std::string_view line);
+
+  bool verbose_;
+  bool terminal_;
+  std::mutex mutex_;
+  int shown_percent_ = -1;
+  std::vector<report::StageTime> times_;
+};
+
+/// Makes the interrupt and termination signals set the flag that Console's stages look at; the
+/// second signal ends the process as usual.
+void catch_interrupts();
+
+/// Highest resident memory of the process so far.
+[[nodiscard]] double peak_memory_mb();
+
+/// Writes to stdout. @throws Error{Machine} if it cannot be written, for example to a full disk.
+void print_data(std::string_view text);
+
+}  // namespace beatlas::cli

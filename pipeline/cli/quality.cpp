@@ -1,0 +1,97 @@
+#include "pipeline/cli/quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::cli {
+namespace {
+
+const report::VolumeCurve& curve_of(const std::vector<report::VolumeCurve>& curves,
+                                    Structure structure) {
+  for (const report::VolumeCurve& curve : curves) {
+    if (curve.structure == structure) return curve;
+  }
+  throw_invalid("there is a field of " + std::string(structure_name(structure)) +
+                ", but the segmentation lacks that structure; run the stages again from segment");
+}
+
+double gap_percent(const std::vector<double>& segmented, const std::vector<double>& made,
+                   Structure structure) {
+  if (segmented.size() != made.size() || made.empty()) {
+    throw_invalid("the segmentation of " + std::string(structure_name(structure)) +
+                  " has other phases than the field or surface made from it; run the stages again");
+  }
+  double gap = 0;
+  double largest = 0;
+  for (std::size_t p = 0; p < made.size(); ++p) {
+    gap = std::max(gap, std::abs(made[p] - segmented[p]));
+    largest = std::max(largest, segmented[p]);
+  }
+  return largest > 0 ? 100 * gap / largest : 100;
+}
+
+}  // namespace
+
+double enclosed_volume_ml(const std::vector<std::array<std::uint32_t, 3>>& triangles,
+                          const std::vector<Vec3f>& positions) {
+  double six_volumes = 0;
+  for (const auto& [a, b, c] : triangles) {
+    const Vec3 first = positions[a].cast<double>();
+    six_volumes += first.dot(positions[b].cast<double>().cross(positions[c].cast<double>()));
+  }
+  return six_volumes / 6e3;
+}
+
+std::vector<StructureQuality> measure_quality(const std::vector<report::VolumeCurve>& segmented,
+                                              const std::vector<FieldCycle>& fields,
+                                              const std::vector<SurfaceCycle>& surfaces) {
+  std::vector<StructureQuality> out;
+  for (const FieldCycle& field : fields) {
+    StructureQuality quality;
+    quality.structure = field.structure;
+    const std::vector<double>& volume_ml = curve_of(segmented, field.structure).volume_ml;
+    quality.field_volume_gap_percent = gap_percent(volume_ml, field.volume_ml, field.structure);
+    for (const SurfaceCycle& surface : surfaces) {
+      if (surface.structure != field.structure) continue;
+      std::vector<double> enclosed;
+      for (const std::vector<Vec3f>& phase : surface.positions) {
+        enclosed.push_back(enclosed_volume_ml(surface.triangles, phase));
+      }
+      quality.has_surface = true;
+      quality.surface_volume_gap_percent = gap_percent(volume_ml, enclosed, surface.structure);
+    }
+    out.push_back(quality);
+  }
+  return out;
+}
+
+void demand_quality(const std::vector<StructureQuality>& quality, const QualityOptions& options) {
+  for (const StructureQuality& entry : quality) {
+    const double worst = std::max(entry.field_volume_gap_percent, entry.surface_volume_gap_percent);
+    if (worst <= options.max_volume_gap_percent) continue;
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "the volume of %s differs by up to %.1f %% from its segmentation, the recipe "
+                  "allows %g %% (/quality/max_volume_gap_percent); no package was written",
+                  structure_name(entry.structure).data(), worst, options.max_volume_gap_percent);
+    throw Error(ErrorCode::Quality, text);
+  }
+}
+
+nlohmann::json quality_to_json(const std::vector<StructureQuality>& quality) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const StructureQuality& entry : quality) {
+    nlohmann::json figures{{"name", structure_name(entry.structure)},
+                           {"field_volume_gap_percent", entry.field_volume_gap_percent}};
+    if (entry.has_surface) {
+      figures["surface_volume_gap_percent"] = entry.surface_volume_gap_percent;
+    }
+    out.push_back(std::move(figures));
+  }
+  return out;
+}
+
+}  // namespace beatlas::cli

@@ -1,0 +1,36 @@
+#pragma once
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/cli/recipe.h"
+#include "pipeline/core/shapes.h"
+#include "pipeline/report/curves.h"
+
+namespace beatlas::cli {
+
+/// How well one structure of the package keeps the volume of its segmentation.
+struct StructureQuality {
+  Structure structure{};
+  /// max over phases of |V - V_segmentation|, as a share of the largest V_segmentation [%]
+  double field_volume_gap_percent = 0;
+  double surface_volume_gap_percent = 0;  ///< the same for the surface; 0 without one
+  bool has_surface = false;
+};
+
+/// Enclosed volume of a closed surface [ml] by the divergence theorem; > 0 if its triangles are
+/// counter-clockwise seen from outside.
+[[nodiscard]] double enclosed_volume_ml(const std::vector<std::array<std::uint32_t, 3>>& triangles,
+                                        const std::vector<Vec3f>& positions);
+
+/// One entry a field, in order of the fields. @throws Error{InvalidInput} if phases disagree.
+[[nodiscard]] std::vector<StructureQuality> measure_quality(
+    const std::vector<report::VolumeCurve>& segmented, const std::vector<FieldCycle>& fields,
+    const std::vector<SurfaceCycle>& surfaces);
+
+/// @throws Error{Quality} naming structure, figure and limit.
+void demand_quality(const std::vector<StructureQuality>& quality, const QualityOptions& options);
+
+[[nodiscard]] nlohmann::json quality_to_json(const std::vector<StructureQuality>& quality);
+
+}  // namespace beatlas::cli

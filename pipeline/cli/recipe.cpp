@@ -1,0 +1,111 @@
+#include "pipeline/cli/recipe.h"
+
+#include <string>
+
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+#include "runtime/base/json_object.h"
+
+namespace beatlas::cli {
+using nlohmann::json;
+namespace {
+
+/// Every option of a recipe, once: section, key, member and range.
+template <class AnyRecipe, class Visit>
+void visit_options(AnyRecipe& recipe, Visit& visit) {
+  visit.section("import");
+  visit.option("rr_interval_s", recipe.import.rr_interval_s, 0.0, 3.0);
+  visit.option("phases", recipe.import.phases, 0, 200);
+  visit.section("segment");
+  visit.section("register");
+  visit.option("shape_mm", recipe.registration.shape_mm, 0.3, 3.0);
+  visit.option("margin_mm", recipe.registration.margin_mm, 4.0, 40.0);
+  visit.section("field");
+  visit.option("voxel_mm", recipe.field.voxel_mm, 0.5, 4.0);
+  visit.option("inner_mm", recipe.field.inner_mm, 3.0, 40.0);
+  visit.option("outer_mm", recipe.field.outer_mm, 3.0, 40.0);
+  visit.section("mesh");
+  visit.option("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
+  visit.option("reference_phase", recipe.mesh.reference_phase, 0, 1023);
+  visit.section("pack");
+  visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
+  visit.section("quality");
+  visit.option("max_volume_gap_percent", recipe.quality.max_volume_gap_percent, 0.1, 100.0);
+  visit.end();
+}
+
+class Reader {
+ public:
+  explicit Reader(const json& recipe) : whole_(recipe, "") {}
+
+  void section(const std::string& name) {
+    finish_section();
+    static const json kEmpty = json::object();
+    section_.emplace(whole_.has(name) ? whole_.at(name) : kEmpty, "/" + name);
+  }
+  template <class T>
+  void option(const std::string& key, T& value, T low, T high) {
+    section_->read(key, value, low, high);
+  }
+  void end() {
+    finish_section();
+    whole_.finish();
+  }
+
+ private:
+  void finish_section() {
+    if (section_) section_->finish();
+  }
+
+  JsonObject whole_;
+  std::optional<JsonObject> section_;
+};
+
+class Writer {
+ public:
+  void section(const std::string& name) {
+    section_ = name;
+    out_[name] = json::object();
+  }
+  template <class T>
+  void option(const std::string& key, const T& value, T, T) {
+    out_[section_][key] = value;
+  }
+  void end() {}
+
+  [[nodiscard]] json take() { return std::move(out_); }
+
+ private:
+  json out_ = json::object();
+  std::string section_;
+};
+
+}  // namespace
+
+Recipe recipe_from_json(const json& value) {
+  Recipe recipe;
+  Reader reader(value);
+  visit_options(recipe, reader);
+  return recipe;
+}
+
+json recipe_to_json(const Recipe& recipe) {
+  Writer writer;
+  visit_options(recipe, writer);
+  return writer.take();
+}
+
+json stage_options(const Recipe& recipe, study::Stage stage) {
+  return recipe_to_json(recipe).at(std::string(study::stage_name(stage)));
+}
+
+Recipe read_recipe(const std::filesystem::path& file) {
+  const json content = study::read_json(file);
+  try {
+    return recipe_from_json(content);
+  } catch (const Error& error) {
+    throw error.with_context(file.string());
+  }
+}
+
+}  // namespace beatlas::cli

@@ -1,0 +1,219 @@
+#include "pipeline/report/overlay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::report {
+namespace {
+
+constexpr int kCaptionPx = 18;
+constexpr int kGapPx = 4;
+
+cv::Scalar bgr(const Colour& colour) {
+  return {double(colour[2]), double(colour[1]), double(colour[0])};
+}
+
+/// The rectangle of the source's grid, in voxels, that holds the heart in both phases and a margin.
+cv::Rect heart_rectangle(const Grid& source, const CoverageCycle& coverage,
+                         const std::vector<int>& phases, double margin_mm) {
+  const Grid& part = coverage.grid;
+  Index3 low{part.size[0], part.size[1], 0};
+  Index3 high{-1, -1, 0};
+  for (const auto& [structure, cycle] : coverage.phases) {
+    for (int phase : phases) {
+      const std::vector<float>& voxels = cycle[static_cast<std::size_t>(phase)];
+      std::size_t at = 0;
+      for (int k = 0; k < part.size[2]; ++k) {
+        for (int j = 0; j < part.size[1]; ++j) {
+          for (int i = 0; i < part.size[0]; ++i, ++at) {
+            if (voxels[at] < 0.5F) continue;
+            low = {std::min(low[0], i), std::min(low[1], j), 0};
+            high = {std::max(high[0], i), std::max(high[1], j), 0};
+          }
+        }
+      }
+    }
+  }
+  const cv::Rect whole(0, 0, source.size[0], source.size[1]);
+  if (high[0] < 0) return whole;
+  const Vec3 spacing = source.spacing_mm();
+  const int margin_i = static_cast<int>(std::ceil(margin_mm / spacing[0]));
+  const int margin_j = static_cast<int>(std::ceil(margin_mm / spacing[1]));
+  return whole & cv::Rect(coverage.first[0] + low[0] - margin_i,
+                          coverage.first[1] + low[1] - margin_j,
+                          high[0] - low[0] + 1 + 2 * margin_i, high[1] - low[1] + 1 + 2 * margin_j);
+}
+
+cv::Mat slice_view(const std::vector<float>& voxels, const Grid& grid, int k) {
+  return {grid.size[1], grid.size[0], CV_32F,
+          const_cast<float*>(voxels.data()) + grid.offset(0, 0, k)};
+}
+
+/// Grey window: the 1st and 99th percentile inside the rectangle over all slices of a phase.
+std::array<double, 2> grey_window(const Cine& cine, int phase, const cv::Rect& rectangle) {
+  std::vector<float> sample;
+  for (int k = 0; k < cine.grid().size[2]; ++k) {
+    const cv::Mat part =
+        slice_view(cine.images.phases[static_cast<std::size_t>(phase)], cine.grid(), k)(rectangle);
+    for (int j = 0; j < part.rows; ++j) {
+      for (int i = 0; i < part.cols; ++i) {
+        if (std::isfinite(part.at<float>(j, i))) sample.push_back(part.at<float>(j, i));
+      }
+    }
+  }
+  if (sample.empty()) return {0, 1};
+  const auto quantile = [&](double q) {
+    const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(sample.size() - 1));
+    std::nth_element(sample.begin(), sample.begin() + at, sample.end());
+    return static_cast<double>(sample[static_cast<std::size_t>(at)]);
+  };
+  const double low = quantile(0.01);
+  const double high = quantile(0.99);
+  return {low, high > low ? high : low + 1};
+}
+
+/// The coverage of one slice on the rectangle; zero outside the coverage's part of the grid.
+cv::Mat coverage_slice(const CoverageCycle& coverage, const std::vector<float>& voxels, int k,
+                       const cv::Rect& rectangle) {
+  cv::Mat out = cv::Mat::zeros(rectangle.size(), CV_32F);
+  const int part_k = k - coverage.first[2];
+  if (part_k < 0 || part_k >= coverage.grid.size[2]) return out;
+  const cv::Rect part(coverage.first[0], coverage.first[1], coverage.grid.size[0],
+                      coverage.grid.size[1]);
+  const cv::Rect shared = part & rectangle;
+  if (shared.empty()) return out;
+  slice_view(voxels, coverage.grid, part_k)(shared - part.tl())
+      .copyTo(out(shared - rectangle.tl()));
+  return out;
+}
+
+struct Sheet {
+  cv::Rect rectangle;
+  cv::Size tile;
+};
+
+cv::Mat draw_tile(const Cine& cine, const Segmentation& segmentation, const Sheet& sheet, int k,
+                  int phase, const std::array<double, 2>& window) {
+  const auto p = static_cast<std::size_t>(phase);
+  cv::Mat grey;
+  const double scale = 255.0 / (window[1] - window[0]);
+  slice_view(cine.images.phases[p], cine.grid(), k)(sheet.rectangle)
+      .convertTo(grey, CV_8U, scale, -window[0] * scale);
+  cv::Mat tile;
+  cv::resize(grey, tile, sheet.tile, 0, 0, cv::INTER_LINEAR);
+  cv::cvtColor(tile, tile, cv::COLOR_GRAY2BGR);
+  for (Structure structure : kAllStructures) {
+    const auto found = segmentation.coverage.phases.find(structure);
+    if (found == segmentation.coverage.phases.end()) continue;
+    cv::Mat inside;
+    cv::resize(coverage_slice(segmentation.coverage, found->second[p], k, sheet.rectangle), inside,
+               sheet.tile, 0, 0, cv::INTER_LINEAR);
+    std::vector<std::vector<cv::Point>> contours;
+    cv::findContours(cv::Mat(inside >= 0.5), contours, cv::RETR_LIST, cv::CHAIN_APPROX_NONE);
+    cv::drawContours(tile, contours, -1, bgr(structure_colour(structure)), 1);
+  }
+  return tile;
+}
+
+void put_words(cv::Mat& picture, const std::string& words, cv::Point at, const cv::Scalar& colour) {
+  cv::putText(picture, words, at, cv::FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv::LINE_AA);
+}
+
+void check(const Cine& cine, const Segmentation& segmentation) {
+  const auto phases = static_cast<std::size_t>(cine.phase_count());
+  const CoverageCycle& coverage = segmentation.coverage;
+  bool fits = phases > 0 && cine.grid().count() > 0;
+  for (const std::vector<float>& image : cine.images.phases) {
+    fits = fits && image.size() == cine.grid().count();
+  }
+  for (const auto& [structure, cycle] : coverage.phases) {
+    fits = fits && cycle.size() == phases;
+    for (const std::vector<float>& phase : cycle)
+      fits = fits && phase.size() == coverage.grid.count();
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    fits = fits && coverage.first[axis] >= 0 &&
+           coverage.first[axis] + coverage.grid.size[axis] <= cine.grid().size[axis];
+  }
+  for (int phase : {segmentation.end_diastole, segmentation.end_systole}) {
+    fits = fits && phase >= 0 && static_cast<std::size_t>(phase) < phases;
+  }
+  if (!fits) throw_invalid("the segmentation does not lie on the phases and grid of the images");
+}
+
+}  // namespace
+
+Colour structure_colour(Structure structure) noexcept {
+  switch (structure) {
+    case Structure::Heart:
+      return {240, 190, 0};
+    case Structure::LvBlood:
+      return {230, 40, 40};
+    case Structure::RvBlood:
+      return {40, 120, 255};
+    case Structure::LvMyocardium:
+      return {30, 170, 60};
+  }
+  return {255, 255, 255};
+}
+
+std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segmentation,
+                                   const OverlayOptions& options) {
+  check(cine, segmentation);
+  const Grid& grid = cine.grid();
+  const std::array<int, 2> phases{segmentation.end_diastole, segmentation.end_systole};
+  const std::array<std::string, 2> names{"ED", "ES"};
+
+  Sheet sheet;
+  sheet.rectangle =
+      heart_rectangle(grid, segmentation.coverage, {phases[0], phases[1]}, options.margin_mm);
+  const Vec3 spacing = grid.spacing_mm();
+  const double width_mm = sheet.rectangle.width * spacing[0];
+  const double height_mm = sheet.rectangle.height * spacing[1];
+  const double px_per_mm = options.tile_px / std::max(width_mm, height_mm);
+  sheet.tile = {std::max(1, static_cast<int>(std::lround(width_mm * px_per_mm))),
+                std::max(1, static_cast<int>(std::lround(height_mm * px_per_mm)))};
+
+  const int slices = grid.size[2];
+  const int pairs = std::max(1, static_cast<int>(std::ceil(std::sqrt(slices / 2.0))));
+  const int rows = (slices + pairs - 1) / pairs;
+  const int step_x = sheet.tile.width + kGapPx;
+  const int step_y = sheet.tile.height + kCaptionPx + kGapPx;
+  cv::Mat picture(rows * step_y + kCaptionPx + kGapPx, std::max(2 * pairs * step_x, 420), CV_8UC3,
+                  cv::Scalar(24, 24, 24));
+  int legend_x = kGapPx;
+  for (Structure structure : kAllStructures) {
+    if (segmentation.coverage.phases.count(structure) == 0) continue;
+    put_words(picture, std::string(structure_name(structure)), {legend_x, kCaptionPx - 4},
+              bgr(structure_colour(structure)));
+    legend_x += 100;
+  }
+  for (std::size_t side = 0; side < phases.size(); ++side) {
+    const auto window = grey_window(cine, phases[side], sheet.rectangle);
+    for (int k = 0; k < slices; ++k) {
+      const int x = (2 * (k % pairs) + static_cast<int>(side)) * step_x;
+      const int y = kCaptionPx + kGapPx + (k / pairs) * step_y;
+      put_words(picture,
+                "slice " + std::to_string(k) + " " + names[side] + " (phase " +
+                    std::to_string(phases[side]) + ")",
+                {x + kGapPx, y + kCaptionPx - 5}, cv::Scalar(220, 220, 220));
+      draw_tile(cine, segmentation, sheet, k, phases[side], window)
+          .copyTo(picture(cv::Rect({x, y + kCaptionPx}, sheet.tile)));
+    }
+  }
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", picture, bytes)) {
+    throw Error(ErrorCode::Machine, "the overlay picture could not be encoded as PNG");
+  }
+  const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
+  return {first, first + bytes.size()};
+}
+
+}  // namespace beatlas::report

@@ -1,0 +1,29 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/core/exam.h"
+#include "pipeline/core/shapes.h"
+
+namespace beatlas::report {
+
+struct OverlayOptions {
+  double margin_mm = 15;  ///< [mm] 0..200: room around the heart in the picture
+  int tile_px = 280;      ///< 64..1024: longer edge of one slice's tile
+};
+
+/// One colour a structure, the same in every picture: red, green, blue.
+using Colour = std::array<std::uint8_t, 3>;
+[[nodiscard]] Colour structure_colour(Structure structure) noexcept;
+
+/// A PNG sheet for a technician's eye: every slice of the stack at end-diastole and, beside it, at
+/// end-systole, cropped to the heart and enlarged to square pixels, with the contour (coverage
+/// 0.5) of each structure. The same input gives the same bytes.
+/// @pre segmentation.coverage lies on a part of cine's grid, phase by phase.
+/// @throws Error{InvalidInput} if grids or phases disagree.
+[[nodiscard]] std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segmentation,
+                                                 const OverlayOptions& options = {});
+
+}  // namespace beatlas::report

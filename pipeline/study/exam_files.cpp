@@ -1,0 +1,91 @@
+#include <array>
+#include <cstdio>
+
+#include "pipeline/study/files.h"
+#include "pipeline/study/images.h"
+#include "pipeline/study/json_values.h"
+#include "pipeline/study/stage_files.h"
+#include "runtime/base/error.h"
+#include "runtime/base/json_object.h"
+
+namespace beatlas::study {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+double frame_interval_s(const Cine& cine) {
+  return cine.rr_interval_s / std::max(1, cine.phase_count());
+}
+
+json write_cine(const fs::path& folder, const std::string& name, const Cine& cine) {
+  write_images(folder / name, cine.images, cine.grid(), frame_interval_s(cine));
+  return {{"file", name},
+          {"grid", grid_to_json(cine.grid())},
+          {"rr_interval_s", cine.rr_interval_s},
+          {"frame_times_s", cine.frame_times_s}};
+}
+
+Cine read_cine(const fs::path& folder, const json& value, const std::string& name,
+               const std::string& path) {
+  JsonObject object(value, path);
+  Cine cine;
+  std::string file;
+  object.read("file", file);
+  if (file != name) throw_invalid(path + "/file must be " + name);
+  const Grid grid = grid_from_json(object.at("grid"), path + "/grid");
+  object.read("rr_interval_s", cine.rr_interval_s, 1e-3, 1e3);
+  cine.frame_times_s = numbers_from_json(object.at("frame_times_s"), path + "/frame_times_s");
+  object.finish();
+  cine.images =
+      read_images(folder / name, {grid, grid, static_cast<int>(cine.frame_times_s.size())});
+  return cine;
+}
+
+std::string view_name(std::size_t view) {
+  std::array<char, 48> name{};
+  std::snprintf(name.data(), name.size(), "view_%02zu.nii.gz", view);
+  return name.data();
+}
+
+}  // namespace
+
+FileList write_exam(const fs::path& study, const Exam& exam) {
+  const fs::path folder = study / "exam";
+  make_folder(folder);
+  FileList files{"exam/exam.json", "exam/stack.nii.gz"};
+  json content{{"stack", write_cine(folder, "stack.nii.gz", exam.stack)},
+               {"views", json::array()},
+               {"decisions", exam.decisions},
+               {"source_format", exam.source_format}};
+  for (std::size_t view = 0; view < exam.views.size(); ++view) {
+    content["views"].push_back(write_cine(folder, view_name(view), exam.views[view]));
+    files.push_back("exam/" + view_name(view));
+  }
+  write_json(folder / "exam.json", content);
+  return files;
+}
+
+Exam read_exam(const fs::path& study) {
+  const fs::path folder = study / "exam";
+  const fs::path index = folder / "exam.json";
+  const json content = read_json(index);
+  try {
+    JsonObject object(content, "");
+    Exam exam;
+    exam.stack = read_cine(folder, object.at("stack"), "stack.nii.gz", "/stack");
+    const json& views = object.at("views");
+    if (!views.is_array()) throw_invalid("/views must be a list");
+    for (std::size_t view = 0; view < views.size(); ++view) {
+      exam.views.push_back(
+          read_cine(folder, views[view], view_name(view), "/views/" + std::to_string(view)));
+    }
+    exam.decisions = strings_from_json(object.at("decisions"), "/decisions");
+    object.read("source_format", exam.source_format);
+    object.finish();
+    return exam;
+  } catch (const Error& error) {
+    throw error.with_context(index.string());
+  }
+}
+
+}  // namespace beatlas::study

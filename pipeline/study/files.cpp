@@ -1,0 +1,134 @@
+#include "pipeline/study/files.h"
+
+#include <fstream>
+#include <set>
+#include <system_error>
+
+#include "runtime/base/error.h"
+#include "runtime/base/sha256.h"
+
+namespace beatlas::study {
+namespace fs = std::filesystem;
+namespace {
+
+[[noreturn]] void fail_machine(const std::string& message) {
+  throw Error(ErrorCode::Machine, message);
+}
+
+fs::path temporary_of(const fs::path& file) {
+  return file.parent_path() / (".partial-" + file.filename().string());
+}
+
+}  // namespace
+
+void replace_file(const fs::path& file, const std::function<void(const fs::path&)>& write) {
+  const fs::path temporary = temporary_of(file);
+  std::error_code ignored;
+  try {
+    write(temporary);
+  } catch (...) {
+    fs::remove(temporary, ignored);
+    throw;
+  }
+  std::error_code failure;
+  fs::rename(temporary, file, failure);
+  if (failure) {
+    fs::remove(temporary, ignored);
+    fail_machine(file.string() + " cannot be written: " + failure.message());
+  }
+}
+
+void write_bytes(const fs::path& file, std::span<const std::byte> bytes) {
+  replace_file(file, [&](const fs::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    out.write(reinterpret_cast<const char*>(bytes.data()),
+              static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) {
+      fail_machine(file.string() +
+                   " cannot be written: is its folder writable and the disk not full?");
+    }
+  });
+}
+
+void write_text(const fs::path& file, std::string_view text) {
+  write_bytes(file, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void write_json(const fs::path& file, const nlohmann::json& json) {
+  write_text(file, json.dump(2) + "\n");
+}
+
+std::vector<std::byte> read_bytes(const fs::path& file) {
+  std::error_code failure;
+  if (!fs::is_regular_file(file, failure)) throw_invalid(file.string() + " is not a file");
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  if (!in) throw_invalid(file.string() + " cannot be opened for reading");
+  std::vector<std::byte> bytes(static_cast<std::size_t>(in.tellg()));
+  in.seekg(0);
+  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!in) throw_invalid(file.string() + " cannot be read to its end");
+  return bytes;
+}
+
+nlohmann::json read_json(const fs::path& file) {
+  const std::vector<std::byte> bytes = read_bytes(file);
+  const auto* first = reinterpret_cast<const char*>(bytes.data());
+  std::vector<std::set<std::string>> keys;
+  std::string repeated;
+  const nlohmann::json::parser_callback_t note_keys = [&](int, nlohmann::json::parse_event_t event,
+                                                          nlohmann::json& parsed) {
+    using Event = nlohmann::json::parse_event_t;
+    if (event == Event::object_start) keys.emplace_back();
+    if (event == Event::object_end) keys.pop_back();
+    if (event == Event::key && !keys.back().insert(parsed.get<std::string>()).second) {
+      repeated = parsed.get<std::string>();
+    }
+    return true;
+  };
+  try {
+    nlohmann::json json = nlohmann::json::parse(first, first + bytes.size(), note_keys);
+    if (!repeated.empty()) {
+      throw_invalid(file.string() + ": the key '" + repeated + "' stands twice in one object");
+    }
+    return json;
+  } catch (const nlohmann::json::parse_error& error) {
+    throw_invalid(file.string() + " is not valid JSON (at byte " + std::to_string(error.byte) +
+                  ")");
+  } catch (const nlohmann::json::exception&) {
+    throw_invalid(file.string() + " is not valid JSON: a number is out of range");
+  }
+}
+
+std::string sha256_of_file(const fs::path& file) { return sha256_hex(read_bytes(file)); }
+
+void make_folder(const fs::path& folder) {
+  std::error_code failure;
+  fs::create_directories(folder, failure);
+  std::error_code ignored;
+  if (failure || !fs::is_directory(folder, ignored)) {
+    fail_machine("the folder " + folder.string() +
+                 " cannot be made: " + (failure ? failure.message() : "a file has that name"));
+  }
+}
+
+void check_writable(const fs::path& file) {
+  std::error_code ignored;
+  if (file.filename().empty() || fs::is_directory(file, ignored)) {
+    fail_machine(file.string() + " cannot be written: it is a folder; name a file");
+  }
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, ignored)) {
+    fail_machine(file.string() + " cannot be written: the folder " + folder.string() +
+                 " does not exist");
+  }
+  const fs::path temporary = temporary_of(file);
+  const bool made = std::ofstream(temporary, std::ios::binary).good();
+  fs::remove(temporary, ignored);
+  if (!made) {
+    fail_machine(file.string() + " cannot be written: no permission in " + folder.string() +
+                 ", or the disk is full");
+  }
+}
+
+}  // namespace beatlas::study

@@ -1,0 +1,42 @@
+#pragma once
+/// Writing files so that a reader never sees half of one.
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace beatlas::study {
+
+/// Calls write(temporary) with a name beside `file` that ends like it, then renames it to `file`,
+/// replacing what was there. If anything fails, the temporary is removed and `file` is untouched.
+/// @throws what `write` throws; Error{Machine} if the rename fails.
+void replace_file(const std::filesystem::path& file,
+                  const std::function<void(const std::filesystem::path& temporary)>& write);
+
+/// replace_file with these bytes. @throws Error{Machine}
+void write_bytes(const std::filesystem::path& file, std::span<const std::byte> bytes);
+void write_text(const std::filesystem::path& file, std::string_view text);
+/// Indented, keys sorted, with a final newline.
+void write_json(const std::filesystem::path& file, const nlohmann::json& json);
+
+/// @throws Error{InvalidInput} if it is missing or unreadable.
+[[nodiscard]] std::vector<std::byte> read_bytes(const std::filesystem::path& file);
+/// @throws Error{InvalidInput} naming the file and where in it the JSON breaks off; a key that
+/// stands twice in one object is refused too.
+[[nodiscard]] nlohmann::json read_json(const std::filesystem::path& file);
+[[nodiscard]] std::string sha256_of_file(const std::filesystem::path& file);
+
+/// Makes the folder and those above it. @throws Error{Machine}
+void make_folder(const std::filesystem::path& folder);
+
+/// Tries now whether replace_file(file) could work, before long work is done for it.
+/// @throws Error{Machine} if `file` is a folder, its folder is missing or cannot be written.
+void check_writable(const std::filesystem::path& file);
+
+}  // namespace beatlas::study

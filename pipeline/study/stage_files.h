@@ -1,0 +1,51 @@
+#pragma once
+/// Each stage's values as files of a study, and back. The writers return the files they wrote,
+/// relative to the study's folder, for Study::commit. The readers give exactly what was written.
+/// Writers throw Error{Machine}, readers Error{InvalidInput} naming the file.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/core/exam.h"
+#include "pipeline/core/shapes.h"
+
+namespace beatlas::study {
+
+using FileList = std::vector<std::string>;
+
+/// exam/: the stack and each view as 4-D NIfTI; times, exact grids and decisions as JSON.
+FileList write_exam(const std::filesystem::path& study, const Exam& exam);
+[[nodiscard]] Exam read_exam(const std::filesystem::path& study);
+
+/// segment/: labels on the source's grid, coverage of each structure on its part of it.
+FileList write_segmentation(const std::filesystem::path& study, const Segmentation& segmentation,
+                            double frame_interval_s);
+[[nodiscard]] Segmentation read_segmentation(const std::filesystem::path& study);
+
+/// What the stage `register` gives.
+struct Registration {
+  Affine workspace_from_lps = Affine::Identity();
+  std::vector<ShapeCycle> shapes;
+};
+
+/// register/: the shapes and, for the eye, cine and labels on the workspace's 256 x 256 x 64 grid.
+/// All NIfTI files carry their place in the patient, so that they overlay the source in a viewer.
+/// @param cine, labels grid frame: workspace
+FileList write_registration(const std::filesystem::path& study, const Registration& registration,
+                            const ImageCycle<float>& cine, const LabelCycle& labels,
+                            double frame_interval_s);
+[[nodiscard]] Registration read_registration(const std::filesystem::path& study);
+/// Only the map, without the shapes.
+[[nodiscard]] Affine read_workspace_from_lps(const std::filesystem::path& study);
+
+/// field/: one .vdb a structure.
+FileList write_fields(const std::filesystem::path& study, const std::vector<FieldCycle>& fields);
+[[nodiscard]] std::vector<FieldCycle> read_fields(const std::filesystem::path& study);
+
+/// mesh/: one binary .ply a structure and phase, workspace [mm], one connectivity.
+FileList write_surfaces(const std::filesystem::path& study,
+                        const std::vector<SurfaceCycle>& surfaces);
+[[nodiscard]] std::vector<SurfaceCycle> read_surfaces(const std::filesystem::path& study);
+
+}  // namespace beatlas::study
