@@ -131,7 +131,7 @@ TEST(PackageRoundTrip, KeepsASurfaceOfOnePhaseAndOfTwoParts) {
   EXPECT_EQ(canonical(surface.triangles), canonical(decoded.triangles));
 }
 
-TEST(PackageSize, OfASmoothBeatIsAThirdOfItsRawBytesOrLess) {
+TEST(PackageSize, OfASmoothBeatIsAQuarterOfItsRawBytesOrLess) {
   // Gates on bytes: a lost prediction step at least doubles these.
   const FieldPayload field = test::beating_field(Structure::Heart, 35, 5, 15, 1.5);
   EXPECT_LT(pack::pack_field(field).size(), field.coefficients.size() * 2 / 4);
