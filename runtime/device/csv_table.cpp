@@ -43,7 +43,8 @@ CsvTable read_csv(std::istream& stream, const std::string& name,
   }
   if (line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
   table.header = line;
-  const std::vector<std::string_view> columns = split(table.header);
+  for (std::string_view column : split(table.header)) table.columns.emplace_back(column);
+  const std::vector<std::string>& columns = table.columns;
   std::vector<std::size_t> places;
   for (const std::string& column : wanted) {
     const auto found = std::find(columns.begin(), columns.end(), column);

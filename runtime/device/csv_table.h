@@ -10,6 +10,7 @@ namespace beatlas::device {
 /// The wanted columns of every row, beside the rows' own text.
 struct CsvTable {
   std::string header;                     ///< the first line as it stood
+  std::vector<std::string> columns;       ///< names in the header, in its order
   std::vector<std::string> lines;         ///< the other lines that are not empty
   std::vector<std::vector<double>> rows;  ///< [row][wanted column]
 };

@@ -198,8 +198,10 @@ FieldSample FieldQuery::sample(const Vec3& x, double t) const noexcept {
         std::int32_t entry = FieldPayload::kOutside;
         if (sx.block >= 0 && sx.block < field.block_count[0] && sy.block >= 0 &&
             sy.block < field.block_count[1] && sz.block >= 0 && sz.block < field.block_count[2]) {
-          entry = field.blocks[static_cast<std::size_t>(
-              sx.block + field.block_count[0] * (sy.block + field.block_count[1] * sz.block))];
+          const auto at = [](int n) { return static_cast<std::size_t>(n); };
+          entry = field.blocks[at(sx.block) +
+                               at(field.block_count[0]) *
+                                   (at(sy.block) + at(field.block_count[1]) * at(sz.block))];
         }
         for (int z = 0; z < sz.count; ++z) {
           for (int y = 0; y < sy.count; ++y) {

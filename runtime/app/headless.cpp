@@ -1,0 +1,147 @@
+#include "runtime/app/headless.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <sstream>
+
+#include "runtime/app/text.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::app {
+namespace {
+
+constexpr double kMmPerM = 1000;
+
+double thread_cpu_us() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+ComputeTime quantiles(std::vector<float> times_us) {
+  ComputeTime out;
+  if (times_us.empty()) return out;
+  std::sort(times_us.begin(), times_us.end());
+  const auto at = [&](double share) {  // nearest rank
+    const double rank = std::ceil(share * static_cast<double>(times_us.size()));
+    return static_cast<double>(times_us[static_cast<std::size_t>(std::max(rank, 1.0)) - 1]);
+  };
+  out.p50_us = at(0.5);
+  out.p99_us = at(0.99);
+  out.p999_us = at(0.999);
+  out.max_us = at(1);
+  return out;
+}
+
+}  // namespace
+
+Session run_session(device::Device& device, haptics::Servo& servo, std::size_t expected_ticks,
+                    bool keep_trace) {
+  Session session;
+  SessionReport& report = session.report;
+  std::vector<float> times_us;
+  times_us.reserve(expected_ticks);
+  if (keep_trace) session.trace.reserve(expected_ticks);
+  std::int64_t contacts = 0;
+  std::int64_t limited = 0;
+  const device::ServoFn tick = [&](const device::DeviceState& state) -> Vec3 {
+    const Vec3 position_mm = kMmPerM * state.position_m;
+    const double begin_us = thread_cpu_us();
+    const haptics::Tick felt =
+        servo.tick({.time_s = state.time_s, .position_mm = position_mm, .valid = state.valid});
+    const double end_us = thread_cpu_us();
+    if (times_us.size() < times_us.capacity()) {
+      times_us.push_back(static_cast<float>(end_us - begin_us));
+    }
+    if (session.trace.size() < session.trace.capacity()) {
+      session.trace.push_back({state.time_s, position_mm, felt.contact.depth_mm, felt.force_n});
+    }
+    contacts += felt.contact.touching ? 1 : 0;
+    limited += felt.status == haptics::TickStatus::Limited ? 1 : 0;
+    report.faults += felt.status == haptics::TickStatus::Fault ? 1 : 0;
+    report.max_force_n = std::max(report.max_force_n, felt.force_n.norm());
+    report.max_model_force_n = std::max(report.max_model_force_n, felt.contact.force_n.norm());
+    return felt.force_n;
+  };
+  report.device = device.name();
+  report.run = device.run(tick, {});
+  const auto ticks = static_cast<double>(std::max<std::int64_t>(1, report.run.ticks));
+  report.contact_share = static_cast<double>(contacts) / ticks;
+  report.limited_share = static_cast<double>(limited) / ticks;
+  report.compute = quantiles(std::move(times_us));
+  return session;
+}
+
+Vec3 surface_point_mm(const field::FieldQuery& field, const Vec3& direction, double t) {
+  const atlas::FieldPayload& payload = field.payload();
+  const Vec3 extent_mm =
+      payload.voxel_mm * atlas::FieldPayload::kBlockEdge *
+      Vec3(payload.block_count[0], payload.block_count[1], payload.block_count[2]);
+  const Vec3 unit = direction.normalized();
+  const double step_mm = 0.25 * payload.voxel_mm;
+  const auto distance_mm = [&](double along) {
+    return field.sample(field.centre_mm() + along * unit, t).distance_mm;
+  };
+  double outside = extent_mm.norm();
+  while (distance_mm(outside) > 0) {
+    // The distance is a safe step where it is exact; its clamp and the spline are not above it.
+    outside -= std::max(step_mm, 0.9 * distance_mm(outside));
+    if (outside < -extent_mm.norm()) {
+      throw_invalid("the field holds no surface on the chosen side; choose another side");
+    }
+  }
+  double inside = outside;
+  while (distance_mm(outside) <= 0) outside += step_mm;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (distance_mm(middle) > 0 ? outside : inside) = middle;
+  }
+  return field.centre_mm() + outside * unit;
+}
+
+nlohmann::json session_json(const SessionReport& report) {
+  return {{"device", report.device},
+          {"ticks", report.run.ticks},
+          {"late_ticks", report.run.late_ticks},
+          {"worst_late_ms", 1e3 * report.run.worst_late_s},
+          {"compute_us",
+           {{"p50", report.compute.p50_us},
+            {"p99", report.compute.p99_us},
+            {"p99_9", report.compute.p999_us},
+            {"max", report.compute.max_us}}},
+          {"max_force_n", report.max_force_n},
+          {"max_model_force_n", report.max_model_force_n},
+          {"contact_share", report.contact_share},
+          {"limited_share", report.limited_share},
+          {"faults", report.faults}};
+}
+
+std::string session_text(const SessionReport& report) {
+  std::ostringstream text;
+  text.precision(3);
+  text << report.device << " device: " << report.run.ticks << " ticks, " << report.run.late_ticks
+       << " late (worst " << 1e3 * report.run.worst_late_s << " ms)\n"
+       << "compute time a tick: p50 " << report.compute.p50_us << ", p99 " << report.compute.p99_us
+       << ", p99.9 " << report.compute.p999_us << ", max " << report.compute.max_us << " us\n"
+       << "largest force " << report.max_force_n << " N (model " << report.max_model_force_n
+       << " N), in contact " << 100 * report.contact_share << " %, limited "
+       << 100 * report.limited_share << " %, " << report.faults << " faults\n";
+  return text.str();
+}
+
+std::string trace_csv(const std::vector<TraceRow>& trace) {
+  std::string text = "t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n\n";
+  for (const TraceRow& row : trace) {
+    append_number(text, row.time_s);
+    for (double value : {row.position_mm[0], row.position_mm[1], row.position_mm[2], row.depth_mm,
+                         row.force_n[0], row.force_n[1], row.force_n[2]}) {
+      text += ',';
+      append_number(text, value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace beatlas::app

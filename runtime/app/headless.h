@@ -1,0 +1,64 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/device/device.h"
+#include "runtime/field/field_query.h"
+#include "runtime/haptics/servo.h"
+
+namespace beatlas::app {
+
+/// What was felt at one tick.
+struct TraceRow {
+  double time_s;
+  Vec3 position_mm;  ///< workspace
+  double depth_mm;
+  Vec3 force_n;  ///< sent to the device, after the safety stage
+};
+
+/// Compute time of a tick [us], thread CPU time, the clock's own cost included.
+struct ComputeTime {
+  double p50_us = 0;
+  double p99_us = 0;
+  double p999_us = 0;
+  double max_us = 0;
+};
+
+struct SessionReport {
+  std::string device;
+  device::RunReport run;
+  ComputeTime compute;
+  double max_force_n = 0;        ///< after the safety stage
+  double max_model_force_n = 0;  ///< before it
+  double contact_share = 0;      ///< of the ticks, 0..1
+  double limited_share = 0;      ///< ticks whose force the safety stage made smaller, 0..1
+  std::int64_t faults = 0;       ///< ticks with zero force by a fault
+};
+
+struct Session {
+  SessionReport report;
+  std::vector<TraceRow> trace;  ///< one row a tick if it was asked for
+};
+
+/// Runs `servo` on `device` until the device ends. Device frame: metres along the workspace's axes
+/// from its origin. @param expected_ticks to reserve; further ticks are counted but neither traced
+/// nor in the compute times, so that no tick allocates.
+[[nodiscard]] Session run_session(device::Device& device, haptics::Servo& servo,
+                                  std::size_t expected_ticks, bool keep_trace);
+
+/// Outermost point of the surface on the ray from the structure's centre along `direction` at time
+/// t; workspace [mm]. @throws Error{InvalidInput} if the ray meets no surface.
+[[nodiscard]] Vec3 surface_point_mm(const field::FieldQuery& field, const Vec3& direction,
+                                    double t);
+
+/// See schemas/play.schema.json.
+[[nodiscard]] nlohmann::json session_json(const SessionReport& report);
+/// A few lines for people; ends with a newline.
+[[nodiscard]] std::string session_text(const SessionReport& report);
+/// CSV t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n; `--device replay` plays it again.
+[[nodiscard]] std::string trace_csv(const std::vector<TraceRow>& trace);
+
+}  // namespace beatlas::app

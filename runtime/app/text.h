@@ -1,0 +1,13 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+namespace beatlas::app {
+
+/// Shortest decimal that reads back as the same number; never "-0".
+void append_number(std::string& text, double value);
+
+/// @throws Error{Machine} if it cannot be written whole.
+void write_file(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace beatlas::app
