@@ -1,0 +1,85 @@
+#include "pipeline/study/files.h"
+
+#include <fstream>
+#include <iterator>
+
+#include <gtest/gtest.h>
+
+#include "runtime/base/error.h"
+#include "tests/unit/study/temporary_folder.h"
+
+namespace beatlas::study {
+namespace {
+namespace fs = std::filesystem;
+
+std::size_t count_files(const fs::path& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+ErrorCode code_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.code();
+  }
+  return ErrorCode{0};
+}
+
+TEST(ReplaceFile, leaves_the_old_file_and_nothing_else_when_writing_fails) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "a.txt";
+  write_text(file, "old");
+  EXPECT_THROW(replace_file(file,
+                            [](const fs::path& temporary) {
+                              std::ofstream(temporary) << "half";
+                              throw_invalid("broken off");
+                            }),
+               Error);
+  const auto bytes = read_bytes(file);
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()), "old");
+  EXPECT_EQ(count_files(folder.path()), 1U);
+}
+
+TEST(ReplaceFile, keeps_the_ending_of_the_name) {
+  const TemporaryFolder folder;
+  std::string name;
+  replace_file(folder.path() / "x.nii.gz", [&](const fs::path& temporary) {
+    name = temporary.filename().string();
+    std::ofstream(temporary) << "1";
+  });
+  EXPECT_TRUE(name.size() > 7 && name.substr(name.size() - 7) == ".nii.gz") << name;
+  EXPECT_TRUE(fs::exists(folder.path() / "x.nii.gz"));
+}
+
+TEST(CheckWritable, tells_a_missing_folder_and_a_folder_in_place_of_the_file) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(code_of([&] { check_writable(folder.path() / "none" / "a"); }), ErrorCode::Machine);
+  EXPECT_EQ(code_of([&] { check_writable(folder.path()); }), ErrorCode::Machine);
+  EXPECT_NO_THROW(check_writable(folder.path() / "a"));
+  EXPECT_EQ(count_files(folder.path()), 0U);
+}
+
+TEST(ReadJson, refuses_broken_text_and_keys_given_twice) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "a.json";
+  for (const char* text : {"{\"a\": 1", "", "{\"a\": 1, \"a\": 2}", "[{\"b\":{\"c\":1,\"c\":1}}]",
+                           "{\"a\": 1e999}", "{\"a\": NaN}"}) {
+    write_text(file, text);
+    EXPECT_EQ(code_of([&] { (void)read_json(file); }), ErrorCode::InvalidInput) << text;
+  }
+  write_text(file, "{\"a\": {\"b\": 1}, \"b\": {\"a\": 2}}");
+  EXPECT_NO_THROW((void)read_json(file));
+  EXPECT_EQ(code_of([&] { (void)read_json(folder.path() / "none.json"); }),
+            ErrorCode::InvalidInput);
+}
+
+TEST(WriteJson, numbers_read_back_the_same) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "a.json";
+  const std::vector<double> numbers{0.1, 1.0 / 3.0, 1e-300, -123456.789012345, 5e-324};
+  write_json(file, numbers);
+  EXPECT_EQ(read_json(file).get<std::vector<double>>(), numbers);
+}
+
+}  // namespace
+}  // namespace beatlas::study

@@ -1,0 +1,238 @@
+/// Every stage's values come back bit by bit: the condition for the same package stage by stage.
+#include "pipeline/study/stage_files.h"
+
+#include <cmath>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+#include "tests/unit/study/temporary_folder.h"
+
+namespace beatlas::study {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr int kPhases = 3;
+
+/// An oblique grid whose numbers are no floats.
+Grid oblique_grid(const Index3& size) {
+  Grid grid{size, Affine::Identity()};
+  grid.mm_from_index.linear() =
+      (Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix() *
+       Vec3(1.1, 1.3, 7.7).asDiagonal());
+  grid.mm_from_index.translation() = Vec3(-100.0 / 3, 1e-3 / 7, 250.1);
+  return grid;
+}
+
+std::vector<float> wave(std::size_t count, double scale, double shift) {
+  std::vector<float> out(count);
+  for (std::size_t at = 0; at < count; ++at) {
+    out[at] = static_cast<float>(scale * std::sin(0.37 * static_cast<double>(at) + shift));
+  }
+  return out;
+}
+
+ImageCycle<float> images(const Grid& grid, double scale, bool whole) {
+  ImageCycle<float> out{grid, {}};
+  for (int p = 0; p < kPhases; ++p) {
+    out.phases.push_back(wave(grid.count(), scale, p));
+    if (whole) {
+      for (float& value : out.phases.back()) value = std::round(value) + 0.0F;
+    }
+  }
+  return out;
+}
+
+void expect_same(const ImageCycle<float>& a, const ImageCycle<float>& b) {
+  EXPECT_TRUE(a.grid == b.grid);
+  EXPECT_EQ(a.phases, b.phases);
+}
+
+Cine cine(const Index3& size, bool whole) {
+  return {images(oblique_grid(size), 900.5, whole), 0.8 / 3, {0.0, 0.1 / 3, 0.2}};
+}
+
+TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
+  for (bool whole : {true, false}) {
+    const TemporaryFolder folder;
+    const Exam exam{cine({7, 5, 4}, whole),
+                    {cine({4, 6, 1}, whole), cine({3, 3, 1}, whole)},
+                    {"Took \"this\", left that."},
+                    "dicom"};
+    const FileList files = write_exam(folder.path(), exam);
+    for (const std::string& file : files) EXPECT_TRUE(fs::exists(folder.path() / file)) << file;
+    const Exam again = read_exam(folder.path());
+    expect_same(exam.stack.images, again.stack.images);
+    EXPECT_EQ(exam.stack.rr_interval_s, again.stack.rr_interval_s);
+    EXPECT_EQ(exam.stack.frame_times_s, again.stack.frame_times_s);
+    ASSERT_EQ(again.views.size(), 2U);
+    expect_same(exam.views[1].images, again.views[1].images);
+    EXPECT_EQ(exam.decisions, again.decisions);
+    EXPECT_EQ(exam.source_format, again.source_format);
+  }
+}
+
+Segmentation make_segmentation() {
+  Segmentation out;
+  out.labels.grid = oblique_grid({9, 8, 4});
+  out.labels.phases.assign(kPhases, std::vector<std::uint8_t>(out.labels.grid.count(), 0));
+  out.labels.phases[1][17] = kLabelLvBlood;
+  out.coverage.first = {2, 1, 1};
+  out.coverage.grid = out.labels.grid.part({2, 1, 1}, {5, 6, 2});
+  for (Structure structure : {Structure::Heart, Structure::RvBlood}) {
+    for (int p = 0; p < kPhases; ++p) {
+      std::vector<float> coverage = wave(out.coverage.grid.count(), 0.5, p);
+      for (float& value : coverage) value += 0.5F;
+      out.coverage.phases[structure].push_back(coverage);
+    }
+  }
+  out.end_diastole = 2;
+  out.end_systole = 1;
+  out.warnings = {"thin"};
+  return out;
+}
+
+TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
+  const TemporaryFolder folder;
+  const Segmentation segmentation = make_segmentation();
+  (void)write_segmentation(folder.path(), segmentation, 0.05);
+  const Segmentation again = read_segmentation(folder.path());
+  EXPECT_TRUE(segmentation.labels.grid == again.labels.grid);
+  EXPECT_EQ(segmentation.labels.phases, again.labels.phases);
+  EXPECT_TRUE(segmentation.coverage.grid == again.coverage.grid);
+  EXPECT_EQ(segmentation.coverage.first, again.coverage.first);
+  EXPECT_EQ(segmentation.coverage.phases, again.coverage.phases);
+  EXPECT_EQ(segmentation.end_diastole, again.end_diastole);
+  EXPECT_EQ(segmentation.end_systole, again.end_systole);
+  EXPECT_EQ(segmentation.warnings, again.warnings);
+}
+
+TEST(StageFiles, an_image_of_another_place_or_size_is_refused) {
+  const TemporaryFolder folder;
+  const Segmentation segmentation = make_segmentation();
+  (void)write_segmentation(folder.path(), segmentation, 0.05);
+  Segmentation moved = segmentation;
+  moved.labels.grid.mm_from_index.translation()[0] += 0.5;
+  const TemporaryFolder other;
+  (void)write_segmentation(other.path(), moved, 0.05);
+  const auto swap_in = [&](const char* name) {
+    fs::copy_file(other.path() / "segment" / name, folder.path() / "segment" / name,
+                  fs::copy_options::overwrite_existing);
+  };
+  swap_in("labels.nii.gz");
+  EXPECT_THROW((void)read_segmentation(folder.path()), Error);
+  Segmentation shorter = segmentation;
+  shorter.labels.phases.pop_back();
+  (void)write_segmentation(other.path(), shorter, 0.05);
+  swap_in("labels.nii.gz");
+  EXPECT_THROW((void)read_segmentation(folder.path()), Error);
+}
+
+TEST(StageFiles, a_registration_comes_back_bit_by_bit_and_lies_in_the_patient) {
+  const TemporaryFolder folder;
+  Registration registration;
+  registration.workspace_from_lps =
+      Eigen::Translation3d(12.3, 1.0 / 3, 7) * Eigen::AngleAxisd(0.4, Vec3(3, 1, 2).normalized());
+  Grid lattice{{6, 5, 4}, Affine::Identity()};
+  lattice.mm_from_index.translation() = Vec3(100.1, 90.7, 80);
+  registration.shapes = {{Structure::Heart, images(lattice, 3.7, false)},
+                         {Structure::LvBlood, images(lattice, 2.1, false)}};
+  LabelCycle labels{lattice, {}};
+  labels.phases.assign(kPhases, std::vector<std::uint8_t>(lattice.count(), 3));
+  (void)write_registration(folder.path(), registration, images(lattice, 500, true), labels, 0.05);
+  const Registration again = read_registration(folder.path());
+  EXPECT_EQ(registration.workspace_from_lps.matrix(), again.workspace_from_lps.matrix());
+  EXPECT_EQ(read_workspace_from_lps(folder.path()).matrix(), again.workspace_from_lps.matrix());
+  ASSERT_EQ(again.shapes.size(), 2U);
+  for (std::size_t at = 0; at < 2; ++at) {
+    EXPECT_EQ(again.shapes[at].structure, registration.shapes[at].structure);
+    expect_same(again.shapes[at].level, registration.shapes[at].level);
+  }
+}
+
+TEST(StageFiles, surfaces_come_back_bit_by_bit) {
+  const TemporaryFolder folder;
+  SurfaceCycle surface{Structure::Heart, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, {}};
+  for (int p = 0; p < kPhases; ++p) {
+    surface.positions.push_back(
+        {{0, 0, 0.1F * static_cast<float>(p)}, {1, 1.0F / 3, 0}, {0, 1, 0}, {0, 0, 9.87F}});
+  }
+  (void)write_surfaces(folder.path(), {surface});
+  const std::vector<SurfaceCycle> again = read_surfaces(folder.path());
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_EQ(again[0].triangles, surface.triangles);
+  EXPECT_EQ(again[0].positions, surface.positions);
+  EXPECT_EQ(again[0].structure, surface.structure);
+}
+
+TEST(StageFiles, phases_of_different_connectivity_are_refused) {
+  const TemporaryFolder folder;
+  SurfaceCycle surface{Structure::Heart, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, {}};
+  surface.positions.assign(2, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+  (void)write_surfaces(folder.path(), {surface});
+  surface.triangles.push_back({0, 1, 2});
+  const TemporaryFolder other;
+  (void)write_surfaces(other.path(), {surface});
+  fs::copy_file(other.path() / "mesh" / "heart_001.ply", folder.path() / "mesh" / "heart_001.ply",
+                fs::copy_options::overwrite_existing);
+  EXPECT_THROW((void)read_surfaces(folder.path()), Error);
+}
+
+FieldCycle make_field() {
+  FieldCycle cycle;
+  cycle.structure = Structure::LvBlood;
+  cycle.voxel_mm = 1.5;
+  cycle.inner_mm = 6;
+  cycle.outer_mm = 4;
+  Grid grid{{20, 18, 16}, Affine::Identity()};
+  grid.mm_from_index.linear() = 1.5 * Eigen::Matrix3d::Identity();
+  grid.mm_from_index.translation() = Vec3(100.5, 90, 70.5);
+  cycle.distance_mm.grid = grid;
+  for (int p = 0; p < kPhases; ++p) {
+    const double radius = 8.0 + 0.3 * p;
+    std::vector<float> distance(grid.count());
+    for (int k = 0; k < 16; ++k) {
+      for (int j = 0; j < 18; ++j) {
+        for (int i = 0; i < 20; ++i) {
+          const double d = (1.5 * Vec3(i - 9.5, j - 8.5, k - 7.5)).norm() - radius;
+          distance[grid.offset(i, j, k)] = static_cast<float>(std::clamp(d, -6.0, 4.0));
+        }
+      }
+    }
+    cycle.distance_mm.phases.push_back(distance);
+    cycle.volume_ml.push_back(4.0 / 3 * 3.14159 * std::pow(radius, 3) * 1e-3);
+  }
+  return cycle;
+}
+
+TEST(StageFiles, fields_come_back_bit_by_bit) {
+  const TemporaryFolder folder;
+  const FieldCycle field = make_field();
+  (void)write_fields(folder.path(), {field});
+  const std::vector<FieldCycle> again = read_fields(folder.path());
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_EQ(again[0].structure, field.structure);
+  EXPECT_EQ(again[0].voxel_mm, field.voxel_mm);
+  EXPECT_EQ(again[0].inner_mm, field.inner_mm);
+  EXPECT_EQ(again[0].outer_mm, field.outer_mm);
+  EXPECT_EQ(again[0].volume_ml, field.volume_ml);
+  expect_same(again[0].distance_mm, field.distance_mm);
+}
+
+TEST(StageFiles, a_damaged_index_is_refused_by_its_place) {
+  const TemporaryFolder folder;
+  (void)write_fields(folder.path(), {make_field()});
+  write_text(folder.path() / "field" / "field.json", R"({"structures": ["liver"]})");
+  try {
+    (void)read_fields(folder.path());
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+    EXPECT_NE(std::string(error.what()).find("/structures"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace beatlas::study
