@@ -25,7 +25,8 @@ enum class TimeMode : std::uint8_t {
 struct TwoStepOptions {
   double stiffness_n_per_m = 150;  ///< [N/m] 1..5000: K, uniform
   TimeMode time_mode = TimeMode::Continuous;
-  std::optional<double> held_time_s;  ///< the heart stands still at this time: the static model
+  std::optional<double> held_time_s =
+      std::nullopt;  ///< the heart stands still at this time: the static model
 };
 
 struct Contact {

@@ -13,7 +13,7 @@ Vec3 ellipsoid_nearest(const Vec3& axes, const Vec3& x) {
   // The foot is squares * y / (squares + m) for the largest root m of the surface's equation.
   double low = -squares.minCoeff();
   double high = axes.maxCoeff() * y.norm();
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 90; ++i) {
     const double m = 0.5 * (low + high);
     const Vec3 ratio = axes.cwiseProduct(y).cwiseQuotient(squares + Vec3::Constant(m));
     (ratio.squaredNorm() > 1 ? low : high) = m;

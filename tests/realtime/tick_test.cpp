@@ -1,0 +1,161 @@
+// What a servo tick may not do: throw, or ask the heap for memory.
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <numbers>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "runtime/device/simulated.h"
+#include "runtime/haptics/servo.h"
+#include "tests/unit/runtime_field/test_fields.h"
+
+namespace {
+thread_local bool counting = false;
+thread_local long allocations = 0;
+
+void* count_and_allocate(std::size_t size, std::size_t alignment) {
+  if (counting) ++allocations;
+  const std::size_t rounded = (std::max<std::size_t>(size, 1) + alignment - 1) / alignment;
+  void* memory = alignment <= alignof(std::max_align_t)
+                     ? std::malloc(std::max<std::size_t>(size, 1))
+                     : std::aligned_alloc(alignment, rounded * alignment);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return count_and_allocate(size, 1); }
+void* operator new[](std::size_t size) { return count_and_allocate(size, 1); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return count_and_allocate(size, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return count_and_allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace beatlas {
+namespace {
+
+constexpr double kPeriod = 0.75;
+
+std::shared_ptr<const field::FieldQuery> sphere() {
+  static const auto query = std::make_shared<const field::FieldQuery>(
+      testing::dense_payload(
+          {.origin_mm = Vec3::Constant(-20), .blocks = {4, 4, 4}, .inner_mm = 8, .outer_mm = 6},
+          [](const Vec3& x, double t) {
+            return x.norm() - 13 - 2 * std::sin(2 * std::numbers::pi * t / kPeriod);
+          }),
+      kPeriod);
+  return query;
+}
+
+// The user wanders through the middle, the band, the outside, and states that are no numbers.
+haptics::ServoState wander(int n) {
+  const double t = 0.001 * n;
+  haptics::ServoState state{t, Vec3(18 * std::sin(3.1 * t), 15 * std::cos(1.7 * t), 4 * t), true};
+  if (n % 97 == 0) state.position_mm[1] = std::nan("");
+  if (n % 89 == 0) state.valid = false;
+  if (n % 83 == 0) state.time_s = INFINITY;
+  if (n % 79 == 0) state.position_mm *= 1e12;
+  return state;
+}
+
+TEST(Tick, CannotThrow) {
+  static_assert(
+      noexcept(std::declval<haptics::Servo&>().tick(std::declval<const haptics::ServoState&>())));
+  static_assert(
+      noexcept(std::declval<haptics::TwoStepModel&>().evaluate(std::declval<const Vec3&>(), 0.0)));
+  static_assert(noexcept(
+      std::declval<haptics::SafetyStage&>().apply(std::declval<const Vec3&>(), 0.0, 0.0, true)));
+  static_assert(
+      noexcept(std::declval<const field::FieldQuery&>().sample(std::declval<const Vec3&>(), 0.0)));
+}
+
+TEST(Tick, TheCounterSeesAnAllocation) {
+  allocations = 0;
+  counting = true;
+  { const std::vector<int> memory(10); }
+  counting = false;
+  EXPECT_EQ(allocations, 1);
+}
+
+TEST(Tick, AllocatesNothingInEitherModeWhateverTheState) {
+  for (haptics::TimeMode mode : {haptics::TimeMode::Continuous, haptics::TimeMode::Published}) {
+    haptics::Servo servo(sphere(), {.time_mode = mode}, {});
+    double largest = 0;
+    bool finite = true;
+    allocations = 0;
+    counting = true;
+    for (int n = 0; n < 20000; ++n) {
+      const haptics::Tick tick = servo.tick(wander(n));
+      finite = finite && tick.force_n.allFinite();
+      largest = std::max(largest, tick.force_n.norm());
+    }
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+    EXPECT_TRUE(finite);
+    EXPECT_LE(largest, 3 + 1e-12);
+  }
+}
+
+TEST(Tick, AllocatesNothingOnTheSimulatedDevicesLoop) {
+  haptics::Servo servo(sphere(), {}, {});
+  device::SimulatedOptions options;
+  options.path = {.anchor_m = Vec3(0.013, 0, 0),
+                  .direction = -Vec3::UnitX(),
+                  .offset_m = 0.002,
+                  .amplitude_m = 0.004,
+                  .frequency_hz = 1.5};
+  options.hand.mass_kg = 0.2;
+  options.seconds = 3;
+  options.pace = device::Pace::Fast;
+  device::SimulatedDevice device(options);
+  double largest = 0;
+  const device::ServoFn fn = [&](const device::DeviceState& state) -> Vec3 {
+    if (!counting) {  // from the end of the first tick on
+      allocations = 0;
+      counting = true;
+    }
+    const haptics::Tick tick = servo.tick({state.time_s, 1000 * state.position_m, state.valid});
+    largest = std::max(largest, tick.force_n.norm());
+    return tick.force_n;
+  };
+  const device::RunReport report = device.run(fn, {});
+  counting = false;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(report.ticks, 3000);
+  EXPECT_GT(largest, 0.1);
+}
+
+TEST(Tick, OneFieldServesManyThreads) {
+  // Read by the thread sanitizer: servos share the field and nothing else.
+  std::vector<std::thread> threads;
+  std::vector<Vec3> sums(3, Vec3::Zero());
+  for (Vec3& sum : sums) {
+    threads.emplace_back([&sum, query = sphere()] {
+      haptics::Servo servo(query, {}, {});
+      for (int n = 0; n < 5000; ++n) sum += servo.tick(wander(n)).force_n;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_GT(sums[0].norm(), 0);
+  EXPECT_EQ(sums[0], sums[1]);
+  EXPECT_EQ(sums[0], sums[2]);
+}
+
+}  // namespace
+}  // namespace beatlas

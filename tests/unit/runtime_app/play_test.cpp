@@ -1,0 +1,322 @@
+#include "runtime/app/play.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "pipeline/pack/pack.h"
+#include "runtime/app/headless.h"
+#include "runtime/device/csv_table.h"
+#include "runtime/field/field_query.h"
+#include "tests/unit/runtime_field/test_fields.h"
+
+namespace beatlas::app {
+namespace {
+
+constexpr double kPeriod = 0.8;
+constexpr int kPhases = 10;
+const Vec3 kCentre(128, 128, 96);
+const Vec3 kAxes(26, 22, 30);
+
+double growth(double t) { return 1.5 * std::sin(2 * std::numbers::pi * t / kPeriod); }
+double distance_mm(const Vec3& x, double t) {
+  return testing::ellipsoid_distance(kAxes + Vec3::Constant(growth(t)), x - kCentre);
+}
+
+// Patient axes: the workspace turned by 90 degrees about two axes and moved.
+Affine workspace_from_lps() {
+  Affine out = Affine::Identity();
+  out.linear() << 0, 1, 0, 0, 0, -1, -1, 0, 0;
+  out.translation() = Vec3(100, 150, 60);
+  return out;
+}
+
+// A package of a beating ellipsoid, written once.
+const std::filesystem::path& folder() {
+  static const struct Folder {
+    std::filesystem::path path = std::filesystem::temp_directory_path() /
+                                 ("beatlas_play_test_" + std::to_string(::getpid()));
+    Folder() {
+      std::filesystem::create_directories(path);
+      FieldCycle field;
+      field.structure = Structure::Heart;
+      field.voxel_mm = 1.5;
+      field.inner_mm = 10;
+      field.outer_mm = 6;
+      const Vec3 half(37, 33, 41);
+      Grid& grid = field.distance_mm.grid;
+      for (std::size_t a = 0; a < 3; ++a) {
+        grid.size[a] = static_cast<int>(2 * half[static_cast<Eigen::Index>(a)] / 1.5) + 1;
+      }
+      grid.mm_from_index = Eigen::Translation3d(kCentre - half) * Eigen::Scaling(1.5);
+      for (int p = 0; p < kPhases; ++p) {
+        auto& samples = field.distance_mm.phases.emplace_back();
+        for (int k = 0; k < grid.size[2]; ++k) {
+          for (int j = 0; j < grid.size[1]; ++j) {
+            for (int i = 0; i < grid.size[0]; ++i) {
+              const double d = distance_mm(grid.mm(i, j, k), kPeriod * p / kPhases);
+              samples.push_back(static_cast<float>(std::clamp(d, -10.0, 6.0)));
+            }
+          }
+        }
+        const Vec3 axes = kAxes + Vec3::Constant(growth(kPeriod * p / kPhases));
+        field.volume_ml.push_back(4 * std::numbers::pi / 3 * axes.prod() / 1000);
+      }
+      pack::PackageContent content;
+      atlas::Manifest& manifest = content.manifest;
+      manifest.scene = "palpation";
+      manifest.rr_interval_s = kPeriod;
+      for (int p = 0; p < kPhases; ++p) manifest.frame_times_s.push_back(kPeriod * p / kPhases);
+      manifest.workspace_from_lps = workspace_from_lps();
+      manifest.stiffness_n_per_m = 180;
+      manifest.structures = {{"heart", field.volume_ml}};
+      content.fields = {pack::encode_field(field, {})};
+      pack::write_package(path / "heart.beatlas", content);
+    }
+    ~Folder() { std::filesystem::remove_all(path); }
+  } folder;
+  return folder.path;
+}
+
+std::string package() { return (folder() / "heart.beatlas").string(); }
+
+struct Result {
+  int code = 0;
+  std::string out;
+  std::string err;
+};
+
+Result run(std::vector<std::string> words, const std::string& input = "") {
+  words.insert(words.begin(), "beatlas-play");
+  std::vector<const char*> argv;
+  for (const std::string& word : words) argv.push_back(word.c_str());
+  std::istringstream in(input);
+  std::ostringstream out;
+  std::ostringstream err;
+  Result result;
+  result.code = play(static_cast<int>(argv.size()), argv.data(), in, out, err);
+  result.out = out.str();
+  result.err = err.str();
+  return result;
+}
+
+std::vector<std::vector<double>> numbers(const std::string& csv) {
+  std::istringstream stream(csv);
+  return device::read_csv(
+             stream, "out",
+             {"distance_mm", "nx", "ny", "nz", "velocity_mm_s", "fx_n", "fy_n", "fz_n"})
+      .rows;
+}
+
+const Vec3 kInside = kCentre + Vec3(14, -12, 11);  // some mm deep
+const std::string kHeader = "x_mm,y_mm,z_mm,t_s\n";
+
+std::string row(const Vec3& x, double t) {
+  std::ostringstream text;
+  text.precision(17);
+  text << x[0] << ',' << x[1] << ',' << x[2] << ',' << t << '\n';
+  return text.str();
+}
+
+TEST(Probe, GivesTheClosedFormOfABeatingEllipsoid) {
+  std::string input = kHeader;
+  std::vector<std::pair<Vec3, double>> points;
+  for (double t : {0.0, 0.1, 0.33, 0.79, -0.4, 8.05}) {
+    for (double scale : {0.8, 0.95, 1.0, 1.1}) {
+      const Vec3 direction(0.6, -0.48, 0.64);
+      const Vec3 x = kCentre + scale / direction.cwiseQuotient(kAxes).norm() * direction;
+      points.emplace_back(x, t);
+      input += row(x, t);
+    }
+  }
+  const Result result = run({"probe", package(), "--points", "-"}, input);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(result.out.starts_with(
+      "x_mm,y_mm,z_mm,t_s,distance_mm,nx,ny,nz,velocity_mm_s,fx_n,fy_n,fz_n\n"));
+  const auto rows = numbers(result.out);
+  ASSERT_EQ(rows.size(), points.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto& [x, t] = points[r];
+    const double d = distance_mm(x, t);
+    EXPECT_NEAR(rows[r][0], d, 0.02);
+    const Vec3 foot = testing::ellipsoid_nearest(kAxes + Vec3::Constant(growth(t)), x - kCentre);
+    const Vec3 n = foot.cwiseQuotient((kAxes + Vec3::Constant(growth(t))).cwiseAbs2()).normalized();
+    const Vec3 found(rows[r][1], rows[r][2], rows[r][3]);
+    EXPECT_LT((found - n).norm(), 0.01);  // 0.6 degrees
+    constexpr double h = 1e-4;
+    const double velocity = -(distance_mm(x, t + h) - distance_mm(x, t - h)) / (2 * h);
+    EXPECT_NEAR(rows[r][4], velocity, 0.15);  // of 11.8 mm/s; 10 phases
+    const Vec3 force(rows[r][5], rows[r][6], rows[r][7]);
+    EXPECT_LT((force - 0.180 * std::max(0.0, -rows[r][0]) * found).norm(), 1e-12);
+  }
+}
+
+TEST(Probe, PatientAxesTurnPointsNormalsAndForces) {
+  const Affine lps_from_workspace = workspace_from_lps().inverse();
+  const Result workspace = run({"probe", package(), "--points", "-"}, kHeader + row(kInside, 0.1));
+  const Result lps = run({"probe", package(), "--points", "-", "--frame", "lps"},
+                         kHeader + row(lps_from_workspace * kInside, 0.1));
+  ASSERT_EQ(lps.code, 0) << lps.err;
+  const auto w = numbers(workspace.out).at(0);
+  const auto p = numbers(lps.out).at(0);
+  EXPECT_LT(w[0], -1);
+  EXPECT_NEAR(p[0], w[0], 1e-5);
+  EXPECT_NEAR(p[4], w[4], 1e-3);
+  const Eigen::Matrix3d turn = lps_from_workspace.linear();
+  EXPECT_LT((Vec3(p[1], p[2], p[3]) - turn * Vec3(w[1], w[2], w[3])).norm(), 1e-5);
+  EXPECT_LT((Vec3(p[5], p[6], p[7]) - turn * Vec3(w[5], w[6], w[7])).norm(), 1e-5);
+}
+
+TEST(Probe, OutsideTheBandEverythingIsFiniteAndTheSignRight) {
+  const Result result = run({"probe", package(), "--points", "-"},
+                            kHeader + row(kCentre, 0.2) + row(kCentre + Vec3(0, 5, 0), 0.2) +
+                                row(Vec3(1e6, 128, 96), 0.2) + row(Vec3(-300, 0, 0), 1e9));
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto rows = numbers(result.out);
+  EXPECT_DOUBLE_EQ(rows.at(0)[0], -10);
+  EXPECT_DOUBLE_EQ(rows.at(1)[0], -10);
+  EXPECT_GT(rows.at(1)[2], 0.99);  // away from the centre, +y
+  EXPECT_NEAR(rows.at(1)[6], 0.180 * 10, 0.01);
+  EXPECT_DOUBLE_EQ(rows.at(2)[0], 6);
+  EXPECT_GT(rows.at(2)[1], 0.99);
+  EXPECT_EQ(rows.at(2)[5], 0);
+  EXPECT_DOUBLE_EQ(rows.at(3)[0], 6);
+  EXPECT_EQ(rows.at(3)[4], 0);
+}
+
+TEST(Probe, KeepsTheRowsOwnTextAndMoreColumns) {
+  const std::string file = (folder() / "out.csv").string();
+  const Result result = run({"probe", package(), "--points", "-", "-o", file},
+                            "name,t_s,z_mm,y_mm,x_mm\nfirst,0.10,96.0,128,+128\n");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "");
+  std::ifstream stream(file);
+  std::string header;
+  std::string line;
+  std::getline(stream, header);
+  std::getline(stream, line);
+  EXPECT_TRUE(header.starts_with("name,t_s,z_mm,y_mm,x_mm,distance_mm,"));
+  EXPECT_TRUE(line.starts_with("first,0.10,96.0,128,+128,-10,"));
+  const Result none = run({"probe", package(), "--points", "-"}, kHeader);
+  EXPECT_EQ(none.code, 0);
+  EXPECT_EQ(std::count(none.out.begin(), none.out.end(), '\n'), 1);
+}
+
+TEST(Probe, BadInputIsRefusedWithItsPlace) {
+  const auto expect = [](const Result& result, int code, const std::string& words) {
+    EXPECT_EQ(result.code, code) << result.err;
+    EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+    EXPECT_EQ(result.out, "");
+  };
+  const std::string p = package();
+  expect(run({"probe", p, "--points", "-"}, kHeader + "1,2,3,4\n1,2,x,4\n"), 3,
+         "line 3, column z_mm");
+  expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm\n1,2,3\n"), 3, "column t_s is missing");
+  expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm,t_s,nx\n1,2,3,4,5\n"), 3, "column nx");
+  expect(run({"probe", p, "--points", "none.csv"}), 3, "none.csv");
+  expect(run({"probe", "none.beatlas", "--points", "-"}, kHeader), 3, "none.beatlas");
+  expect(run({"probe", p, "--points", "-", "--structure", "liver"}, kHeader), 2, "liver");
+  expect(run({"probe", p, "--points", "-", "--structure", "lv_blood"}, kHeader), 3, "lv_blood");
+  expect(run({"probe", p, "--points", "-", "--frame", "ras"}, kHeader), 2, "frame");
+  expect(run({"probe", p}), 2, "points");
+  expect(run({"probe", p, "--points", "-", "-o", "/nowhere/out.csv"}, kHeader), 5,
+         "/nowhere/out.csv");
+}
+
+TEST(Play, AStillHandFeelsTheClosedFormsForce) {
+  const std::string trace = (folder() / "trace.csv").string();
+  const Result result = run({package(), "--headless", "--fast", "--seconds", "3", "--hand", "still",
+                             "--side", "left", "--depth-mm", "3", "--trace", trace, "--json"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json.at("ticks"), 3000);
+  EXPECT_EQ(json.at("faults"), 0);
+  EXPECT_EQ(json.at("contact_share"), 1);
+  EXPECT_GT(json.at("compute_us").at("p50"), 0);
+  // Left of the patient is -z of this workspace: pressed 3 mm in at end-diastole (t = 0), and the
+  // surface comes 1.5 mm closer.
+  EXPECT_NEAR(json.at("max_model_force_n"), 0.180 * 4.5, 0.004);
+  EXPECT_NEAR(json.at("max_force_n"), 0.180 * 4.5, 0.004);
+  std::ifstream stream(trace);
+  const auto rows = device::read_csv(stream, "trace", {"t_s", "z_mm", "depth_mm", "fz_n"}).rows;
+  ASSERT_EQ(rows.size(), 3000U);
+  EXPECT_EQ(rows[0][3], 0);  // the ramp starts
+  for (std::size_t r = 600; r < rows.size(); ++r) {
+    ASSERT_NEAR(rows[r][1], 96 - 27, 0.01);
+    ASSERT_NEAR(rows[r][2], 3 + growth(rows[r][0]), 0.02);
+    ASSERT_NEAR(rows[r][3], -0.180 * rows[r][2], 1e-5);
+  }
+}
+
+TEST(Play, AReplayedTraceGivesTheSameForces) {
+  const std::string first = (folder() / "first.csv").string();
+  const std::string second = (folder() / "second.csv").string();
+  ASSERT_EQ(run({package(), "--headless", "--fast", "--seconds", "1.5", "--trace", first}).code, 0);
+  const Result replay = run({package(), "--headless", "--fast", "--device", "replay", "--recording",
+                             first, "--trace", second});
+  ASSERT_EQ(replay.code, 0) << replay.err;
+  const auto read = [](const std::string& file) {
+    std::ifstream stream(file);
+    return device::read_csv(stream, file, {"fx_n", "fy_n", "fz_n"}).rows;
+  };
+  const auto a = read(first);
+  const auto b = read(second);
+  ASSERT_EQ(a.size(), 1500U);
+  ASSERT_EQ(b.size(), a.size());
+  double largest = 0;
+  for (std::size_t r = 0; r < a.size(); ++r) {
+    for (std::size_t c = 0; c < 3; ++c) largest = std::max(largest, std::abs(a[r][c] - b[r][c]));
+  }
+  EXPECT_LT(largest, 1e-6);
+}
+
+TEST(Play, RunsAtOneKilohertzInRealTime) {
+  const Result result = run({package(), "--headless", "--seconds", "0.3", "--json"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  // A busy machine may leave ticks out; it never adds any.
+  EXPECT_LE(json.at("ticks"), 300);
+  EXPECT_GE(json.at("ticks"), 3);
+  EXPECT_EQ(json.at("pace"), "real_time");
+}
+
+TEST(Play, UsageErrorsAreExitCodeTwo) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{},
+                                             {package()},
+                                             {package(), "--headless", "--device", "replay"},
+                                             {package(), "--headless", "--recording", "x.csv"},
+                                             {package(), "--what"},
+                                             {package(), "--headless", "--seconds", "-1"},
+                                             {package(), "--headless", "--scene", "x"}}) {
+    const Result result = run(words);
+    EXPECT_EQ(result.code, 2) << result.err;
+    EXPECT_FALSE(result.err.empty());
+  }
+  EXPECT_NE(run({package()}).err.find("viewer"), std::string::npos);
+  const Result help = run({"--help"});
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.out.find("--headless"), std::string::npos);
+  EXPECT_NE(run({"probe", "--help"}).out.find("--points"), std::string::npos);
+}
+
+TEST(Play, TheSchemaNamesEveryKeyOfTheReport) {
+  const Result result = run({package(), "--headless", "--fast", "--seconds", "0.1", "--json"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto report = nlohmann::json::parse(result.out);
+  std::ifstream stream(BEATLAS_SOURCE_DIR "/schemas/play.schema.json");
+  const auto schema = nlohmann::json::parse(stream);
+  for (const auto& item : report.items()) EXPECT_TRUE(schema["properties"].contains(item.key()));
+  for (const auto& key : schema["required"]) EXPECT_TRUE(report.contains(key)) << key;
+}
+
+}  // namespace
+}  // namespace beatlas::app

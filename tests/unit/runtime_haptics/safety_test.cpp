@@ -1,0 +1,131 @@
+#include "runtime/haptics/safety.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::haptics {
+namespace {
+
+constexpr double kTick = 0.001;
+constexpr double kRounding = 1e-12;
+
+// No ramp, so that each limit shows alone.
+SafetyOptions without_ramp() {
+  SafetyOptions options;
+  options.start_ramp_s = 0;
+  return options;
+}
+
+TEST(SafetyStage, CapsThePeakWithoutTurningTheForce) {
+  SafetyStage stage(without_ramp());
+  const Vec3 wanted = 10 * Vec3(1, -2, 2) / 3;
+  SafeForce safe;
+  for (int n = 0; n < 200; ++n) {
+    safe = stage.apply(wanted, 5, n * kTick, true);
+    EXPECT_LE(safe.force_n.norm(), 3 + kRounding);
+  }
+  EXPECT_LT((safe.force_n - 3 * wanted.normalized()).norm(), 1e-9);
+  EXPECT_EQ(safe.status, TickStatus::Limited);
+  // As large as a double can be.
+  const double huge = std::numeric_limits<double>::max();
+  EXPECT_LE(stage.apply(Vec3(huge, huge, 0), 5, 0.2, true).force_n.norm(), 3 + kRounding);
+}
+
+TEST(SafetyStage, LimitsTheSlewOfAnyInput) {
+  SafetyStage stage(without_ramp());
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> u(-4, 4);
+  Vec3 last = Vec3::Zero();
+  for (int n = 0; n < 5000; ++n) {
+    const SafeForce safe = stage.apply(Vec3(u(random), u(random), u(random)), 1, n * kTick, true);
+    EXPECT_LE((safe.force_n - last).norm(), 50 * kTick + kRounding);
+    last = safe.force_n;
+  }
+}
+
+TEST(SafetyStage, PassesASmallSlowForceUnchanged) {
+  SafetyStage stage(without_ramp());
+  for (int n = 0; n < 1000; ++n) {
+    const Vec3 wanted(0.5 * std::sin(0.01 * n), 0, 0.001 * n);
+    const SafeForce safe = stage.apply(wanted, 1, n * kTick, true);
+    EXPECT_EQ(safe.force_n, wanted);
+    EXPECT_EQ(safe.status, TickStatus::Ok);
+  }
+}
+
+TEST(SafetyStage, BeyondTheLargestDepthTheForceIsThatOfThisDepth) {
+  SafetyStage stage(without_ramp());
+  SafeForce safe;
+  for (int n = 0; n < 200; ++n) safe = stage.apply(Vec3(0.05 * 30, 0, 0), 30, n * kTick, true);
+  EXPECT_NEAR(safe.force_n.x(), 0.05 * 15, 1e-9);
+  EXPECT_EQ(safe.status, TickStatus::Limited);
+}
+
+TEST(SafetyStage, AFaultDropsToZeroAtOnceAndTheForceComesBackByARamp) {
+  SafetyStage stage(SafetyOptions{});
+  const Vec3 wanted(0, 2, 0);
+  const double nan = std::nan("");
+  struct Fault {
+    Vec3 force_n;
+    double depth_mm;
+    double step_s;
+    bool valid;
+  };
+  double t = 0;
+  for (const Fault& fault :
+       {Fault{Vec3(nan, 0, 0), 1, kTick, true}, Fault{wanted, nan, kTick, true},
+        Fault{Vec3(0, INFINITY, 0), 1, kTick, true}, Fault{wanted, 1, nan, true},
+        Fault{wanted, 1, kTick, false}, Fault{wanted, 1, -kTick, true},
+        Fault{wanted, 1, 0.0101, true}}) {
+    // Ramp of 0.5 s from the first good tick: force 2 t / 0.5.
+    const double start = t + kTick;
+    SafeForce safe;
+    for (int n = 0; n < 600; ++n) {
+      t += kTick;
+      safe = stage.apply(wanted, 1, t, true);
+      const double share = std::min(1.0, (t - start) / 0.5);
+      ASSERT_NEAR(safe.force_n.y(), 2 * share, 1e-9);
+    }
+    EXPECT_EQ(safe.status, TickStatus::Ok);
+    const SafeForce dropped =
+        stage.apply(fault.force_n, fault.depth_mm, t + fault.step_s, fault.valid);
+    EXPECT_EQ(dropped.status, TickStatus::Fault);
+    EXPECT_TRUE(dropped.force_n.isZero());
+    t += 0.02;
+  }
+}
+
+TEST(SafetyStage, StoppedStaysAtZeroUntilRestarted) {
+  SafetyStage stage(SafetyOptions{});
+  stage.stop();
+  for (int n = 0; n < 10; ++n) {
+    const SafeForce safe = stage.apply(Vec3(1, 0, 0), 1, n * kTick, true);
+    EXPECT_EQ(safe.status, TickStatus::Fault);
+    EXPECT_TRUE(safe.force_n.isZero());
+  }
+  stage.restart();
+  EXPECT_NE(stage.apply(Vec3(1, 0, 0), 1, 0.011, true).status, TickStatus::Fault);
+  EXPECT_GT(stage.apply(Vec3(1, 0, 0), 1, 0.012, true).force_n.x(), 0);
+}
+
+TEST(SafetyStage, RefusesLimitsThatWouldBeNone) {
+  for (double bad : {0.0, -1.0, std::nan(""), double(INFINITY)}) {
+    SafetyOptions options;
+    options.peak_n = bad;
+    EXPECT_THROW(SafetyStage{options}, Error);
+    options = {};
+    options.slew_n_per_s = bad;
+    EXPECT_THROW(SafetyStage{options}, Error);
+    options = {};
+    options.max_gap_s = bad;
+    EXPECT_THROW(SafetyStage{options}, Error);
+  }
+}
+
+}  // namespace
+}  // namespace beatlas::haptics
