@@ -14,6 +14,7 @@
 #include <vtkCommand.h>
 #include <vtkDICOMCompiler.h>
 #include <vtkDICOMMetaData.h>
+#include <vtkDICOMValue.h>
 #include <vtkNew.h>
 
 #include "runtime/base/error.h"
@@ -230,6 +231,8 @@ void write_dicom(const fs::path& folder, const Cine& cine, const DicomWriteOptio
 
   vtkNew<vtkDICOMMetaData> meta;
   meta->SetNumberOfInstances(1);
+  // Stands for the pixels, which the compiler appends.
+  meta->Set(DC::PixelData, vtkDICOMValue(vtkDICOMVR::OW));
   set_common(*meta, cine, range, options);
   meta->Set(DC::StudyInstanceUID, study_uid);
   meta->Set(DC::FrameOfReferenceUID, uid_of("frame " + content));

@@ -27,7 +27,9 @@ using ImagePtr = std::unique_ptr<nifti_image, ImageDeleter>;
 class Stream {
  public:
   explicit Stream(znzFile file) : file_(file) {}
-  ~Stream() { znzclose(file_); }
+  ~Stream() {
+    if (!znz_isnull(file_)) znzclose(file_);
+  }
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
   [[nodiscard]] znzFile get() const { return file_; }
@@ -118,9 +120,25 @@ void convert_type(int datatype, const std::vector<std::byte>& bytes, std::vector
   }
 }
 
+/// Whether niftilib can be asked: it prints to stderr about headers that are none.
+bool looks_like_nifti(const fs::path& file) {
+  const Stream stream(znzopen(file.c_str(), "rb", nifti_is_gzfile(file.c_str())));
+  nifti_1_header header{};
+  if (znz_isnull(stream.get()) ||
+      znzread(&header, 1, sizeof(header), stream.get()) != sizeof(header)) {
+    return false;
+  }
+  if (header.dim[0] < 1 || header.dim[0] > 7) nifti_swap_2bytes(1, &header.dim[0]);
+  return header.dim[0] >= 1 && header.dim[0] <= 7 &&
+         (std::memcmp(header.magic, "n+1", 4) == 0 || std::memcmp(header.magic, "ni1", 4) == 0);
+}
+
 ImagePtr open_header(const fs::path& file) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) throw_invalid("no such file");
+  if (!looks_like_nifti(file)) {
+    throw_invalid("it is no NIfTI-1 image, or its header is damaged");
+  }
   nifti_set_debug_level(0);
   ImagePtr image(nifti_image_read(file.c_str(), 0));
   if (!image || image->nifti_type == NIFTI_FTYPE_ANALYZE) {

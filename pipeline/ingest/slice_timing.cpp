@@ -58,7 +58,7 @@ std::optional<SliceTiming> by_trigger(const std::vector<FrameStamp>& stamps, dou
     const double ms = *stamps[static_cast<std::size_t>(index)].trigger_ms;
     if (!out.order.empty() && ms - last_ms < kSameTimeMs) continue;
     out.order.push_back(index);
-    out.time_s.push_back(ms * 1e-3);
+    out.time_s.push_back(ms / 1e3);  // 348 ms is 0.348 s, to the last bit
     last_ms = ms;
   }
   const std::size_t count = out.order.size();

@@ -1,0 +1,43 @@
+#include "pipeline/ingest/even_positions.h"
+
+#include <gtest/gtest.h>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::ingest {
+namespace {
+
+TEST(EvenPositions, EvenStackIsTakenWhole) {
+  const auto stack = find_even_stack({1, 9, 17, 25});
+  EXPECT_EQ(stack.members, (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_DOUBLE_EQ(stack.spacing_mm, 8);
+  EXPECT_DOUBLE_EQ(stack.first_mm, 1);
+}
+
+TEST(EvenPositions, PrintedRoundingAveragesOut) {
+  const auto stack = find_even_stack({0, 8.03, 15.98, 24.02, 32});
+  EXPECT_DOUBLE_EQ(stack.spacing_mm, 8) << "end to end";
+}
+
+TEST(EvenPositions, StrayAmongManyIsLeft) {
+  const auto stack = find_even_stack({0, 10, 13, 20, 30, 40, 50});
+  EXPECT_EQ(stack.members, (std::vector<int>{0, 1, 3, 4, 5, 6}));
+  EXPECT_DOUBLE_EQ(stack.spacing_mm, 10);
+}
+
+TEST(EvenPositions, HolesAndFewSlicesAreRefused) {
+  EXPECT_THROW((void)find_even_stack({0, 10, 20, 40, 50, 60}), Error);
+  EXPECT_THROW((void)find_even_stack({0, 10, 20, 40}), Error);
+  EXPECT_THROW((void)find_even_stack({0, 10, 23, 31}), Error);
+  EXPECT_THROW((void)find_even_stack({0, 10}), Error);
+}
+
+TEST(EvenPositions, UnevenWithinATenthTakesTheMedian) {
+  const auto stack = find_even_stack({0, 8.4, 16.4, 24.4});
+  EXPECT_DOUBLE_EQ(stack.spacing_mm, 8);
+  EXPECT_NEAR(stack.worst_gap, 0.05, 1e-12);
+  EXPECT_NEAR(stack.first_mm, 0.3, 1e-12) << "off by nothing on average";
+}
+
+}  // namespace
+}  // namespace beatlas::ingest

@@ -1,0 +1,410 @@
+"""Writes exams with pydicom or nibabel, independently of the code under test.
+
+make_exam.py VARIANT OUT     writes OUT (a folder, or a .nii.gz file); JSON of the truth to stdout
+
+The object: three Gaussian spheres of different size at places that no flip or swap of axes maps
+onto each other, in an oblique stack, brightness 1 + 0.3 cos(2 pi phase).
+"""
+import json
+import os
+import random
+import sys
+
+import nibabel
+import numpy as np
+import pydicom
+from pydicom.dataset import Dataset, FileDataset, FileMetaDataset
+from pydicom.uid import UID, ExplicitVRLittleEndian, ImplicitVRLittleEndian, RLELossless
+
+MR = "1.2.840.10008.5.1.4.1.1.4"
+ENHANCED_MR = "1.2.840.10008.5.1.4.1.1.4.1"
+ROOT = "1.2.826.0.1.3680043.8.498.7."
+SECRET = "SECRET^NAME"
+
+
+def turn():
+    """Columns: directions of growing column, row and slice index, in LPS; determinant +1."""
+    a, b, c = 0.5, -0.35, 0.8
+    rx = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    ry = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    rz = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
+    return rz @ ry @ rx
+
+
+class Stack:
+    """columns x rows x slices, steps in mm, origin LPS."""
+
+    def __init__(self, size=(96, 80, 24), step=(2.5, 2.2, 5.0), origin=(-100.0, -60.0, 20.0)):
+        self.size, self.step = size, step
+        self.origin, self.turn = np.array(origin), turn()
+        self.blobs = [((60, 45, 30), 5.0, 3000), ((180, 55, 55), 6.0, 2000),
+                      ((110, 130, 80), 7.0, 1500)]  # centre [mm from the origin], sigma, height
+
+    def lps(self, local):
+        return self.origin + self.turn @ np.asarray(local, dtype=float)
+
+    def slice(self, k):
+        """rows x columns, at phase-mean brightness."""
+        i, j = np.meshgrid(np.arange(self.size[0]), np.arange(self.size[1]))
+        out = np.zeros(i.shape)
+        for centre, sigma, height in self.blobs:
+            r2 = ((i * self.step[0] - centre[0]) ** 2 + (j * self.step[1] - centre[1]) ** 2 +
+                  (k * self.step[2] - centre[2]) ** 2)
+            out += height * np.exp(-r2 / (2 * sigma ** 2))
+        return out + 100
+
+    def truth(self):
+        affine = np.eye(4)
+        affine[:3, :3] = self.turn @ np.diag(self.step)
+        affine[:3, 3] = self.origin
+        return {"size": list(self.size), "lps_from_index": affine.tolist(),
+                "blobs": [{"lps": self.lps(c).tolist(), "sigma": s, "height": h}
+                          for c, s, h in self.blobs]}
+
+
+SMALL = dict(size=(20, 16, 6), step=(4.0, 4.5, 8.0))
+
+
+class Writer:
+    def __init__(self, out):
+        self.out, self.count = out, 0
+        self.random = random.Random(5)
+        os.makedirs(out, exist_ok=True)
+
+    def path(self):
+        """Names without order or extension, in nested folders."""
+        folder = os.path.join(self.out, "%02x" % self.random.randrange(4), "d")
+        os.makedirs(folder, exist_ok=True)
+        return os.path.join(folder, "%08x" % self.random.getrandbits(32))
+
+    def write(self, pixels, position, orientation, spacing, series, instance, trigger=None, rr=None,
+              kind="M", syntax=ExplicitVRLittleEndian, path=None, **extra):
+        self.count += 1
+        meta = FileMetaDataset()
+        meta.MediaStorageSOPClassUID = MR
+        meta.MediaStorageSOPInstanceUID = UID(ROOT + "1.%d" % self.count)
+        meta.TransferSyntaxUID = syntax
+        d = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+        d.is_little_endian, d.is_implicit_VR = True, syntax == ImplicitVRLittleEndian
+        d.SOPClassUID, d.SOPInstanceUID = MR, meta.MediaStorageSOPInstanceUID
+        d.StudyInstanceUID, d.SeriesInstanceUID = ROOT + "2", ROOT + "3.%d" % series
+        d.Modality, d.SeriesNumber, d.InstanceNumber = "MR", series, instance
+        d.PatientName, d.PatientID, d.SeriesDescription = SECRET, "SECRETID", "SECRETTEXT"
+        d.ImageType = ["ORIGINAL", "PRIMARY", kind]
+        d.ImagePositionPatient = ["%.10g" % v for v in position]
+        d.ImageOrientationPatient = ["%.10g" % v for v in orientation]
+        d.PixelSpacing = ["%.10g" % v for v in spacing]
+        d.SliceThickness, d.SliceLocation = 3.0, -99.0  # must not be used
+        if trigger is not None:
+            d.TriggerTime = "%.10g" % trigger
+        if rr is not None:
+            d.NominalInterval = int(round(rr))
+        pixels = np.round(pixels).astype(np.int16)
+        d.Rows, d.Columns = pixels.shape
+        d.SamplesPerPixel, d.PhotometricInterpretation = 1, "MONOCHROME2"
+        d.BitsAllocated, d.BitsStored, d.HighBit, d.PixelRepresentation = 16, 16, 15, 1
+        d.PixelData = pixels.tobytes()
+        for key, value in extra.items():
+            setattr(d, key, value)
+        if syntax == RLELossless:
+            d.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
+            d.compress(RLELossless)
+        path = path or self.path()
+        d.save_as(path, write_like_original=False)
+        return path
+
+
+def orientation_of(matrix):
+    return list(matrix[:, 0]) + list(matrix[:, 1])
+
+
+def put_stack(w, stack, frames=lambda k: 10, rr=lambda k: 900.0, start=lambda k: 0.0,
+              series=lambda k: k + 1, change=None, keep=lambda k, p: True, where=None, **common):
+    """change(k, p, keywords) may alter what is written of one image."""
+    for k in range(stack.size[2]):
+        mean = stack.slice(k)
+        for p in range(frames(k)):
+            if not keep(k, p):
+                continue
+            trigger = start(k) + p * rr(k) / frames(k)
+            phase = trigger / rr(k)
+            words = dict(pixels=mean * (1 + 0.3 * np.cos(2 * np.pi * phase)),
+                         position=where(k) if where else stack.lps((0, 0, k * stack.step[2])),
+                         orientation=orientation_of(stack.turn),
+                         spacing=(stack.step[1], stack.step[0]), series=series(k),
+                         instance=1000 - p - 50 * k if k % 2 else p + 1 + 50 * k, trigger=trigger,
+                         rr=rr(k), **common)
+            if change:
+                change(k, p, words)
+            w.write(**words)
+
+
+def put_views(w):
+    """Two cine views of other orientations, ten phases."""
+    for n, swap in ((0, [1, 2, 0]), (1, [2, 0, 1])):
+        matrix = turn()[:, swap]
+        for p in range(10):
+            w.write(np.full((12, 14), 100.0 + n) + p + np.arange(14)[None, :], (5.0 + n, 6.0, 7.0),
+                    orientation_of(matrix), (2.0, 3.0), 201 + n, p + 1, p * 80.0, 800.0)
+
+
+def put_others(w):
+    """What else a whole exam holds."""
+    open(os.path.join(w.out, "README.txt"), "w").write("no DICOM")
+    open(os.path.join(w.out, "empty"), "w").close()
+    # Stills of many more parallel slices than the cine has.
+    for k in range(40):
+        w.write(np.full((10, 10), 7.0) + k, turn() @ np.array([0, 0, 4.0 * k]),
+                orientation_of(turn()), (3.0, 3.0), 301, k + 1, 600.0, 900.0)
+    # A localiser and a colour screenshot.
+    for k in range(3):
+        w.write(np.full((10, 10), 7.0) + k, (k, 0, 0), [1, 0, 0, 0, 1, 0], (3.0, 3.0), 302, k + 1)
+    colour = np.zeros((10, 30))
+    w.write(colour, (0, 0, 0), [1, 0, 0, 0, 1, 0], (3.0, 3.0), 303, 1, Columns=10,
+            SamplesPerPixel=3, PhotometricInterpretation="RGB", PlanarConfiguration=0,
+            BitsAllocated=16)
+    # A report: DICOM without an image.
+    path = w.write(np.zeros((2, 2)), (0, 0, 0), [1, 0, 0, 0, 1, 0], (3.0, 3.0), 304, 1)
+    report = pydicom.dcmread(path)
+    for key in ("PixelData", "Rows", "Columns", "BitsAllocated"):
+        delattr(report, key)
+    report.Modality, report.SOPClassUID = "SR", "1.2.840.10008.5.1.4.1.1.88.11"
+    report.save_as(path)
+    # A perfusion-like series: three slices, many images, trigger times over many beats.
+    for k in range(3):
+        for p in range(40):
+            w.write(np.full((10, 10), 50.0) + p, (30.0, 0, 10.0 * k), [1, 0, 0, 0, 1, 0],
+                    (3.0, 3.0), 305, 100 * k + p, p * 900.0, 900.0)
+
+
+def put_enhanced(out, stack, frames):
+    """All slices and phases in one multi-frame object."""
+    os.makedirs(out, exist_ok=True)
+    meta = FileMetaDataset()
+    meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = ENHANCED_MR, ROOT + "9"
+    meta.TransferSyntaxUID = ExplicitVRLittleEndian
+    d = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+    d.is_little_endian, d.is_implicit_VR = True, False
+    d.SOPClassUID, d.SOPInstanceUID, d.Modality = ENHANCED_MR, ROOT + "9", "MR"
+    d.StudyInstanceUID, d.SeriesInstanceUID, d.SeriesNumber = ROOT + "2", ROOT + "3.1", 1
+    d.PatientName = SECRET
+    shared = Dataset()
+    measures = Dataset()
+    measures.PixelSpacing, measures.SliceThickness = [stack.step[1], stack.step[0]], 3.0
+    shared.PixelMeasuresSequence = [measures]
+    plane = Dataset()
+    plane.ImageOrientationPatient = ["%.10g" % v for v in orientation_of(stack.turn)]
+    shared.PlaneOrientationSequence = [plane]
+    d.SharedFunctionalGroupsSequence = [shared]
+    groups, pixels = [], []
+    for p in range(frames):
+        for k in reversed(range(stack.size[2])):
+            group, place, time = Dataset(), Dataset(), Dataset()
+            place.ImagePositionPatient = ["%.10g" % v for v in stack.lps((0, 0, k * stack.step[2]))]
+            group.PlanePositionSequence = [place]
+            time.NominalCardiacTriggerDelayTime = p * 900.0 / frames
+            time.RRIntervalTimeNominal = 900.0
+            group.CardiacSynchronizationSequence = [time]
+            groups.append(group)
+            pixels.append(np.round(stack.slice(k) * (1 + 0.3 * np.cos(2 * np.pi * p / frames))))
+    d.PerFrameFunctionalGroupsSequence = groups
+    d.NumberOfFrames = len(pixels)
+    d.Rows, d.Columns = pixels[0].shape
+    d.SamplesPerPixel, d.PhotometricInterpretation = 1, "MONOCHROME2"
+    d.BitsAllocated, d.BitsStored, d.HighBit, d.PixelRepresentation = 16, 16, 15, 0
+    d.PixelData = np.stack(pixels).astype(np.uint16).tobytes()
+    d.save_as(os.path.join(out, "multi.dcm"), write_like_original=False)
+
+
+def cut(path, share):
+    content = open(path, "rb").read()
+    open(path, "wb").write(content[: int(len(content) * share)])
+
+
+def nifti(out, stack, frames, **pixdim):
+    data = np.stack([stack.slice(k).T for k in range(stack.size[2])], axis=2)
+    data = np.stack([data * (1 + 0.3 * np.cos(2 * np.pi * p / frames)) for p in range(frames)], axis=3)
+    affine = np.diag([-1.0, -1, 1, 1]) @ np.array(stack.truth()["lps_from_index"])
+    image = nibabel.Nifti1Image(np.round(data).astype(np.int16), affine)
+    image.set_qform(affine, 1)
+    image.header.set_xyzt_units("mm", pixdim.get("unit", "sec"))
+    image.header["pixdim"][4] = pixdim.get("step", 0.09)
+    nibabel.save(image, out)
+
+
+def make(variant, out):
+    w = None
+    small = Stack(**SMALL)
+    if variant not in ("nifti", "enhanced") and not variant.startswith("nifti"):
+        w = Writer(out)
+    if variant == "mixed":
+        stack = Stack()
+        put_stack(w, stack)
+        put_views(w)
+        put_others(w)
+        return stack.truth()
+    if variant in ("implicit", "rle"):
+        put_stack(w, small, syntax=ImplicitVRLittleEndian if variant == "implicit" else RLELossless)
+        return small.truth()
+    if variant == "one_series":
+        put_stack(w, small, series=lambda k: 5)
+        return small.truth()
+    if variant == "series_per_phase":
+        put_stack(w, small, change=lambda k, p, d: d.update(series=p + 1))
+        return small.truth()
+    if variant == "enhanced":
+        put_enhanced(out, small, 10)
+        return small.truth()
+    if variant == "rescaled":
+        def rescale(k, p, d):
+            d["pixels"] = d["pixels"] * 2 + 20
+            d.update(RescaleSlope="0.5", RescaleIntercept="-10")
+        put_stack(w, small, change=rescale)
+        return small.truth()
+    if variant == "timing":
+        rr = lambda k: 700.0 + 45 * k
+        put_stack(w, small, frames=lambda k: [25, 24, 26, 25, 25, 23][k], rr=rr,
+                  start=lambda k: [0, 11.5, 23.7, 60.1, 0, 250.0][k])
+        return dict(small.truth(), rr_ms=[rr(k) for k in range(6)])
+    if variant == "prospective":
+        # Frames reach 85 % of the R-R interval.
+        def squeeze(k, p, d):
+            d["trigger"] *= 0.85
+            d["pixels"] = small.slice(k) * (1 + 0.3 * np.cos(2 * np.pi * d["trigger"] / 900.0))
+        put_stack(w, small, frames=lambda k: 22, change=squeeze)
+        return small.truth()
+    if variant in ("constant_trigger", "no_trigger", "scan_time_trigger"):
+        def bogus(k, p, d):
+            d["instance"] = p + 1
+            d["trigger"] = {"constant_trigger": 500.0, "no_trigger": None,
+                            "scan_time_trigger": 12345.0 + 900.0 * p}[variant]
+        put_stack(w, small, change=bogus)
+        return small.truth()
+    if variant == "temporal_position":
+        put_stack(w, small, change=lambda k, p, d: d.update(
+            instance=77, trigger=0.0, rr=None, FrameTime="90", TemporalPositionIdentifier=p + 1))
+        return small.truth()
+    if variant == "no_rr":
+        put_stack(w, small, change=lambda k, p, d: d.update(trigger=None, rr=None, instance=p + 1))
+        return small.truth()
+    if variant == "skewed":
+        def skew(k, p, d):
+            rows = np.array(d["orientation"][:3]) * 1.003
+            d["orientation"] = list(rows) + list(np.array(d["orientation"][3:]) + 0.004 * rows)
+        put_stack(w, small, change=skew)
+        return small.truth()
+    if variant == "velocity":
+        put_stack(w, small)
+        for kind in ("P", "M"):  # a flow series: phase images and magnitudes, one slice
+            put_stack(w, Stack(size=(20, 16, 1), step=SMALL["step"], origin=(0, 0, 0)), kind=kind,
+                      series=lambda k: 70, frames=lambda k: 30)
+        return small.truth()
+    if variant == "repeated":
+        put_stack(w, small)
+        put_stack(w, small, series=lambda k: 50 + k,
+                  change=lambda k, p, d: d.update(pixels=d["pixels"] + 500))
+        return small.truth()
+    if variant == "copies":
+        put_stack(w, small)
+        w.count = 0
+        put_stack(w, small)
+        return small.truth()
+    if variant == "frame_missing":
+        put_stack(w, small, frames=lambda k: 25, keep=lambda k, p: (k, p) != (2, 7))
+        return small.truth()
+    if variant == "end_slice_incomplete":
+        put_stack(w, small, keep=lambda k, p: k > 0 or p < 4)
+        return small.truth()
+    if variant == "middle_slice_incomplete":
+        put_stack(w, small, keep=lambda k, p: k != 3 or p < 4)
+        return small.truth()
+    if variant in ("slightly_uneven", "hole"):
+        # Slice positions off by up to 0.3 of 8 mm, or by 5 mm from the middle on.
+        off = {"slightly_uneven": [0, 0.3, -0.2, 0.1, 0, 0.2], "hole": [0, 0, 0, 5, 5, 5]}[variant]
+        put_stack(w, small, where=lambda k: small.lps((0, 0, 8 * k + off[k])))
+        return dict(small.truth(), along_mm=[8 * k + off[k] for k in range(6)])
+    if variant == "parallel_stray":
+        put_stack(w, small)
+        for p in range(10):
+            w.write(small.slice(0), small.lps((0, 0, 21.3)), orientation_of(small.turn),
+                    (4.5, 4.0), 88, p + 1, p * 90.0, 900.0)
+        return small.truth()
+    if variant in ("sheared", "hardly_sheared"):
+        shift = 1.5 if variant == "sheared" else 0.05
+        put_stack(w, small, where=lambda k: small.lps((shift * k, 0, 8 * k)))
+        return small.truth()
+    if variant == "one_phase":
+        put_stack(w, small, frames=lambda k: 1)
+        return small.truth()
+    if variant == "two_slices":
+        put_stack(w, Stack(size=(20, 16, 2), step=SMALL["step"]))
+        put_views(w)
+        return {}
+    if variant == "zero":
+        put_stack(w, small, change=lambda k, p, d: d.update(pixels=d["pixels"] * 0))
+        return {}
+    if variant == "one_zero_phase":
+        put_stack(w, small, change=lambda k, p, d: d.update(pixels=d["pixels"] * (p != 4)))
+        return {}
+    if variant == "colour":
+        put_stack(w, small, change=lambda k, p, d: d.update(
+            pixels=np.zeros((16, 60)), Columns=20, SamplesPerPixel=3,
+            PhotometricInterpretation="RGB", PlanarConfiguration=0))
+        return {}
+    if variant == "no_position":
+        put_stack(w, small, ImagePositionPatient=None)
+        return {}
+    if variant == "wild_cosines":
+        put_stack(w, small, change=lambda k, p, d: d.update(
+            orientation=list(2 * np.array(d["orientation"]))))
+        return {}
+    if variant == "mixed_size":
+        def resize(k, p, d):
+            if (k, p) == (2, 4):
+                d["pixels"] = d["pixels"][:8, :10]
+        put_stack(w, small, change=resize)
+        return {}
+    if variant in ("truncated_pixels", "truncated_header"):
+        put_stack(w, small)
+        path = w.write(small.slice(0), small.lps((0, 0, 0)), orientation_of(small.turn), (4.5, 4.0),
+                       1, 99, 1.0, 900.0, path=os.path.join(out, "the_bad_one"))
+        cut(path, 0.9 if variant == "truncated_pixels" else 0.35)
+        return {}
+    if variant == "nothing":
+        open(os.path.join(out, "notes.txt"), "w").write("no image here")
+        return {}
+    if variant == "empty":
+        return {}
+    stack = Stack(size=(48, 40, 24), step=(5.0, 4.4, 5.0))
+    if variant == "nifti":
+        nifti(out, stack, 10)
+        return stack.truth()
+    if variant == "nifti_ms_as_s":
+        nifti(out, small, 10, step=90.0)
+        return small.truth()
+    if variant == "nifti_ms":
+        nifti(out, small, 10, step=90.0, unit="msec")
+        return small.truth()
+    if variant == "nifti_no_unit":
+        nifti(out, small, 10, step=1.0, unit="unknown")
+        return small.truth()
+    if variant == "nifti_long":
+        nifti(out, small, 10, step=1.0)
+        return small.truth()
+    if variant == "nifti_one_image":
+        nifti(out, small, 1)
+        return small.truth()
+    if variant == "nifti_two_slices":
+        nifti(out, Stack(size=(20, 16, 2), step=SMALL["step"]), 10)
+        return {}
+    if variant == "nifti_zero_phase":
+        nifti(out, small, 10)
+        image = nibabel.load(out)
+        data = np.array(image.dataobj)
+        data[..., 3] = 0
+        nibabel.save(nibabel.Nifti1Image(data, image.affine, image.header), out)
+        return {}
+    raise SystemExit("unknown variant " + variant)
+
+
+json.dump(make(sys.argv[1], sys.argv[2]), sys.stdout)
