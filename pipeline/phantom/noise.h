@@ -1,0 +1,16 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+namespace beatlas::phantom {
+
+/// Philox 4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011): random
+/// bits as a pure function of counter and key, so that no order of evaluation can change them.
+[[nodiscard]] std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
+                                                  std::array<std::uint32_t, 2> key) noexcept;
+
+/// Two independent standard normal numbers for this place in the sequence (Box-Muller).
+[[nodiscard]] std::array<double, 2> normal_pair(std::uint64_t index, std::uint32_t stream,
+                                                std::uint32_t seed) noexcept;
+
+}  // namespace beatlas::phantom

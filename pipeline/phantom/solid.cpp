@@ -1,0 +1,293 @@
+#include "pipeline/phantom/solid.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "pipeline/phantom/curve.h"
+
+namespace beatlas::phantom {
+namespace {
+
+constexpr double kOnMm = 1e-7;          // a point this close to a primitive counts as on it
+constexpr double kNormalMm = 1e-6;      // closer than this, x - nearest is no direction
+constexpr std::size_t kMostFaces = 16;  // primitives of one solid
+constexpr std::size_t kRun = 16;        // points of a curve that share a ball
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const Ellipsoid* as_ellipsoid(const Primitive& primitive) {
+  return std::get_if<Ellipsoid>(&primitive);
+}
+
+/// Angles at which an ellipse crosses an ellipsoid.
+std::vector<double> crossing_angles(const Ellipse& ellipse, const Ellipsoid& other) {
+  constexpr int kSteps = 1440;
+  constexpr double kStep = 2.0 * std::numbers::pi / kSteps;
+  std::vector<double> angles;
+  bool inside = other.level(ellipse.point(0.0)) < 0.0;
+  for (int n = 0; n < kSteps; ++n) {
+    double low = kStep * n;
+    double high = kStep * (n + 1);
+    const bool next = other.level(ellipse.point(high)) < 0.0;
+    if (next != inside) {
+      for (int iteration = 0; iteration < 60; ++iteration) {
+        const double middle = 0.5 * (low + high);
+        ((other.level(ellipse.point(middle)) < 0.0) == inside ? low : high) = middle;
+      }
+      angles.push_back(0.5 * (low + high));
+    }
+    inside = next;
+  }
+  return angles;
+}
+
+}  // namespace
+
+Solid::Solid(std::vector<Primitive> primitives, std::vector<Cell> cells, double curve_step_mm)
+    : primitives_(std::move(primitives)), cells_(std::move(cells)) {
+  assert(primitives_.size() <= kMostFaces);
+  find_creases(curve_step_mm);
+}
+
+double Solid::value_mm(int primitive, const Vec3& x) const {
+  if (const auto* ellipsoid = as_ellipsoid(primitives_[primitive])) {
+    return ellipsoid->level(x) / ellipsoid->gradient(x).norm();
+  }
+  return x.z() - std::get<Below>(primitives_[primitive]).z_mm;
+}
+
+bool Solid::contains(const Vec3& x) const {
+  for (const Cell& cell : cells_) {
+    bool in = true;
+    for (const Literal& literal : cell) {
+      const auto* ellipsoid = as_ellipsoid(primitives_[literal.index]);
+      const double value = ellipsoid != nullptr
+                               ? ellipsoid->level(x)
+                               : x.z() - std::get<Below>(primitives_[literal.index]).z_mm;
+      if ((value < 0.0) != literal.inside) {
+        in = false;
+        break;
+      }
+    }
+    if (in) return true;
+  }
+  return false;
+}
+
+bool Solid::on_boundary(const Vec3& x) const {
+  // Kleene's logic: in, on, out; `on` survives an intersection with in and a union with out.
+  bool on_any = false;
+  for (const Cell& cell : cells_) {
+    bool on = false;
+    bool out = false;
+    for (const Literal& literal : cell) {
+      const double outward = (literal.inside ? 1.0 : -1.0) * value_mm(literal.index, x);
+      if (outward > kOnMm) {
+        out = true;
+        break;
+      }
+      on = on || outward >= -kOnMm;
+    }
+    if (out) continue;
+    if (!on) return false;
+    on_any = true;
+  }
+  return on_any;
+}
+
+Vec3 Solid::outward_normal(int primitive, const Vec3& x) const {
+  const auto* ellipsoid = as_ellipsoid(primitives_[primitive]);
+  const Vec3 gradient =
+      ellipsoid != nullptr ? Vec3(ellipsoid->gradient(x).normalized()) : Vec3(Vec3::UnitZ());
+  for (const Cell& cell : cells_) {
+    for (const Literal& literal : cell) {
+      if (literal.index == primitive) return literal.inside ? gradient : Vec3(-gradient);
+    }
+  }
+  return gradient;
+}
+
+void Solid::find_creases(double step_mm) {
+  const int count = static_cast<int>(primitives_.size());
+  for (int i = 0; i < count; ++i) {
+    const auto* first = as_ellipsoid(primitives_[i]);
+    for (int j = 0; j < count; ++j) {
+      if (j == i) continue;
+      const auto* second = as_ellipsoid(primitives_[j]);
+      if (first == nullptr && second != nullptr) {
+        FlatCrease crease{i, j, {}};
+        if (section(*second, std::get<Below>(primitives_[i]).z_mm, crease.ellipse)) {
+          flat_creases_.push_back(crease);
+        }
+      } else if (i < j && first != nullptr && second != nullptr) {
+        for (Curve& curve : intersection_curves(*first, *second, step_mm)) {
+          curved_creases_.push_back({i, j, std::move(curve), {}, {}});
+        }
+      }
+    }
+  }
+  for (const FlatCrease& crease : flat_creases_) {
+    for (int j = 0; j < count; ++j) {
+      const auto* other = as_ellipsoid(primitives_[j]);
+      if (other == nullptr || j == crease.ellipsoid) continue;
+      for (double angle : crossing_angles(crease.ellipse, *other)) {
+        const Vec3 corner = crease.ellipse.point(angle);
+        if (on_boundary(corner)) corners_.push_back(corner);
+      }
+    }
+    const double length =
+        2.0 * std::numbers::pi * std::max(crease.ellipse.semi_x_mm, crease.ellipse.semi_y_mm);
+    const int steps = std::max(16, static_cast<int>(std::ceil(length / step_mm)));
+    for (int n = 0; n < steps; ++n) {
+      const Vec3 x = crease.ellipse.point(2.0 * std::numbers::pi * n / steps);
+      if (on_boundary(x)) crease_points_.push_back(x);
+    }
+  }
+  for (CurvedCrease& crease : curved_creases_) {
+    const std::vector<Vec3>& points = crease.curve.points;
+    for (std::size_t first = 0; first < points.size(); first += kRun) {
+      const std::size_t end = std::min(points.size(), first + kRun);
+      const Vec3& centre = points[(first + end) / 2];
+      double radius = 0.0;
+      for (std::size_t n = first; n < end; ++n) {
+        radius = std::max(radius, (points[n] - centre).norm());
+        if (on_boundary(points[n])) crease_points_.push_back(points[n]);
+      }
+      crease.ball_centres.push_back(centre);
+      crease.ball_radii.push_back(radius + 2.0 * crease.curve.step_mm);
+    }
+  }
+  crease_points_.insert(crease_points_.end(), corners_.begin(), corners_.end());
+}
+
+void Solid::nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& best,
+                             Vec3& point) const {
+  const std::vector<Vec3>& points = crease.curve.points;
+  const Ellipsoid& a = *as_ellipsoid(primitives_[crease.first]);
+  const Ellipsoid& b = *as_ellipsoid(primitives_[crease.second]);
+  const std::size_t count = points.size();
+  const auto at = [&](std::size_t n) -> const Vec3& { return points[n % count]; };
+  for (std::size_t run = 0; run < crease.ball_centres.size(); ++run) {
+    if ((crease.ball_centres[run] - x).norm() - crease.ball_radii[run] >= best) continue;
+    const std::size_t end = std::min(count, (run + 1) * kRun);
+    for (std::size_t n = run * kRun; n < end; ++n) {
+      const Vec3& before = at(n + count - 1);
+      const Vec3& after = at(n + 1);
+      const double here = (points[n] - x).squaredNorm();
+      if (here > (before - x).squaredNorm() || here > (after - x).squaredNorm()) continue;
+      if (std::sqrt(here) - 2.0 * crease.curve.step_mm >= best) continue;
+      // The distance falls from one neighbour and rises to the other: halve on its slope.
+      const auto on_curve = [&](double u) -> Vec3 {
+        Vec3 q = u < 0.0 ? Vec3(points[n] + (points[n] - before) * u)
+                         : Vec3(points[n] + (after - points[n]) * u);
+        return settle_on_curve(a, b, q) ? q : points[n];
+      };
+      const auto slope = [&](const Vec3& q) {
+        const Vec3 along = curve_direction(a, b, q);
+        const double sense = along.dot(after - before) < 0.0 ? -1.0 : 1.0;
+        return sense * along.dot(q - x);
+      };
+      double low = -1.0;
+      double high = 1.0;
+      double low_slope = slope(before);
+      double high_slope = slope(after);
+      Vec3 q = points[n];
+      for (int iteration = 0; iteration < 40 && high - low > 1e-9; ++iteration) {
+        // Regula falsi in turn with halving: fast where the slope is straight, never slow.
+        double u = 0.5 * (low + high);
+        if (iteration % 3 != 2 && low_slope < 0.0 && high_slope > 0.0) {
+          u = low - low_slope * (high - low) / (high_slope - low_slope);
+        }
+        q = on_curve(u);
+        const double s = slope(q);
+        if (std::abs(s) < 1e-10) break;
+        if (s < 0.0) {
+          low = u;
+          low_slope = s;
+        } else {
+          high = u;
+          high_slope = s;
+        }
+      }
+      const double distance = (q - x).norm();
+      if (distance < best && on_boundary(q)) {
+        best = distance;
+        point = q;
+      }
+    }
+  }
+}
+
+Nearest Solid::nearest(const Vec3& x) const {
+  struct Face {
+    bool open = false;  // its nearest point is cut off, so its crease or another point may count
+    double at_least = 0;
+  };
+  std::array<Face, kMostFaces> faces;
+  double best = kInfinity;
+  int best_face = 0;
+  Vec3 point = Vec3::Zero();
+  const int count = static_cast<int>(primitives_.size());
+  const auto take = [&](const Vec3& q, int face) {
+    const double distance = (q - x).norm();
+    if (!(distance < best) || !on_boundary(q)) return false;
+    best = distance;
+    point = q;
+    best_face = face;
+    return true;
+  };
+  for (int i = 0; i < count; ++i) {
+    const auto* ellipsoid = as_ellipsoid(primitives_[i]);
+    const Vec3 q = ellipsoid != nullptr ? nearest_point(*ellipsoid, x)
+                                        : Vec3(x.x(), x.y(), std::get<Below>(primitives_[i]).z_mm);
+    faces[i].at_least = (q - x).norm();
+    faces[i].open = faces[i].at_least < best && !take(q, i);
+  }
+  const auto open = [&](int i) { return faces[i].open && faces[i].at_least < best; };
+  for (int i = 0; i < count; ++i) {
+    const auto* ellipsoid = as_ellipsoid(primitives_[i]);
+    if (ellipsoid == nullptr || !open(i)) continue;
+    const NearPoints others = near_points(*ellipsoid, x);
+    for (int n = 1; n < others.count; ++n) take(others.points[n], i);
+  }
+  // A crease is no nearer than the nearest point of either of its faces, so it can only win where
+  // both of them are open.
+  for (const FlatCrease& crease : flat_creases_) {
+    if (!open(crease.plane) || !open(crease.ellipsoid)) continue;
+    const NearPoints near = near_points(crease.ellipse, x);
+    for (int n = 0; n < near.count; ++n) take(near.points[n], crease.ellipsoid);
+  }
+  for (const CurvedCrease& crease : curved_creases_) {
+    if (!open(crease.first) || !open(crease.second)) continue;
+    const double before = best;
+    nearest_on_curve(crease, x, best, point);
+    if (best < before) best_face = crease.first;
+  }
+  for (const Vec3& corner : corners_) {
+    const double distance = (corner - x).norm();
+    if (distance >= best) continue;
+    best = distance;
+    point = corner;
+    best_face = 0;
+    for (int i = 1; i < count; ++i) {
+      if (std::abs(value_mm(i, corner)) < std::abs(value_mm(best_face, corner))) best_face = i;
+    }
+  }
+  const bool inside = contains(x);
+  Nearest out;
+  out.point = point;
+  out.distance_mm = inside ? -best : best;
+  out.outward =
+      best > kNormalMm ? Vec3((x - point) / out.distance_mm) : outward_normal(best_face, point);
+  return out;
+}
+
+double Solid::crease_distance_mm(const Vec3& x) const {
+  double best = kInfinity;
+  for (const Vec3& point : crease_points_) best = std::min(best, (point - x).squaredNorm());
+  return std::sqrt(best);
+}
+
+}  // namespace beatlas::phantom

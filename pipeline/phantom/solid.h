@@ -1,0 +1,104 @@
+#pragma once
+/// Exact signed distance to solids built from ellipsoids and horizontal planes by union,
+/// intersection and difference. Frame: the heart's own (see spec.h); [mm].
+///
+/// The nearest point of a solid's boundary is a local minimum of the distance on one of its faces,
+/// on one of its creases (where two faces meet) or at one of its corners. All of these are
+/// enumerated, and only those that lie on the solid's boundary are compared: the nearest point of a
+/// face that another body cuts off does not count.
+
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "pipeline/phantom/quadric.h"
+
+namespace beatlas::phantom {
+
+/// The half space z < z_mm.
+struct Below {
+  double z_mm = 0;
+};
+using Primitive = std::variant<Ellipsoid, Below>;
+
+/// Inside or outside of primitive `index`.
+struct Literal {
+  int index = 0;
+  bool inside = true;
+};
+/// The intersection of its literals.
+using Cell = std::vector<Literal>;
+
+/// A closed space curve as points at most `step_mm` apart.
+struct Curve {
+  std::vector<Vec3> points;
+  double step_mm = 0;
+};
+
+/// The curves in which two ellipsoids meet, followed with Newton's method from where they cross
+/// the plane y = centre. @pre both have their centre on one plane y = const, by which every such
+/// curve is then halved. No curve if they do not meet.
+[[nodiscard]] std::vector<Curve> intersection_curves(const Ellipsoid& a, const Ellipsoid& b,
+                                                     double step_mm);
+
+/// The nearest point of a solid's boundary.
+struct Nearest {
+  Vec3 point = Vec3::Zero();
+  double distance_mm = 0;  ///< negative inside the solid
+  /// Outward unit normal of the surface there; where faces meet, of one of them.
+  Vec3 outward = Vec3::UnitZ();
+};
+
+/// A union of cells of primitives that the solid owns. Immutable, thread-safe.
+class Solid {
+ public:
+  /// @param curve_step_mm spacing of the points that creases between ellipsoids are started from;
+  /// they are refined to rounding, so it is speed and not accuracy.
+  Solid(std::vector<Primitive> primitives, std::vector<Cell> cells, double curve_step_mm = 0.25);
+
+  [[nodiscard]] bool contains(const Vec3& x) const;
+  /// Error below 1e-7 mm.
+  [[nodiscard]] Nearest nearest(const Vec3& x) const;
+  [[nodiscard]] double distance_mm(const Vec3& x) const { return nearest(x).distance_mm; }
+
+  /// Distance from x to the nearest crease of the boundary, found to within half of
+  /// `curve_step_mm`; infinite if the solid has none.
+  [[nodiscard]] double crease_distance_mm(const Vec3& x) const;
+
+  /// Points spread over the boundary about `spacing_mm` apart; they stop half a spacing short of
+  /// creases at most. Deterministic.
+  [[nodiscard]] std::vector<Vec3> sample(double spacing_mm) const;
+
+  /// Whether x, known to lie on a primitive, is on the boundary of the solid to within 1e-7 mm.
+  [[nodiscard]] bool on_boundary(const Vec3& x) const;
+
+  [[nodiscard]] const std::vector<Primitive>& primitives() const { return primitives_; }
+
+ private:
+  struct FlatCrease {
+    int plane = 0;
+    int ellipsoid = 0;
+    Ellipse ellipse;
+  };
+  struct CurvedCrease {
+    int first = 0;
+    int second = 0;
+    Curve curve;
+    std::vector<Vec3> ball_centres;  // of runs of points, to leave far ones out
+    std::vector<double> ball_radii;
+  };
+
+  [[nodiscard]] double value_mm(int primitive, const Vec3& x) const;
+  [[nodiscard]] Vec3 outward_normal(int primitive, const Vec3& x) const;
+  void find_creases(double step_mm);
+  void nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& best, Vec3& point) const;
+
+  std::vector<Primitive> primitives_;
+  std::vector<Cell> cells_;
+  std::vector<FlatCrease> flat_creases_;
+  std::vector<CurvedCrease> curved_creases_;
+  std::vector<Vec3> corners_;
+  std::vector<Vec3> crease_points_;  // valid points of all creases, curve_step_mm apart
+};
+
+}  // namespace beatlas::phantom

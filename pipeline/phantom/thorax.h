@@ -1,0 +1,42 @@
+#pragma once
+/// What lies around the heart and does not move: skin fat, chest muscle, lungs, liver, descending
+/// aorta, spine. Each is one convex body painted over those before it, the heart over all.
+
+#include <variant>
+#include <vector>
+
+#include "pipeline/phantom/anatomy.h"
+
+namespace beatlas::phantom {
+
+/// bSSFP signal, blood = 1: preset B, with bone of preset A.
+struct Signals {
+  double blood = 1.0;
+  double myocardium = 0.34;
+  double fat = 1.29;
+  double liver = 0.55;
+  double muscle = 0.28;
+  double lung = 0.04;
+  double bone = 0.12;
+  double air = 0.0;
+};
+
+/// Signed distance [mm], negative inside, and its gradient; or a plane that stands for a surface.
+struct SignedPlane {
+  double distance_mm = 0;
+  Vec3 outward = Vec3::UnitZ();
+};
+
+/// A body of the thorax; patient LPS.
+struct Tissue {
+  std::variant<Ellipse, Ellipsoid> body;  ///< an Ellipse stands for its cylinder along z
+  double signal = 0;
+
+  [[nodiscard]] SignedPlane surface(const Vec3& lps) const;  ///< exact
+};
+
+/// In painting order. Placed relative to the heart frame's origin; grows with a heart whose scale
+/// is above 1 so that no heart touches liver, spine or chest wall.
+[[nodiscard]] std::vector<Tissue> thorax(const Anatomy& anatomy, const Signals& signals);
+
+}  // namespace beatlas::phantom
