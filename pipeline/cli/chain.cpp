@@ -9,6 +9,7 @@
 #include "pipeline/cli/seeds.h"
 #include "pipeline/cli/version.h"
 #include "pipeline/report/overlay.h"
+#include "pipeline/report/segmented_volume.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
@@ -28,23 +29,12 @@ std::string sha256_of_text(const std::string& text) {
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 
-template <class Cycles>
-auto find_structure(Cycles& cycles, Structure structure) {
-  return std::find_if(cycles.begin(), cycles.end(),
-                      [&](const auto& cycle) { return cycle.structure == structure; });
-}
-
 }  // namespace
 
 bool scene_has_surfaces(const Scene& scene) {
   return std::any_of(kAllStructures.begin(), kAllStructures.end(), [&](Structure structure) {
     return atlas::scene_holds(scene.content, atlas::kSurfaceKind, structure);
   });
-}
-
-bool scene_uses(const Scene& scene, Structure structure) {
-  return atlas::scene_holds(scene.content, atlas::kFieldKind, structure) ||
-         atlas::scene_holds(scene.content, atlas::kSurfaceKind, structure);
 }
 
 Chain::Chain(Console& console, Recipe recipe, std::optional<study::Study> study)
@@ -74,8 +64,7 @@ void Chain::note_segmentation(const Segmentation& segmentation) {
                                 " was not found; the package lacks it");
       continue;
     }
-    facts_.volumes.push_back(
-        {structure, segment::volume_curve_ml(segmentation.coverage, structure)});
+    facts_.volumes.push_back({structure, report::segmented_volume_ml(segmentation, structure)});
   }
 }
 
@@ -171,28 +160,22 @@ std::vector<SurfaceCycle> Chain::surfaces(const std::vector<FieldCycle>& fields)
   return out;
 }
 
-void Chain::pack(std::vector<FieldCycle> fields, std::vector<SurfaceCycle> surfaces,
+void Chain::pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle> surfaces,
                  const Scene& scene, const fs::path& file) {
   console_.stage("pack", [&](StageContext& context) {
-    std::vector<FieldCycle> used;
-    std::vector<SurfaceCycle> used_surfaces;
-    for (const report::VolumeCurve& curve : facts_.volumes) {
-      if (!scene_uses(scene, curve.structure)) continue;
-      const auto field = find_structure(fields, curve.structure);
-      if (field == fields.end()) {
-        throw_invalid("there is no field of " + std::string(structure_name(curve.structure)) +
-                      ", which the scene " + scene.content + " needs; run the stage field again");
-      }
-      used.push_back(std::move(*field));
-      if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, curve.structure)) continue;
-      const auto surface = find_structure(surfaces, curve.structure);
+    std::vector<SurfaceCycle> used;
+    for (const FieldCycle& field : fields) {
+      if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, field.structure)) continue;
+      const auto surface = std::find_if(
+          surfaces.begin(), surfaces.end(),
+          [&](const SurfaceCycle& candidate) { return candidate.structure == field.structure; });
       if (surface == surfaces.end()) {
-        throw_invalid("there is no surface of " + std::string(structure_name(curve.structure)) +
+        throw_invalid("there is no surface of " + std::string(structure_name(field.structure)) +
                       ", which the scene " + scene.content + " needs; run the stage mesh again");
       }
-      used_surfaces.push_back(std::move(*surface));
+      used.push_back(std::move(*surface));
     }
-    const auto quality = measure_quality(facts_.volumes, used, used_surfaces);
+    const auto quality = measure_quality(facts_.volumes, fields, used);
     demand_quality(quality, recipe_.quality);
 
     pack::PackageContent content;
@@ -206,13 +189,13 @@ void Chain::pack(std::vector<FieldCycle> fields, std::vector<SurfaceCycle> surfa
     manifest.source_lps_from_index = facts_.source.mm_from_index;
     manifest.end_diastole = facts_.end_diastole;
     manifest.end_systole = facts_.end_systole;
-    for (const report::VolumeCurve& curve : facts_.volumes) {
+    for (const FieldCycle& field : fields) {
       manifest.structures.push_back(
-          {std::string(structure_name(curve.structure)), curve.volume_ml});
+          {std::string(structure_name(field.structure)), field.volume_ml});
     }
     json stages = json::object();
     for (const auto& [stage, fact] : facts_.stages) {
-      if (stage == Stage::Mesh && used_surfaces.empty()) continue;
+      if (stage == Stage::Mesh && used.empty()) continue;
       stages[std::string(study::stage_name(stage))] = {{"version", fact.version},
                                                        {"options", fact.options}};
     }
@@ -226,13 +209,14 @@ void Chain::pack(std::vector<FieldCycle> fields, std::vector<SurfaceCycle> surfa
                            {"decisions", facts_.decisions},
                            {"warnings", facts_.warnings},
                            {"quality", quality_to_json(quality)}};
-    for (std::size_t at = 0; at < used.size(); ++at) {
+    for (const FieldCycle& field : fields) {
       context.check_cancelled();
-      if (!atlas::scene_holds(scene.content, atlas::kFieldKind, used[at].structure)) continue;
-      content.fields.push_back(pack::encode_field(used[at], recipe_.pack));
-      context.progress(static_cast<double>(at + 1) / static_cast<double>(used.size()));
+      if (!atlas::scene_holds(scene.content, atlas::kFieldKind, field.structure)) continue;
+      content.fields.push_back(pack::encode_field(field, recipe_.pack));
+      context.progress(static_cast<double>(content.fields.size()) /
+                       static_cast<double>(fields.size()));
     }
-    for (SurfaceCycle& surface : used_surfaces) {
+    for (SurfaceCycle& surface : used) {
       content.surfaces.push_back(
           {surface.structure, std::move(surface.triangles), std::move(surface.positions)});
     }

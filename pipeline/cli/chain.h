@@ -52,9 +52,10 @@ class Chain {
   study::Registration registration(const Exam& exam, const Segmentation& segmentation);
   std::vector<FieldCycle> fields(const std::vector<ShapeCycle>& shapes);
   std::vector<SurfaceCycle> surfaces(const std::vector<FieldCycle>& fields);
+  /// Volume curves are those of all fields, whatever the scene.
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
-  void pack(std::vector<FieldCycle> fields, std::vector<SurfaceCycle> surfaces, const Scene& scene,
-            const std::filesystem::path& file);
+  void pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle> surfaces,
+            const Scene& scene, const std::filesystem::path& file);
 
   /// Takes note, from the study, of the stages up to `last`, which must have run; for a stage
   /// command that starts after it. @throws Error{InvalidInput}
@@ -74,8 +75,7 @@ class Chain {
   Facts facts_;
 };
 
-/// Whether a package of the scene holds a field or a surface of the structure.
-[[nodiscard]] bool scene_uses(const Scene& scene, Structure structure);
+/// Whether a package of the scene holds any surface, so that the stage mesh must run.
 [[nodiscard]] bool scene_has_surfaces(const Scene& scene);
 
 }  // namespace beatlas::cli

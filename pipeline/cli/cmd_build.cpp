@@ -18,14 +18,6 @@ struct Arguments {
   std::string study;
 };
 
-/// Leaves out what the package will not hold. A study keeps every structure, so that it can be
-/// packed again for another scene.
-void drop_unused(const Scene& scene, CoverageCycle& coverage) {
-  for (Structure structure : kAllStructures) {
-    if (!scene_uses(scene, structure)) coverage.phases.erase(structure);
-  }
-}
-
 int build(const Arguments& arguments) {
   const Recipe recipe = recipe_of(arguments.common.recipe);
   const Scene scene = read_scene(arguments.scene);
@@ -38,7 +30,8 @@ int build(const Arguments& arguments) {
     study = study::Study::create(arguments.study);
     study->set_recipe(recipe_to_json(recipe));
   }
-  const bool whole = study.has_value();
+  // A study keeps the surfaces too, so that it can be packed again for another scene.
+  const bool with_surfaces = study.has_value() || scene_has_surfaces(scene);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   Chain chain(console, recipe, std::move(study));
@@ -46,15 +39,14 @@ int build(const Arguments& arguments) {
   std::vector<ShapeCycle> shapes;
   {
     const Exam exam = chain.import({arguments.sources.begin(), arguments.sources.end()});
-    Segmentation segmentation = chain.segment(exam, seeds);
-    if (!whole) drop_unused(scene, segmentation.coverage);
+    const Segmentation segmentation = chain.segment(exam, seeds);
     shapes = chain.registration(exam, segmentation).shapes;
   }
-  std::vector<FieldCycle> fields = chain.fields(shapes);
+  const std::vector<FieldCycle> fields = chain.fields(shapes);
   shapes.clear();
   std::vector<SurfaceCycle> surfaces;
-  if (whole || scene_has_surfaces(scene)) surfaces = chain.surfaces(fields);
-  chain.pack(std::move(fields), std::move(surfaces), scene, arguments.output);
+  if (with_surfaces) surfaces = chain.surfaces(fields);
+  chain.pack(fields, std::move(surfaces), scene, arguments.output);
 
   console.finish();
   if (!arguments.common.timing.empty()) {

@@ -27,8 +27,7 @@ struct Arguments {
 int make_phantom(const Arguments& arguments) {
   phantom::PhantomSpec spec = phantom::preset(arguments.preset);
   if (arguments.snr >= 0) {
-    spec.snr_blood =
-        arguments.snr == 0 ? std::numeric_limits<double>::infinity() : arguments.snr;
+    spec.snr_blood = arguments.snr == 0 ? std::numeric_limits<double>::infinity() : arguments.snr;
   }
   if (arguments.seed >= 0) spec.noise_seed = arguments.seed;
   const phantom::Phantom phantom(spec);

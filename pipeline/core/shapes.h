@@ -22,12 +22,20 @@ struct CoverageCycle {
   std::map<Structure, std::vector<std::vector<float>>> phases;  ///< [structure][phase][voxel]
 };
 
+/// Where a valve plane parallel to the slices ends a structure whose pool goes on beyond it, where
+/// slices are too thick for the image to show the plane itself.
+struct BaseCut {
+  int base_step = 0;  ///< +1: the structure lies at smaller slice index than the plane, -1: larger
+  std::vector<double> k;  ///< [phase] slice index of the plane, fractional, in the source's grid
+};
+
 /// What segmentation gives.
 struct Segmentation {
   LabelCycle labels;
   CoverageCycle coverage;
-  int end_diastole = 0;  ///< phase of the largest LV (or heart) volume
-  int end_systole = 0;   ///< phase of the smallest
+  int end_diastole = 0;                    ///< phase of the largest LV (or heart) volume
+  int end_systole = 0;                     ///< phase of the smallest
+  std::map<Structure, BaseCut> base_cuts;  ///< coverage beyond a cut does not count
   std::vector<std::string> warnings;
 };
 

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/report/segmented_volume.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::report {
@@ -112,6 +113,7 @@ cv::Mat draw_tile(const Cine& cine, const Segmentation& segmentation, const Shee
   for (Structure structure : kAllStructures) {
     const auto found = segmentation.coverage.phases.find(structure);
     if (found == segmentation.coverage.phases.end()) continue;
+    if (share_within_cut(segmentation, structure, phase, k) < 0.5) continue;
     cv::Mat inside;
     cv::resize(coverage_slice(segmentation.coverage, found->second[p], k, sheet.rectangle), inside,
                sheet.tile, 0, 0, cv::INTER_LINEAR);
@@ -142,6 +144,7 @@ void check(const Cine& cine, const Segmentation& segmentation) {
     fits = fits && coverage.first[axis] >= 0 &&
            coverage.first[axis] + coverage.grid.size[axis] <= cine.grid().size[axis];
   }
+  for (const auto& [structure, cut] : segmentation.base_cuts) fits = fits && cut.k.size() == phases;
   for (int phase : {segmentation.end_diastole, segmentation.end_systole}) {
     fits = fits && phase >= 0 && static_cast<std::size_t>(phase) < phases;
   }

@@ -15,6 +15,26 @@ std::string coverage_name(Structure structure) {
   return "coverage_" + std::string(structure_name(structure)) + ".nii.gz";
 }
 
+void read_cuts(const json& list, const std::string& path, int phases, Segmentation& out) {
+  if (!list.is_array()) throw_invalid(path + " must be a list");
+  for (std::size_t at = 0; at < list.size(); ++at) {
+    const std::string here = path + "/" + std::to_string(at);
+    JsonObject object(list[at], here);
+    std::string name;
+    object.read("structure", name);
+    const std::optional<Structure> structure = structure_from_name(name);
+    if (!structure) throw_invalid(here + "/structure is not the name of a structure");
+    BaseCut cut;
+    object.read("base_step", cut.base_step, -1, 1);
+    cut.k = numbers_from_json(object.at("k"), here + "/k");
+    object.finish();
+    if (cut.base_step == 0 || cut.k.size() != static_cast<std::size_t>(phases)) {
+      throw_invalid(here + " must have a base_step of 1 or -1 and a number k for each phase");
+    }
+    out.base_cuts[*structure] = std::move(cut);
+  }
+}
+
 }  // namespace
 
 FileList write_segmentation(const fs::path& study, const Segmentation& segmentation,
@@ -32,6 +52,11 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
     structures.push_back(structure);
     files.push_back("segment/" + name);
   }
+  json cuts = json::array();
+  for (const auto& [structure, cut] : segmentation.base_cuts) {
+    cuts.push_back(
+        {{"structure", structure_name(structure)}, {"base_step", cut.base_step}, {"k", cut.k}});
+  }
   write_json(folder / "segment.json", {{"grid", grid_to_json(labels.grid)},
                                        {"phases", labels.phase_count()},
                                        {"coverage_grid", grid_to_json(coverage.grid)},
@@ -39,6 +64,7 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
                                        {"structures", structures_to_json(structures)},
                                        {"end_diastole", segmentation.end_diastole},
                                        {"end_systole", segmentation.end_systole},
+                                       {"base_cuts", cuts},
                                        {"warnings", segmentation.warnings}});
   return files;
 }
@@ -63,6 +89,7 @@ Segmentation read_segmentation(const fs::path& study) {
     }
     object.read("end_diastole", out.end_diastole, 0, phases - 1);
     object.read("end_systole", out.end_systole, 0, phases - 1);
+    read_cuts(object.at("base_cuts"), "/base_cuts", phases, out);
     out.warnings = strings_from_json(object.at("warnings"), "/warnings");
     object.finish();
     return out;

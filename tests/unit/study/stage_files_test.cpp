@@ -90,6 +90,7 @@ Segmentation make_segmentation() {
   }
   out.end_diastole = 2;
   out.end_systole = 1;
+  out.base_cuts[Structure::LvBlood] = {-1, {1.0 / 3, 2.5, 0.1}};
   out.warnings = {"thin"};
   return out;
 }
@@ -107,6 +108,10 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   EXPECT_EQ(segmentation.end_diastole, again.end_diastole);
   EXPECT_EQ(segmentation.end_systole, again.end_systole);
   EXPECT_EQ(segmentation.warnings, again.warnings);
+  ASSERT_EQ(again.base_cuts.size(), 1U);
+  EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).base_step, -1);
+  EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).k,
+            segmentation.base_cuts.at(Structure::LvBlood).k);
 }
 
 TEST(StageFiles, an_image_of_another_place_or_size_is_refused) {

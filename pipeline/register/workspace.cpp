@@ -1,0 +1,376 @@
+#include "pipeline/register/workspace.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/register/slice_distance.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::reg {
+namespace {
+
+constexpr double kThickSlicesMm = 5.0;  ///< from here on shape is interpolated, not coverage
+constexpr float kFar = 1e3F;            ///< [mm] level where there is nothing
+
+/// Value at a fractional index in plane, clamped to the slice.
+float sample_plane(const float* slice, int nx, int ny, double i, double j) {
+  const double x = std::clamp(i, 0.0, nx - 1.0);
+  const double y = std::clamp(j, 0.0, ny - 1.0);
+  const int x0 = std::min(static_cast<int>(x), std::max(0, nx - 2));
+  const int y0 = std::min(static_cast<int>(y), std::max(0, ny - 2));
+  const auto u = static_cast<float>(x - x0);
+  const auto v = static_cast<float>(y - y0);
+  const float* row0 = slice + static_cast<std::ptrdiff_t>(y0) * nx + x0;
+  const float* row1 = ny > 1 ? row0 + nx : row0;
+  const int right = nx > 1 ? 1 : 0;
+  return (1 - v) * ((1 - u) * row0[0] + u * row0[right]) +
+         v * ((1 - u) * row1[0] + u * row1[right]);
+}
+
+/// Where lattice lines of the workspace fall in the source: the axes are parallel, so each source
+/// index depends on one workspace coordinate only.
+struct AxisMap {
+  Vec3 scale;
+  Vec3 shift;
+  [[nodiscard]] double index(int axis, double lattice) const {
+    return scale[axis] * lattice + shift[axis];
+  }
+};
+
+AxisMap axis_map(const Grid& source, const Grid& lattice, const Affine& workspace_from_lps) {
+  const Affine index_from_lattice =
+      source.mm_from_index.inverse() * workspace_from_lps.inverse() * lattice.mm_from_index;
+  return {index_from_lattice.linear().diagonal(), index_from_lattice.translation()};
+}
+
+using Phase = std::vector<float>;
+
+/// Level of one phase on the lattice from coverage: for slices close enough that coverage itself
+/// shows where between them the surface runs.
+Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid& lattice,
+                          const AxisMap& map) {
+  Phase level(lattice.count());
+  const int nk = source.size[2];
+  Phase plane0(lattice.slice_count());
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    const double k = map.index(2, z);
+    const double inside_k = std::clamp(k, 0.0, nk - 1.0);
+    const int k0 = std::min(static_cast<int>(inside_k), std::max(0, nk - 2));
+    const auto w = static_cast<float>(inside_k - k0);
+    const float* slice0 = coverage.data() + source.offset(0, 0, k0);
+    const float* slice1 = nk > 1 ? slice0 + source.slice_count() : slice0;
+    for (int y = 0; y < lattice.size[1]; ++y) {
+      const double j = map.index(1, y);
+      for (int x = 0; x < lattice.size[0]; ++x) {
+        const double i = map.index(0, x);
+        const bool outside =
+            i < -0.5 || j < -0.5 || i > source.size[0] - 0.5 || j > source.size[1] - 0.5;
+        const float c = outside
+                            ? 0.0F
+                            : (1 - w) * sample_plane(slice0, source.size[0], source.size[1], i, j) +
+                                  w * sample_plane(slice1, source.size[0], source.size[1], i, j);
+        level[lattice.offset(x, y, z)] = 0.5F - c;
+      }
+    }
+  }
+  return level;
+}
+
+/// Level [mm] of one phase from the in-plane distances of the slices (shape interpolation).
+/// Towards a slice without the structure it closes roundly within half a gap, unless a cut ends it.
+Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
+                        const Grid& lattice, const AxisMap& map, int open_step) {
+  Phase level(lattice.count(), kFar);
+  const int nk = source.size[2];
+  const auto has = [&](int k) {
+    return k >= 0 && k < nk && !distances[static_cast<std::size_t>(k)].empty();
+  };
+  std::vector<float> depth(static_cast<std::size_t>(nk), 0);
+  for (int k = 0; k < nk; ++k) {
+    if (!has(k)) continue;
+    const Phase& d = distances[static_cast<std::size_t>(k)];
+    depth[static_cast<std::size_t>(k)] = -*std::min_element(d.begin(), d.end());
+  }
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    const double k = std::clamp(map.index(2, z), 0.0, nk - 1.0);
+    const int k0 = static_cast<int>(std::floor(k));
+    const int k1 = std::min(k0 + 1, nk - 1);
+    const auto w = static_cast<float>(k - k0);
+    if (!has(k0) && !has(k1)) continue;
+    // On the open side the last slice is carried on unchanged; a cut ends it.
+    const bool carry0 = has(k0) && !has(k1) && open_step > 0;
+    const bool carry1 = has(k1) && !has(k0) && open_step < 0;
+    for (int y = 0; y < lattice.size[1]; ++y) {
+      const double j = map.index(1, y);
+      for (int x = 0; x < lattice.size[0]; ++x) {
+        const double i = map.index(0, x);
+        const auto value = [&](int slice) {
+          return sample_plane(distances[static_cast<std::size_t>(slice)].data(), source.size[0],
+                              source.size[1], i, j);
+        };
+        float d0 = 0;
+        float d1 = 0;
+        if (has(k0)) d0 = value(k0);
+        if (has(k1)) d1 = value(k1);
+        if (!has(k0)) d0 = carry1 ? d1 : std::max(depth[static_cast<std::size_t>(k1)], 0.5F);
+        if (!has(k1)) d1 = carry0 ? d0 : std::max(depth[static_cast<std::size_t>(k0)], 0.5F);
+        level[lattice.offset(x, y, z)] = (1 - w) * d0 + w * d1;
+      }
+    }
+  }
+  return level;
+}
+
+/// Raises the level beyond a plane of constant slice index, so that the shape ends flat there.
+void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slice_mm, double at_k,
+              int step) {
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    const auto beyond_mm = static_cast<float>(step * (map.index(2, z) - at_k) * slice_mm);
+    const auto from = level.begin() + static_cast<std::ptrdiff_t>(lattice.offset(0, 0, z));
+    const auto to = from + static_cast<std::ptrdiff_t>(lattice.slice_count());
+    std::transform(from, to, from, [&](float v) { return std::max(v, beyond_mm); });
+  }
+}
+
+/// Gaussian of one lattice step in plane and across: takes noise and voxel steps off.
+void smooth(Phase& level, const Grid& lattice, double sigma_voxels) {
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    cv::Mat slice(lattice.size[1], lattice.size[0], CV_32F, level.data() + lattice.offset(0, 0, z));
+    cv::GaussianBlur(slice, slice, {0, 0}, sigma_voxels);
+  }
+  cv::Mat columns(lattice.size[2], static_cast<int>(lattice.slice_count()), CV_32F, level.data());
+  const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma_voxels)));
+  const cv::Mat kernel = cv::getGaussianKernel(2 * radius + 1, sigma_voxels, CV_32F);
+  cv::Mat out;
+  cv::sepFilter2D(columns, out, CV_32F, cv::Mat::ones(1, 1, CV_32F), kernel, {-1, -1}, 0,
+                  cv::BORDER_REPLICATE);
+  out.copyTo(columns);
+}
+
+/// Lattice that holds every voxel with coverage, with a margin, aligned to multiples of the step.
+Grid lattice_around(const Grid& source, const std::vector<Phase>& phases,
+                    const Affine& workspace_from_lps, const RegisterOptions& options) {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::max());
+  Vec3 high = -low;
+  const Affine workspace_from_index = workspace_from_lps * source.mm_from_index;
+  for (int k = 0; k < source.size[2]; ++k) {
+    for (int j = 0; j < source.size[1]; ++j) {
+      for (int i = 0; i < source.size[0]; ++i) {
+        const std::size_t v = source.offset(i, j, k);
+        const bool covered = std::any_of(phases.begin(), phases.end(),
+                                         [&](const Phase& phase) { return phase[v] >= 0.5F; });
+        if (!covered) continue;
+        for (const double side : {-0.5, 0.5}) {
+          const Vec3 x = workspace_from_index * Vec3(i + side, j + side, k + side);
+          low = low.cwiseMin(x);
+          high = high.cwiseMax(x);
+        }
+      }
+    }
+  }
+  Grid lattice;
+  const double step = options.shape_mm;
+  Vec3 origin;
+  for (int a = 0; a < 3; ++a) {
+    const double first = std::floor((low[a] - options.margin_mm) / step);
+    const double last = std::ceil((high[a] + options.margin_mm) / step);
+    origin[a] = first * step;
+    lattice.size[static_cast<std::size_t>(a)] = static_cast<int>(last - first) + 1;
+  }
+  lattice.mm_from_index = Eigen::Translation3d(origin) * Eigen::Scaling(step);
+  return lattice;
+}
+
+}  // namespace
+
+Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage) {
+  const Vec3 spacing = source.spacing_mm();
+  Eigen::Matrix3d axes;
+  axes.col(0) = source.mm_from_index.linear().col(0).normalized();
+  axes.col(1) = source.mm_from_index.linear().col(1).normalized();
+  axes.col(2) = axes.col(0).cross(axes.col(1)).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  Affine rotation = Affine::Identity();
+  rotation.linear() = axes.transpose();
+
+  const bool right_handed = source.mm_from_index.linear().determinant() > 0;
+  const Vec3 published(kWorkspaceSpacingMm[0], kWorkspaceSpacingMm[1], kWorkspaceSpacingMm[2]);
+  if (right_handed && source.size == kWorkspaceSize && (spacing - published).norm() < 1e-3) {
+    const Vec3 corner = source.mm(-0.5, -0.5, -0.5);
+    return Affine(rotation * Eigen::Translation3d(-corner));
+  }
+  const auto heart = coverage.phases.find(Structure::Heart);
+  if (heart == coverage.phases.end()) throw_invalid("segmentation holds no heart to place");
+  Vec3 sum = Vec3::Zero();
+  double weight = 0;
+  for (const Phase& phase : heart->second) {
+    for (int k = 0; k < coverage.grid.size[2]; ++k) {
+      for (int j = 0; j < coverage.grid.size[1]; ++j) {
+        for (int i = 0; i < coverage.grid.size[0]; ++i) {
+          const double c = phase[coverage.grid.offset(i, j, k)];
+          if (c <= 0) continue;
+          sum += c * Vec3(i, j, k);
+          weight += c;
+        }
+      }
+    }
+  }
+  const Vec3 centroid_lps = coverage.grid.mm_from_index * Vec3(sum / weight);
+  const Vec3 centre(kWorkspaceCentreMm[0], kWorkspaceCentreMm[1], kWorkspaceCentreMm[2]);
+  Affine out = rotation;
+  out.translation() = centre - rotation.linear() * centroid_lps;
+  return out;
+}
+
+std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
+                                            const Affine& workspace_from_lps,
+                                            const RegisterOptions& options, StageContext& context) {
+  const CoverageCycle& coverage = segmentation.coverage;
+  const double slice_mm = coverage.grid.spacing_mm()[2];
+  const bool thick = slice_mm >= kThickSlicesMm;
+  const int last_k = segmentation.labels.grid.size[2] - 1;
+  std::vector<ShapeCycle> shapes;
+  for (const auto& [structure, phases] : coverage.phases) {
+    context.check_cancelled();
+    // A wall is the space between two filled shapes: their contours interpolate, an annulus
+    // whose centre wanders from slice to slice does not.
+    const bool wall = structure == Structure::LvMyocardium;
+    const auto cavity = coverage.phases.find(Structure::LvBlood);
+    const bool with_cavity = wall && cavity != coverage.phases.end();
+    std::vector<Phase> filled = phases;
+    if (with_cavity) {
+      for (std::size_t p = 0; p < filled.size(); ++p) {
+        std::transform(filled[p].begin(), filled[p].end(), cavity->second[p].begin(),
+                       filled[p].begin(), [](float a, float b) { return std::min(1.0F, a + b); });
+      }
+    }
+    ShapeCycle shape;
+    shape.structure = structure;
+    shape.level.grid = lattice_around(coverage.grid, filled, workspace_from_lps, options);
+    shape.level.phases.resize(filled.size());
+    const Grid& lattice = shape.level.grid;
+    const AxisMap map = axis_map(coverage.grid, lattice, workspace_from_lps);
+    const auto found_cut = segmentation.base_cuts.find(structure);
+    const BaseCut* cut = found_cut == segmentation.base_cuts.end() ? nullptr : &found_cut->second;
+    const double first_k = coverage.first[2];
+
+    const auto level_of = [&](const Phase& part) {
+      return thick ? level_from_slices(coverage.grid, slice_distances(coverage.grid, part), lattice,
+                                       map, cut != nullptr ? cut->base_step : 0)
+                   : level_from_coverage(coverage.grid, part, lattice, map);
+    };
+    parallel_for(filled.size(), [&](std::size_t p) {
+      Phase level = level_of(filled[p]);
+      if (with_cavity) {
+        const Phase inner = level_of(cavity->second[p]);
+        std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
+                       [](float outside, float inside) { return std::max(outside, -inside); });
+      }
+      smooth(level, lattice, 1.0 / options.shape_mm);
+      if (cut != nullptr) {
+        cut_flat(level, lattice, map, slice_mm, cut->k[p] - first_k, cut->base_step);
+      }
+      // Where the stack ends, so does the heart: half a gap beyond its last slice.
+      cut_flat(level, lattice, map, slice_mm, -0.5 - first_k, -1);
+      cut_flat(level, lattice, map, slice_mm, last_k + 0.5 - first_k, +1);
+      shape.level.phases[p] = std::move(level);
+    });
+    shapes.push_back(std::move(shape));
+    context.progress(static_cast<double>(shapes.size()) /
+                     static_cast<double>(coverage.phases.size()));
+  }
+  return shapes;
+}
+
+namespace {
+
+Grid published_grid() {
+  Grid grid;
+  grid.size = kWorkspaceSize;
+  const Vec3 spacing(kWorkspaceSpacingMm[0], kWorkspaceSpacingMm[1], kWorkspaceSpacingMm[2]);
+  grid.mm_from_index = Eigen::Translation3d(0.5 * spacing) * Eigen::Scaling(spacing);
+  return grid;
+}
+
+}  // namespace
+
+ImageCycle<float> cine_in_workspace(const Cine& cine, const Affine& workspace_from_lps) {
+  ImageCycle<float> out;
+  out.grid = published_grid();
+  out.phases.assign(cine.images.phases.size(), Phase(out.grid.count(), 0));
+  const AxisMap map = axis_map(cine.grid(), out.grid, workspace_from_lps);
+  const Grid& source = cine.grid();
+  parallel_for(out.phases.size(), [&](std::size_t p) {
+    for (int z = 0; z < out.grid.size[2]; ++z) {
+      const double k = map.index(2, z);
+      if (k < -0.5 || k > source.size[2] - 0.5) continue;
+      const double inside_k = std::clamp(k, 0.0, source.size[2] - 1.0);
+      const int k0 = std::min(static_cast<int>(inside_k), std::max(0, source.size[2] - 2));
+      const auto w = static_cast<float>(inside_k - k0);
+      const float* slice0 = cine.images.phases[p].data() + source.offset(0, 0, k0);
+      const float* slice1 = source.size[2] > 1 ? slice0 + source.slice_count() : slice0;
+      for (int y = 0; y < out.grid.size[1]; ++y) {
+        const double j = map.index(1, y);
+        if (j < -0.5 || j > source.size[1] - 0.5) continue;
+        for (int x = 0; x < out.grid.size[0]; ++x) {
+          const double i = map.index(0, x);
+          if (i < -0.5 || i > source.size[0] - 0.5) continue;
+          out.phases[p][out.grid.offset(x, y, z)] =
+              (1 - w) * sample_plane(slice0, source.size[0], source.size[1], i, j) +
+              w * sample_plane(slice1, source.size[0], source.size[1], i, j);
+        }
+      }
+    }
+  });
+  return out;
+}
+
+LabelCycle labels_in_workspace(const std::vector<ShapeCycle>& shapes) {
+  LabelCycle out;
+  out.grid = published_grid();
+  if (shapes.empty()) return out;
+  out.phases.assign(shapes.front().level.phases.size(),
+                    std::vector<std::uint8_t>(out.grid.count(), kLabelBackground));
+  // Later labels lie on earlier ones.
+  static constexpr std::array<std::pair<Structure, std::uint8_t>, 4> kOrder{
+      {{Structure::Heart, kLabelRestOfHeart},
+       {Structure::LvMyocardium, kLabelLvMyocardium},
+       {Structure::RvBlood, kLabelRvBlood},
+       {Structure::LvBlood, kLabelLvBlood}}};
+  for (const auto& [structure, label] : kOrder) {
+    const auto shape = std::find_if(shapes.begin(), shapes.end(),
+                                    [&](const ShapeCycle& s) { return s.structure == structure; });
+    if (shape == shapes.end()) continue;
+    const Grid& lattice = shape->level.grid;
+    const AxisMap map = axis_map(lattice, out.grid, Affine::Identity());
+    parallel_for(out.phases.size(), [&](std::size_t p) {
+      for (int z = 0; z < out.grid.size[2]; ++z) {
+        const double k = map.index(2, z);
+        if (k < 0 || k > lattice.size[2] - 1) continue;
+        const int k0 = std::min(static_cast<int>(k), lattice.size[2] - 2);
+        const auto w = static_cast<float>(k - k0);
+        const float* slice0 = shape->level.phases[p].data() + lattice.offset(0, 0, k0);
+        const float* slice1 = slice0 + lattice.slice_count();
+        for (int y = 0; y < out.grid.size[1]; ++y) {
+          const double j = map.index(1, y);
+          if (j < 0 || j > lattice.size[1] - 1) continue;
+          for (int x = 0; x < out.grid.size[0]; ++x) {
+            const double i = map.index(0, x);
+            if (i < 0 || i > lattice.size[0] - 1) continue;
+            const float level =
+                (1 - w) * sample_plane(slice0, lattice.size[0], lattice.size[1], i, j) +
+                w * sample_plane(slice1, lattice.size[0], lattice.size[1], i, j);
+            if (level < 0) out.phases[p][out.grid.offset(x, y, z)] = label;
+          }
+        }
+      }
+    });
+  }
+  return out;
+}
+
+}  // namespace beatlas::reg

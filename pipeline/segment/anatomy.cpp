@@ -1,0 +1,282 @@
+#include "pipeline/segment/anatomy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kPapillaryMm = 8.0;    ///< radius of the closing that takes papillary muscles in
+constexpr double kFatOverBlood = 1.45;  ///< fat is brighter than blood by more than this
+constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV muscle at the septum
+constexpr double kRvWallMm = 4.0;  ///< thickest RV wall where no outer edge shows
+
+cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
+  const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
+  const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
+}
+
+cv::Mat fill_holes(const cv::Mat& mask) {
+  cv::Mat framed;
+  cv::copyMakeBorder(mask, framed, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::floodFill(framed, {0, 0}, cv::Scalar(128));
+  return cv::Mat(framed != 128)(cv::Rect(1, 1, mask.cols, mask.rows)).clone();
+}
+
+/// Closing that does not bleed over the image's border.
+cv::Mat close_mask(const cv::Mat& mask, double radius_mm, const cv::Point2d& pixel_mm) {
+  cv::Mat out;
+  cv::morphologyEx(mask, out, cv::MORPH_CLOSE, disc(radius_mm, pixel_mm), {-1, -1}, 1,
+                   cv::BORDER_CONSTANT, cv::Scalar(0));
+  return out | mask;
+}
+
+cv::Mat distance_from(const cv::Mat& mask, const cv::Point2d& pixel_mm) {
+  cv::Mat distance;
+  if (cv::countNonZero(mask) == 0) return cv::Mat(mask.size(), CV_32F, cv::Scalar(1e6));
+  cv::distanceTransform(mask == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  return distance * std::sqrt(pixel_mm.x * pixel_mm.y);
+}
+
+/// Components of at least `share` of the largest one's area.
+cv::Mat keep_large(const cv::Mat& mask, double share) {
+  cv::Mat ids;
+  cv::Mat stats;
+  cv::Mat centroids;
+  const int count = cv::connectedComponentsWithStats(mask, ids, stats, centroids, 4);
+  int largest = 0;
+  for (int id = 1; id < count; ++id)
+    largest = std::max(largest, stats.at<int>(id, cv::CC_STAT_AREA));
+  cv::Mat kept = cv::Mat::zeros(mask.size(), CV_8U);
+  for (int id = 1; id < count; ++id) {
+    if (stats.at<int>(id, cv::CC_STAT_AREA) >= share * largest) kept |= ids == id;
+  }
+  return kept;
+}
+
+/// Components that come near `mask` somewhere: the RV shares its septum with the LV.
+cv::Mat keep_near(const cv::Mat& parts, const cv::Mat& mask, const cv::Point2d& pixel_mm) {
+  const cv::Mat near = distance_from(mask, pixel_mm) <= kSeptumMm;
+  cv::Mat ids;
+  const int count = cv::connectedComponents(parts, ids, 4);
+  cv::Mat kept = cv::Mat::zeros(parts.size(), CV_8U);
+  for (int id = 1; id < count; ++id) {
+    const cv::Mat part = ids == id;
+    if (cv::countNonZero(part & near) > 0) kept |= part;
+  }
+  return kept;
+}
+
+/// The cavity with its papillary muscles: its convex hull, unless that adds so much that the
+/// section is not a convex one; then a closing.
+cv::Mat take_in_papillaries(const cv::Mat& lv, const cv::Point2d& pixel_mm) {
+  const cv::Mat closed = fill_holes(close_mask(lv, kPapillaryMm, pixel_mm));
+  std::vector<cv::Point> points;
+  cv::findNonZero(lv, points);
+  std::vector<cv::Point> outline;
+  cv::convexHull(points, outline);
+  cv::Mat hull = cv::Mat::zeros(lv.size(), CV_8U);
+  cv::fillConvexPoly(hull, outline, cv::Scalar(255));
+  return cv::countNonZero(hull) < 1.3 * cv::countNonZero(closed) ? hull : closed;
+}
+
+/// Parts of `wall_candidates` that can be reached from `blood` within `reach_mm`.
+cv::Mat reachable_shell(const cv::Mat& blood, const cv::Mat& wall_candidates, double reach_mm,
+                        const cv::Point2d& pixel_mm) {
+  const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
+  cv::Mat shell = blood.clone();
+  const cv::Mat near = distance_from(blood, pixel_mm) <= reach_mm;
+  const int rounds = static_cast<int>(std::ceil(reach_mm / pixel_mm.x)) + 1;
+  for (int r = 0; r < rounds; ++r) {
+    cv::Mat grown;
+    cv::dilate(shell, grown, cross);
+    shell |= grown & wall_candidates & near;
+  }
+  return shell & ~blood;
+}
+
+}  // namespace
+
+void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
+                int phase, std::vector<std::uint8_t>& labels) {
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Point2d pixel_mm(spacing[0], spacing[1]);
+  const TissueLevels& levels = chambers.levels;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.data() + grid.offset(0, 0, k));
+    const cv::Mat pixels = slice_of(grid, image, k);
+    const cv::Mat bright = pixels > levels.threshold;
+    const cv::Mat muscle_like = (pixels > levels.dark) & ~bright;
+    const auto ventricle = std::find_if(chambers.lv.begin(), chambers.lv.end(),
+                                        [&](const LvSlice& s) { return s.k == k; });
+    double wall = chambers.wall_mm;
+    if (ventricle != chambers.lv.end()) {
+      const Ring& ring = ventricle->rings[static_cast<std::size_t>(phase)];
+      if (ring.walled_share >= 0.3) wall = ring.median_wall_mm();
+    }
+
+    // Blood that the competition carried into dark voxels is wall; papillary muscles are cavity.
+    cv::Mat lv = (slice == kLabelLvBlood) & bright;
+    slice.setTo(cv::Scalar(kLabelLvMyocardium), slice == kLabelLvBlood);
+    if (cv::countNonZero(lv) > 0) {
+      cv::morphologyEx(lv, lv, cv::MORPH_OPEN, disc(0.8, pixel_mm));
+      lv = keep_large(lv, 0.3);
+    }
+    if (cv::countNonZero(lv) > 0) {
+      lv = take_in_papillaries(lv, pixel_mm) & ((slice == kLabelLvMyocardium) | lv);
+      slice.setTo(cv::Scalar(kLabelLvBlood), lv);
+    }
+    cv::Mat rv = (slice == kLabelRvBlood) & bright & (pixels < kFatOverBlood * levels.rv_blood);
+    slice.setTo(cv::Scalar(kLabelRestOfHeart), slice == kLabelRvBlood);
+    if (cv::countNonZero(rv) > 0) {
+      cv::morphologyEx(rv, rv, cv::MORPH_OPEN, disc(2.0, pixel_mm));
+      rv = keep_large(rv, 0.15);
+      if (ventricle != chambers.lv.end()) {
+        rv = keep_near(rv, (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium), pixel_mm);
+      }
+      const cv::Mat filled = fill_holes(close_mask(rv, 3.0, pixel_mm));
+      rv = filled & (slice != kLabelLvBlood) & (slice != kLabelLvMyocardium);
+      slice.setTo(cv::Scalar(kLabelRvBlood), rv);
+    }
+
+    const cv::Mat to_rv = distance_from(rv, pixel_mm);
+    if (cv::countNonZero(lv) > 0) {
+      // A wall all around, of a wall's thickness, where there is muscle.
+      const cv::Mat to_lv = distance_from(lv, pixel_mm);
+      slice.setTo(cv::Scalar(kLabelBackground),
+                  (slice == kLabelLvMyocardium) & (to_lv > 1.35 * wall + 1.0));
+      const cv::Mat candidates =
+          muscle_like & ((slice == kLabelBackground) | (slice == kLabelRestOfHeart));
+      slice.setTo(
+          cv::Scalar(kLabelLvMyocardium),
+          reachable_shell(lv, candidates | (slice == kLabelLvMyocardium), 0.7 * wall, pixel_mm));
+      cv::Mat lv_outer = (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium);
+      cv::morphologyEx(lv_outer, lv_outer, cv::MORPH_OPEN, disc(3.0, pixel_mm), {-1, -1}, 1,
+                       cv::BORDER_CONSTANT, cv::Scalar(0));
+      lv_outer = keep_large(lv_outer | lv, 0.5);
+      slice.setTo(cv::Scalar(kLabelBackground), (slice == kLabelLvMyocardium) & ~lv_outer);
+    }
+    // Among the ventricles' slices the rest of the heart is the RV's wall.
+    if (ventricle != chambers.lv.end()) {
+      slice.setTo(cv::Scalar(kLabelBackground), (slice == kLabelRestOfHeart) & (to_rv > kRvWallMm));
+    }
+    if (cv::countNonZero(rv) > 0) {
+      const cv::Mat candidates =
+          muscle_like & ((slice == kLabelBackground) | (slice == kLabelRestOfHeart));
+      slice.setTo(cv::Scalar(kLabelRestOfHeart),
+                  reachable_shell(rv, candidates, kRvWallMm, pixel_mm));
+    }
+    cv::Mat heart = slice != kLabelBackground;
+    const double opening_mm = ventricle != chambers.lv.end() ? 2.0 : 6.0;
+    cv::Mat opened;
+    cv::morphologyEx(heart, opened, cv::MORPH_OPEN, disc(opening_mm, pixel_mm), {-1, -1}, 1,
+                     cv::BORDER_CONSTANT, cv::Scalar(0));
+    heart = fill_holes(close_mask(opened | lv | rv, 3.0, pixel_mm));
+    slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
+    slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
+  }
+}
+
+void smooth_in_time_and_plane(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
+  const Grid& grid = labels.grid;
+  const auto n = static_cast<std::size_t>(labels.phase_count());
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Point2d pixel_mm(spacing[0], spacing[1]);
+  const double step_mm = std::sqrt(spacing[0] * spacing[1]);
+  // Nested sets, so that each surface is smoothed once: cavities, the LV's outside, the heart.
+  const std::array<std::array<bool, 5>, 4> sets{{{false, true, false, false, false},
+                                                 {false, false, false, true, false},
+                                                 {false, false, true, true, false},
+                                                 {false, true, true, true, true}}};
+  parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t k) {
+    const std::size_t begin = k * grid.slice_count();
+    std::array<std::vector<cv::Mat>, 4> smooth;
+    for (std::size_t set = 0; set < sets.size(); ++set) {
+      std::vector<cv::Mat> signed_distance(n);
+      for (std::size_t p = 0; p < n; ++p) {
+        const cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.phases[p].data() + begin);
+        cv::Mat mask = cv::Mat::zeros(slice.size(), CV_8U);
+        for (int label = 0; label < 5; ++label) {
+          if (sets[set][static_cast<std::size_t>(label)]) mask |= slice == label;
+        }
+        const cv::Mat d = distance_from(mask, pixel_mm) - distance_from(~mask, pixel_mm);
+        cv::GaussianBlur(cv::min(cv::max(d, -30.0), 30.0), signed_distance[p], {0, 0},
+                         sigma_mm / step_mm);
+      }
+      for (std::size_t p = 0; p < n; ++p) {
+        smooth[set].push_back(n < 5 ? signed_distance[p].clone()
+                                    : cv::Mat(0.25 * signed_distance[(p + n - 1) % n] +
+                                              0.5 * signed_distance[p] +
+                                              0.25 * signed_distance[(p + 1) % n]));
+      }
+    }
+    for (std::size_t p = 0; p < n; ++p) {
+      cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.phases[p].data() + begin);
+      const cv::Mat rv = smooth[0][p] < 0;
+      const cv::Mat lv = smooth[1][p] < 0;
+      const cv::Mat lv_outer = smooth[2][p] < 0;
+      const cv::Mat heart = smooth[3][p] < 0;
+      slice.setTo(cv::Scalar(kLabelBackground));
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), heart);
+      slice.setTo(cv::Scalar(kLabelRvBlood), rv);
+      slice.setTo(cv::Scalar(kLabelLvMyocardium), lv_outer);
+      slice.setTo(cv::Scalar(kLabelLvBlood), lv);
+    }
+  });
+}
+
+void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
+  const Grid& grid = labels.grid;
+  const auto n = static_cast<std::size_t>(labels.phase_count());
+  const std::size_t count = grid.count();
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  const std::size_t slice = grid.slice_count();
+  std::vector<std::uint32_t> part(count * n, 0);
+  std::vector<std::uint32_t> stack;
+  std::uint32_t parts = 0;
+  std::uint32_t largest = 0;
+  std::size_t largest_size = 0;
+  for (std::size_t start = 0; start < count * n; ++start) {
+    if (part[start] != 0 || labels.phases[start / count][start % count] == 0) continue;
+    ++parts;
+    std::size_t size = 0;
+    stack.assign(1, static_cast<std::uint32_t>(start));
+    part[start] = parts;
+    while (!stack.empty()) {
+      const std::size_t node = stack.back();
+      stack.pop_back();
+      ++size;
+      const std::size_t p = node / count;
+      const std::size_t v = node % count;
+      const auto visit = [&](std::size_t to_phase, std::size_t to) {
+        const std::size_t index = to_phase * count + to;
+        if (part[index] != 0 || labels.phases[to_phase][to] == 0) return;
+        part[index] = parts;
+        stack.push_back(static_cast<std::uint32_t>(index));
+      };
+      if (v % nx > 0) visit(p, v - 1);
+      if (v % nx + 1 < nx) visit(p, v + 1);
+      if (v % slice >= nx) visit(p, v - nx);
+      if (v % slice + nx < slice) visit(p, v + nx);
+      if (v >= slice) visit(p, v - slice);
+      if (v + slice < count) visit(p, v + slice);
+      visit((p + 1) % n, v);
+      visit((p + n - 1) % n, v);
+    }
+    if (size > largest_size) {
+      largest_size = size;
+      largest = parts;
+    }
+  }
+  for (std::size_t node = 0; node < count * n; ++node) {
+    if (part[node] != largest) labels.phases[node / count][node % count] = 0;
+  }
+}
+
+}  // namespace beatlas::segment

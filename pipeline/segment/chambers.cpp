@@ -1,0 +1,435 @@
+#include "pipeline/segment/chambers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+#include <opencv2/imgproc.hpp>
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kMinPoolMm = 3.0;          ///< inscribed radius of a pool worth looking at
+constexpr double kMinApicalPoolMm = 1.2;    ///< the same near the apex, among trabeculae
+constexpr double kMinWalledShare = 0.5;     ///< of the rays: a ring of muscle
+constexpr double kSureWalledShare = 0.65;   ///< needed in the surest slice
+constexpr double kMinExtendedShare = 0.25;  ///< with a visible outer edge, on the way to the apex
+constexpr double kMinRvContact = 0.08;      ///< of the rays: about 30 degrees of septum
+
+cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
+  const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
+  const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
+}
+
+double median_of(std::vector<float> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Setting {
+  const ImageCycle<float>& images;
+  const TemporalStats& stats;
+  std::vector<std::vector<float>> smooth;  ///< [phase] images, lightly smoothed in plane
+  cv::Point2d pixel_mm;
+  double slice_mm = 0;
+
+  [[nodiscard]] cv::Mat slice(int phase, int k) const {
+    return slice_of(images.grid, smooth[static_cast<std::size_t>(phase)], k);
+  }
+};
+
+/// Blood against the rest from voxels that move: they are blood in one phase and wall in another.
+TissueLevels first_levels(const Setting& s) {
+  std::vector<float> sorted = s.stats.swing;
+  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 0.9);
+  std::nth_element(sorted.begin(), at, sorted.end());
+  const float moving = *at;
+  std::vector<float> values;
+  for (std::size_t v = 0; v < s.stats.swing.size(); ++v) {
+    if (s.stats.swing[v] < moving) continue;
+    for (const std::vector<float>& phase : s.smooth) values.push_back(phase[v]);
+  }
+  TissueLevels levels;
+  levels.threshold = otsu_threshold(values);
+  std::vector<float> bright;
+  for (float value : values) {
+    if (value > levels.threshold) bright.push_back(value);
+  }
+  levels.blood = median_of(bright);
+  levels.rv_blood = levels.blood;
+  levels.dark = 0.12 * levels.blood;
+  return levels;
+}
+
+struct Candidate {
+  int k = 0;
+  cv::Point2d centre_px;
+  double score = 0;
+  double walled_share = 0;
+  std::vector<Ring> rings;
+};
+
+/// A pool's centre, moved to the centroid of its polygon.
+cv::Point2d recentre(const Ring& ring, const cv::Point2d& centre, const cv::Point2d& pixel_mm) {
+  std::vector<cv::Point2f> polygon;
+  for (int a = 0; a < Ring::kRays; ++a) {
+    polygon.emplace_back(ray_point(centre, pixel_mm, a, ring.endo_mm[static_cast<std::size_t>(a)]));
+  }
+  const cv::Moments m = cv::moments(polygon);
+  if (std::abs(m.m00) < 1) return centre;
+  return {m.m10 / m.m00, m.m01 / m.m00};
+}
+
+Candidate rate(const Setting& s, int k, cv::Point2d centre, const TissueLevels& levels) {
+  Candidate c;
+  c.k = k;
+  const int n = s.images.phase_count();
+  c.centre_px = recentre(trace_ring(s.slice(0, k), s.pixel_mm, centre, levels), centre, s.pixel_mm);
+  double largest = 0;
+  double smallest = 1e30;
+  double roundness = 0;
+  for (int p = 0; p < n; ++p) {
+    c.rings.push_back(trace_ring(s.slice(p, k), s.pixel_mm, c.centre_px, levels));
+    const Ring& ring = c.rings.back();
+    c.walled_share += ring.walled_share / n;
+    roundness += ring.roundness / n;
+    largest = std::max(largest, ring.area_mm2);
+    smallest = std::min(smallest, ring.area_mm2);
+  }
+  const double change = largest > 0 ? 1 - smallest / largest : 0;
+  // A ring that beats: vessels have no ring, fat and liver do not beat.
+  c.score = c.walled_share * roundness * std::min(1.0, change / 0.3) *
+            std::sqrt(std::min(largest, 3000.0));
+  if (c.walled_share < kMinWalledShare || change < 0.1 || roundness < 0.5) c.score = 0;
+  return c;
+}
+
+/// Centres of blood pools in a slice: well-separated peaks of the distance to its edge.
+std::vector<cv::Point2d> pool_centres(const cv::Mat& mask, const cv::Point2d& pixel_mm,
+                                      double least_radius_mm) {
+  cv::Mat distance;
+  cv::distanceTransform(mask, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  std::vector<cv::Point2d> centres;
+  while (centres.size() < 12) {
+    double value = 0;
+    cv::Point at;
+    cv::minMaxLoc(distance, nullptr, &value, nullptr, &at);
+    if (value * pixel_mm.x < least_radius_mm) break;
+    centres.emplace_back(at);
+    const double clear_px = std::max(value, 8.0 / pixel_mm.x);
+    cv::circle(distance, at, static_cast<int>(std::ceil(clear_px)), cv::Scalar(0), cv::FILLED);
+  }
+  return centres;
+}
+
+/// The best chain of candidates through neighbouring slices (dynamic programming).
+std::vector<Candidate> best_chain(const std::vector<std::vector<Candidate>>& slices,
+                                  const Setting& s) {
+  struct Link {
+    double score = 0;
+    int from = -1;
+  };
+  std::vector<std::vector<Link>> links(slices.size());
+  double best = 0;
+  std::pair<int, int> end{-1, -1};
+  for (std::size_t k = 0; k < slices.size(); ++k) {
+    for (const Candidate& c : slices[k]) {
+      Link link{c.score, -1};
+      for (std::size_t f = 0; k > 0 && f < slices[k - 1].size(); ++f) {
+        const cv::Point2d d = c.centre_px - slices[k - 1][f].centre_px;
+        const double shift = std::hypot(d.x * s.pixel_mm.x, d.y * s.pixel_mm.y);
+        // An axis may lean; centres also jitter by a few millimetres.
+        const double excess = std::max(0.0, shift - 1.2 * s.slice_mm - 2.0);
+        const double total = links[k - 1][f].score + c.score * std::exp(-excess / 3.0);
+        if (c.score > 0 && total > link.score && excess < 8) {
+          link = {total, static_cast<int>(f)};
+        }
+      }
+      links[k].push_back(link);
+      if (c.score > 0 && link.score > best) {
+        best = link.score;
+        end = {static_cast<int>(k), static_cast<int>(links[k].size()) - 1};
+      }
+    }
+  }
+  std::vector<Candidate> chain;
+  for (auto [k, c] = end; k >= 0 && c >= 0; --k) {
+    const auto ks = static_cast<std::size_t>(k);
+    chain.push_back(slices[ks][static_cast<std::size_t>(c)]);
+    c = links[ks][static_cast<std::size_t>(c)].from;
+  }
+  std::reverse(chain.begin(), chain.end());
+  return chain;
+}
+
+/// Share of rays with at least a wall's thickness of muscle, seen to its end or not.
+double muscle_share(const Ring& ring) {
+  int count = 0;
+  for (std::size_t a = 0; a < ring.walled.size(); ++a) {
+    count += ring.walled[a] || ring.outer_mm[a] - ring.endo_mm[a] > 20 ? 1 : 0;
+  }
+  return static_cast<double>(count) / Ring::kRays;
+}
+
+/// Walks on from an end of the chain through slices where the pool closes in systole (apex).
+void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueLevels& heart_levels,
+                  int step, int reference_phase) {
+  while (true) {
+    const Candidate& last = step > 0 ? chain.back() : chain.front();
+    const int k = last.k + step;
+    if (k < 0 || k >= s.images.grid.size[2]) return;
+    const cv::Mat image = s.slice(reference_phase, k);
+    // Trabeculae and partial volume dim the apical pool: its own brightest part sets the level.
+    cv::Mat near = cv::Mat::zeros(image.size(), CV_8U);
+    cv::circle(near, cv::Point(last.centre_px), static_cast<int>(10.0 / s.pixel_mm.x),
+               cv::Scalar(255), cv::FILLED);
+    double pool = 0;
+    cv::minMaxLoc(image, nullptr, &pool, nullptr, nullptr, near);
+    TissueLevels levels = heart_levels;
+    if (pool < levels.threshold) return;
+    levels.blood = std::min(levels.blood, pool);
+    levels.threshold = 0.5 * (levels.blood + levels.muscle);
+    cv::Mat reach = cv::Mat::zeros(image.size(), CV_8U);
+    cv::circle(reach, cv::Point(last.centre_px),
+               static_cast<int>((1.2 * s.slice_mm + 12.0) / s.pixel_mm.x), cv::Scalar(255),
+               cv::FILLED);
+    const cv::Mat mask = (image > levels.threshold) & reach;
+    cv::Point2d best;
+    double best_share = 0;
+    for (const cv::Point2d& centre : pool_centres(mask, s.pixel_mm, kMinApicalPoolMm)) {
+      const cv::Point2d d = centre - last.centre_px;
+      if (std::hypot(d.x * s.pixel_mm.x, d.y * s.pixel_mm.y) > 1.2 * s.slice_mm + 4.0) continue;
+      const Ring ring = trace_ring(image, s.pixel_mm, centre, levels);
+      if (ring.walled_share < kMinExtendedShare || ring.roundness < 0.5) continue;
+      // Near the apex the liver or chest wall may hide the outer edge: dark is enough there.
+      const double share = muscle_share(ring);
+      if (share > best_share) {
+        best_share = share;
+        best = centre;
+      }
+    }
+    const Ring& before = last.rings[static_cast<std::size_t>(reference_phase)];
+    if (best_share < kSureWalledShare) return;
+    Candidate next = rate(s, k, best, levels);
+    // Towards the apex pools shrink; a pool that grows again is another one.
+    if (next.rings[static_cast<std::size_t>(reference_phase)].area_mm2 > 1.3 * before.area_mm2) {
+      return;
+    }
+    if (step > 0) {
+      chain.push_back(std::move(next));
+    } else {
+      chain.insert(chain.begin(), std::move(next));
+    }
+  }
+}
+
+double total_area(const std::vector<Candidate>& chain, int phase) {
+  return std::accumulate(chain.begin(), chain.end(), 0.0, [&](double sum, const Candidate& c) {
+    return sum + c.rings[static_cast<std::size_t>(phase)].area_mm2;
+  });
+}
+
+/// Muscle's level from mid-wall samples of the rings, then the thresholds that follow.
+TissueLevels refine_levels(const Setting& s, const std::vector<Candidate>& chain,
+                           TissueLevels levels) {
+  std::vector<float> muscle;
+  std::vector<float> blood;
+  for (const Candidate& c : chain) {
+    for (int p = 0; p < s.images.phase_count(); ++p) {
+      const cv::Mat image = s.slice(p, c.k);
+      const Ring& ring = c.rings[static_cast<std::size_t>(p)];
+      for (int a = 0; a < Ring::kRays; ++a) {
+        const auto i = static_cast<std::size_t>(a);
+        if (!ring.walled[i]) continue;
+        const auto value = [&](double r) {
+          const cv::Point2d at = ray_point(c.centre_px, s.pixel_mm, a, r);
+          const cv::Point px(static_cast<int>(std::lround(at.x)),
+                             static_cast<int>(std::lround(at.y)));
+          return image.at<float>(std::clamp(px.y, 0, image.rows - 1),
+                                 std::clamp(px.x, 0, image.cols - 1));
+        };
+        muscle.push_back(value(0.5 * (ring.endo_mm[i] + ring.outer_mm[i])));
+        blood.push_back(value(0.5 * ring.endo_mm[i]));
+      }
+    }
+  }
+  levels.muscle = median_of(muscle);
+  levels.blood = median_of(blood);
+  levels.rv_blood = levels.blood;
+  levels.threshold = 0.5 * (levels.muscle + levels.blood);
+  levels.dark = 0.5 * levels.muscle;
+  return levels;
+}
+
+/// Parts of a slice's always-bright mask whose rim moves: chambers of the heart, not fat or liver.
+cv::Mat moving_parts(const cv::Mat& always, const cv::Mat& swing, double moving,
+                     const cv::Point2d& pixel_mm) {
+  cv::Mat parts = cv::Mat::zeros(always.size(), CV_8U);
+  cv::Mat ids;
+  const int count = cv::connectedComponents(always, ids, 4);
+  const cv::Mat ball = disc(2.5, pixel_mm);
+  for (int id = 1; id < count; ++id) {
+    const cv::Mat part = ids == id;
+    cv::Mat grown;
+    cv::dilate(part, grown, ball);
+    const cv::Mat rim = grown & ~part;
+    const cv::Mat moving_rim = rim & (swing > moving);
+    const int rim_size = cv::countNonZero(rim);
+    if (rim_size > 0 && cv::countNonZero(moving_rim) > 0.45 * rim_size) parts |= part;
+  }
+  return parts;
+}
+
+/// RV at end-diastole: the blood that leans on the outside of the LV's ring.
+cv::Mat find_rv(const Setting& s, const LvSlice& lv, const TissueLevels& levels, int phase,
+                double* contact_share) {
+  const cv::Mat image = s.slice(phase, lv.k);
+  const Ring& ring = lv.rings[static_cast<std::size_t>(phase)];
+  cv::Mat mask = (image > levels.threshold) & (image < 1.45 * levels.blood);
+  std::vector<cv::Point> lv_polygon;
+  for (int a = 0; a < Ring::kRays; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    const double wall = ring.walled[i] ? 0.5 * (ring.outer_mm[i] - ring.endo_mm[i]) : 2.0;
+    const cv::Point2d at = ray_point(lv.centre_px, s.pixel_mm, a, ring.endo_mm[i] + wall);
+    lv_polygon.emplace_back(static_cast<int>(std::lround(at.x)),
+                            static_cast<int>(std::lround(at.y)));
+  }
+  cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{lv_polygon}, cv::Scalar(0));
+  cv::morphologyEx(mask, mask, cv::MORPH_OPEN, disc(3.0, s.pixel_mm));
+  cv::Mat ids;
+  const int count = cv::connectedComponents(mask, ids, 4);
+  std::vector<int> hits(static_cast<std::size_t>(count), 0);
+  for (int a = 0; a < Ring::kRays; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    if (!ring.walled[i]) continue;
+    for (double beyond = 1.0; beyond <= 5.0; beyond += 1.0) {
+      const cv::Point2d at = ray_point(lv.centre_px, s.pixel_mm, a, ring.outer_mm[i] + beyond);
+      const cv::Point px(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)));
+      if (px.x < 0 || px.y < 0 || px.x >= ids.cols || px.y >= ids.rows) break;
+      const int id = ids.at<int>(px);
+      if (id > 0) {
+        ++hits[static_cast<std::size_t>(id)];
+        break;
+      }
+    }
+  }
+  int best = 0;
+  double best_rating = 0;
+  for (int id = 1; id < count; ++id) {
+    const double share = static_cast<double>(hits[static_cast<std::size_t>(id)]) / Ring::kRays;
+    if (share < kMinRvContact) continue;
+    const double area = cv::countNonZero(ids == id) * s.pixel_mm.x * s.pixel_mm.y;
+    const double rating = share * std::sqrt(area);
+    if (rating > best_rating) {
+      best_rating = rating;
+      best = id;
+      *contact_share = share;
+    }
+  }
+  return best > 0 ? cv::Mat(ids == best) : cv::Mat::zeros(mask.size(), CV_8U);
+}
+
+}  // namespace
+
+cv::Mat slice_of(const Grid& grid, const std::vector<float>& image, int k) {
+  return {grid.size[1], grid.size[0], CV_32F,
+          const_cast<float*>(image.data() + grid.offset(0, 0, k))};
+}
+
+Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& stats,
+                       StageContext& context) {
+  const Grid& grid = images.grid;
+  const Vec3 spacing = grid.spacing_mm();
+  Setting s{images, stats, {}, {spacing[0], spacing[1]}, spacing[2]};
+  for (const std::vector<float>& phase : images.phases) {
+    s.smooth.push_back(smooth_in_plane(grid, phase, 0.7 * std::max(spacing[0], spacing[1])));
+  }
+  Chambers out;
+  out.levels = first_levels(s);
+
+  const auto candidates_at = [&](const TissueLevels& levels) {
+    std::vector<std::vector<Candidate>> slices(static_cast<std::size_t>(grid.size[2]));
+    for (int k = 0; k < grid.size[2]; ++k) {
+      const cv::Mat mask = slice_of(grid, stats.low, k) > levels.threshold;
+      for (const cv::Point2d& centre : pool_centres(mask, s.pixel_mm, kMinPoolMm)) {
+        slices[static_cast<std::size_t>(k)].push_back(rate(s, k, centre, levels));
+      }
+    }
+    return slices;
+  };
+  std::vector<Candidate> chain = best_chain(candidates_at(out.levels), s);
+  if (!chain.empty()) {
+    out.levels = refine_levels(s, chain, out.levels);
+    chain = best_chain(candidates_at(out.levels), s);
+  }
+  const bool sure = std::any_of(chain.begin(), chain.end(), [](const Candidate& c) {
+    return c.walled_share >= kSureWalledShare;
+  });
+  if (!sure) chain.clear();
+
+  std::vector<float> sorted = stats.swing;
+  const auto top =
+      sorted.begin() + static_cast<std::ptrdiff_t>(static_cast<double>(sorted.size()) * 0.99);
+  std::nth_element(sorted.begin(), top, sorted.end());
+  const double moving = 0.25 * *top;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    out.always_blood.push_back(slice_of(grid, stats.low, k) > out.levels.threshold);
+    out.always_blood_moving.push_back(
+        moving_parts(out.always_blood.back(), slice_of(grid, stats.swing, k), moving, s.pixel_mm));
+  }
+  if (chain.empty()) return out;
+
+  const int n = images.phase_count();
+  const auto find_ends = [&] {
+    for (int p = 0; p < n; ++p) {
+      if (total_area(chain, p) > total_area(chain, out.end_diastole)) out.end_diastole = p;
+      if (total_area(chain, p) < total_area(chain, out.end_systole)) out.end_systole = p;
+    }
+  };
+  find_ends();
+  const auto area_at_end = [&](const Candidate& c) {
+    return c.rings[static_cast<std::size_t>(out.end_diastole)].area_mm2;
+  };
+  // The base is where the ventricle is wide, the apex where it is narrow.
+  out.base_step = area_at_end(chain.back()) >= area_at_end(chain.front()) ? 1 : -1;
+  extend_chain(chain, s, out.levels, -out.base_step, out.end_diastole);
+  find_ends();
+
+  for (const Candidate& c : chain) {
+    out.lv.push_back({c.k, c.centre_px, c.rings});
+  }
+  std::vector<float> walls;
+  for (const LvSlice& slice : out.lv) {
+    const double wall = slice.rings[static_cast<std::size_t>(out.end_diastole)].median_wall_mm();
+    if (wall > 0) walls.push_back(static_cast<float>(wall));
+  }
+  out.wall_mm = median_of(walls);
+
+  std::vector<float> rv_blood;
+  out.rv.assign(static_cast<std::size_t>(grid.size[2]), cv::Mat());
+  for (const LvSlice& slice : out.lv) {
+    double contact = 0;
+    cv::Mat rv = find_rv(s, slice, out.levels, out.end_diastole, &contact);
+    if (cv::countNonZero(rv) == 0) continue;
+    out.rv[static_cast<std::size_t>(slice.k)] = rv;
+    const cv::Mat image = s.slice(out.end_diastole, slice.k);
+    for (int j = 0; j < rv.rows; ++j) {
+      for (int i = 0; i < rv.cols; ++i) {
+        if (rv.at<std::uint8_t>(j, i)) rv_blood.push_back(image.at<float>(j, i));
+      }
+    }
+  }
+  if (!rv_blood.empty()) out.levels.rv_blood = median_of(rv_blood);
+  std::ostringstream line;
+  line << "left ventricle in slices " << chain.front().k << ".." << chain.back().k
+       << " of the heart's box, wall " << out.wall_mm << " mm, blood " << out.levels.blood
+       << ", muscle " << out.levels.muscle;
+  context.log(line.str());
+  return out;
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,44 @@
+#pragma once
+/// Automatic finding of the chambers: the left ventricle is the beating blood pool inside a ring
+/// of muscle, the right one the pool that leans on that ring.
+
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "pipeline/core/grid.h"
+#include "pipeline/segment/ring.h"
+#include "pipeline/segment/tissue.h"
+
+namespace beatlas::segment {
+
+/// The left ventricle in one slice.
+struct LvSlice {
+  int k = 0;
+  cv::Point2d centre_px;
+  std::vector<Ring> rings;  ///< [phase]
+};
+
+struct Chambers {
+  TissueLevels levels;
+  std::vector<LvSlice> lv;  ///< neighbouring slices, ascending k; may be empty
+  int base_step = 0;        ///< +1 if the base lies towards larger k, -1 if smaller
+  int end_diastole = 0;     ///< phase of the largest blood area
+  int end_systole = 0;
+  double wall_mm = 0;                 ///< median wall at end-diastole
+  std::vector<cv::Mat> rv;            ///< [slice of the grid] 8-bit mask of RV blood at ED
+  std::vector<cv::Mat> always_blood;  ///< [slice] 8-bit mask: brighter than muscle in every phase
+  std::vector<cv::Mat> always_blood_moving;  ///< [slice] those of its parts whose rim moves
+
+  [[nodiscard]] bool found_lv() const { return !lv.empty(); }
+};
+
+/// @param images the heart's box; @param stats of the same grid
+[[nodiscard]] Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& stats,
+                                     StageContext& context);
+
+/// One slice of one phase as a matrix that shares the voxels.
+[[nodiscard]] cv::Mat slice_of(const Grid& grid, const std::vector<float>& image, int k);
+
+}  // namespace beatlas::segment

@@ -1,0 +1,51 @@
+#pragma once
+/// Seeded region growing by competition through space and time: every label spreads from its
+/// seeds over the voxels of all phases, the cycle closed, and each voxel falls to the label that
+/// reaches it at least cost (a shortest-path forest, so no label can leak past a cheaper one).
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/core/grid.h"
+#include "pipeline/core/stage_context.h"
+
+namespace beatlas::segment {
+
+/// What a millimetre costs each label, by intensity and by a class that the caller gives voxels.
+class TravelCost {
+ public:
+  static constexpr int kLabels = 5;
+  static constexpr int kClasses = 4;
+  static constexpr int kBins = 512;
+
+  /// Intensities from 0 to `top` fall into kBins bins; those above into the last.
+  explicit TravelCost(double top);
+
+  /// Cost per mm, > 0, of `label` in voxels of `voxel_class` whose intensity falls into `bin`.
+  [[nodiscard]] float& at(int label, int voxel_class, int bin);
+  [[nodiscard]] float at(int label, int voxel_class, float intensity) const;
+  [[nodiscard]] double intensity_of(int bin) const;
+
+ private:
+  double top_;
+  std::vector<float> table_;
+};
+
+struct CompetitionInput {
+  const ImageCycle<float>& images;
+  /// Class of each voxel of each phase, < TravelCost::kClasses.
+  const std::vector<std::vector<std::uint8_t>>& classes;
+  /// Label of seeds, kUnlabelled elsewhere; [phase][voxel].
+  const std::vector<std::vector<std::uint8_t>>& seeds;
+  const TravelCost& cost;
+  double phase_step_mm = 3;  ///< what a step to the next phase counts as
+};
+
+inline constexpr std::uint8_t kUnlabelled = 255;
+
+/// @returns the winning label of every voxel of every phase; kUnlabelled only if there is no seed.
+[[nodiscard]] ImageCycle<std::uint8_t> grow_in_competition(const CompetitionInput& input,
+                                                           StageContext& context);
+
+}  // namespace beatlas::segment

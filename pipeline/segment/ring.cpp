@@ -1,0 +1,106 @@
+#include "pipeline/segment/ring.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kStepMm = 0.5;
+constexpr double kReachMm = 70;
+constexpr double kThinWallMm = 3.5;
+constexpr double kThickWallMm = 25;  ///< beyond any wall but the most hypertrophic
+constexpr double kTrabeculaMm = 2.5;
+
+float sample(const cv::Mat& image, const cv::Point2d& at) {
+  const int x = static_cast<int>(std::floor(at.x));
+  const int y = static_cast<int>(std::floor(at.y));
+  if (x < 0 || y < 0 || x + 1 >= image.cols || y + 1 >= image.rows) return -1;
+  const double u = at.x - x;
+  const double v = at.y - y;
+  const auto* row0 = image.ptr<float>(y);
+  const auto* row1 = image.ptr<float>(y + 1);
+  return static_cast<float>((1 - v) * ((1 - u) * row0[x] + u * row0[x + 1]) +
+                            v * ((1 - u) * row1[x] + u * row1[x + 1]));
+}
+
+}  // namespace
+
+double Ring::median_wall_mm() const {
+  std::vector<float> walls;
+  for (std::size_t a = 0; a < walled.size(); ++a) {
+    if (walled[a]) walls.push_back(outer_mm[a] - endo_mm[a]);
+  }
+  if (walls.empty()) return 0;
+  const auto middle = walls.begin() + static_cast<std::ptrdiff_t>(walls.size() / 2);
+  std::nth_element(walls.begin(), middle, walls.end());
+  return *middle;
+}
+
+cv::Point2d ray_point(const cv::Point2d& centre_px, const cv::Point2d& pixel_mm, int a,
+                      double radius_mm) {
+  const double angle = 2 * std::numbers::pi * a / Ring::kRays;
+  return {centre_px.x + radius_mm * std::cos(angle) / pixel_mm.x,
+          centre_px.y + radius_mm * std::sin(angle) / pixel_mm.y};
+}
+
+Ring trace_ring(const cv::Mat& image, const cv::Point2d& pixel_mm, const cv::Point2d& centre_px,
+                const TissueLevels& levels) {
+  Ring ring;
+  ring.endo_mm.assign(Ring::kRays, 0);
+  ring.outer_mm.assign(Ring::kRays, 0);
+  ring.walled.assign(Ring::kRays, 0);
+  int walled = 0;
+  for (int a = 0; a < Ring::kRays; ++a) {
+    double endo = -1;
+    double outer = -1;
+    double run_start = -1;
+    for (double r = 0; r < kReachMm; r += kStepMm) {
+      const float value = sample(image, ray_point(centre_px, pixel_mm, a, r));
+      const bool bright = value > levels.threshold;
+      if (endo < 0) {
+        // The end of the blood: a dark run longer than a trabecula.
+        if (bright) {
+          run_start = -1;
+        } else if (run_start < 0) {
+          run_start = r;
+        } else if (r - run_start >= kTrabeculaMm) {
+          endo = run_start;
+        }
+      }
+      if (endo >= 0 && (bright || value < levels.dark)) {
+        outer = r;
+        break;
+      }
+      if (endo >= 0 && r - endo > kThickWallMm) break;
+    }
+    if (endo < 0) {
+      endo = run_start >= 0 ? run_start : kReachMm;
+      outer = endo;
+    } else if (outer < 0) {
+      outer = endo + kThickWallMm + kStepMm;
+    }
+    const auto index = static_cast<std::size_t>(a);
+    ring.endo_mm[index] = static_cast<float>(endo);
+    ring.outer_mm[index] = static_cast<float>(outer);
+    const double wall = outer - endo;
+    ring.walled[index] = wall >= kThinWallMm && wall <= kThickWallMm && endo > 0;
+    walled += ring.walled[index];
+  }
+  ring.walled_share = static_cast<double>(walled) / Ring::kRays;
+  double mean = 0;
+  for (float r : ring.endo_mm) mean += r / Ring::kRays;
+  double square = 0;
+  for (float r : ring.endo_mm) square += (r - mean) * (r - mean) / Ring::kRays;
+  ring.roundness = mean > 0 ? std::max(0.0, 1 - std::sqrt(square) / mean) : 0;
+  for (int a = 0; a < Ring::kRays; ++a) {
+    const auto here = static_cast<std::size_t>(a);
+    const auto next = static_cast<std::size_t>((a + 1) % Ring::kRays);
+    ring.area_mm2 += 0.5 * ring.endo_mm[here] * ring.endo_mm[next] *
+                     std::sin(2 * std::numbers::pi / Ring::kRays);
+  }
+  return ring;
+}
+
+}  // namespace beatlas::segment

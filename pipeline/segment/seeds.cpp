@@ -1,0 +1,328 @@
+#include "pipeline/segment/seeds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include <opencv2/imgproc.hpp>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::segment {
+namespace {
+
+cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
+  const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
+  const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
+}
+
+/// Filled polygon of a radius per ray.
+template <class RadiusOfRay>
+cv::Mat polygon(const cv::Size& size, const LvSlice& slice, const cv::Point2d& pixel_mm,
+                const RadiusOfRay& radius_mm) {
+  constexpr int kShift = 4;  // sub-pixel vertices
+  std::vector<cv::Point> points;
+  for (int a = 0; a < Ring::kRays; ++a) {
+    const cv::Point2d at =
+        ray_point(slice.centre_px, pixel_mm, a, radius_mm(static_cast<std::size_t>(a)));
+    points.emplace_back(static_cast<int>(std::lround(at.x * (1 << kShift))),
+                        static_cast<int>(std::lround(at.y * (1 << kShift))));
+  }
+  cv::Mat mask = cv::Mat::zeros(size, CV_8U);
+  cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{points}, cv::Scalar(255), cv::LINE_8,
+               kShift);
+  return mask;
+}
+
+void paint(std::vector<std::uint8_t>& image, const Grid& grid, int k, const cv::Mat& mask,
+           std::uint8_t label) {
+  cv::Mat slice(grid.size[1], grid.size[0], CV_8U, image.data() + grid.offset(0, 0, k));
+  slice.setTo(cv::Scalar(label), mask);
+}
+
+/// Wall of a slice in a phase: its own median, or the heart's where few rays have one.
+double wall_of(const Ring& ring, double heart_wall_mm) {
+  return ring.walled_share >= 0.3 ? ring.median_wall_mm() : heart_wall_mm;
+}
+
+/// Where the heart may be in each slice: beyond it, what is still is background.
+std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
+                                 const cv::Point2d& pixel_mm) {
+  const cv::Size size(grid.size[0], grid.size[1]);
+  const double slice_mm = grid.spacing_mm()[2];
+  const auto n = static_cast<std::size_t>(grid.size[2]);
+  std::vector<cv::Mat> zones(n);
+  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
+  for (const LvSlice& slice : chambers.lv) {
+    const Ring& ring = slice.rings[ed];
+    const double wall = wall_of(ring, chambers.wall_mm);
+    cv::Mat zone = polygon(size, slice, pixel_mm,
+                           [&](std::size_t a) { return ring.endo_mm[a] + 1.6 * wall + 2.0; });
+    // Where no RV was seen it may still begin: its outline one slice nearer the base holds it.
+    cv::Mat rv = chambers.rv[static_cast<std::size_t>(slice.k)];
+    const int towards_base = slice.k + chambers.base_step;
+    if (rv.empty() && towards_base >= 0 && towards_base < grid.size[2]) {
+      rv = chambers.rv[static_cast<std::size_t>(towards_base)];
+    }
+    if (!rv.empty()) {
+      cv::Mat grown;
+      cv::dilate(rv, grown, disc(8.0, pixel_mm));
+      zone |= grown;
+    }
+    zones[static_cast<std::size_t>(slice.k)] = zone;
+  }
+  // Beyond the ventricle's slices: the nearest zone, widened, with every beating pool near it.
+  const auto spread = [&](int from, int step) {
+    const cv::Mat nearest = zones[static_cast<std::size_t>(from)];
+    for (int k = from + step; k >= 0 && k < grid.size[2]; k += step) {
+      const double away_mm = std::abs(k - from) * slice_mm;
+      const bool basal = step == chambers.base_step;
+      if (!basal && away_mm > 25) {
+        zones[static_cast<std::size_t>(k)] = cv::Mat::zeros(size, CV_8U);
+        continue;
+      }
+      cv::Mat zone;
+      cv::dilate(nearest, zone, disc(std::min(basal ? 15.0 : 5.0, away_mm), pixel_mm));
+      zones[static_cast<std::size_t>(k)] = zone;
+    }
+  };
+  spread(chambers.lv.front().k, -1);
+  spread(chambers.lv.back().k, +1);
+  return zones;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> classify_motion(const TemporalStats& stats) {
+  std::vector<float> sorted = stats.swing;
+  const auto top =
+      sorted.begin() + static_cast<std::ptrdiff_t>(static_cast<double>(sorted.size()) * 0.99);
+  std::nth_element(sorted.begin(), top, sorted.end());
+  const double moving = std::max(0.2 * *top, 0.8 * stats.noise);
+  const double still = 0.5 * moving;
+  std::vector<std::uint8_t> classes(stats.swing.size());
+  std::transform(stats.swing.begin(), stats.swing.end(), classes.begin(), [&](float swing) {
+    return static_cast<std::uint8_t>(swing < still ? kStill : swing < moving ? kStirring : kMoving);
+  });
+  return classes;
+}
+
+TravelCost travel_cost(const TissueLevels& levels) {
+  TravelCost cost(2.5 * levels.blood);
+  const double span = levels.blood - levels.muscle;
+  for (int bin = 0; bin < TravelCost::kBins; ++bin) {
+    const double intensity = cost.intensity_of(bin);
+    const double f = (intensity - levels.muscle) / span;  // 0 muscle, 1 blood
+    const bool dark = intensity < levels.dark;
+    const double blood = f >= 1.6   ? 1.5
+                         : f >= 0.6 ? 0.1
+                         : f >= 0.4 ? 0.1 + 5 * (0.6 - f)
+                                    : 1.1 + 25 * (0.4 - f);
+    double muscle = f <= 0.35 ? 0.25 : std::min(8.0, 0.25 + 18 * (f - 0.35));
+    if (dark) muscle = 1.0 + 4.0 * (levels.dark - intensity) / levels.dark;
+    for (int c = kStill; c <= kMoving; ++c) {
+      const double still_penalty = c == kStill ? 2.0 : 1.0;
+      const double b = std::min(blood, 25.0);
+      cost.at(kLabelLvBlood, c, bin) = static_cast<float>(b);
+      cost.at(kLabelRvBlood, c, bin) =
+          static_cast<float>(intensity > 1.45 * levels.rv_blood ? std::max(b, 1.5) : b);
+      cost.at(kLabelLvMyocardium, c, bin) = static_cast<float>(muscle * still_penalty);
+      cost.at(kLabelRestOfHeart, c, bin) =
+          static_cast<float>(std::min(b * 1.2, std::max(0.6, muscle) * still_penalty));
+      double background = 0.3;
+      if (dark) {
+        background = 0.1;
+      } else if (f > 1.5) {
+        background = 0.2;
+      } else if (f > 0.5) {
+        background = c == kStill ? 0.4 : c == kStirring ? 1.5 : 4.0;
+      } else {
+        background = c == kStill ? 0.3 : c == kStirring ? 0.5 : 1.0;
+      }
+      cost.at(kLabelBackground, c, bin) = static_cast<float>(background);
+    }
+  }
+  return cost;
+}
+
+LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats& stats,
+                            const Chambers& chambers) {
+  const Grid& grid = images.grid;
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Point2d pixel_mm(spacing[0], spacing[1]);
+  const cv::Size size(grid.size[0], grid.size[1]);
+  const auto n = static_cast<std::size_t>(images.phase_count());
+  LabelImages seeds(n, std::vector<std::uint8_t>(grid.count(), kUnlabelled));
+  const std::vector<std::uint8_t> motion = classify_motion(stats);
+
+  // Background, the same in every phase.
+  std::vector<std::uint8_t> still(grid.count(), kUnlabelled);
+  const std::vector<cv::Mat> zones =
+      chambers.found_lv() ? heart_zones(grid, chambers, pixel_mm) : std::vector<cv::Mat>();
+  for (int k = 0; k < grid.size[2]; ++k) {
+    cv::Mat border = cv::Mat::zeros(size, CV_8U);
+    cv::rectangle(border, {0, 0}, {size.width - 1, size.height - 1}, cv::Scalar(255), 1);
+    paint(still, grid, k, border, kLabelBackground);
+    const cv::Mat mean = slice_of(grid, stats.mean, k);
+    const cv::Mat quiet =
+        cv::Mat(size, CV_8U, const_cast<std::uint8_t*>(motion.data() + grid.offset(0, 0, k))) !=
+        kMoving;
+    cv::Mat seed = (mean < chambers.levels.dark) & quiet;
+    if (!zones.empty()) {
+      // Between thick slices nothing can be followed, so beyond the zone even what moves is out:
+      // vessels that leave the heart.
+      const cv::Mat beyond = ~zones[static_cast<std::size_t>(k)];
+      seed |= spacing[2] >= kThickSlicesMm ? beyond : cv::Mat(quiet & beyond);
+    }
+    paint(still, grid, k, seed, kLabelBackground);
+  }
+  for (std::vector<std::uint8_t>& phase : seeds) phase = still;
+
+  if (!chambers.found_lv()) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      cv::Mat core;
+      cv::erode(chambers.always_blood_moving[static_cast<std::size_t>(k)], core,
+                disc(2.0, pixel_mm));
+      for (std::vector<std::uint8_t>& phase : seeds) {
+        paint(phase, grid, k, core, kLabelRestOfHeart);
+      }
+    }
+    return seeds;
+  }
+
+  // Atria and great vessels: beating pools in slices beyond the base. Only where slices are so
+  // thick that the next one cannot hold the ventricle's own open end.
+  const int base_k = chambers.base_step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
+  if (spacing[2] >= kThickSlicesMm) {
+    for (int k = base_k + chambers.base_step; k >= 0 && k < grid.size[2]; k += chambers.base_step) {
+      if (std::abs(k - base_k) * spacing[2] < 9) continue;
+      cv::Mat pools;
+      cv::erode(chambers.always_blood_moving[static_cast<std::size_t>(k)], pools,
+                disc(2.0, pixel_mm));
+      for (std::vector<std::uint8_t>& phase : seeds) {
+        paint(phase, grid, k, pools, kLabelRestOfHeart);
+      }
+    }
+  }
+
+  for (const LvSlice& slice : chambers.lv) {
+    const auto k = static_cast<std::size_t>(slice.k);
+    for (std::size_t p = 0; p < n; ++p) {
+      const Ring& ring = slice.rings[p];
+      const double wall = wall_of(ring, chambers.wall_mm);
+      const cv::Mat bright = slice_of(grid, images.phases[p], slice.k) > chambers.levels.threshold;
+      // Beyond a wall whose outer edge cannot be seen, a wall and a half is surely outside.
+      const auto radius = [&](double walls) {
+        return [&, walls](std::size_t a) { return ring.endo_mm[a] + walls * wall; };
+      };
+      cv::Mat outside = polygon(size, slice, pixel_mm, radius(1.9)) &
+                        ~polygon(size, slice, pixel_mm, radius(1.45));
+      cv::Mat unseen = cv::Mat::zeros(size, CV_8U);
+      cv::Mat seen = cv::Mat::zeros(size, CV_8U);
+      for (int a = 0; a < Ring::kRays; ++a) {
+        const auto i = static_cast<std::size_t>(a);
+        const double run = ring.outer_mm[i] - ring.endo_mm[i];
+        const bool hidden = run > 1.6 * wall;
+        if (!hidden) continue;
+        const cv::Point2d from = ray_point(slice.centre_px, pixel_mm, a, ring.endo_mm[i]);
+        const cv::Point2d to = ray_point(slice.centre_px, pixel_mm, a, ring.endo_mm[i] + 2 * wall);
+        cv::line(unseen, from, to, cv::Scalar(255), 2);
+      }
+      paint(seeds[p], grid, slice.k, outside & unseen & ~bright, kLabelBackground);
+
+      cv::Mat muscle =
+          polygon(size, slice, pixel_mm,
+                  [&](std::size_t a) {
+                    return ring.endo_mm[a] +
+                           (ring.walled[a]
+                                ? 0.65 * std::min(wall * 1.3, static_cast<double>(ring.outer_mm[a] -
+                                                                                  ring.endo_mm[a]))
+                                : 0.6 * wall);
+                  }) &
+          ~polygon(size, slice, pixel_mm,
+                   [&](std::size_t a) { return ring.endo_mm[a] + 0.3 * wall; });
+      // Rays with no wall at all (valves, other chambers) give no muscle.
+      for (int a = 0; a < Ring::kRays; ++a) {
+        const auto i = static_cast<std::size_t>(a);
+        if (ring.walled[i] || ring.outer_mm[i] - ring.endo_mm[i] > 1.6 * wall) {
+          cv::line(seen, slice.centre_px,
+                   ray_point(slice.centre_px, pixel_mm, a, ring.endo_mm[i] + 2 * wall),
+                   cv::Scalar(255), 2);
+        }
+      }
+      const cv::Mat not_dark = slice_of(grid, images.phases[p], slice.k) > chambers.levels.dark;
+      paint(seeds[p], grid, slice.k, muscle & seen & ~bright & not_dark, kLabelLvMyocardium);
+      paint(seeds[p], grid, slice.k,
+            polygon(size, slice, pixel_mm, [&](std::size_t a) { return 0.6 * ring.endo_mm[a]; }) &
+                bright,
+            kLabelLvBlood);
+
+      if (!chambers.rv[k].empty()) {
+        cv::Mat core;
+        cv::erode(chambers.rv[k], core, disc(2.0, pixel_mm));
+        const auto away = static_cast<int>(p) - chambers.end_diastole;
+        const int cyclic = std::min(std::abs(away), static_cast<int>(n) - std::abs(away));
+        const cv::Mat here = cyclic * 12 <= static_cast<int>(n) ? bright : chambers.always_blood[k];
+        paint(seeds[p], grid, slice.k, core & here & bright, kLabelRvBlood);
+      }
+    }
+  }
+  return seeds;
+}
+
+void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images) {
+  std::array<bool, TravelCost::kLabels> drawn{};
+  for (const Seed& seed : seeds) {
+    if (seed.label >= TravelCost::kLabels) {
+      throw_invalid("seed label " + std::to_string(seed.label) + " is not known; use 0 to 4");
+    }
+    if (seed.phase >= static_cast<int>(images.size())) {
+      throw_invalid("seed phase " + std::to_string(seed.phase) + " is past the last phase " +
+                    std::to_string(images.size() - 1));
+    }
+    drawn[seed.label] = true;
+  }
+  for (std::vector<std::uint8_t>& image : images) {
+    for (std::uint8_t& value : image) {
+      if (value != kUnlabelled && drawn[value]) value = kUnlabelled;
+    }
+  }
+  const Affine index_from_lps = grid.mm_from_index.inverse();
+  const Vec3 spacing = grid.spacing_mm();
+  for (const Seed& seed : seeds) {
+    const Vec3 centre = index_from_lps * seed.lps_mm;
+    int painted = 0;
+    const auto reach = [&](int axis) { return std::max(0.5, seed.radius_mm / spacing[axis]); };
+    const auto low = [&](int a) {
+      return std::max(0, static_cast<int>(std::ceil(centre[a] - reach(a))));
+    };
+    const auto high = [&](int a) {
+      return std::min(grid.size[static_cast<std::size_t>(a)] - 1,
+                      static_cast<int>(std::floor(centre[a] + reach(a))));
+    };
+    for (int k = low(2); k <= high(2); ++k) {
+      for (int j = low(1); j <= high(1); ++j) {
+        for (int i = low(0); i <= high(0); ++i) {
+          const Vec3 d((i - centre[0]) / reach(0), (j - centre[1]) / reach(1),
+                       (k - centre[2]) / reach(2));
+          if (d.squaredNorm() > 1.0 + 1e-9) continue;
+          ++painted;
+          for (std::size_t p = 0; p < images.size(); ++p) {
+            if (seed.phase < 0 || static_cast<std::size_t>(seed.phase) == p) {
+              images[p][grid.offset(i, j, k)] = seed.label;
+            }
+          }
+        }
+      }
+    }
+    if (painted == 0) {
+      std::ostringstream message;
+      message << "seed at (" << seed.lps_mm.transpose()
+              << ") mm LPS lies outside the images; give its position in patient LPS mm";
+      throw_invalid(message.str());
+    }
+  }
+}
+
+}  // namespace beatlas::segment

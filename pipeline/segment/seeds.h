@@ -1,0 +1,36 @@
+#pragma once
+/// Seeds and travel costs of the competition, from what find_chambers saw or a technician drew.
+
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/segment/chambers.h"
+#include "pipeline/segment/competition.h"
+#include "pipeline/segment/segment.h"
+
+namespace beatlas::segment {
+
+/// Slices this far apart cannot be followed one into the next.
+inline constexpr double kThickSlicesMm = 5.0;
+
+/// What a voxel does through the cycle; index of TravelCost's classes.
+enum VoxelClass : std::uint8_t { kStill, kStirring, kMoving };
+
+using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
+
+/// Classes by swing; the same in every phase.
+[[nodiscard]] std::vector<std::uint8_t> classify_motion(const TemporalStats& stats);
+
+/// What a millimetre costs each label. Blood: bright; muscle: between dark and blood; background:
+/// what is dark, brighter than blood, or still.
+[[nodiscard]] TravelCost travel_cost(const TissueLevels& levels);
+
+/// Seeds of every label from the chambers found.
+[[nodiscard]] LabelImages automatic_seeds(const ImageCycle<float>& images,
+                                          const TemporalStats& stats, const Chambers& chambers);
+
+/// Draws a technician's seeds: they replace the automatic ones of the labels they hold.
+/// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase.
+void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
+
+}  // namespace beatlas::segment

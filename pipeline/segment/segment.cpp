@@ -1,0 +1,190 @@
+#include "pipeline/segment/segment.h"
+
+#include <algorithm>
+#include <numeric>
+#include <sstream>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/segment/anatomy.h"
+#include "pipeline/segment/boundary.h"
+#include "pipeline/segment/chambers.h"
+#include "pipeline/segment/competition.h"
+#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/tissue.h"
+#include "pipeline/segment/valves.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::segment {
+namespace {
+
+/// Levels from drawn seeds, for images in which no chamber was recognised.
+TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImages& seeds,
+                               TissueLevels levels) {
+  std::array<std::vector<float>, TravelCost::kLabels> values;
+  for (std::size_t p = 0; p < seeds.size(); ++p) {
+    for (std::size_t v = 0; v < seeds[p].size(); ++v) {
+      if (seeds[p][v] != kUnlabelled) values[seeds[p][v]].push_back(images.phases[p][v]);
+    }
+  }
+  const auto middle = [](std::vector<float>& list) {
+    const auto at = list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2);
+    std::nth_element(list.begin(), at, list.end());
+    return static_cast<double>(*at);
+  };
+  if (!values[kLabelLvBlood].empty()) levels.blood = middle(values[kLabelLvBlood]);
+  if (!values[kLabelLvMyocardium].empty()) {
+    levels.muscle = middle(values[kLabelLvMyocardium]);
+    levels.threshold = 0.5 * (levels.blood + levels.muscle);
+    levels.dark = 0.5 * levels.muscle;
+  }
+  return levels;
+}
+
+std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels, Structure structure) {
+  std::vector<std::uint8_t> mask(labels.size());
+  std::transform(labels.begin(), labels.end(), mask.begin(), [&](std::uint8_t label) {
+    return static_cast<std::uint8_t>(label_in_structure(label, structure));
+  });
+  return mask;
+}
+
+CoverageCycle cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
+                    const Box& box, const TissueLevels& levels, double noise) {
+  CoverageCycle out;
+  out.grid = images.grid;
+  out.first = box.first;
+  const auto n = static_cast<std::size_t>(images.phase_count());
+  const double contrast = std::max(2.5 * noise, 0.08 * (levels.blood - levels.muscle));
+  for (Structure structure : kAllStructures) {
+    std::vector<std::vector<float>>& phases = out.phases[structure];
+    phases.resize(n);
+    parallel_for(n, [&](std::size_t p) {
+      const std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
+      std::vector<std::uint8_t> reference = inside;
+      if (structure == Structure::Heart && levels.muscle > 0) {
+        // Under the outer surface lies muscle; blood behind a thin wall must not tell its level.
+        for (std::size_t v = 0; v < reference.size(); ++v) {
+          reference[v] =
+              static_cast<std::uint8_t>(inside[v] && images.phases[p][v] < levels.threshold);
+        }
+      }
+      phases[p] = boundary_coverage(images.grid, images.phases[p], inside, reference, contrast);
+    });
+    const bool empty = std::all_of(phases.begin(), phases.end(), [](const auto& phase) {
+      return std::none_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
+    });
+    if (empty) out.phases.erase(structure);
+  }
+  // Myocardium is what lies around the cavity: where both touch, their shares make one voxel.
+  const auto myocardium = out.phases.find(Structure::LvMyocardium);
+  const auto blood = out.phases.find(Structure::LvBlood);
+  if (myocardium != out.phases.end() && blood != out.phases.end()) {
+    for (std::size_t p = 0; p < n; ++p) {
+      for (std::size_t v = 0; v < images.grid.count(); ++v) {
+        const std::uint8_t label = labels.phases[p][v];
+        const float b = blood->second[p][v];
+        if (b > 0 && (label == kLabelLvBlood || label == kLabelLvMyocardium)) {
+          myocardium->second[p][v] =
+              std::min(myocardium->second[p][v] + (label == kLabelLvBlood), 1 - b);
+          if (label == kLabelLvBlood) myocardium->second[p][v] = 1 - b;
+        }
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure structure) {
+  std::vector<double> curve;
+  const auto found = coverage.phases.find(structure);
+  if (found == coverage.phases.end()) return curve;
+  for (const std::vector<float>& phase : found->second) {
+    curve.push_back(std::accumulate(phase.begin(), phase.end(), 0.0) * coverage.grid.voxel_ml());
+  }
+  return curve;
+}
+
+Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& drawn,
+                          const SegmentOptions& /*options*/, StageContext& context) {
+  const ImageCycle<float>& stack = exam.stack.images;
+  if (stack.phase_count() < 2) {
+    throw_invalid("only one phase: a beating heart needs at least two");
+  }
+  const TemporalStats whole = temporal_stats(stack);
+  const Box box = find_moving_box(stack.grid, whole);
+  const ImageCycle<float> images = crop(stack, box);
+  context.check_cancelled();
+  const TemporalStats stats = temporal_stats(images);
+  Chambers chambers = find_chambers(images, stats, context);
+  context.check_cancelled();
+
+  LabelImages seeds = automatic_seeds(images, stats, chambers);
+  if (!drawn.empty()) {
+    draw_seeds(images.grid, drawn, seeds);
+    if (!chambers.found_lv()) {
+      chambers.levels = levels_from_seeds(images, seeds, chambers.levels);
+    }
+  }
+  const bool any_heart = std::any_of(seeds.begin(), seeds.end(), [](const auto& phase) {
+    return std::any_of(phase.begin(), phase.end(),
+                       [](std::uint8_t s) { return s != kUnlabelled && s != kLabelBackground; });
+  });
+  if (!any_heart) {
+    throw_invalid(
+        "no heart found: no blood pool that beats, neither inside a ring of muscle nor alone; "
+        "give seeds with --seeds");
+  }
+
+  const std::vector<std::vector<std::uint8_t>> classes(images.phases.size(),
+                                                       classify_motion(stats));
+  const TravelCost cost = travel_cost(chambers.levels);
+  const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
+  ImageCycle<std::uint8_t> labels =
+      grow_in_competition({images, classes, seeds, cost, phase_step_mm}, context);
+  parallel_for(images.phases.size(), [&](std::size_t p) {
+    tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
+  });
+  smooth_in_time_and_plane(labels, 2.0);
+  keep_connected_heart(labels);
+
+  Segmentation out;
+  // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
+  out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
+  out.base_cuts = part_ventricles_from_atria(labels, chambers, {});
+  for (auto& [structure, cut] : out.base_cuts) {
+    for (double& k : cut.k) k += box.first[2];
+  }
+  if (out.coverage.phases.count(Structure::Heart) == 0) {
+    throw_invalid("no heart found: what grew from the seeds is empty");
+  }
+  if (out.coverage.phases.count(Structure::LvBlood) == 0) {
+    out.warnings.emplace_back("no left ventricle was recognised; the atlas holds the heart alone");
+  } else if (out.coverage.phases.count(Structure::RvBlood) == 0) {
+    out.warnings.emplace_back("no right ventricle was recognised");
+  }
+  const std::vector<double> curve = volume_curve_ml(
+      out.coverage,
+      out.coverage.phases.count(Structure::LvBlood) ? Structure::LvBlood : Structure::Heart);
+  out.end_diastole = static_cast<int>(std::max_element(curve.begin(), curve.end()) - curve.begin());
+  out.end_systole = static_cast<int>(std::min_element(curve.begin(), curve.end()) - curve.begin());
+
+  out.labels.grid = stack.grid;
+  out.labels.phases.assign(stack.phases.size(), std::vector<std::uint8_t>(stack.grid.count(), 0));
+  for (std::size_t p = 0; p < stack.phases.size(); ++p) {
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const auto from =
+            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(images.grid.offset(0, j, k));
+        std::copy(
+            from, from + box.size[0],
+            out.labels.phases[p].begin() + static_cast<std::ptrdiff_t>(stack.grid.offset(
+                                               box.first[0], box.first[1] + j, box.first[2] + k)));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace beatlas::segment

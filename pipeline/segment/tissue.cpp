@@ -1,0 +1,235 @@
+#include "pipeline/segment/tissue.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::segment {
+namespace {
+
+double median_of(std::vector<float>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double quantile_of(std::vector<float> values, double share) {
+  if (values.empty()) return 0;
+  const auto index = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + index, values.end());
+  return values[static_cast<std::size_t>(index)];
+}
+
+/// Noise from temporal second differences of voxels that hold signal: what is left after motion
+/// slower than two phases; the median ignores the few voxels that move faster.
+double noise_level(const ImageCycle<float>& images) {
+  const int n = images.phase_count();
+  const std::size_t count = images.grid.count();
+  const std::size_t stride = std::max<std::size_t>(1, count / 200000);
+  std::vector<float> residuals;
+  for (std::size_t v = 0; v < count; v += stride) {
+    if (n == 2) {
+      residuals.push_back(std::abs(images.phases[1][v] - images.phases[0][v]) / std::sqrt(2.0F));
+      continue;
+    }
+    const int p = static_cast<int>(v / stride) % n;
+    const float before = images.phases[static_cast<std::size_t>((p + n - 1) % n)][v];
+    const float here = images.phases[static_cast<std::size_t>(p)][v];
+    const float after = images.phases[static_cast<std::size_t>((p + 1) % n)][v];
+    if (before == 0 && here == 0 && after == 0) continue;
+    residuals.push_back(std::abs(here - 0.5F * (before + after)) / std::sqrt(1.5F));
+  }
+  return median_of(residuals) / 0.6745;
+}
+
+}  // namespace
+
+std::vector<float> smooth_in_plane(const Grid& grid, const std::vector<float>& image,
+                                   double sigma_mm) {
+  if (sigma_mm <= 0) return image;
+  std::vector<float> out(image.size());
+  const Vec3 spacing = grid.spacing_mm();
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const std::size_t begin = grid.offset(0, 0, k);
+    const cv::Mat source(grid.size[1], grid.size[0], CV_32F,
+                         const_cast<float*>(image.data() + begin));
+    cv::Mat target(grid.size[1], grid.size[0], CV_32F, out.data() + begin);
+    cv::GaussianBlur(source, target, cv::Size(0, 0), sigma_mm / spacing[0], sigma_mm / spacing[1],
+                     cv::BORDER_REPLICATE);
+  }
+  return out;
+}
+
+TemporalStats temporal_stats(const ImageCycle<float>& images) {
+  const auto n = static_cast<std::size_t>(images.phase_count());
+  const std::size_t count = images.grid.count();
+  TemporalStats stats;
+  stats.noise = noise_level(images);
+  stats.low.assign(count, 0);
+  stats.mean.assign(count, 0);
+  stats.swing.assign(count, 0);
+
+  // One slice a task, so that only a slice's smoothed phases are alive at once.
+  const std::size_t slice = images.grid.slice_count();
+  const Grid slice_grid =
+      images.grid.part({0, 0, 0}, {images.grid.size[0], images.grid.size[1], 1});
+  const double pixel_mm = slice_grid.spacing_mm().head<2>().maxCoeff();
+  parallel_for(static_cast<std::size_t>(images.grid.size[2]), [&](std::size_t k) {
+    std::vector<double> sum(slice, 0);
+    std::vector<double> sum_squares(slice, 0);
+    std::vector<float> low(slice, std::numeric_limits<float>::max());
+    std::vector<float> plane(slice);
+    for (std::size_t p = 0; p < n; ++p) {
+      const float* source = images.phases[p].data() + k * slice;
+      plane.assign(source, source + slice);
+      const std::vector<float> smooth = smooth_in_plane(slice_grid, plane, 0.7 * pixel_mm);
+      for (std::size_t v = 0; v < slice; ++v) {
+        sum[v] += smooth[v];
+        sum_squares[v] += static_cast<double>(smooth[v]) * smooth[v];
+        low[v] = std::min(low[v], smooth[v]);
+      }
+    }
+    // A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
+    const double noise_variance = stats.noise * stats.noise * 0.1624;
+    for (std::size_t v = 0; v < slice; ++v) {
+      const double mean = sum[v] / static_cast<double>(n);
+      const double variance = sum_squares[v] / static_cast<double>(n) - mean * mean;
+      stats.low[k * slice + v] = low[v];
+      stats.mean[k * slice + v] = static_cast<float>(mean);
+      stats.swing[k * slice + v] =
+          static_cast<float>(std::sqrt(std::max(0.0, variance - noise_variance)));
+    }
+  });
+  return stats;
+}
+
+Box find_moving_box(const Grid& grid, const TemporalStats& stats) {
+  const Vec3 spacing = grid.spacing_mm();
+  const double top = quantile_of(stats.swing, 0.998);
+  const double signal = quantile_of(stats.mean, 0.98);
+  if (!(top > 1.5 * stats.noise * 0.4) || !(top > 0.02 * signal)) {
+    throw_invalid(
+        "no heart found: nothing in the images changes through the cycle by more than their noise");
+  }
+  const double threshold = 0.3 * top;
+
+  // Motion energy, spread over 10 mm in plane, so that a heart outweighs vessels and ghosts.
+  std::vector<float> energy(stats.swing.size());
+  for (std::size_t v = 0; v < energy.size(); ++v) {
+    energy[v] = std::max(0.0F, stats.swing[v] - static_cast<float>(threshold));
+  }
+  const std::vector<float> spread = smooth_in_plane(grid, energy, 10.0);
+
+  // Centre: mean shift from the largest spread energy with a ball of 70 mm.
+  const auto start =
+      static_cast<std::size_t>(std::max_element(spread.begin(), spread.end()) - spread.begin());
+  const auto slice = grid.slice_count();
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  Vec3 centre(static_cast<double>(start % nx), static_cast<double>(start % slice / nx),
+              static_cast<double>(start / slice));
+  const auto for_each_near = [&](double radius_mm, const auto& visit) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i) {
+          const float e = energy[grid.offset(i, j, k)];
+          if (e <= 0) continue;
+          const Vec3 d = (Vec3(i, j, k) - centre).cwiseProduct(spacing);
+          if (d.squaredNorm() < radius_mm * radius_mm) visit(Vec3(i, j, k), e);
+        }
+      }
+    }
+  };
+  for (int round = 0; round < 30; ++round) {
+    Vec3 sum = Vec3::Zero();
+    double weight = 0;
+    for_each_near(70, [&](const Vec3& at, double e) {
+      sum += e * at;
+      weight += e;
+    });
+    const Vec3 next = sum / weight;
+    const double step_mm = (next - centre).cwiseProduct(spacing).norm();
+    centre = next;
+    if (step_mm < 0.1) break;
+  }
+
+  // Extent: weighted 1..99 % along each axis, within 110 mm of the centre.
+  std::array<std::vector<double>, 3> profile;
+  for (std::size_t a = 0; a < 3; ++a) profile[a].assign(static_cast<std::size_t>(grid.size[a]), 0);
+  for_each_near(110, [&](const Vec3& at, double e) {
+    for (int a = 0; a < 3; ++a) {
+      profile[static_cast<std::size_t>(a)][static_cast<std::size_t>(at[a])] += e;
+    }
+  });
+  Box box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double total = std::accumulate(profile[a].begin(), profile[a].end(), 0.0);
+    int low = 0;
+    int high = grid.size[a] - 1;
+    for (double sum = 0;
+         low < high && (sum += profile[a][static_cast<std::size_t>(low)]) < 0.01 * total;)
+      ++low;
+    for (double sum = 0;
+         high > low && (sum += profile[a][static_cast<std::size_t>(high)]) < 0.01 * total;)
+      --high;
+    const int margin = static_cast<int>(std::ceil(20.0 / spacing[static_cast<int>(a)]));
+    low = std::max(0, low - margin);
+    high = std::min(grid.size[a] - 1, high + margin);
+    box.first[a] = low;
+    box.size[a] = high - low + 1;
+  }
+  return box;
+}
+
+ImageCycle<float> crop(const ImageCycle<float>& images, const Box& box) {
+  ImageCycle<float> out;
+  out.grid = images.grid.part(box.first, box.size);
+  out.phases.resize(images.phases.size());
+  for (std::size_t p = 0; p < images.phases.size(); ++p) {
+    out.phases[p].reserve(out.grid.count());
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const auto from =
+            images.phases[p].begin() + static_cast<std::ptrdiff_t>(images.grid.offset(
+                                           box.first[0], box.first[1] + j, box.first[2] + k));
+        out.phases[p].insert(out.phases[p].end(), from, from + box.size[0]);
+      }
+    }
+  }
+  return out;
+}
+
+double otsu_threshold(std::vector<float> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  // Ends are clipped so that a few bright pixels do not stretch the classes.
+  const float floor = values[values.size() / 200];
+  const float ceiling = values[values.size() - 1 - values.size() / 200];
+  const double total = std::accumulate(values.begin(), values.end(), 0.0, [&](double s, float v) {
+    return s + std::clamp(v, floor, ceiling);
+  });
+  const auto n = static_cast<double>(values.size());
+  double below = 0;
+  double best = -1;
+  double threshold = values.front();
+  for (std::size_t i = 0; i + 1 < values.size(); ++i) {
+    below += std::clamp(values[i], floor, ceiling);
+    if (values[i + 1] == values[i]) continue;
+    const double share = static_cast<double>(i + 1) / n;
+    const double gap =
+        below / static_cast<double>(i + 1) - (total - below) / (n - static_cast<double>(i + 1));
+    const double between = share * (1 - share) * gap * gap;
+    if (between > best) {
+      best = between;
+      threshold = 0.5 * (values[i] + values[i + 1]);
+    }
+  }
+  return threshold;
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,39 @@
+#pragma once
+/// What the images themselves say before any growing: noise, motion, where the heart is.
+
+#include "pipeline/core/exam.h"
+#include "pipeline/core/stage_context.h"
+
+namespace beatlas::segment {
+
+/// A box of voxels, `first` included, `size` voxels.
+struct Box {
+  Index3 first{0, 0, 0};
+  Index3 size{0, 0, 0};
+};
+
+/// Statistics of each voxel over the cycle, on the cine's grid or a part of it.
+struct TemporalStats {
+  std::vector<float> low;    ///< least of the phases, each lightly smoothed in plane
+  std::vector<float> mean;   ///< over the phases
+  std::vector<float> swing;  ///< standard deviation over the phases, noise taken off
+  double noise = 0;          ///< standard deviation of the noise in one phase
+};
+
+/// In-plane Gaussian smoothing of each slice; `sigma_mm` 0 copies.
+[[nodiscard]] std::vector<float> smooth_in_plane(const Grid& grid, const std::vector<float>& image,
+                                                 double sigma_mm);
+
+[[nodiscard]] TemporalStats temporal_stats(const ImageCycle<float>& images);
+
+/// The box around what moves at the heart rate, with a margin.
+/// @throws Error{InvalidInput} if nothing in the images moves more than their noise.
+[[nodiscard]] Box find_moving_box(const Grid& grid, const TemporalStats& stats);
+
+/// The part of a cine in a box.
+[[nodiscard]] ImageCycle<float> crop(const ImageCycle<float>& images, const Box& box);
+
+/// Otsu's threshold of values (two classes of least inner variance).
+[[nodiscard]] double otsu_threshold(std::vector<float> values);
+
+}  // namespace beatlas::segment

@@ -1,0 +1,79 @@
+"""Holds the schemas against the program: schemas_test.py BEATLAS SOURCE_FOLDER
+
+Whatever the schema of recipes accepts or refuses, the program must accept or refuse, at the ends of
+every range, for unknown keys and for wrong types; every option is in both.
+"""
+import copy
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import jsonschema
+
+PROGRAM, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+SCHEMAS = {name: json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
+           for name in ("recipe", "scene", "seeds")}
+problems = []
+
+
+def schema_accepts(name, value):
+    return jsonschema.Draft202012Validator(SCHEMAS[name]).is_valid(value)
+
+
+def program_accepts_recipe(value):
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(value, file)
+        file.flush()
+        done = subprocess.run([PROGRAM, "defaults", "--recipe", file.name], capture_output=True)
+    if done.returncode not in (0, 3):
+        problems.append(f"exit code {done.returncode} for {value}")
+    return done.returncode == 0
+
+
+def expect(recipe, accepted):
+    for who, answer in (("schema", schema_accepts("recipe", recipe)),
+                        ("program", program_accepts_recipe(recipe))):
+        if answer != accepted:
+            problems.append(f"{who} {'accepts' if answer else 'refuses'} {json.dumps(recipe)}")
+
+
+defaults = json.loads(subprocess.run([PROGRAM, "defaults"], capture_output=True, check=True).stdout)
+expect(defaults, True)
+expect({}, True)
+expect({"frobnicate": 1}, False)
+expect([], False)
+
+sections = SCHEMAS["recipe"]["properties"]
+if set(sections) != set(defaults):
+    problems.append(f"sections differ: {set(sections) ^ set(defaults)}")
+tried = 0
+for section, content in sections.items():
+    options = content["properties"]
+    if set(options) != set(defaults.get(section, {})):
+        problems.append(f"options of {section} differ: {set(options) ^ set(defaults[section])}")
+    expect({section: {}}, True)
+    expect({section: 1}, False)
+    expect({section: {"frobnicate": 1}}, False)
+    for key, rule in options.items():
+        low, high = rule["minimum"], rule["maximum"]
+        whole = rule["type"] == "integer"
+        beyond = 1 if whole else 1e-6 * max(1, abs(high))
+        for value, accepted in ((low, True), (high, True), (low - beyond, False),
+                                (high + beyond, False), ("1", False), (None, False), (True, False),
+                                ([low], False)):
+            expect({section: {key: value}}, accepted)
+            tried += 1
+        if whole:
+            expect({section: {key: low + 0.5}}, False)
+
+for file in sorted((SOURCE / "samples").glob("*.json")):
+    name = next(name for name in SCHEMAS if file.name.startswith(name))
+    if not schema_accepts(name, json.loads(file.read_text())):
+        problems.append(f"{file.name} does not follow its schema")
+
+if tried < 8 * 8:
+    problems.append("fewer options were tried than there are")
+if problems:
+    sys.exit("\n".join(problems))

@@ -1,0 +1,230 @@
+"""The whole chain on a small phantom: stage_test.py BEATLAS WORK_FOLDER NAME"""
+import hashlib
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import nibabel
+import numpy
+
+PROGRAM, WORK = sys.argv[1], pathlib.Path(sys.argv[2])
+EXAM, PACKAGE, STUDY = WORK / "phantom" / "dicom", WORK / "whole.beatlas", WORK / "study"
+STAGES = ("segment", "register", "field", "mesh")
+
+
+def beatlas(*words, code=0):
+    done = subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True)
+    assert done.returncode == code, f"{words}: exit code {done.returncode}\n{done.stderr}"
+    return done
+
+
+def digest(file):
+    return hashlib.sha256(pathlib.Path(file).read_bytes()).hexdigest()
+
+
+def expect_same(a, b):
+    if digest(a) == digest(b):
+        return
+    told = []
+    with zipfile.ZipFile(a) as first, zipfile.ZipFile(b) as second:
+        for name in sorted(set(first.namelist()) | set(second.namelist())):
+            here = first.read(name) if name in first.namelist() else b""
+            there = second.read(name) if name in second.namelist() else b""
+            if here != there:
+                told.append(name)
+    sys.exit(f"{a} and {b} differ in {told or 'the order or headers of the zip'}")
+
+
+def new_folder(name):
+    folder = WORK / name
+    shutil.rmtree(folder, ignore_errors=True)
+    return folder
+
+
+def prepare():
+    shutil.rmtree(WORK, ignore_errors=True)
+    WORK.mkdir(parents=True)
+    said = beatlas("phantom", "-o", WORK / "phantom", "--preset", "small").stdout
+    assert pathlib.Path(said.strip()) == EXAM, said
+    done = beatlas("build", EXAM, "-o", PACKAGE)
+    assert done.stdout == "", "build prints no data"
+    for line in done.stderr.splitlines():
+        assert line.startswith("beatlas: warning: "), f"a pipe stays quiet but for warnings: {line}"
+
+
+def threads():
+    """The same bytes twice and for any number of threads."""
+    for count in (1, 2, 3):
+        beatlas("build", EXAM, "-o", WORK / f"threads{count}.beatlas", "--threads", count)
+        expect_same(PACKAGE, WORK / f"threads{count}.beatlas")
+
+
+def stages():
+    """Stage by stage gives the same bytes as in one go."""
+    folder = new_folder("stages")
+    beatlas("import", EXAM, "--study", folder)
+    for stage in STAGES:
+        beatlas(stage, "--study", folder)
+    beatlas("pack", "--study", folder, "-o", WORK / "stages.beatlas")
+    expect_same(PACKAGE, WORK / "stages.beatlas")
+    # A stage that runs again makes the later ones stale.
+    beatlas("register", "--study", folder)
+    said = beatlas("mesh", "--study", folder, code=3).stderr
+    assert "beatlas field --study" in said, said
+
+
+def scenes():
+    """A scene holds what it names, the same bytes as in the full package, from build or study."""
+    with zipfile.ZipFile(PACKAGE) as whole:
+        payloads = {name: whole.read(name) for name in whole.namelist() if name != "atlas.json"}
+    folder = new_folder("scenes")
+    beatlas("build", EXAM, "-o", WORK / "scenes.beatlas", "--study", folder)
+    expect_same(PACKAGE, WORK / "scenes.beatlas")
+    for scene, prefix in (("palpation", "fields/heart"), ("anatomy", "surfaces/")):
+        small = WORK / f"{scene}.beatlas"
+        beatlas("build", EXAM, "-o", small, "--scene", scene)
+        beatlas("pack", "--study", folder, "-o", WORK / "repacked.beatlas", "--scene", scene)
+        expect_same(small, WORK / "repacked.beatlas")
+        with zipfile.ZipFile(small) as part:
+            names = [name for name in part.namelist() if name != "atlas.json"]
+            assert names and all(name.startswith(prefix) for name in names), names
+            for name in names:
+                assert part.read(name) == payloads[name], name
+        info = json.loads(beatlas("info", small, "--json").stdout)
+        full = json.loads(beatlas("info", PACKAGE, "--json").stdout)
+        assert info["structures"] == full["structures"], "volume curves are in every package"
+
+
+def study():
+    """A study holds standard formats in the patient's frame, pictures, and what was done."""
+    folder = new_folder("study")
+    timing = WORK / "timing.json"
+    beatlas("build", EXAM, "-o", WORK / "study.beatlas", "--study", folder, "--timing", timing)
+    expect_same(PACKAGE, WORK / "study.beatlas")
+    stack = nibabel.load(folder / "exam" / "stack.nii.gz")
+    labels = nibabel.load(folder / "segment" / "labels.nii.gz")
+    assert stack.shape == labels.shape
+    assert numpy.allclose(stack.affine, labels.affine, atol=1e-4)
+    # The workspace's images overlay the source: the same centroid of the heart in the patient.
+    moved = nibabel.load(folder / "register" / "labels.nii.gz")
+    assert moved.shape[:3] == (256, 256, 64), moved.shape
+    centroids = []
+    for image in (labels, moved):
+        inside = numpy.argwhere(numpy.asarray(image.dataobj)[..., 0] > 0)
+        centroids.append(nibabel.affines.apply_affine(image.affine, inside.mean(axis=0)))
+    # Half of the larger voxel's diagonal in-plane; both are means over thousands of voxels.
+    assert numpy.linalg.norm(centroids[0] - centroids[1]) < 1.5, centroids
+    assert (folder / "pictures" / "overlay.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert "<polyline" in (folder / "pictures" / "volumes.svg").read_text()
+    record = json.loads((folder / "study.json").read_text())
+    for stage in ("import", *STAGES, "pack"):
+        for file, wanted in record["stages"][stage]["outputs"].items():
+            assert digest(folder / file) == wanted, file
+    spent = json.loads(timing.read_text())
+    assert [entry["name"] for entry in spent["stages"]] == ["import", *STAGES, "pack"]
+    assert spent["peak_memory_mb"] > 10 and spent["wall_s"] > 0
+    assert not list(folder.rglob(".partial*"))
+
+
+def info():
+    truth = json.loads((WORK / "phantom" / "truth.json").read_text())
+    told = json.loads(beatlas("info", PACKAGE, "--json").stdout)
+    assert abs(told["rr_interval_s"] - truth["rr_interval_s"]) < 2e-3, "R-R is whole ms in DICOM"
+    assert len(told["frame_times_s"]) == truth["spec"]["phases"]
+    assert {entry["name"] for entry in told["structures"]} == {
+        "heart", "lv_blood", "rv_blood", "lv_myocardium"}
+    assert len(told["workspace_from_lps"]) == 16
+    with zipfile.ZipFile(PACKAGE) as package:
+        for item in told["items"]:
+            entry = package.read(item["path"])
+            assert len(entry) == item["bytes"]
+            assert hashlib.sha256(entry).hexdigest() == item["sha256"]
+        everything = package.read("atlas.json").decode()
+    for word in (str(WORK), "phantom", "dicom/", "/build"):
+        assert word not in everything, f"{word} in the manifest: no path may enter a package"
+    assert set(told["provenance"]["stages"]) == {"import", *STAGES, "pack"}
+
+
+def export():
+    """Labels on the source's grid agree with the truth; a study gives its cine; OBJ is closed."""
+    out = new_folder("export")
+    beatlas("export", PACKAGE, "--to", "nifti", "-o", out)
+    labels = nibabel.load(out / "labels.nii.gz")
+    truth = nibabel.load(WORK / "phantom" / "truth_labels.nii.gz")
+    assert labels.shape == truth.shape
+    assert numpy.allclose(labels.affine, truth.affine, atol=1e-3)
+    a, b = numpy.asarray(labels.dataobj), numpy.asarray(truth.dataobj)
+    for name, inside in (("heart", lambda x: x > 0), ("lv_blood", lambda x: x == 3)):
+        dice = 2 * (inside(a) & inside(b)).sum() / (inside(a).sum() + inside(b).sum())
+        # Published human readers agree to about 0.95; below 0.9 something is misplaced.
+        assert dice > 0.9, f"{name}: Dice {dice:.3f}"
+    assert not (out / "cine.nii.gz").exists()
+    beatlas("export", WORK / "palpation-none.beatlas", "--to", "obj", "-o", out, code=3)
+    surfaces = new_folder("export_obj")
+    beatlas("export", PACKAGE, "--to", "obj", "-o", surfaces)
+    files = sorted(surfaces.glob("heart_*.obj"))
+    assert len(files) == truth.shape[3]
+    faces = [tuple(map(int, line.split()[1:])) for line in files[0].read_text().splitlines()
+             if line.startswith("f ")]
+    edges = {(f[i], f[(i + 1) % 3]) for f in faces for i in range(3)}
+    assert len(edges) == 3 * len(faces) and all((b, a) in edges for a, b in edges)
+    if STUDY.exists():
+        both = new_folder("export_study")
+        beatlas("export", STUDY, "--to", "nifti", "-o", both)
+        assert digest(both / "labels.nii.gz") == digest(out / "labels.nii.gz")
+        cine = nibabel.load(both / "cine.nii.gz")
+        stack = nibabel.load(STUDY / "exam" / "stack.nii.gz")
+        assert numpy.array_equal(cine.get_fdata(), stack.get_fdata())
+
+
+def validate():
+    checks = json.loads(beatlas("validate", PACKAGE, "--json").stdout)
+    assert checks["passed"] and len(checks["checks"]) >= 8, checks
+    done = subprocess.run([PROGRAM, "validate", PACKAGE, "--truth", WORK / "phantom", "--json"],
+                          capture_output=True, text=True)
+    assert done.returncode in (0, 4), done.stderr
+    report = json.loads(done.stdout)
+    assert report["passed"] == (done.returncode == 0)
+    for entry in report["structures"]:
+        for phase in entry["phases"]:
+            assert {"dice", "volume_error_ml", "mean_mm", "p95_mm", "hausdorff_mm",
+                    "bias_mm"} <= set(phase), phase
+    damaged = WORK / "damaged.beatlas"
+    data = bytearray(PACKAGE.read_bytes())
+    data[len(data) // 2] ^= 1
+    damaged.write_bytes(data)
+    beatlas("validate", damaged, code=3)
+
+
+def quality():
+    """Below what the recipe demands: exit code 4, no package, the old one untouched."""
+    recipe = WORK / "strict.json"
+    recipe.write_text('{"quality": {"max_volume_gap_percent": 0.1}, "field": {"voxel_mm": 4}}')
+    out = WORK / "strict.beatlas"
+    out.write_text("the old one")
+    said = beatlas("build", EXAM, "-o", out, "--recipe", recipe, code=4).stderr
+    assert "max_volume_gap_percent" in said, said
+    assert out.read_text() == "the old one"
+
+
+def corrections():
+    """Surfaces moved by hand in a study reach the package; a broken one is refused by its name."""
+    folder = new_folder("corrections")
+    beatlas("build", EXAM, "-o", WORK / "corrections.beatlas", "--study", folder)
+    mesh = folder / "mesh" / "heart_000.ply"
+    data = mesh.read_bytes()
+    first = data.index(b"end_header\n") + len(b"end_header\n")
+    x = numpy.frombuffer(data[first:first + 4], "<f4")[0] + numpy.float32(0.25)
+    mesh.write_bytes(data[:first] + numpy.float32(x).tobytes() + data[first + 4:])
+    beatlas("pack", "--study", folder, "-o", WORK / "corrected.beatlas")
+    assert digest(WORK / "corrected.beatlas") != digest(PACKAGE)
+    mesh.write_bytes(data[:-5])
+    said = beatlas("pack", "--study", folder, "-o", WORK / "corrected.beatlas", code=3).stderr
+    assert "heart_000.ply" in said, said
+
+
+if __name__ == "__main__":
+    globals()[sys.argv[3]]()

@@ -1,0 +1,121 @@
+#include "pipeline/cli/recipe.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/cli/scene.h"
+#include "pipeline/cli/seeds.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::cli {
+namespace {
+using nlohmann::json;
+
+template <class Action>
+std::string refusal(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+    return error.what();
+  }
+  return "(accepted)";
+}
+
+std::string recipe_refusal(const char* text) {
+  return refusal([&] { (void)recipe_from_json(json::parse(text)); });
+}
+
+TEST(Recipe, defaults_are_those_of_the_structs) {
+  const Recipe recipe = recipe_from_json(json::object());
+  EXPECT_EQ(recipe.field.voxel_mm, field::FieldOptions{}.voxel_mm);
+  EXPECT_EQ(recipe.mesh.edge_mm, mesh::MeshOptions{}.edge_mm);
+  EXPECT_EQ(recipe.registration.shape_mm, reg::RegisterOptions{}.shape_mm);
+  EXPECT_EQ(recipe.pack.step_mm, pack::EncodeOptions{}.step_mm);
+}
+
+TEST(Recipe, goes_through_json_unchanged) {
+  json changed = recipe_to_json({});
+  for (auto& section : changed.items()) {
+    for (auto& option : section.value().items()) {
+      // Still in range for every option: the defaults are not at both ends.
+      if (option.value().is_number_float()) option.value() = option.value().get<double>() * 1.01;
+    }
+  }
+  changed["import"]["phases"] = 20;
+  EXPECT_EQ(recipe_to_json(recipe_from_json(changed)), changed);
+}
+
+TEST(Recipe, what_it_does_not_name_keeps_its_default) {
+  const Recipe recipe = recipe_from_json(json::parse(R"({"mesh": {"edge_mm": 3}})"));
+  EXPECT_EQ(recipe.mesh.edge_mm, 3);
+  EXPECT_EQ(recipe.mesh.reference_phase, mesh::MeshOptions{}.reference_phase);
+}
+
+TEST(Recipe, refusals_name_the_path) {
+  EXPECT_NE(recipe_refusal(R"({"mesh": {"edge": 1}})").find("/mesh/edge"), std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"msh": {}})").find("/msh"), std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"field": {"voxel_mm": 0.1}})").find("/field/voxel_mm"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"field": {"voxel_mm": "1"}})").find("/field/voxel_mm"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"mesh": {"reference_phase": 1.5}})").find("/mesh/reference_phase"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"mesh": []})").find("/mesh"), std::string::npos);
+  EXPECT_NE(recipe_refusal("[]"), "(accepted)");
+}
+
+TEST(Recipe, every_stage_finds_its_options) {
+  for (study::Stage stage : study::kAllStages) {
+    EXPECT_TRUE(stage_options({}, stage).is_object()) << study::stage_name(stage);
+  }
+}
+
+TEST(Scene, names_and_objects_are_understood) {
+  EXPECT_EQ(read_scene("palpation").content, "palpation");
+  const Scene scene = scene_from_json(
+      json::parse(R"({"content": "anatomy", "material": {"stiffness_n_per_m": 80}})"));
+  EXPECT_EQ(scene.content, "anatomy");
+  EXPECT_EQ(scene.stiffness_n_per_m, 80);
+  EXPECT_EQ(scene_from_json(json::object()).content, "full");
+}
+
+TEST(Scene, refusals_name_the_path) {
+  const auto scene_refusal = [](const char* text) {
+    return refusal([&] { (void)scene_from_json(json::parse(text)); });
+  };
+  EXPECT_NE(scene_refusal(R"({"content": "all"})").find("/content"), std::string::npos);
+  EXPECT_NE(scene_refusal(R"({"material": {"stiffness": 1}})").find("/material/stiffness"),
+            std::string::npos);
+  EXPECT_NE(scene_refusal(R"({"material": {"stiffness_n_per_m": -1}})").find("stiffness_n_per_m"),
+            std::string::npos);
+  EXPECT_THROW((void)read_scene("everything"), Error);
+}
+
+TEST(Seeds, go_through_json_unchanged) {
+  const json text = json::parse(
+      R"({"seeds": [{"label": 3, "lps_mm": [1.5, -2, 0.1], "radius_mm": 4.5, "phase": -1}]})");
+  const std::vector<segment::Seed> seeds = seeds_from_json(text);
+  ASSERT_EQ(seeds.size(), 1U);
+  EXPECT_EQ(seeds[0].label, kLabelLvBlood);
+  EXPECT_EQ(seeds[0].lps_mm, Vec3(1.5, -2, 0.1));
+  EXPECT_EQ(seeds[0].phase, -1);
+  EXPECT_EQ(seeds_from_json(seeds_to_json(seeds))[0].radius_mm, 4.5);
+}
+
+TEST(Seeds, refusals_name_the_path) {
+  const auto seeds_refusal = [](const char* text) {
+    return refusal([&] { (void)seeds_from_json(json::parse(text)); });
+  };
+  EXPECT_NE(
+      seeds_refusal(R"({"seeds": [{"label": 5, "lps_mm": [0, 0, 0]}]})").find("/seeds/0/label"),
+      std::string::npos);
+  EXPECT_NE(seeds_refusal(R"({"seeds": [{"lps_mm": [0, 0, 0]}]})").find("/seeds/0/label"),
+            std::string::npos);
+  EXPECT_NE(seeds_refusal(R"({"seeds": [{"label": 1, "lps_mm": [0, 0]}]})").find("/seeds/0/lps_mm"),
+            std::string::npos);
+  EXPECT_NE(seeds_refusal(R"({"seeds": []})").find("/seeds"), std::string::npos);
+  EXPECT_NE(seeds_refusal(R"({})").find("/seeds"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace beatlas::cli
