@@ -6,7 +6,7 @@
 namespace beatlas::pack {
 
 atlas::Bytes zstd_pack(const atlas::Bytes& bytes) {
-  constexpr int kLevel = 19;
+  constexpr int kLevel = 12;  // 19 saves 5 % more and takes ten times as long
   atlas::Bytes frame(ZSTD_compressBound(bytes.size()));
   const std::size_t size =
       ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), kLevel);

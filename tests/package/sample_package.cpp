@@ -17,7 +17,8 @@ constexpr double kTwoPi = 2 * std::numbers::pi;
 /// Radius of the ball in direction `unit`; bumps of a few mm that move with the beat.
 double radius_at(const Vec3& unit, double radius_mm, double beat_mm, double phase) {
   const double beat = 0.5 - 0.5 * std::cos(kTwoPi * phase);
-  const double bump = std::sin(5 * unit.x() + 0.4 * std::sin(kTwoPi * phase)) * std::cos(4 * unit.z());
+  const double bump =
+      std::sin(5 * unit.x() + 0.4 * std::sin(kTwoPi * phase)) * std::cos(4 * unit.z());
   return radius_mm * (1 + 0.05 * bump) - beat_mm * beat * (1 + 0.2 * unit.y());
 }
 
@@ -49,13 +50,13 @@ atlas::FieldPayload beating_field(Structure structure, double radius_mm, double 
     for (int by = 0; by < edge; ++by) {
       for (int bx = 0; bx < edge; ++bx) {
         FieldPayload::Leaf leaf;
-        leaf.first_active =
-            static_cast<std::uint32_t>(field.coefficients.size() / static_cast<std::size_t>(phases));
+        leaf.first_active = static_cast<std::uint32_t>(field.coefficients.size() /
+                                                       static_cast<std::size_t>(phases));
         bool any = false;
         bool all_inside = true;
         for (int rank = 0; rank < FieldPayload::kBlockSamples; ++rank) {
-          const Vec3 x = field.origin_mm +
-                         voxel_mm * Vec3(8 * bx + rank % 8, 8 * by + rank / 8 % 8, 8 * bz + rank / 64);
+          const Vec3 x = field.origin_mm + voxel_mm * Vec3(8 * bx + rank % 8, 8 * by + rank / 8 % 8,
+                                                           8 * bz + rank / 64);
           std::vector<std::int16_t> cycle;
           bool outside = true;
           bool inside = true;
@@ -215,7 +216,8 @@ atlas::Bytes raw_zip(const std::vector<std::pair<std::string, atlas::Bytes>>& en
     put(directory, 0x02014B50, 4);
     put(directory, 20, 2);  // made by
     directory.insert(directory.end(), common.begin(), common.end());
-    put(directory, 0, 2 + 2 + 2 + 4);  // comment, disk, attributes
+    put(directory, 0, 2 + 2 + 2);  // comment, disk, inner attributes
+    put(directory, 0, 4);          // outer attributes
     put(directory, out.size(), 4);
     put_text(directory, name);
     put(out, 0x04034B50, 4);

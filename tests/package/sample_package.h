@@ -29,7 +29,8 @@ namespace beatlas::test {
 
 /// A zip of stored entries, written by hand from the format's description: names may repeat or be
 /// of any bytes.
-[[nodiscard]] atlas::Bytes raw_zip(const std::vector<std::pair<std::string, atlas::Bytes>>& entries);
+[[nodiscard]] atlas::Bytes raw_zip(
+    const std::vector<std::pair<std::string, atlas::Bytes>>& entries);
 
 /// The entries of a zip of stored entries, read by hand.
 [[nodiscard]] std::vector<std::pair<std::string, atlas::Bytes>> raw_unzip(const atlas::Bytes& zip);

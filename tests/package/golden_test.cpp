@@ -1,0 +1,53 @@
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "runtime/atlas/atlas.h"
+#include "runtime/atlas/info.h"
+#include "runtime/base/sha256.h"
+
+namespace beatlas {
+namespace {
+
+std::string hash_of(const std::vector<std::int16_t>& values) {
+  return sha256_hex(std::as_bytes(std::span(values)));
+}
+
+TEST(GoldenPackage, OfVersion1Loads) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v1.beatlas";
+  ASSERT_LT(std::filesystem::file_size(file), 65536U);
+  const atlas::Atlas bare = atlas::Atlas::open(file, {});
+  const atlas::Atlas opened = atlas::Atlas::open(file, atlas::everything_in(bare.manifest()));
+  const atlas::Manifest& manifest = opened.manifest();
+  EXPECT_EQ(manifest.format_version, 1);
+  EXPECT_EQ(manifest.scene, "full");
+  EXPECT_EQ(manifest.phase_count(), 4);
+  EXPECT_EQ(manifest.rr_interval_s, 0.9);
+  EXPECT_EQ(manifest.end_systole, 2);
+  EXPECT_EQ(manifest.items.size(), 6U);
+  EXPECT_EQ(manifest.source_size, (Index3{64, 48, 12}));
+  // Its balls shrink from radius r to 0.85 r.
+  EXPECT_NEAR(atlas::ejection_fraction(manifest).value(), 1 - 0.85 * 0.85 * 0.85, 1e-12);
+
+  const auto heart = opened.field(Structure::Heart);
+  ASSERT_NE(heart, nullptr);
+  EXPECT_EQ(heart->phases, 4);
+  EXPECT_EQ(hash_of(heart->coefficients),
+            "e91c57fd9340f8557f4a5d945ced6bc787b2f5c4dbfca168688e524a8beb93a8");
+  EXPECT_EQ(hash_of(opened.field(Structure::LvBlood)->coefficients),
+            "62b65502688c0fa432d0751d95ad2186457dcc07d67768db2d47b150880132cc");
+
+  const auto surface = opened.surface(Structure::Heart);
+  ASSERT_NE(surface, nullptr);
+  EXPECT_EQ(surface->triangles.size(), 128U);
+  ASSERT_EQ(surface->positions.size(), 4U);
+  ASSERT_EQ(surface->positions[2].size(), 66U);
+  // Recorded when the package was made; 5e-6 of 190 mm is a tenth of a count.
+  EXPECT_TRUE(surface->positions[0][17].isApprox(Vec3f(121.06054F, 128, 102.94F), 5e-6F))
+      << surface->positions[0][17];
+  EXPECT_TRUE(surface->positions[2][17].isApprox(Vec3f(122.12054F, 128, 101.88F), 5e-6F))
+      << surface->positions[2][17];
+}
+
+}  // namespace
+}  // namespace beatlas

@@ -1,0 +1,359 @@
+/// Packages that are cut, damaged or made to mislead: always Error{InvalidInput} or sound content.
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/pack/payload_encoders.h"
+#include "runtime/atlas/atlas.h"
+#include "runtime/atlas/field_payload.h"
+#include "runtime/atlas/surface_payload.h"
+#include "runtime/atlas/zip_archive.h"
+#include "runtime/atlas/zstd_frame.h"
+#include "runtime/base/error.h"
+#include "runtime/base/sha256.h"
+#include "tests/package/sample_package.h"
+
+namespace beatlas {
+namespace {
+
+using atlas::Bytes;
+using Entries = std::vector<std::pair<std::string, Bytes>>;
+using nlohmann::json;
+
+const atlas::Needs kBoth{{Structure::Heart, Structure::LvBlood},
+                         {Structure::Heart, Structure::LvBlood}};
+
+Bytes to_bytes(const std::string& text) {
+  Bytes bytes;
+  for (char c : text) bytes.push_back(static_cast<std::byte>(c));
+  return bytes;
+}
+
+json manifest_of(const Entries& entries) {
+  const Bytes& bytes = entries.front().second;
+  return json::parse(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+class HostilePackage : public ::testing::Test {
+ protected:
+  HostilePackage() {
+    pack::write_package(file_, test::tiny_content());
+    package_ = test::read_file(file_);
+    entries_ = test::raw_unzip(package_);
+  }
+
+  /// Empty if it opened; the message of an Error{InvalidInput}; anything else fails the test.
+  std::string open(const Bytes& package) {
+    test::write_file(file_, package);
+    try {
+      const atlas::Atlas opened = atlas::Atlas::open(file_, kBoth);
+      for (Structure structure : {Structure::Heart, Structure::LvBlood}) {
+        atlas::check_field(*opened.field(structure));
+        atlas::check_surface(*opened.surface(structure));
+      }
+      return {};
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::InvalidInput) << error.what();
+      EXPECT_EQ(std::string(error.what()).find(file_.string()), 0U) << error.what();
+      return error.what();
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << "another exception: " << error.what();
+      return error.what();
+    }
+  }
+
+  /// With sizes and hashes of atlas.json made right again.
+  static Bytes sealed(Entries entries) {
+    json manifest = manifest_of(entries);
+    for (json& item : manifest["items"]) {
+      for (const auto& [name, bytes] : entries) {
+        if (name != item["path"]) continue;
+        item["bytes"] = bytes.size();
+        item["sha256"] = sha256_hex(bytes);
+      }
+    }
+    entries.front().second = to_bytes(manifest.dump());
+    return test::raw_zip(entries);
+  }
+
+  Bytes with_manifest(const std::function<void(json&)>& change) {
+    Entries entries = entries_;
+    json manifest = manifest_of(entries);
+    change(manifest);
+    entries.front().second = to_bytes(manifest.dump());
+    return test::raw_zip(entries);
+  }
+
+  Bytes& entry(Entries& entries, const std::string& name) {
+    for (auto& [path, bytes] : entries) {
+      if (path == name) return bytes;
+    }
+    throw std::logic_error(name);
+  }
+
+  test::TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "a.beatlas";
+  Bytes package_;
+  Entries entries_;
+};
+
+void flip(Bytes& bytes, std::mt19937& random) {
+  bytes[random() % bytes.size()] ^= static_cast<std::byte>(1 + random() % 255);
+}
+
+TEST_F(HostilePackage, IsReadWhenItIsSoundAndMadeByAnotherZipTool) {
+  EXPECT_EQ(open(package_), "");
+  EXPECT_EQ(open(test::raw_zip(entries_)), "");
+  EXPECT_EQ(open(sealed(entries_)), "");
+}
+
+TEST_F(HostilePackage, IsRefusedWhereverItIsCut) {
+  for (std::size_t size = 0; size < package_.size(); size += 64) {
+    const auto end = package_.begin() + static_cast<std::ptrdiff_t>(size);
+    EXPECT_NE(open(Bytes(package_.begin(), end)), "") << size;
+  }
+  EXPECT_NE(open(Bytes(package_.begin(), package_.end() - 1)), "");
+}
+
+TEST_F(HostilePackage, WithAFlippedByteIsRefusedUnlessTheByteMeansNothing) {
+  std::mt19937 random(1);
+  int refused = 0;
+  for (int round = 0; round < 2000; ++round) {
+    Bytes damaged = package_;
+    flip(damaged, random);
+    refused += open(damaged).empty() ? 0 : 1;
+  }
+  // Only time stamps, attributes and version fields of the zip may change unnoticed.
+  EXPECT_GT(refused, 1950);
+}
+
+TEST_F(HostilePackage, WithDamagedPayloadsAndRightHashesIsRefusedOrSound) {
+  std::mt19937 random(2);
+  for (int round = 0; round < 2000; ++round) {
+    Entries entries = entries_;
+    Bytes& bytes = entries[1 + random() % (entries.size() - 1)].second;
+    for (std::uint32_t flips = 1 + random() % 4; flips > 0; --flips) flip(bytes, random);
+    if (random() % 4 == 0) bytes.resize(random() % bytes.size());
+    (void)open(sealed(entries));
+  }
+}
+
+TEST_F(HostilePackage, WithDamageBeneathTheCompressionIsRefusedOrSound) {
+  std::mt19937 random(3);
+  int refused = 0;
+  for (int round = 0; round < 1000; ++round) {
+    Entries entries = entries_;
+    Bytes& packed =
+        entry(entries, round % 2 == 0 ? "fields/heart.field.zst" : "surfaces/heart.motion.zst");
+    Bytes bytes = atlas::zstd_unpack(packed);
+    // Most of the damage goes to the head, where the counts are.
+    Bytes head(bytes.begin(), bytes.begin() + 96);
+    flip(round % 4 < 3 ? head : bytes, random);
+    if (round % 4 < 3) std::copy(head.begin(), head.end(), bytes.begin());
+    packed = pack::zstd_pack(bytes);
+    refused += open(sealed(entries)).empty() ? 0 : 1;
+  }
+  EXPECT_GT(refused, 200);
+}
+
+TEST_F(HostilePackage, WithDamagedManifestTextIsRefusedOrSound) {
+  std::mt19937 random(4);
+  for (int round = 0; round < 1000; ++round) {
+    Entries entries = entries_;
+    flip(entries.front().second, random);
+    (void)open(test::raw_zip(entries));
+  }
+}
+
+TEST_F(HostilePackage, WithAnotherPayloadThanItsHashIsRefused) {
+  Entries entries = entries_;
+  entry(entries, "fields/heart.field.zst").back() ^= std::byte{1};
+  EXPECT_NE(open(test::raw_zip(entries)).find("SHA-256"), std::string::npos);
+}
+
+TEST_F(HostilePackage, OfAFutureFormatIsRefusedByItsNumber) {
+  const std::string message = open(with_manifest([](json& m) {
+    m = {{"format", "beatlas"}, {"format_version", 2}, {"unheard", true}};
+  }));
+  EXPECT_NE(message.find("format version 2 is newer than version 1"), std::string::npos) << message;
+}
+
+TEST_F(HostilePackage, WithEntriesThatMisleadIsRefused) {
+  const auto with_entry = [&](const std::string& name) {
+    Entries entries = entries_;
+    entries.emplace_back(name, Bytes(3));
+    return open(test::raw_zip(entries));
+  };
+  for (const char* name : {"../evil", "/etc/passwd", "fields/../../evil", "a\\b", "C:evil", "extra",
+                           "fields/", "evil\x1b[2J"}) {
+    const std::string message = with_entry(name);
+    EXPECT_NE(message, "") << name;
+    EXPECT_EQ(message.find('\x1b'), std::string::npos);
+  }
+  EXPECT_NE(with_entry("atlas.json"), "");
+  EXPECT_NE(with_entry("fields/heart.field.zst"), "");
+  // A path that atlas.json itself gives must be the one that belongs to kind and structure.
+  Entries entries = entries_;
+  json manifest = manifest_of(entries);
+  manifest["items"][0]["path"] = "../evil";
+  entries[0].second = to_bytes(manifest.dump());
+  entries[1].first = "../evil";
+  EXPECT_NE(open(test::raw_zip(entries)).find("/items/0/path"), std::string::npos);
+
+  entries = entries_;
+  std::swap(entries[0], entries[1]);
+  EXPECT_NE(open(test::raw_zip(entries)).find("does not begin with atlas.json"), std::string::npos);
+  entries = entries_;
+  entries.pop_back();
+  EXPECT_NE(open(test::raw_zip(entries)).find("lacks entry"), std::string::npos);
+  entries = entries_;
+  for (int i = 0; i < 2000; ++i) entries.emplace_back("extra" + std::to_string(i), Bytes());
+  EXPECT_NE(open(test::raw_zip(entries)).find("more than 1024 entries"), std::string::npos);
+}
+
+TEST_F(HostilePackage, WithLyingSizesIsRefused) {
+  const auto patched = [&](std::size_t at, std::uint32_t value) {
+    Bytes zip = test::raw_zip(entries_);
+    std::memcpy(zip.data() + at, &value, 4);
+    return zip;
+  };
+  const Bytes zip = test::raw_zip(entries_);
+  std::uint32_t directory = 0;
+  std::memcpy(&directory, zip.data() + zip.size() - 6, 4);
+  EXPECT_NE(open(patched(directory + 24, 0xFFFFFFF0U)), "");   // size of atlas.json
+  EXPECT_NE(open(patched(directory + 20, 0xFFFFFFF0U)), "");   // stored size
+  EXPECT_NE(open(patched(directory + 42, 0x7FFFFFFFU)), "");   // where it is
+  EXPECT_NE(open(patched(zip.size() - 14, 0x00010001U)), "");  // one entry of seven
+  EXPECT_NE(open(patched(zip.size() - 10, 0x7FFFFFFFU)), "");  // size of the directory
+  EXPECT_NE(open(with_manifest([](json& m) { m["items"][0]["bytes"] = 1ULL << 60U; })), "");
+}
+
+/// A zip64 directory that claims 2^28 entries; a reader that believes it takes gigabytes.
+TEST_F(HostilePackage, OfTheZip64KindIsRefusedBeforeItsCountIsBelieved) {
+  Bytes zip = test::raw_zip(entries_);
+  const Bytes end(zip.end() - 22, zip.end());
+  zip.resize(zip.size() - 22);
+  const std::uint64_t at = zip.size();
+  const auto put = [&zip](std::uint64_t value, int count) {
+    for (int i = 0; i < count; ++i) zip.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFU));
+  };
+  constexpr std::uint64_t kCount = std::uint64_t{1} << 28U;
+  put(0x06064B50, 4);
+  put(44, 8);
+  put(45 | 45 << 16, 4);
+  put(0, 8);
+  put(kCount, 8);
+  put(kCount, 8);
+  put(46 * kCount, 8);
+  put(0, 8);
+  put(0x07064B50, 4);
+  put(0, 4);
+  put(at, 8);
+  put(1, 4);
+  zip.insert(zip.end(), end.begin(), end.end());
+  for (std::size_t i = zip.size() - 14; i < zip.size() - 2; ++i) zip[i] = std::byte{0xFF};
+  EXPECT_NE(open(zip).find("zip64"), std::string::npos);
+}
+
+TEST_F(HostilePackage, ThatUnpacksToFarMoreThanItsSizeIsRefused) {
+  Entries entries = entries_;
+  entry(entries, "fields/heart.field.zst") = pack::zstd_pack(Bytes(std::size_t{64} << 20U));
+  EXPECT_NE(open(sealed(entries)).find("plausible"), std::string::npos);
+}
+
+TEST_F(HostilePackage, WithCountsThatContradictThePayloadIsRefused) {
+  const auto patched = [&](const std::string& name, std::size_t at, std::uint64_t value,
+                           std::size_t size) {
+    Entries entries = entries_;
+    Bytes bytes = atlas::zstd_unpack(entry(entries, name));
+    std::memcpy(bytes.data() + at, &value, size);
+    entry(entries, name) = pack::zstd_pack(bytes);
+    return open(sealed(entries));
+  };
+  const std::string field = "fields/heart.field.zst";
+  const std::string motion = "surfaces/heart.motion.zst";
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::uint64_t nan_bits = 0;
+  std::memcpy(&nan_bits, &nan, 8);
+  for (std::uint64_t value : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 31U}) {
+    EXPECT_NE(patched(field, 12, value, 4), "");  // phases
+    EXPECT_NE(patched(field, 16, value, 4), "");  // blocks along x
+    EXPECT_NE(patched(field, 28, value, 4), "");  // leaves
+    EXPECT_NE(patched(field, 32, value, 8), "");  // samples
+    EXPECT_NE(patched(motion, 12, value, 4), "");
+    EXPECT_NE(patched(motion, 16, value, 4), "");
+    EXPECT_NE(patched(motion, 20, value, 4), "");
+  }
+  for (std::size_t at = 40; at < 96; at += 8) EXPECT_NE(patched(field, at, nan_bits, 8), "") << at;
+  EXPECT_NE(patched(motion, 24, nan_bits, 8), "");
+  EXPECT_NE(patched(field, 0, 0, 1), "");
+  EXPECT_NE(patched(field, 8, 2, 4).find("version"), std::string::npos);
+  EXPECT_NE(patched(field, 96, 9, 1).find("block state"), std::string::npos);
+  EXPECT_NE(patched(field, 96, 2, 1), "");  // one leaf more than masks
+}
+
+TEST_F(HostilePackage, WithADracoMeshOfManyClaimedTrianglesIsRefused) {
+  Entries entries = entries_;
+  Bytes& drc = entry(entries, "surfaces/heart.drc");
+  // The second varint after the 11 bytes of header and traversal kind is the triangle count.
+  std::size_t at = 11;
+  while ((drc[at] & std::byte{0x80}) != std::byte{0}) ++at;
+  ++at;
+  std::size_t end = at;
+  while ((drc[end] & std::byte{0x80}) != std::byte{0}) ++end;
+  drc.erase(drc.begin() + static_cast<std::ptrdiff_t>(at),
+            drc.begin() + static_cast<std::ptrdiff_t>(end) + 1);
+  const Bytes many{std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF},
+                   std::byte{0x03}};
+  drc.insert(drc.begin() + static_cast<std::ptrdiff_t>(at), many.begin(), many.end());
+  EXPECT_NE(open(sealed(entries)).find("Draco"), std::string::npos);
+}
+
+TEST_F(HostilePackage, WithADeeplyNestedManifestIsRefused) {
+  Entries entries = entries_;
+  json manifest = manifest_of(entries);
+  std::string text = manifest.dump();
+  const std::string deep = "{\"a\":" + std::string(1000000, '[') + std::string(1000000, ']') + "}";
+  const std::string provenance = manifest["provenance"].dump();
+  text.replace(text.find(provenance), provenance.size(), deep);
+  entries.front().second = to_bytes(text);
+  EXPECT_NE(open(test::raw_zip(entries)).find("nested"), std::string::npos);
+}
+
+TEST(PackageReader, RefusesWhatIsNoFile) {
+  const test::TemporaryFolder folder;
+  const auto refuse = [](const std::filesystem::path& file) {
+    EXPECT_THROW((void)atlas::Atlas::open(file, {}), Error) << file;
+  };
+  refuse(folder.path());
+  refuse(folder.path() / "missing.beatlas");
+  refuse("/dev/zero");
+  refuse("");
+  test::write_file(folder.path() / "empty", {});
+  refuse(folder.path() / "empty");
+  test::write_file(folder.path() / "zip", test::raw_zip({}));
+  refuse(folder.path() / "zip");
+}
+
+TEST(PackageReader, OfADracoEntryWithstandsManyDamagedOnes) {
+  const auto surface = test::beating_surface(Structure::Heart, 10, 1, 2, 2);
+  const pack::PackedSurface packed = pack::pack_surface(surface);
+  std::mt19937 random(5);
+  int sound = 0;
+  for (int round = 0; round < 20000; ++round) {
+    Bytes drc = packed.drc;
+    for (std::uint32_t flips = 1 + random() % 3; flips > 0; --flips) flip(drc, random);
+    if (random() % 8 == 0) drc.resize(random() % drc.size());
+    try {
+      atlas::check_surface(atlas::decode_surface(drc, packed.motion, Structure::Heart));
+      ++sound;
+    } catch (const Error& error) {
+      ASSERT_EQ(error.code(), ErrorCode::InvalidInput);
+    }
+  }
+  EXPECT_LT(sound, 20000);
+}
+
+}  // namespace
+}  // namespace beatlas

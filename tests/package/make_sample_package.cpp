@@ -1,0 +1,25 @@
+/// make_sample_package FILE [INFO]: writes the tiny sample package, and what `info --json` says of
+/// it. Made golden/v1.beatlas.
+
+#include <fstream>
+#include <iostream>
+
+#include "runtime/atlas/atlas.h"
+#include "runtime/atlas/info.h"
+#include "runtime/base/error.h"
+#include "tests/package/sample_package.h"
+
+int main(int argc, char** argv) {
+  if (argc < 2) return 2;
+  try {
+    beatlas::pack::write_package(argv[1], beatlas::test::tiny_content());
+    if (argc > 2) {
+      const auto atlas = beatlas::atlas::Atlas::open(argv[1], {});
+      std::ofstream(argv[2]) << beatlas::atlas::info_json(atlas.manifest()).dump(2) << '\n';
+    }
+  } catch (const beatlas::Error& error) {
+    std::cerr << error.what() << '\n';
+    return static_cast<int>(error.code());
+  }
+  return 0;
+}

@@ -1,0 +1,51 @@
+#include "runtime/atlas/info.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/atlas/sample_manifest.h"
+
+namespace beatlas::atlas {
+namespace {
+
+TEST(Info, HoldsTheKeysThatOtherProgramsRelyOn) {
+  const nlohmann::json info = info_json(test::sample_manifest());
+  EXPECT_EQ(info["format_version"], 1);
+  EXPECT_EQ(info["frame_times_s"], nlohmann::json({0.0, 0.31, 0.55}));
+  EXPECT_EQ(info["rr_interval_s"], 0.875);
+  EXPECT_EQ(info["workspace_from_lps"].size(), 16U);
+  EXPECT_EQ(info["structures"][1]["name"], "lv_blood");
+  EXPECT_EQ(info["structures"][1]["volume_ml"][2], 125);
+  EXPECT_EQ(info["items"][0]["path"], "surfaces/heart.drc");
+  EXPECT_EQ(info["items"][0]["bytes"], 1234);
+  EXPECT_EQ(info["items"][0]["sha256"], std::string(64, 'a'));
+  EXPECT_EQ(info["phases"], 3);
+  EXPECT_NEAR(info["source"]["spacing_mm"][2].get<double>(), 9.0, 1e-12);
+}
+
+TEST(Info, GivesTheEjectionFractionOfTheLvOnly) {
+  Manifest manifest = test::sample_manifest();
+  EXPECT_DOUBLE_EQ(ejection_fraction(manifest).value(), (125.0 - 50.0) / 125.0);
+  manifest.structures[1].volume_ml = {0, 0, 0};
+  EXPECT_FALSE(ejection_fraction(manifest).has_value());
+  manifest.structures.pop_back();
+  EXPECT_TRUE(info_json(manifest)["ejection_fraction"].is_null());
+}
+
+TEST(Info, SaysTheSameInWords) {
+  const std::string text = info_text(test::sample_manifest());
+  for (const char* part :
+       {"format 1, scene anatomy", "0.875 s", "3 phases", "end-systole 1", "200 x 180 x 11",
+        "1.500 x 1.250 x 9.000 mm", "60.0 %", "lv_blood", "125.0", "surfaces/heart.motion.zst"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
+  }
+  EXPECT_EQ(text.back(), '\n');
+}
+
+TEST(Info, SaysThatAPackageWasNotMadeFromImages) {
+  Manifest manifest = test::sample_manifest();
+  manifest.source_size = {0, 0, 0};
+  EXPECT_NE(info_text(manifest).find("no images"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace beatlas::atlas
