@@ -8,12 +8,14 @@ namespace {
 
 constexpr double kStiffness = 10;       // of the surface against the membrane
 constexpr double kLeastGradient = 0.3;  // below it the field is clamped or at its ridge
-constexpr double kMaxStepMm = 1.0;
+constexpr double kMaxStepMm = 1.0;      // of a projection
+constexpr double kThinDeg = 10;         // triangles below it are evened out
 
 }  // namespace
 
 Carrier::Carrier(const TriangleMesh& reference)
     : reference_(reference.points),
+      triangles_(reference.triangles),
       neighbours_(cotangent_neighbours(reference)),
       total_(reference.points.size(), 0.0) {
   for (std::size_t v = 0; v < total_.size(); ++v) {
@@ -36,6 +38,7 @@ void Carrier::laplacian(const Columns& x, Columns& out) const {
 
 double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase) const {
   const auto count = static_cast<Eigen::Index>(points.size());
+  const std::vector<Vec3> own_normals = vertex_normals(points, triangles_);
   Columns normal(3, count);
   Columns displacement(3, count);
   Eigen::VectorXd pull(count);
@@ -45,11 +48,15 @@ double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase)
     const field::Interpolant::Sample here = phase.sample(points[n]);
     const double steep = here.gradient.norm();
     displacement.col(v) = points[n] - reference_[n];
-    const bool known = steep > kLeastGradient;
-    pull[v] = known ? kStiffness : 0.0;
-    normal.col(v) = known ? Vec3(here.gradient / steep) : Vec3::Zero();
+    pull[v] = 0;
+    normal.col(v).setZero();
+    if (steep > kLeastGradient) {
+      normal.col(v) = here.gradient / steep;
+      const double agreement = std::max(0.0, normal.col(v).dot(own_normals[n]));
+      pull[v] = kStiffness * agreement * agreement;
+    }
     residual.col(v) =
-        known ? Vec3(-kStiffness * total_[n] * here.value / steep * normal.col(v)) : Vec3::Zero();
+        -pull[v] * total_[n] * here.value / std::max(steep, kLeastGradient) * normal.col(v);
   }
   Columns image(3, count);
   laplacian(displacement, image);
@@ -97,14 +104,74 @@ double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase)
   return longest;
 }
 
-std::vector<Vec3> Carrier::carry(std::vector<Vec3> start, const field::Interpolant& phase) const {
-  constexpr int kSteps = 6;
+std::vector<Vec3> Carrier::carry(std::vector<Vec3> start, const Grid& grid,
+                                 const std::vector<float>& from,
+                                 const std::vector<float>& to) const {
+  constexpr int kSteps = 5;
+  constexpr int kMaxParts = 8;
   constexpr double kDoneMm = 0.02;
-  for (int n = 0; n < kSteps; ++n) {
-    if (step(start, phase) < kDoneMm) break;
+  const field::Interpolant target(grid, to);
+  double farthest_mm = 0;
+  for (const Vec3& p : start) farthest_mm = std::max(farthest_mm, std::abs(target.value(p)));
+  const int parts =
+      std::clamp(static_cast<int>(std::ceil(farthest_mm / grid.spacing_mm().x())), 1, kMaxParts);
+  std::vector<float> blend;
+  for (int part = 1; part <= parts; ++part) {
+    const std::vector<float>* samples = &to;
+    if (part < parts) {
+      const auto share = static_cast<float>(part) / static_cast<float>(parts);
+      blend.resize(to.size());
+      for (std::size_t n = 0; n < to.size(); ++n) blend[n] = from[n] + share * (to[n] - from[n]);
+      samples = &blend;
+    }
+    const field::Interpolant between(grid, *samples);
+    for (int n = 0; n < (part < parts ? 2 : kSteps); ++n) {
+      if (step(start, between) < kDoneMm) break;
+    }
   }
-  for (Vec3& p : start) p = phase.project_to_zero(p, kMaxStepMm);
   return start;
+}
+
+std::vector<Vec3> Carrier::settle(std::vector<Vec3> points, const field::Interpolant& phase) const {
+  constexpr int kRounds = 30;
+  for (Vec3& p : points) p = phase.project_to_zero(p, kMaxStepMm);
+  std::vector<Vec3> best = points;
+  std::size_t fewest = triangles_.size() + 1;
+  for (int round = 0; round <= kRounds; ++round) {
+    std::vector<bool> bad = flipped_triangles(points, triangles_);
+    for (std::size_t n = 0; n < triangles_.size(); ++n) {
+      const Triangle& t = triangles_[n];
+      bad[n] = bad[n] || least_angle_deg(points[t[0]], points[t[1]], points[t[2]]) < kThinDeg;
+    }
+    const auto count = static_cast<std::size_t>(std::count(bad.begin(), bad.end(), true));
+    if (count < fewest) {
+      fewest = count;
+      best = points;
+    }
+    if (count == 0 || round == kRounds) break;
+    std::vector<bool> loose(points.size(), false);
+    for (std::size_t n = 0; n < triangles_.size(); ++n) {
+      if (!bad[n]) continue;
+      for (std::uint32_t v : triangles_[n]) {
+        loose[v] = true;
+        for (std::uint32_t e = neighbours_.first[v]; e < neighbours_.first[v + 1]; ++e) {
+          loose[neighbours_.at[e]] = true;
+        }
+      }
+    }
+    std::vector<Vec3> moved = points;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      if (!loose[v]) continue;
+      Vec3 middle = Vec3::Zero();
+      for (std::uint32_t e = neighbours_.first[v]; e < neighbours_.first[v + 1]; ++e) {
+        middle += points[neighbours_.at[e]];
+      }
+      middle /= static_cast<double>(neighbours_.first[v + 1] - neighbours_.first[v]);
+      moved[v] = phase.project_to_zero(0.5 * (points[v] + middle), kMaxStepMm);
+    }
+    points = std::move(moved);
+  }
+  return best;
 }
 
 }  // namespace beatlas::mesh

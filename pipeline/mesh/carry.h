@@ -10,18 +10,27 @@ namespace beatlas::mesh {
 /// nothing about the way along it; of all ways to reach a phase's surface this takes the one whose
 /// displacement from the reference phase changes least over the mesh:
 ///
-///   sum_ij w_ij |u_i - u_j|^2 + stiffness * sum_i w_i (n_i . d_i + phi_i / |grad phi_i|)^2 -> min,
+///   sum_ij w_ij |u_i - u_j|^2 + k sum_i c_i w_i (n_i . d_i + phi_i / |grad phi_i|)^2 -> min,
 ///
 /// u the displacement from the reference, d the step, w the cotangent weights of the reference
-/// (a membrane), solved by Gauss-Newton steps with conjugate gradients, then put on the zero
-/// surface. A base that descends so draws the side wall along with it instead of folding over it.
+/// (a membrane), n the field's normal, c how well it agrees with the mesh's own (so that no vertex
+/// is drawn to the far side of a thin wall); Gauss-Newton steps with conjugate gradients. A base
+/// that descends so draws the side wall along with it instead of folding over it.
 class Carrier {
  public:
   explicit Carrier(const TriangleMesh& reference);
 
-  /// @param start positions near the phase, for instance of the phase before
-  [[nodiscard]] std::vector<Vec3> carry(std::vector<Vec3> start,
-                                        const field::Interpolant& phase) const;
+  /// From the surface of one phase to that of another. Long ways are gone in parts, over blends of
+  /// the two phases' samples, each part about as long as a voxel.
+  /// @param start on the surface of `from`; both phases are samples on `grid`
+  [[nodiscard]] std::vector<Vec3> carry(std::vector<Vec3> start, const Grid& grid,
+                                        const std::vector<float>& from,
+                                        const std::vector<float>& to) const;
+
+  /// Puts every vertex on the surface, then evens out the places where triangles are turned over
+  /// or thinner than 10 degrees, one ring around them, as long as there are any and it helps.
+  [[nodiscard]] std::vector<Vec3> settle(std::vector<Vec3> points,
+                                         const field::Interpolant& phase) const;
 
  private:
   using Columns = Eigen::Matrix3Xd;
@@ -31,6 +40,7 @@ class Carrier {
   void laplacian(const Columns& x, Columns& out) const;
 
   std::vector<Vec3> reference_;
+  std::vector<Triangle> triangles_;
   Neighbours neighbours_;
   std::vector<double> total_;  ///< sum of weights at each vertex
 };

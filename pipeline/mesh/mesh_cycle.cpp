@@ -116,7 +116,8 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
     for (std::size_t n = 1; n < phases; ++n) {
       context.check_cancelled();
       const std::size_t to = (reference + (way == 0 ? n : phases - n)) % phases;
-      track[to] = carrier.carry(track[from], surface[to]);
+      track[to] = carrier.carry(track[from], field.distance_mm.grid, field.distance_mm.phases[from],
+                                field.distance_mm.phases[to]);
       from = to;
     }
   });
@@ -132,9 +133,9 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
         static_cast<double>((p + phases - reference) % phases) / static_cast<double>(phases);
     std::vector<Vec3> points(mesh.points.size());
     for (std::size_t v = 0; v < points.size(); ++v) {
-      const Vec3 between = (1.0 - share) * tracks[0][p][v] + share * tracks[1][p][v];
-      points[v] = surface[p].project_to_zero(between, field.voxel_mm);
+      points[v] = (1.0 - share) * tracks[0][p][v] + share * tracks[1][p][v];
     }
+    points = carrier.settle(std::move(points), surface[p]);
     off_mm[p] = mean_off_surface_mm(points, surface[p]);
     out.positions[p].reserve(points.size());
     for (const Vec3& x : points) out.positions[p].push_back(x.cast<float>());

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/mesh/mesh.h"
@@ -9,42 +7,23 @@
 namespace beatlas::mesh {
 namespace {
 
-double least_angle_deg(const std::array<Vec3, 3>& corner) {
-  double least = 180;
-  for (std::size_t n = 0; n < 3; ++n) {
-    const Vec3 u = corner[(n + 1) % 3] - corner[n];
-    const Vec3 v = corner[(n + 2) % 3] - corner[n];
-    const double angle = std::atan2(u.cross(v).norm(), u.dot(v));
-    least = std::min(least, angle * 180.0 / std::numbers::pi);
-  }
-  return least;
-}
-
 PhaseQuality measure_phase(const std::vector<Vec3f>& positions,
                            const std::vector<Triangle>& triangles) {
   std::vector<Vec3> points;
   points.reserve(positions.size());
-  for (const Vec3f& p : positions) points.push_back(p.cast<double>());
+  for (const Vec3f& p : positions) points.emplace_back(p.cast<double>());
 
   PhaseQuality out;
-  std::vector<Vec3> normals;
-  std::vector<Vec3> vertex_normals(points.size(), Vec3::Zero());
   std::vector<double> angles;
-  normals.reserve(triangles.size());
   angles.reserve(triangles.size());
   double edges_mm = 0;
   for (const Triangle& t : triangles) {
     const std::array<Vec3, 3> corner{points[t[0]], points[t[1]], points[t[2]]};
-    normals.push_back((corner[1] - corner[0]).cross(corner[2] - corner[0]));
-    for (std::uint32_t v : t) vertex_normals[v] += normals.back();
-    angles.push_back(least_angle_deg(corner));
+    angles.push_back(least_angle_deg(corner[0], corner[1], corner[2]));
     for (std::size_t n = 0; n < 3; ++n) edges_mm += (corner[(n + 1) % 3] - corner[n]).norm();
   }
-  for (std::size_t n = 0; n < triangles.size(); ++n) {
-    Vec3 mean = Vec3::Zero();
-    for (std::uint32_t v : triangles[n]) mean += vertex_normals[v].normalized();
-    if (normals[n].dot(mean) <= 0) ++out.flipped_triangles;
-  }
+  const std::vector<bool> flipped = flipped_triangles(points, triangles);
+  out.flipped_triangles = static_cast<int>(std::count(flipped.begin(), flipped.end(), true));
   if (!triangles.empty()) {
     std::sort(angles.begin(), angles.end());
     out.least_angle_deg = angles.front();

@@ -15,16 +15,12 @@ struct Traits : OpenMesh::DefaultTraits {
 };
 using OmMesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 
-// False if a face does not fit the faces before it: a third face at an edge, or one turned over.
-bool fill(OmMesh& out, std::size_t vertex_count, std::span<const Triangle> triangles) {
+// @pre closed manifold; OpenMesh would print its complaints otherwise.
+void fill(OmMesh& out, std::size_t vertex_count, std::span<const Triangle> triangles) {
   out.reserve(vertex_count, 3 * triangles.size() / 2, triangles.size());
   for (std::size_t v = 0; v < vertex_count; ++v) out.add_vertex(OmMesh::Point(0.0));
-  for (const Triangle& t : triangles) {
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
-    const auto vertex = [](std::uint32_t v) { return OmMesh::VertexHandle(static_cast<int>(v)); };
-    if (!out.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2])).is_valid()) return false;
-  }
-  return true;
+  const auto vertex = [](std::uint32_t v) { return OmMesh::VertexHandle(static_cast<int>(v)); };
+  for (const Triangle& t : triangles) out.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2]));
 }
 
 std::size_t index(OmMesh::VertexHandle v) { return static_cast<std::size_t>(v.idx()); }
@@ -41,31 +37,6 @@ double cotangent(const Vec3& corner, const Vec3& a, const Vec3& b) {
 }
 
 }  // namespace
-
-double enclosed_ml(std::span<const Vec3> points, std::span<const Triangle> triangles) {
-  if (points.empty()) return 0;
-  const Vec3 pivot = points.front();
-  double six_volumes = 0;
-  for (const Triangle& t : triangles) {
-    six_volumes += (points[t[0]] - pivot).dot((points[t[1]] - pivot).cross(points[t[2]] - pivot));
-  }
-  return six_volumes / 6.0 * 1e-3;
-}
-
-Topology inspect(std::size_t vertex_count, std::span<const Triangle> triangles) {
-  OmMesh mesh;
-  if (triangles.empty() || !fill(mesh, vertex_count, triangles)) return {};
-  Topology out;
-  out.euler_number = static_cast<int>(mesh.n_vertices()) - static_cast<int>(mesh.n_edges()) +
-                     static_cast<int>(mesh.n_faces());
-  out.closed_manifold =
-      std::none_of(mesh.edges_begin(), mesh.edges_end(),
-                   [&](OmMesh::EdgeHandle e) { return mesh.is_boundary(e); }) &&
-      std::all_of(mesh.vertices_begin(), mesh.vertices_end(), [&](OmMesh::VertexHandle v) {
-        return !mesh.is_isolated(v) && mesh.is_manifold(v);
-      });
-  return out;
-}
 
 LargestComponent largest_component(const TriangleMesh& mesh) {
   std::vector<std::uint32_t> parent(mesh.points.size());

@@ -22,13 +22,26 @@ struct TriangleMesh {
 /// Volume [ml] a closed mesh encloses.
 [[nodiscard]] double enclosed_ml(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-// topology.cpp (OpenMesh)
+/// Unit normals, area-weighted; zero where the triangles around cancel out.
+[[nodiscard]] std::vector<Vec3> vertex_normals(std::span<const Vec3> points,
+                                               std::span<const Triangle> triangles);
 
+/// Which triangles face against the mean normal at their vertices.
+[[nodiscard]] std::vector<bool> flipped_triangles(std::span<const Vec3> points,
+                                                  std::span<const Triangle> triangles);
+
+/// The smallest of a triangle's angles, 0 for a degenerate one.
+[[nodiscard]] double least_angle_deg(const Vec3& a, const Vec3& b, const Vec3& c);
+
+/// Closed manifold: every edge has two faces that run through it in opposite directions, and the
+/// faces at every vertex form one ring. No vertex is without faces.
 struct Topology {
   bool closed_manifold = false;
   int euler_number = 0;
 };
 [[nodiscard]] Topology inspect(std::size_t vertex_count, std::span<const Triangle> triangles);
+
+// topology.cpp (OpenMesh)
 
 /// The component that encloses the most, and how many there were.
 /// @pre `mesh` is a closed manifold.
