@@ -1,0 +1,87 @@
+"""The law of the house: which room may reach which, and where each library may be used.
+
+To let a room use another, add it here and to the room's README, in the same change.
+"""
+
+import re
+from dataclasses import dataclass
+
+# Room -> the rooms it may include from. Nothing is inherited: what is not named is not allowed.
+_BASE = ("runtime/base",)
+_ATLAS = ("runtime/base", "runtime/atlas")
+_CORE = ("runtime/base", "runtime/atlas", "pipeline/core")
+ROOMS = {
+    "runtime/base": (),
+    "runtime/atlas": _BASE,
+    "runtime/field": _ATLAS,
+    "runtime/device": _BASE,
+    "runtime/haptics": ("runtime/base", "runtime/field"),
+    "runtime/palpation": _ATLAS + ("runtime/field", "runtime/haptics"),
+    "runtime/viewer": _ATLAS + ("runtime/field", "runtime/haptics", "runtime/palpation"),
+    "runtime/app": _ATLAS + ("runtime/field", "runtime/device", "runtime/haptics",
+                             "runtime/palpation", "runtime/viewer"),
+    "pipeline/core": _ATLAS,
+    "pipeline/formats": _CORE,
+    "pipeline/ingest": _CORE + ("pipeline/formats",),
+    "pipeline/phantom": _CORE,
+    "pipeline/register": _CORE,
+    "pipeline/segment": _CORE + ("pipeline/register",),
+    "pipeline/field": _CORE,
+    "pipeline/mesh": _CORE + ("pipeline/field",),
+    "pipeline/pack": _CORE,
+    "pipeline/assess": _CORE + ("pipeline/phantom", "runtime/field", "runtime/haptics"),
+    "pipeline/report": _CORE,
+    "pipeline/study": _CORE + ("pipeline/formats", "pipeline/field"),
+    # Joins all; and what `validate` measures is what a user of the package feels.
+    "pipeline/cli": _CORE + ("runtime/field", "runtime/haptics", "pipeline/study",
+                             "pipeline/formats", "pipeline/ingest", "pipeline/phantom",
+                             "pipeline/register", "pipeline/segment", "pipeline/field",
+                             "pipeline/mesh", "pipeline/pack", "pipeline/assess",
+                             "pipeline/report"),
+}
+
+
+@dataclass(frozen=True)
+class Library:
+    """How a library shows, and the only rooms that may use it."""
+
+    include: re.Pattern  # as written between <> or ""
+    header: re.Pattern  # as a path in the compiler's dependency log
+    loaded: re.Pattern  # the file name of its shared library
+    types: re.Pattern  # a name of its own in a public header
+    rooms: tuple
+
+
+def _library(include, header, loaded, types, *rooms):
+    return Library(re.compile(include), re.compile(header), re.compile(loaded),
+                   re.compile(types), rooms)
+
+
+_NEVER = r"(?!)"
+LIBRARIES = {
+    "VTK": _library(r"^vtk|^Dicom/vtk", r"/include/vtk|/vtk[A-Z]\w*\.(h|txx)$",
+                    r"^libvtk", r"\bvtk[A-Z]\w*",
+                    "pipeline/ingest", "pipeline/formats", "pipeline/report", "runtime/viewer"),
+    "OpenCV": _library(r"^opencv", r"/include/opencv", r"^libopencv", r"\bcv::\w+",
+                       "pipeline/segment", "pipeline/register", "pipeline/report"),
+    "OpenVDB": _library(r"^(open|nano)vdb/", r"/include/(open|nano)vdb/", r"^libopenvdb",
+                        r"\b(openvdb|nanovdb)::\w+|\bnamespace (openvdb|nanovdb)\b",
+                        "pipeline/field"),
+    "CGAL": _library(r"^CGAL/", r"/include/CGAL/", r"^libCGAL|^libgmp|^libmpfr",
+                     r"\bCGAL::\w+|\bnamespace CGAL\b", "pipeline/mesh"),
+    "OpenMesh": _library(r"^OpenMesh/", r"/include/OpenMesh/", r"^libOpenMesh",
+                         r"\bOpenMesh::\w+|\bnamespace OpenMesh\b", "pipeline/mesh"),
+    "Draco": _library(r"^draco/", r"/include/draco/", r"^libdraco",
+                      r"\bdraco::\w+|\bnamespace draco\b", "runtime/atlas", "pipeline/pack"),
+    "niftilib": _library(r"^(nifti/)?(nifti\w*_io|znzlib)\.h$", r"/(nifti\w*_io|znzlib)\.h$",
+                         r"^lib(nifti|znz)", r"\bnifti_image\b|\bznzFile\b", "pipeline/formats"),
+}
+
+# What no program of the runtime core may see or load: its size, its licence (CGAL is GPL) and
+# its start-up time depend on it. Drawing (runtime/viewer) is an optional target beside the core.
+HEAVY = ("VTK", "OpenCV", "OpenVDB", "CGAL", "OpenMesh")
+OUTSIDE_THE_CORE = ("runtime/viewer",)
+
+MAX_LINES = 600
+SOURCE_FOLDERS = ("pipeline", "runtime", "tests", "scripts")
+

@@ -1,0 +1,1 @@
+// Empty: law_runtime_core holds the libraries it is linked with.
