@@ -19,7 +19,7 @@ namespace beatlas::cli {
 struct QualityOptions {
   /// [%] 0.1..100: largest difference, over structures and phases, between the volume of the
   /// segmentation and that of the field or surface made from it.
-  double max_volume_gap_percent = 15;
+  double max_volume_gap_percent = 30;
 };
 
 struct Recipe {

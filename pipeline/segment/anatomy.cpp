@@ -12,8 +12,8 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kPapillaryMm = 8.0;    ///< radius of the closing that takes papillary muscles in
-constexpr double kFatOverBlood = 1.45;  ///< fat is brighter than blood by more than this
+constexpr double kPapillaryMm = 8.0;   ///< radius of the closing that takes papillary muscles in
+constexpr double kFatOverBlood = 1.3;  ///< fat is brighter than blood by more than this
 constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV muscle at the septum
 constexpr double kRvWallMm = 4.0;  ///< thickest RV wall where no outer edge shows
 

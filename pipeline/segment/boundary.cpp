@@ -1,13 +1,17 @@
 #include "pipeline/segment/boundary.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <opencv2/imgproc.hpp>
 
 namespace beatlas::segment {
 namespace {
 
-constexpr double kWindowMm = 3.5;  ///< half width of the window that tells a side's level
+constexpr float kBandPx = 2.0F;        ///< where intensity is asked, on both sides
+constexpr double kAlongPx = 1.5;       ///< Gaussian along the outline
+constexpr float kMostShiftPx = 1.25F;  ///< labels are no farther off than this
+constexpr double kWindowMm = 3.5;      ///< half width of the window that tells a side's level
 
 /// Mean of `image` over the voxels of `mask` in a window around each pixel; `weight` gets how
 /// many there were, as a share of the window.
@@ -19,6 +23,19 @@ cv::Mat masked_mean(const cv::Mat& image, const cv::Mat& mask, const cv::Size& w
   cv::boxFilter(image.mul(indicator), sum, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
   cv::boxFilter(indicator, weight, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
   return sum / cv::max(weight, 1e-6);
+}
+
+/// Signed distance [pixels] to the outline of a mask, negative inside, smoothed a little: the
+/// outline of pixels is a staircase, that of a heart is not.
+cv::Mat outline_distance_px(const cv::Mat& mask) {
+  cv::Mat inward;
+  cv::Mat outward;
+  cv::distanceTransform(mask, inward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::distanceTransform(~mask, outward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::Mat distance = outward - inward;
+  distance.forEach<float>([](float& d, const int*) { d -= std::copysign(0.5F, d); });
+  cv::GaussianBlur(distance, distance, {0, 0}, 1.0);
+  return distance;
 }
 
 }  // namespace
@@ -58,22 +75,50 @@ std::vector<float> boundary_coverage(const Grid& grid, const std::vector<float>&
     cv::Mat outer_weight;
     const cv::Mat outer = masked_mean(pixels, ~grown, window, outer_weight);
 
-    // A band of two pixels on each side of the boundary is decided by intensity.
-    cv::Mat shrunk;
-    cv::erode(in, shrunk, cross, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
-    const cv::Mat band = grown & ~shrunk;
-    cv::Mat smooth;
-    cv::GaussianBlur(out, smooth, {0, 0}, 0.8);
+    // Geometry first: coverage g of the mask's own smooth outline. Intensity then tells by how much
+    // that outline must move: across the boundary the excess of measured coverage over g adds up to
+    // the shift, in pixels. Averaged along the outline, so that noise and single odd pixels cancel.
+    const cv::Mat distance_px = outline_distance_px(in);
+    cv::Mat geometric = 0.5F - distance_px;
+    geometric = cv::min(cv::max(geometric, 0.0F), 1.0F);
+    cv::Mat excess = cv::Mat::zeros(out.size(), CV_32F);
+    cv::Mat trusted = cv::Mat::zeros(out.size(), CV_32F);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
-        if (!band.at<std::uint8_t>(j, i)) continue;
+        const float d = distance_px.at<float>(j, i);
+        if (std::abs(d) > kBandPx) continue;
         const float difference = inner.at<float>(j, i) - outer.at<float>(j, i);
-        const bool known = thin_weight.at<float>(j, i) > 0 &&
-                           outer_weight.at<float>(j, i) > 0.02F && std::abs(difference) > contrast;
-        out.at<float>(j, i) =
-            known ? std::clamp((pixels.at<float>(j, i) - outer.at<float>(j, i)) / difference, 0.0F,
-                               1.0F)
-                  : smooth.at<float>(j, i);
+        if (thin_weight.at<float>(j, i) <= 0 || outer_weight.at<float>(j, i) <= 0.02F ||
+            std::abs(difference) <= contrast) {
+          continue;
+        }
+        const float measured =
+            std::clamp((pixels.at<float>(j, i) - outer.at<float>(j, i)) / difference, 0.0F, 1.0F);
+        // A dark spot inside was taken in on purpose (papillary muscle): it says nothing.
+        if (d < 0 && measured < 0.2F) continue;
+        trusted.at<float>(j, i) = 1;
+        excess.at<float>(j, i) = measured - geometric.at<float>(j, i);
+      }
+    }
+    cv::Mat dx;
+    cv::Mat dy;
+    cv::Sobel(geometric, dx, CV_32F, 1, 0, 1, 0.5);
+    cv::Sobel(geometric, dy, CV_32F, 0, 1, 1, 0.5);
+    cv::Mat length;
+    cv::magnitude(dx, dy, length);
+    cv::Mat moved;
+    cv::Mat along;
+    cv::GaussianBlur(excess, moved, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
+    cv::GaussianBlur(length.mul(trusted), along, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
+    for (int j = 0; j < out.rows; ++j) {
+      for (int i = 0; i < out.cols; ++i) {
+        const float d = distance_px.at<float>(j, i);
+        if (std::abs(d) > kBandPx + kMostShiftPx) continue;
+        const float weight = along.at<float>(j, i);
+        const float shift =
+            weight > 0.02F ? std::clamp(moved.at<float>(j, i) / weight, -kMostShiftPx, kMostShiftPx)
+                           : 0.0F;
+        out.at<float>(j, i) = std::clamp(0.5F - d + shift, 0.0F, 1.0F);
       }
     }
   }
