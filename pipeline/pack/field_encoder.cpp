@@ -1,6 +1,7 @@
 #include "pipeline/pack/payload_encoders.h"
 #include "runtime/atlas/field_payload.h"
 #include "runtime/atlas/residual.h"
+#include "runtime/base/error.h"
 
 namespace beatlas::pack {
 namespace {
@@ -68,7 +69,12 @@ atlas::Bytes pack_field(const FieldPayload& field) {
   }
   const std::vector<std::uint8_t> planes = residual_planes(field);
   writer.put_many(planes.data(), planes.size());
-  return zstd_pack(writer.take());
+  atlas::Bytes entry = zstd_pack(writer.take());
+  if (atlas::decode_field(entry, field.structure).coefficients != field.coefficients) {
+    throw Error(ErrorCode::Machine, "the field of " + std::string(structure_name(field.structure)) +
+                                        " was not read back as it was packed; check the memory");
+  }
+  return entry;
 }
 
 }  // namespace beatlas::pack

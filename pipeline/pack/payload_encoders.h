@@ -1,6 +1,7 @@
 #pragma once
-/// Payloads -> the bytes of their entries; the layouts stand beside the decoders, in
-/// runtime/atlas/field_payload.h and surface_payload.h. The same payload gives the same bytes.
+/// Payloads -> the bytes of their entries, decoded again before they are returned; the layouts
+/// stand beside the decoders, in runtime/atlas/field_payload.h and surface_payload.h. The same
+/// payload gives the same bytes.
 
 #include "runtime/atlas/bytes.h"
 #include "runtime/atlas/payloads.h"
@@ -18,8 +19,9 @@ struct PackedSurface {
   atlas::Bytes motion;
 };
 /// Positions within kMaxSurfaceErrorMm, the same vertex ids, the same triangles (in another order
-/// and turned). @throws Error{InvalidInput} if the surface breaks its layout (see check_surface),
-/// a vertex moves by more than 327 mm, or the surface is one that Draco would change.
+/// and turned). @throws Error{InvalidInput} if the surface breaks its layout (see check_surface), a
+/// vertex moves by more than 327 mm, or what was packed does not decode to the same triangles
+/// within that error.
 [[nodiscard]] PackedSurface pack_surface(const atlas::SurfacePayload& surface);
 
 }  // namespace beatlas::pack

@@ -130,6 +130,18 @@ atlas::Bytes encode_motion(const atlas::SurfacePayload& surface, const atlas::Ba
   return zstd_pack(writer.take());
 }
 
+double largest_error_mm(const atlas::SurfacePayload& given, const atlas::SurfacePayload& stored) {
+  double largest = 0;
+  for (std::size_t phase = 0; phase < given.positions.size(); ++phase) {
+    for (std::size_t v = 0; v < given.positions[phase].size(); ++v) {
+      const Vec3 error =
+          given.positions[phase][v].cast<double>() - stored.positions[phase][v].cast<double>();
+      largest = std::max(largest, error.norm());
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
 PackedSurface pack_surface(const atlas::SurfacePayload& surface) {
@@ -150,6 +162,11 @@ PackedSurface pack_surface(const atlas::SurfacePayload& surface) {
     refuse(surface, "is changed by Draco; check that it is a closed manifold");
   }
   packed.motion = encode_motion(surface, base);
+  if (!(largest_error_mm(surface,
+                         atlas::decode_surface(packed.drc, packed.motion, surface.structure)) <=
+        atlas::kMaxSurfaceErrorMm)) {
+    refuse(surface, "cannot be stored within 0.01 mm; check that it lies near the workspace");
+  }
   return packed;
 }
 

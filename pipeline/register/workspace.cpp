@@ -14,7 +14,7 @@ namespace beatlas::reg {
 namespace {
 
 constexpr double kThickSlicesMm = 5.0;  ///< from here on shape is interpolated, not coverage
-constexpr float kFar = 1e3F;            ///< [mm] level where there is nothing
+constexpr float kFar = 20.0F;           ///< [mm] level where there is nothing
 
 /// Value at a fractional index in plane, clamped to the slice.
 float sample_plane(const float* slice, int nx, int ny, double i, double j) {

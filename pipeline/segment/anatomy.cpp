@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/segment/distance_map.h"
 
 namespace beatlas::segment {
 namespace {
@@ -86,19 +87,38 @@ cv::Mat take_in_papillaries(const cv::Mat& lv, const cv::Point2d& pixel_mm) {
   return cv::countNonZero(hull) < 1.3 * cv::countNonZero(closed) ? hull : closed;
 }
 
-/// Parts of `wall_candidates` that can be reached from `blood` within `reach_mm`.
-cv::Mat reachable_shell(const cv::Mat& blood, const cv::Mat& wall_candidates, double reach_mm,
-                        const cv::Point2d& pixel_mm) {
-  const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
-  cv::Mat shell = blood.clone();
-  const cv::Mat near = distance_from(blood, pixel_mm) <= reach_mm;
-  const int rounds = static_cast<int>(std::ceil(reach_mm / pixel_mm.x)) + 1;
-  for (int r = 0; r < rounds; ++r) {
-    cv::Mat grown;
-    cv::dilate(shell, grown, cross);
-    shell |= grown & wall_candidates & near;
+using Mask = std::vector<std::uint8_t>;
+
+cv::Mat slice_mat(const Grid& grid, Mask& mask, int k) {
+  return {grid.size[1], grid.size[0], CV_8U, mask.data() + grid.offset(0, 0, k)};
+}
+
+/// Adds to `region` what can be reached from it through `candidates` no farther than `reach_mm`
+/// from where it began (`distance`), face to face, within slices or across them.
+void grow_into(const Grid& grid, Mask& region, const Mask& candidates,
+               const std::vector<float>& distance, double reach_mm, bool across_slices) {
+  std::vector<std::size_t> front;
+  for (std::size_t v = 0; v < region.size(); ++v) {
+    if (region[v] != 0) front.push_back(v);
   }
-  return shell & ~blood;
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  const std::size_t slice = grid.slice_count();
+  while (!front.empty()) {
+    const std::size_t v = front.back();
+    front.pop_back();
+    const auto visit = [&](std::size_t to) {
+      if (region[to] != 0 || candidates[to] == 0 || distance[to] > reach_mm) return;
+      region[to] = 255;
+      front.push_back(to);
+    };
+    if (v % nx > 0) visit(v - 1);
+    if (v % nx + 1 < nx) visit(v + 1);
+    if (v % slice >= nx) visit(v - nx);
+    if (v % slice + nx < slice) visit(v + nx);
+    if (!across_slices) continue;
+    if (v >= slice) visit(v - slice);
+    if (v + slice < region.size()) visit(v + slice);
+  }
 }
 
 }  // namespace
@@ -108,20 +128,39 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   const Vec3 spacing = grid.spacing_mm();
   const cv::Point2d pixel_mm(spacing[0], spacing[1]);
   const TissueLevels& levels = chambers.levels;
+  if (!chambers.found_lv()) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      cv::Mat slice = slice_mat(grid, labels, k);
+      cv::Mat heart = slice != kLabelBackground;
+      cv::morphologyEx(heart, heart, cv::MORPH_OPEN, disc(2.0, pixel_mm), {-1, -1}, 1,
+                       cv::BORDER_CONSTANT, cv::Scalar(0));
+      heart = fill_holes(close_mask(heart, 3.0, pixel_mm));
+      slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
+    }
+    return;
+  }
+  const bool across = spacing[2] < kThickSlicesMm;
+  const auto is_ventricle = [&](int k) {
+    return std::any_of(chambers.lv.begin(), chambers.lv.end(),
+                       [&](const LvSlice& s) { return s.k == k; });
+  };
+  // Walls as seen at this phase; oblique sections make them thicker, never thinner.
+  const auto wall_mm = [&](int k) {
+    const auto at = std::find_if(chambers.lv.begin(), chambers.lv.end(),
+                                 [&](const LvSlice& s) { return s.k == k; });
+    if (across || at == chambers.lv.end()) {
+      return chambers.wall_by_phase_mm[static_cast<std::size_t>(phase)];
+    }
+    const Ring& ring = at->rings[static_cast<std::size_t>(phase)];
+    return ring.walled_share >= 0.3 ? ring.median_wall_mm() : chambers.wall_mm;
+  };
+
+  // Blood: what the competition carried into dark voxels is wall; papillary muscles are cavity.
   for (int k = 0; k < grid.size[2]; ++k) {
-    cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.data() + grid.offset(0, 0, k));
+    cv::Mat slice = slice_mat(grid, labels, k);
     const cv::Mat pixels = slice_of(grid, image, k);
     const cv::Mat bright = pixels > levels.threshold;
-    const cv::Mat muscle_like = (pixels > levels.dark) & ~bright;
-    const auto ventricle = std::find_if(chambers.lv.begin(), chambers.lv.end(),
-                                        [&](const LvSlice& s) { return s.k == k; });
-    double wall = chambers.wall_mm;
-    if (ventricle != chambers.lv.end()) {
-      const Ring& ring = ventricle->rings[static_cast<std::size_t>(phase)];
-      if (ring.walled_share >= 0.3) wall = ring.median_wall_mm();
-    }
-
-    // Blood that the competition carried into dark voxels is wall; papillary muscles are cavity.
     cv::Mat lv = (slice == kLabelLvBlood) & bright;
     slice.setTo(cv::Scalar(kLabelLvMyocardium), slice == kLabelLvBlood);
     if (cv::countNonZero(lv) > 0) {
@@ -137,53 +176,79 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     if (cv::countNonZero(rv) > 0) {
       cv::morphologyEx(rv, rv, cv::MORPH_OPEN, disc(2.0, pixel_mm));
       rv = keep_large(rv, 0.15);
-      if (ventricle != chambers.lv.end()) {
+      if (!across && is_ventricle(k)) {
         rv = keep_near(rv, (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium), pixel_mm);
       }
       const cv::Mat filled = fill_holes(close_mask(rv, 3.0, pixel_mm));
       rv = filled & (slice != kLabelLvBlood) & (slice != kLabelLvMyocardium);
       slice.setTo(cv::Scalar(kLabelRvBlood), rv);
     }
+  }
 
-    const cv::Mat to_rv = distance_from(rv, pixel_mm);
-    if (cv::countNonZero(lv) > 0) {
-      // A wall all around, of a wall's thickness, where there is muscle.
-      const cv::Mat to_lv = distance_from(lv, pixel_mm);
-      slice.setTo(cv::Scalar(kLabelBackground),
-                  (slice == kLabelLvMyocardium) & (to_lv > 1.35 * wall + 1.0));
-      const cv::Mat candidates =
-          muscle_like & ((slice == kLabelBackground) | (slice == kLabelRestOfHeart));
-      slice.setTo(
-          cv::Scalar(kLabelLvMyocardium),
-          reachable_shell(lv, candidates | (slice == kLabelLvMyocardium), 0.7 * wall, pixel_mm));
-      cv::Mat lv_outer = (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium);
+  // Walls: muscle all around the cavities, of a wall's thickness.
+  Mask lv(labels.size());
+  Mask rv(labels.size());
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    lv[v] = labels[v] == kLabelLvBlood ? 255 : 0;
+    rv[v] = labels[v] == kLabelRvBlood ? 255 : 0;
+  }
+  const std::vector<float> to_lv = distance_map(grid, lv, across);
+  const std::vector<float> to_rv = distance_map(grid, rv, across);
+  Mask muscle(labels.size());
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const double wall = wall_mm(k);
+    const bool rv_wall_only = across || is_ventricle(k);
+    for (std::size_t v = grid.offset(0, 0, k); v < grid.offset(0, 0, k) + grid.slice_count(); ++v) {
+      std::uint8_t& label = labels[v];
+      const bool lv_here = to_lv[v] < kNoDistance;
+      if (label == kLabelLvMyocardium && lv_here && to_lv[v] > 1.35 * wall + 1.0) {
+        label = kLabelBackground;
+      }
+      if (label == kLabelRestOfHeart && rv_wall_only && to_rv[v] > kRvWallMm) {
+        label = kLabelBackground;
+      }
+      const bool free = label == kLabelBackground || label == kLabelRestOfHeart;
+      muscle[v] = label == kLabelLvMyocardium ||
+                          (free && image[v] > levels.dark && image[v] < levels.threshold)
+                      ? 255
+                      : 0;
+    }
+  }
+  grow_into(grid, lv, muscle, to_lv, 0.7 * wall_mm(-1), across);
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    const bool free = labels[v] == kLabelBackground || labels[v] == kLabelRestOfHeart;
+    if (lv[v] != 0 && free) labels[v] = kLabelLvMyocardium;
+    if (labels[v] == kLabelLvMyocardium || labels[v] == kLabelLvBlood) muscle[v] = 0;
+  }
+  grow_into(grid, rv, muscle, to_rv, kRvWallMm, across);
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (rv[v] != 0 && labels[v] == kLabelBackground) labels[v] = kLabelRestOfHeart;
+  }
+
+  // The outside of each slice.
+  for (int k = 0; k < grid.size[2]; ++k) {
+    cv::Mat slice = slice_mat(grid, labels, k);
+    const cv::Mat lv_blood = slice == kLabelLvBlood;
+    const cv::Mat rv_blood = slice == kLabelRvBlood;
+    cv::Mat lv_outer = lv_blood | (slice == kLabelLvMyocardium);
+    if (cv::countNonZero(lv_blood) > 0) {
       cv::morphologyEx(lv_outer, lv_outer, cv::MORPH_OPEN, disc(3.0, pixel_mm), {-1, -1}, 1,
                        cv::BORDER_CONSTANT, cv::Scalar(0));
-      lv_outer = keep_large(lv_outer | lv, 0.5);
+      lv_outer = keep_large(lv_outer | lv_blood, 0.5);
       slice.setTo(cv::Scalar(kLabelBackground), (slice == kLabelLvMyocardium) & ~lv_outer);
     }
-    // Among the ventricles' slices the rest of the heart is the RV's wall.
-    if (ventricle != chambers.lv.end()) {
-      slice.setTo(cv::Scalar(kLabelBackground), (slice == kLabelRestOfHeart) & (to_rv > kRvWallMm));
-    }
-    if (cv::countNonZero(rv) > 0) {
-      const cv::Mat candidates =
-          muscle_like & ((slice == kLabelBackground) | (slice == kLabelRestOfHeart));
-      slice.setTo(cv::Scalar(kLabelRestOfHeart),
-                  reachable_shell(rv, candidates, kRvWallMm, pixel_mm));
-    }
     cv::Mat heart = slice != kLabelBackground;
-    const double opening_mm = ventricle != chambers.lv.end() ? 2.0 : 6.0;
+    const double opening_mm = across || is_ventricle(k) ? 2.0 : 6.0;
     cv::Mat opened;
     cv::morphologyEx(heart, opened, cv::MORPH_OPEN, disc(opening_mm, pixel_mm), {-1, -1}, 1,
                      cv::BORDER_CONSTANT, cv::Scalar(0));
-    heart = fill_holes(close_mask(opened | lv | rv, 3.0, pixel_mm));
+    heart = fill_holes(close_mask(opened | lv_blood | rv_blood, 3.0, pixel_mm));
     slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
   }
 }
 
-void smooth_in_time_and_plane(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
+void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
   const Grid& grid = labels.grid;
   const auto n = static_cast<std::size_t>(labels.phase_count());
   const Vec3 spacing = grid.spacing_mm();
@@ -209,12 +274,7 @@ void smooth_in_time_and_plane(ImageCycle<std::uint8_t>& labels, double sigma_mm)
         cv::GaussianBlur(cv::min(cv::max(d, -30.0), 30.0), signed_distance[p], {0, 0},
                          sigma_mm / step_mm);
       }
-      for (std::size_t p = 0; p < n; ++p) {
-        smooth[set].push_back(n < 5 ? signed_distance[p].clone()
-                                    : cv::Mat(0.25 * signed_distance[(p + n - 1) % n] +
-                                              0.5 * signed_distance[p] +
-                                              0.25 * signed_distance[(p + 1) % n]));
-      }
+      smooth[set] = std::move(signed_distance);
     }
     for (std::size_t p = 0; p < n; ++p) {
       cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.phases[p].data() + begin);

@@ -11,9 +11,9 @@ namespace beatlas::segment {
 void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
                 int phase, std::vector<std::uint8_t>& labels);
 
-/// Smooths the surfaces of cavities, LV wall and heart: Gaussian of their signed distance in plane,
-/// 1-2-1 over neighbouring phases (from five phases on).
-void smooth_in_time_and_plane(ImageCycle<std::uint8_t>& labels, double sigma_mm);
+/// Smooths the outlines of cavities, LV wall and heart in each slice: Gaussian of their signed
+/// distance. Not over phases: early filling bends a wall's path by millimetres between two phases.
+void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm);
 
 /// Keeps in each phase what hangs together with the heart's largest part, through space and time.
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);

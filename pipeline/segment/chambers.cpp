@@ -15,6 +15,8 @@ constexpr double kMinApicalPoolMm = 1.2;    ///< the same near the apex, among t
 constexpr double kMinWalledShare = 0.5;     ///< of the rays: a ring of muscle
 constexpr double kSureWalledShare = 0.65;   ///< needed in the surest slice
 constexpr double kMinExtendedShare = 0.25;  ///< with a visible outer edge, on the way to the apex
+constexpr double kLvWallMm = 8.0;           ///< thinner median walls count less
+constexpr double kLargeAreaMm2 = 1200.0;    ///< larger pools count no more
 constexpr double kMinRvContact = 0.08;      ///< of the rays: about 30 degrees of septum
 
 cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
@@ -43,9 +45,23 @@ struct Setting {
 };
 
 /// Blood against the rest from voxels that move: they are blood in one phase and wall in another.
-TissueLevels first_levels(const Setting& s) {
+TissueLevels levels_at(double threshold, const std::vector<float>& values) {
+  TissueLevels levels;
+  levels.threshold = threshold;
+  std::vector<float> bright;
+  for (float value : values) {
+    if (value > threshold) bright.push_back(value);
+  }
+  levels.blood = median_of(bright);
+  levels.rv_blood = levels.blood;
+  levels.dark = 0.12 * levels.blood;
+  return levels;
+}
+
+std::vector<float> moving_values(const Setting& s) {
   std::vector<float> sorted = s.stats.swing;
-  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 0.9);
+  const auto at =
+      sorted.begin() + static_cast<std::ptrdiff_t>(static_cast<double>(sorted.size()) * 0.9);
   std::nth_element(sorted.begin(), at, sorted.end());
   const float moving = *at;
   std::vector<float> values;
@@ -53,16 +69,19 @@ TissueLevels first_levels(const Setting& s) {
     if (s.stats.swing[v] < moving) continue;
     for (const std::vector<float>& phase : s.smooth) values.push_back(phase[v]);
   }
-  TissueLevels levels;
-  levels.threshold = otsu_threshold(values);
-  std::vector<float> bright;
-  for (float value : values) {
-    if (value > levels.threshold) bright.push_back(value);
-  }
-  levels.blood = median_of(bright);
-  levels.rv_blood = levels.blood;
-  levels.dark = 0.12 * levels.blood;
-  return levels;
+  return values;
+}
+
+TissueLevels first_levels(const Setting& s) {
+  const std::vector<float> values = moving_values(s);
+  return levels_at(otsu_threshold(values), values);
+}
+
+/// The same among what is brighter than a first threshold.
+TissueLevels levels_above(const Setting& s, const TissueLevels& first) {
+  std::vector<float> values = moving_values(s);
+  std::erase_if(values, [&](float value) { return value <= first.threshold; });
+  return levels_at(otsu_threshold(values), values);
 }
 
 struct Candidate {
@@ -92,18 +111,21 @@ Candidate rate(const Setting& s, int k, cv::Point2d centre, const TissueLevels& 
   double largest = 0;
   double smallest = 1e30;
   double roundness = 0;
+  double thickness = 0;
   for (int p = 0; p < n; ++p) {
     c.rings.push_back(trace_ring(s.slice(p, k), s.pixel_mm, c.centre_px, levels));
     const Ring& ring = c.rings.back();
     c.walled_share += ring.walled_share / n;
     roundness += ring.roundness / n;
+    thickness += std::min(1.0, ring.median_wall_mm() / kLvWallMm) / n;
     largest = std::max(largest, ring.area_mm2);
     smallest = std::min(smallest, ring.area_mm2);
   }
   const double change = largest > 0 ? 1 - smallest / largest : 0;
-  // A ring that beats: vessels have no ring, fat and liver do not beat.
-  c.score = c.walled_share * roundness * std::min(1.0, change / 0.3) *
-            std::sqrt(std::min(largest, 3000.0));
+  // A round, thick-walled ring that beats: vessels have no ring, fat and liver do not beat, the RV
+  // is neither round nor thick.
+  c.score = c.walled_share * roundness * roundness * roundness * thickness *
+            std::min(1.0, change / 0.3) * std::sqrt(std::min(largest, kLargeAreaMm2));
   if (c.walled_share < kMinWalledShare || change < 0.1 || roundness < 0.5) c.score = 0;
   return c;
 }
@@ -225,6 +247,11 @@ void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueL
       chain.insert(chain.begin(), std::move(next));
     }
   }
+}
+
+double chain_score(const std::vector<Candidate>& chain) {
+  return std::accumulate(chain.begin(), chain.end(), 0.0,
+                         [](double sum, const Candidate& c) { return sum + c.score; });
 }
 
 double total_area(const std::vector<Candidate>& chain, int phase) {
@@ -361,10 +388,19 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
     }
     return slices;
   };
-  std::vector<Candidate> chain = best_chain(candidates_at(out.levels), s);
-  if (!chain.empty()) {
-    out.levels = refine_levels(s, chain, out.levels);
-    chain = best_chain(candidates_at(out.levels), s);
+  // Moving voxels hold two edges, blood on muscle and muscle on lung; which of them Otsu's
+  // threshold meets depends on the images, so the one above it is tried too.
+  std::vector<Candidate> chain;
+  const TissueLevels first = out.levels;
+  for (const TissueLevels& levels : {first, levels_above(s, first)}) {
+    std::vector<Candidate> found = best_chain(candidates_at(levels), s);
+    if (found.empty()) continue;
+    const TissueLevels refined = refine_levels(s, found, levels);
+    found = best_chain(candidates_at(refined), s);
+    if (chain_score(found) > chain_score(chain)) {
+      chain = std::move(found);
+      out.levels = refined;
+    }
   }
   const bool sure = std::any_of(chain.begin(), chain.end(), [](const Candidate& c) {
     return c.walled_share >= kSureWalledShare;
@@ -381,7 +417,11 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
     out.always_blood_moving.push_back(
         moving_parts(out.always_blood.back(), slice_of(grid, stats.swing, k), moving, s.pixel_mm));
   }
-  if (chain.empty()) return out;
+  if (chain.empty()) {
+    out.levels.dark = 0.35 * out.levels.blood;  // no muscle is known: half-way is the threshold
+    out.wall_by_phase_mm.assign(images.phases.size(), 0);
+    return out;
+  }
 
   const int n = images.phase_count();
   const auto find_ends = [&] {
@@ -402,12 +442,15 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
   for (const Candidate& c : chain) {
     out.lv.push_back({c.k, c.centre_px, c.rings});
   }
-  std::vector<float> walls;
-  for (const LvSlice& slice : out.lv) {
-    const double wall = slice.rings[static_cast<std::size_t>(out.end_diastole)].median_wall_mm();
-    if (wall > 0) walls.push_back(static_cast<float>(wall));
+  for (int p = 0; p < n; ++p) {
+    std::vector<float> walls;
+    for (const LvSlice& slice : out.lv) {
+      const double wall = slice.rings[static_cast<std::size_t>(p)].median_wall_mm();
+      if (wall > 0) walls.push_back(static_cast<float>(wall));
+    }
+    out.wall_by_phase_mm.push_back(median_of(walls));
   }
-  out.wall_mm = median_of(walls);
+  out.wall_mm = out.wall_by_phase_mm[static_cast<std::size_t>(out.end_diastole)];
 
   std::vector<float> rv_blood;
   out.rv.assign(static_cast<std::size_t>(grid.size[2]), cv::Mat());

@@ -26,8 +26,9 @@ struct Chambers {
   int base_step = 0;        ///< +1 if the base lies towards larger k, -1 if smaller
   int end_diastole = 0;     ///< phase of the largest blood area
   int end_systole = 0;
-  double wall_mm = 0;                 ///< median wall at end-diastole
-  std::vector<cv::Mat> rv;            ///< [slice of the grid] 8-bit mask of RV blood at ED
+  double wall_mm = 0;                    ///< median wall at end-diastole
+  std::vector<double> wall_by_phase_mm;  ///< [phase] median over slices; 0 where no LV was found
+  std::vector<cv::Mat> rv;               ///< [slice of the grid] 8-bit mask of RV blood at ED
   std::vector<cv::Mat> always_blood;  ///< [slice] 8-bit mask: brighter than muscle in every phase
   std::vector<cv::Mat> always_blood_moving;  ///< [slice] those of its parts whose rim moves
 

@@ -72,13 +72,17 @@ ImageCycle<std::uint8_t> grow_in_competition(const CompetitionInput& input, Stag
       const std::size_t p = node / count;
       const std::size_t v = node % count;
       const int label = labels.phases[p][v];
+      const float here = input.images.phases[p][v];
       const auto relax = [&](std::size_t to_phase, std::size_t to_voxel, double step_mm) {
         const std::size_t to = to_phase * count + to_voxel;
         if (cost[to] <= settled_cost) return;
         const float per_mm = input.cost.at(label, input.classes[to_phase][to_voxel],
                                            input.images.phases[to_phase][to_voxel]);
+        const double jump =
+            std::abs(input.images.phases[to_phase][to_voxel] - here) - input.edge_free;
+        const double price = step_mm * per_mm + (jump > 0 ? input.edge_cost * jump : 0.0);
         const auto arc = static_cast<std::uint32_t>(
-            std::clamp(step_mm * per_mm * kUnitsPerMm, 1.0, static_cast<double>(kMaxArc)));
+            std::clamp(price * kUnitsPerMm, 1.0, static_cast<double>(kMaxArc)));
         const std::uint32_t reached = settled_cost + arc;
         if (reached < cost[to]) {
           cost[to] = reached;

@@ -40,6 +40,10 @@ struct CompetitionInput {
   const std::vector<std::vector<std::uint8_t>>& seeds;
   const TravelCost& cost;
   double phase_step_mm = 3;  ///< what a step to the next phase counts as
+  /// A step across an edge costs every label extra: `edge_cost` for each unit by which intensity
+  /// changes beyond `edge_free` (noise).
+  double edge_free = 0;
+  double edge_cost = 0;
 };
 
 inline constexpr std::uint8_t kUnlabelled = 255;

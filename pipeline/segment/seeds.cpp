@@ -6,6 +6,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/core/parallel.h"
+#include "pipeline/segment/distance_map.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -44,6 +46,20 @@ void paint(std::vector<std::uint8_t>& image, const Grid& grid, int k, const cv::
 /// Wall of a slice in a phase: its own median, or the heart's where few rays have one.
 double wall_of(const Ring& ring, double heart_wall_mm) {
   return ring.walled_share >= 0.3 ? ring.median_wall_mm() : heart_wall_mm;
+}
+
+/// The LV's cavity in one phase as its rings show it.
+std::vector<std::uint8_t> cavities(const Grid& grid, const Chambers& chambers, std::size_t phase) {
+  std::vector<std::uint8_t> mask(grid.count(), 0);
+  const Vec3 spacing = grid.spacing_mm();
+  for (const LvSlice& slice : chambers.lv) {
+    const Ring& ring = slice.rings[phase];
+    paint(mask, grid, slice.k,
+          polygon({grid.size[0], grid.size[1]}, slice, {spacing[0], spacing[1]},
+                  [&](std::size_t a) { return static_cast<double>(ring.endo_mm[a]); }),
+          255);
+  }
+  return mask;
 }
 
 /// Where the heart may be in each slice: beyond it, what is still is background.
@@ -89,6 +105,14 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
   };
   spread(chambers.lv.front().k, -1);
   spread(chambers.lv.back().k, +1);
+  // Thin slices through a leaning ventricle: muscle lies around the cavity in space.
+  if (slice_mm < kThickSlicesMm) {
+    const std::vector<float> away = distance_map(grid, cavities(grid, chambers, ed), true);
+    for (std::size_t k = 0; k < n; ++k) {
+      const cv::Mat slice(size, CV_32F, const_cast<float*>(away.data()) + k * grid.slice_count());
+      zones[k] |= slice <= 1.6 * chambers.wall_mm + 2.0;
+    }
+  }
   return zones;
 }
 
@@ -122,7 +146,7 @@ TravelCost travel_cost(const TissueLevels& levels) {
     double muscle = f <= 0.35 ? 0.25 : std::min(8.0, 0.25 + 18 * (f - 0.35));
     if (dark) muscle = 1.0 + 4.0 * (levels.dark - intensity) / levels.dark;
     for (int c = kStill; c <= kMoving; ++c) {
-      const double still_penalty = c == kStill ? 2.0 : 1.0;
+      const double still_penalty = c == kStill ? 1.5 : 1.0;
       const double b = std::min(blood, 25.0);
       cost.at(kLabelLvBlood, c, bin) = static_cast<float>(b);
       cost.at(kLabelRvBlood, c, bin) =
@@ -138,7 +162,7 @@ TravelCost travel_cost(const TissueLevels& levels) {
       } else if (f > 0.5) {
         background = c == kStill ? 0.4 : c == kStirring ? 1.5 : 4.0;
       } else {
-        background = c == kStill ? 0.3 : c == kStirring ? 0.5 : 1.0;
+        background = c == kStill ? 0.4 : c == kStirring ? 0.6 : 1.0;
       }
       cost.at(kLabelBackground, c, bin) = static_cast<float>(background);
     }
@@ -164,11 +188,11 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
     cv::Mat border = cv::Mat::zeros(size, CV_8U);
     cv::rectangle(border, {0, 0}, {size.width - 1, size.height - 1}, cv::Scalar(255), 1);
     paint(still, grid, k, border, kLabelBackground);
-    const cv::Mat mean = slice_of(grid, stats.mean, k);
+    const cv::Mat high = slice_of(grid, stats.high, k);
     const cv::Mat quiet =
         cv::Mat(size, CV_8U, const_cast<std::uint8_t*>(motion.data() + grid.offset(0, 0, k))) !=
         kMoving;
-    cv::Mat seed = (mean < chambers.levels.dark) & quiet;
+    cv::Mat seed = high < chambers.levels.dark + stats.noise;  // lung in every phase
     if (!zones.empty()) {
       // Between thick slices nothing can be followed, so beyond the zone even what moves is out:
       // vessels that leave the heart.
@@ -206,6 +230,10 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
     }
   }
 
+  const bool across = spacing[2] < kThickSlicesMm;
+  std::vector<std::vector<float>> away(n);
+  parallel_for(
+      n, [&](std::size_t p) { away[p] = distance_map(grid, cavities(grid, chambers, p), across); });
   for (const LvSlice& slice : chambers.lv) {
     const auto k = static_cast<std::size_t>(slice.k);
     for (std::size_t p = 0; p < n; ++p) {
@@ -229,7 +257,9 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
         const cv::Point2d to = ray_point(slice.centre_px, pixel_mm, a, ring.endo_mm[i] + 2 * wall);
         cv::line(unseen, from, to, cv::Scalar(255), 2);
       }
-      paint(seeds[p], grid, slice.k, outside & unseen & ~bright, kLabelBackground);
+      const double real_wall = across ? chambers.wall_by_phase_mm[p] : wall;
+      const cv::Mat clear = slice_of(grid, away[p], slice.k) > 1.4 * real_wall;
+      paint(seeds[p], grid, slice.k, outside & unseen & clear & ~bright, kLabelBackground);
 
       cv::Mat muscle =
           polygon(size, slice, pixel_mm,
@@ -261,8 +291,8 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
       if (!chambers.rv[k].empty()) {
         cv::Mat core;
         cv::erode(chambers.rv[k], core, disc(2.0, pixel_mm));
-        const auto away = static_cast<int>(p) - chambers.end_diastole;
-        const int cyclic = std::min(std::abs(away), static_cast<int>(n) - std::abs(away));
+        const int apart = std::abs(static_cast<int>(p) - chambers.end_diastole);
+        const int cyclic = std::min(apart, static_cast<int>(n) - apart);
         const cv::Mat here = cyclic * 12 <= static_cast<int>(n) ? bright : chambers.always_blood[k];
         paint(seeds[p], grid, slice.k, core & here & bright, kLabelRvBlood);
       }

@@ -17,6 +17,9 @@
 namespace beatlas::segment {
 namespace {
 
+/// What crossing an edge as high as that between muscle and blood costs, in mm of easy travel.
+constexpr double kEdgeCostMm = 10;
+
 /// Levels from drawn seeds, for images in which no chamber was recognised.
 TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImages& seeds,
                                TissueLevels levels) {
@@ -142,11 +145,13 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& drawn,
   const TravelCost cost = travel_cost(chambers.levels);
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
   ImageCycle<std::uint8_t> labels =
-      grow_in_competition({images, classes, seeds, cost, phase_step_mm}, context);
+      grow_in_competition({images, classes, seeds, cost, phase_step_mm, 3 * stats.noise,
+                           kEdgeCostMm / (chambers.levels.blood - chambers.levels.muscle)},
+                          context);
   parallel_for(images.phases.size(), [&](std::size_t p) {
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
   });
-  smooth_in_time_and_plane(labels, 2.0);
+  smooth_outlines(labels, 2.0);
   keep_connected_heart(labels);
 
   Segmentation out;

@@ -72,6 +72,7 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
   TemporalStats stats;
   stats.noise = noise_level(images);
   stats.low.assign(count, 0);
+  stats.high.assign(count, 0);
   stats.mean.assign(count, 0);
   stats.swing.assign(count, 0);
 
@@ -84,6 +85,7 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
     std::vector<double> sum(slice, 0);
     std::vector<double> sum_squares(slice, 0);
     std::vector<float> low(slice, std::numeric_limits<float>::max());
+    std::vector<float> high(slice, std::numeric_limits<float>::lowest());
     std::vector<float> plane(slice);
     for (std::size_t p = 0; p < n; ++p) {
       const float* source = images.phases[p].data() + k * slice;
@@ -93,6 +95,7 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
         sum[v] += smooth[v];
         sum_squares[v] += static_cast<double>(smooth[v]) * smooth[v];
         low[v] = std::min(low[v], smooth[v]);
+        high[v] = std::max(high[v], smooth[v]);
       }
     }
     // A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
@@ -101,6 +104,7 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
       const double mean = sum[v] / static_cast<double>(n);
       const double variance = sum_squares[v] / static_cast<double>(n) - mean * mean;
       stats.low[k * slice + v] = low[v];
+      stats.high[k * slice + v] = high[v];
       stats.mean[k * slice + v] = static_cast<float>(mean);
       stats.swing[k * slice + v] =
           static_cast<float>(std::sqrt(std::max(0.0, variance - noise_variance)));

@@ -15,6 +15,7 @@ struct Box {
 /// Statistics of each voxel over the cycle, on the cine's grid or a part of it.
 struct TemporalStats {
   std::vector<float> low;    ///< least of the phases, each lightly smoothed in plane
+  std::vector<float> high;   ///< greatest of them
   std::vector<float> mean;   ///< over the phases
   std::vector<float> swing;  ///< standard deviation over the phases, noise taken off
   double noise = 0;          ///< standard deviation of the noise in one phase

@@ -131,6 +131,46 @@ TEST(PackageRoundTrip, KeepsASurfaceOfOnePhaseAndOfTwoParts) {
   EXPECT_EQ(canonical(surface.triangles), canonical(decoded.triangles));
 }
 
+/// Tetrahedra that share `shared` vertices; {0, 1, 2} with other apexes.
+SurfacePayload two_tetrahedra(int shared) {
+  SurfacePayload surface;
+  surface.positions.assign(2, {{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {0, 0, 9}});
+  const std::vector<Triangle> one{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  surface.triangles = one;
+  for (const Triangle& t : one) {
+    Triangle other = t;
+    for (std::uint32_t& v : other) {
+      if (static_cast<int>(v) >= shared) v += static_cast<std::uint32_t>(4 - shared);
+    }
+    surface.triangles.push_back(other);
+  }
+  for (auto& phase : surface.positions) {
+    for (int v = shared; v < 4; ++v) phase.push_back(Vec3f(-1.5F, -2, -3 - 2 * float(v)));
+  }
+  for (Vec3f& position : surface.positions[1]) position *= 1.2F;
+  return surface;
+}
+
+TEST(PackageRoundTrip, KeepsASurfaceThatTouchesItselfAtAVertexOrAnEdge) {
+  for (int shared : {1, 2}) {
+    const SurfacePayload surface = two_tetrahedra(shared);
+    const auto packed = pack::pack_surface(surface);
+    const auto decoded = atlas::decode_surface(packed.drc, packed.motion, Structure::Heart);
+    EXPECT_LE(largest_error_mm(surface, decoded), atlas::kMaxSurfaceErrorMm) << shared;
+    EXPECT_EQ(canonical(surface.triangles), canonical(decoded.triangles)) << shared;
+  }
+}
+
+TEST(PackageRoundTrip, OfASurfaceHoldsItsBoundWhereFloatsAreCoarse) {
+  SurfacePayload surface = test::beating_surface(Structure::Heart, 20, 3, 3, 2);
+  for (auto& phase : surface.positions) {
+    for (Vec3f& position : phase) position.x() += 50000;
+  }
+  const auto packed = pack::pack_surface(surface);
+  const auto decoded = atlas::decode_surface(packed.drc, packed.motion, Structure::Heart);
+  EXPECT_LE(largest_error_mm(surface, decoded), atlas::kMaxSurfaceErrorMm);
+}
+
 TEST(PackageSize, OfASmoothBeatIsAQuarterOfItsRawBytesOrLess) {
   // Gates on bytes: a lost prediction step at least doubles these.
   const FieldPayload field = test::beating_field(Structure::Heart, 35, 5, 15, 1.5);

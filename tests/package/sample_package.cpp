@@ -216,7 +216,8 @@ atlas::Bytes raw_zip(const std::vector<std::pair<std::string, atlas::Bytes>>& en
     put(directory, 0x02014B50, 4);
     put(directory, 20, 2);  // made by
     directory.insert(directory.end(), common.begin(), common.end());
-    put(directory, 0, 2 + 2 + 2 + 4);  // comment, disk, attributes
+    put(directory, 0, 2 + 2 + 2);  // comment, disk, inner attributes
+    put(directory, 0, 4);          // outer attributes
     put(directory, out.size(), 4);
     put_text(directory, name);
     put(out, 0x04034B50, 4);
