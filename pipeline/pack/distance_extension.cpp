@@ -4,17 +4,18 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace beatlas::pack {
 namespace {
 
 constexpr float kUnknown = std::numeric_limits<float>::max();
-constexpr int kMaxRounds = 4;       // of eight sweeps; one or two suffice outside a convex body
-constexpr double kSettled = 0.002;  // [voxel] a round that changes less than this is the last
 
 // Solves sum over axes of max(0, (u - a_i) / h)^2 = 1 for u; a_i is the smaller neighbour.
 double solve_upwind(std::array<double, 3> a, double h) {
-  std::sort(a.begin(), a.end());
+  if (a[0] > a[1]) std::swap(a[0], a[1]);
+  if (a[1] > a[2]) std::swap(a[1], a[2]);
+  if (a[0] > a[1]) std::swap(a[0], a[1]);
   double u = a[0] + h;
   if (u <= a[1]) return u;
   const double difference = a[0] - a[1];
@@ -50,7 +51,6 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
     return best;
   };
   const auto sweep = [&](int order) {
-    double change = 0;
     const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
     for (int kk = 0; kk < lattice.size[2]; ++kk) {
       const int k = down[2] ? lattice.size[2] - 1 - kk : kk;
@@ -69,18 +69,14 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
               std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
           const auto old = static_cast<double>(sign * value[s]);
           if (found >= old) continue;
-          change = std::max(change, std::min(old - found, voxel_mm));
           value[s] = sign * static_cast<float>(found);
         }
       }
     }
-    return change;
   };
-  for (int round = 0; round < kMaxRounds; ++round) {
-    double change = 0;
-    for (int order = 0; order < 8; ++order) change = std::max(change, sweep(order));
-    if (change <= kSettled * voxel_mm) break;
-  }
+  // A distance goes on along straight lines: each lies in one octant, and the sweep of that octant
+  // follows it to its end, so there is no second round.
+  for (int order = 0; order < 8; ++order) sweep(order);
   for (std::size_t s = 0; s < distance_mm.size(); ++s) {
     if (std::abs(value[s]) < kUnknown) distance_mm[s] = value[s];
   }

@@ -9,10 +9,10 @@ namespace beatlas::pack {
 /// has no kink at the clamp and does not ring inside the band.
 ///
 /// Samples strictly within (-inner_mm, outer_mm) are kept. The others within `region` get the
-/// solution of |grad phi| = 1 that goes on from them: Godunov upwind differences, Gauss-Seidel
-/// sweeps in the eight orders (Zhao, "A fast sweeping method for Eikonal equations", Math. Comp.
-/// 74, 2005). Exact for a plane, first order else; never less than the clamp in magnitude.
-/// A sample that no kept sample reaches within `region`, and all outside it, keep their value.
+/// solution of |grad phi| = 1 that goes on from them: Godunov upwind differences, one Gauss-Seidel
+/// sweep in each of the eight orders (Zhao, "A fast sweeping method for Eikonal equations", Math.
+/// Comp. 74, 2005). Exact for a plane, first order else; never less than the clamp in magnitude. A
+/// sample that no kept sample reaches within `region`, and all outside it, keep their value.
 void extend_distance(const Lattice& lattice, const SampleMask& region, double voxel_mm,
                      double inner_mm, double outer_mm, std::vector<float>& distance_mm);
 

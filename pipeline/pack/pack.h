@@ -16,6 +16,18 @@ struct EncodeOptions {
 };
 
 /// Samples -> prefiltered space-time spline coefficients, quantised and made sparse.
+///
+/// Active are the samples that lie within the clamps in any phase, or change side between two, and
+/// two samples around them, so that the spline's support is complete wherever the distance is at
+/// least a voxel within the clamps (FieldSample::in_band). The clamped distance is carried on
+/// beyond its clamps first (distance_extension.h): else the prefilter would ring back into the
+/// band in space and, where the band sweeps, in time. Two voxels within the clamps a smooth
+/// surface's distance is right to 0.02 mm (tested at 1.5 mm voxels: 0.004), one voxel within
+/// to 0.04. The step is enlarged where a coefficient would not fit 16 bits; `step_mm` of the
+/// payload says what it is. Memory: one float more a sample and phase of the band's bounding box.
+/// @throws Error{InvalidInput} if the field is empty, holds no surface or what is no number, is
+/// clamped within a voxel, is not on an isotropic lattice along the axes, or its structure reaches
+/// the lattice's edge; Error{Usage} if step_mm is out of range.
 [[nodiscard]] atlas::FieldPayload encode_field(const FieldCycle& field,
                                                const EncodeOptions& options);
 

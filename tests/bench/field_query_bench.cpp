@@ -1,4 +1,5 @@
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -6,6 +7,7 @@
 #include <benchmark/benchmark.h>
 
 #include "runtime/field/field_query.h"
+#include "runtime/haptics/servo.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
 namespace beatlas {
@@ -14,8 +16,8 @@ namespace {
 constexpr double kPeriod = 0.75;
 
 // A beating sphere of 36 +- 3 mm at 1.5 mm and 15 phases, as large as a ventricle.
-const field::FieldQuery& sphere_query() {
-  static const field::FieldQuery query(
+const std::shared_ptr<const field::FieldQuery>& sphere() {
+  static const auto query = std::make_shared<const field::FieldQuery>(
       testing::dense_payload({.origin_mm = Vec3::Constant(-48), .blocks = {8, 8, 8}},
                              [](const Vec3& x, double t) {
                                return x.norm() - 36 -
@@ -27,7 +29,7 @@ const field::FieldQuery& sphere_query() {
 
 // Along a path: 1 kHz ticks of a finger that wanders over the surface.
 void sample_along_path(benchmark::State& state) {
-  const field::FieldQuery& query = sphere_query();
+  const field::FieldQuery& query = *sphere();
   std::vector<Vec3> path;
   for (int n = 0; n < 4096; ++n) {
     const double t = 0.001 * n;
@@ -45,7 +47,7 @@ void sample_along_path(benchmark::State& state) {
 BENCHMARK(sample_along_path);
 
 void sample_at_random_points(benchmark::State& state) {
-  const field::FieldQuery& query = sphere_query();
+  const field::FieldQuery& query = *sphere();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> u(-40, 40);
   std::vector<Vec3> points;
@@ -58,6 +60,20 @@ void sample_at_random_points(benchmark::State& state) {
   }
 }
 BENCHMARK(sample_at_random_points);
+
+// Model and safety stage; range(0): 0 continuous, 1 published.
+void servo_tick(benchmark::State& state) {
+  haptics::TwoStepOptions options;
+  if (state.range(0) == 1) options.time_mode = haptics::TimeMode::Published;
+  haptics::Servo servo(sphere(), options, {});
+  double t = 0;
+  for (auto _ : state) {
+    t += 0.001;
+    benchmark::DoNotOptimize(
+        servo.tick({t, 35 * Vec3(std::sin(0.3 * t), std::cos(0.3 * t), 0), true}));
+  }
+}
+BENCHMARK(servo_tick)->Arg(0)->Arg(1);
 
 }  // namespace
 }  // namespace beatlas
