@@ -30,7 +30,8 @@ ClosestTriangle::ClosestTriangle(const TriangleSoup& surface) {
   std::vector<Vec3> centres;
   centres.reserve(count);
   for (const auto& t : surface.triangles) {
-    centres.push_back((surface.points[t[0]] + surface.points[t[1]] + surface.points[t[2]]) / 3.0);
+    centres.emplace_back((surface.points[t[0]] + surface.points[t[1]] + surface.points[t[2]]) /
+                         3.0);
   }
   std::vector<std::uint32_t> order(count);
   std::iota(order.begin(), order.end(), 0U);

@@ -39,7 +39,7 @@ struct MeshQuality {
   std::vector<PhaseQuality> phases;
 };
 
-/// @pre triangles index into every phase's positions.
+/// The phases' figures are all 0 where the surface is no closed manifold.
 [[nodiscard]] MeshQuality measure_quality(const SurfaceCycle& surface);
 
 }  // namespace beatlas::mesh

@@ -11,7 +11,7 @@ PhaseQuality measure_phase(const std::vector<Vec3f>& positions,
                            const std::vector<Triangle>& triangles) {
   std::vector<Vec3> points;
   points.reserve(positions.size());
-  for (const Vec3f& p : positions) points.push_back(p.cast<double>());
+  for (const Vec3f& p : positions) points.emplace_back(p.cast<double>());
 
   PhaseQuality out;
   std::vector<double> angles;

@@ -63,7 +63,7 @@ Topology inspect(std::size_t vertex_count, std::span<const Triangle> triangles) 
 
 double enclosed_ml(std::span<const Vec3> points, std::span<const Triangle> triangles) {
   if (points.empty()) return 0;
-  const Vec3 pivot = points.front();
+  const Vec3& pivot = points.front();
   double six_volumes = 0;
   for (const Triangle& t : triangles) {
     six_volumes += (points[t[0]] - pivot).dot((points[t[1]] - pivot).cross(points[t[2]] - pivot));

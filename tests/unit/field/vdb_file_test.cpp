@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
 
 #include "pipeline/field/field.h"
 #include "runtime/base/error.h"
@@ -55,6 +56,31 @@ TEST_F(VdbFile, RoundTripIsExact) {
   EXPECT_EQ(back.voxel_mm, field.voxel_mm);
   EXPECT_EQ(back.inner_mm, field.inner_mm);
   EXPECT_EQ(back.outer_mm, field.outer_mm);
+}
+
+TEST_F(VdbFile, OpenVdbReadsAGridAPhaseThatIsActiveInTheBandOnly) {
+  const FieldCycle field = twelve_phases();
+  write_vdb(folder_ / "f.vdb", field);
+  openvdb::initialize();
+  openvdb::io::File file((folder_ / "f.vdb").string());
+  file.open(false);
+  EXPECT_EQ(file.getGrids()->size(), 12U);
+  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("lv_myocardium_11"));
+  ASSERT_TRUE(grid);
+  EXPECT_EQ(grid->background(), 3.1F);
+  EXPECT_EQ(grid->getGridClass(), openvdb::GRID_LEVEL_SET);
+  // The ball of phase 11 has a radius of 9.1 mm; world coordinates are workspace [mm].
+  openvdb::FloatGrid::ConstAccessor accessor = grid->getConstAccessor();
+  const auto at = [&](double mm) {
+    return openvdb::Coord::round(grid->worldToIndex(openvdb::Vec3d(mm, 0, 0)));
+  };
+  EXPECT_TRUE(accessor.isValueOn(at(9)));
+  EXPECT_FALSE(accessor.isValueOn(at(0)));
+  EXPECT_FLOAT_EQ(accessor.getValue(at(0)), -4.3F);
+  EXPECT_FALSE(accessor.isValueOn(at(15)));
+  std::size_t in_band = 0;
+  for (float v : field.distance_mm.phases[11]) in_band += v > -4.3F && v < 3.1F ? 1 : 0;
+  EXPECT_EQ(grid->activeVoxelCount(), in_band);
 }
 
 TEST_F(VdbFile, TheSameFieldGivesTheSameBytesAndLeavesNothingElse) {
