@@ -1,6 +1,7 @@
 #include "pipeline/ingest/dicom_pixels.h"
 
 #include <vtkDICOMReader.h>
+#include <vtkExecutive.h>
 #include <vtkImageData.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
@@ -48,6 +49,7 @@ std::vector<float> as_float(int type, const void* data, std::size_t first, std::
 std::vector<std::vector<float>> read_file(const DicomImage& image) {
   vtkNew<vtkDICOMReader> reader;
   silence(reader);
+  silence(reader->GetExecutive());
   reader->SetFileName(image.file.c_str());
   reader->SortingOff();
   reader->TimeAsVectorOff();

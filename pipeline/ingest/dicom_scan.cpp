@@ -149,6 +149,10 @@ class Scanner {
       return;
     }
     if (!parser->GetPixelDataFound()) damaged(path);
+    if (is_video(*meta)) {
+      ++scan_.not_image;
+      return;
+    }
     check_length(path, *parser, *meta);
     if (meta->Get(0, DC::SamplesPerPixel).AsInt() > 1 ||
         meta->Get(0, DC::PhotometricInterpretation).AsString() != "MONOCHROME2") {
@@ -195,11 +199,19 @@ class Scanner {
     return uid == "1.2.840.10008.5.1.4.1.1.4" || uid == "1.2.840.10008.5.1.4.1.1.4.1";
   }
 
+  static bool is_video(vtkDICOMMetaData& meta) {
+    return meta.Get(0, DC::TransferSyntaxUID).AsString().rfind("1.2.840.10008.1.2.4.10", 0) == 0;
+  }
+
   static void check_length(const fs::path& path, vtkDICOMParser& parser, vtkDICOMMetaData& meta) {
     const std::string syntax = meta.Get(0, DC::TransferSyntaxUID).AsString();
-    const bool plain = syntax.empty() || syntax == "1.2.840.10008.1.2" ||
-                       syntax == "1.2.840.10008.1.2.1" || syntax == "1.2.840.10008.1.2.2";
-    if (!plain) return;
+    const std::string family = "1.2.840.10008.1.2";
+    if (!syntax.empty() && syntax.rfind(family, 0) != 0) damaged(path);
+    const std::string kind = syntax.empty() ? syntax : syntax.substr(family.size());
+    const bool plain = kind.empty() || kind == ".1" || kind == ".2";
+    const bool packed = kind == ".1.99" || kind == ".5" || kind.rfind(".4.", 0) == 0;
+    if (!plain && !packed) damaged(path);
+    if (packed) return;  // the decoder tells
     const double samples = std::max(1, meta.Get(0, DC::SamplesPerPixel).AsInt());
     const double needed =
         static_cast<double>(meta.Get(0, DC::Rows).AsInt()) * meta.Get(0, DC::Columns).AsInt() *

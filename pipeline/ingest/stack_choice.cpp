@@ -120,12 +120,15 @@ double mean_rr_s(const Candidate& candidate, const IngestOptions& options) {
 /// Drops slices that lack a part of the cycle.
 void drop_incomplete(Candidate& candidate, double rr_s, std::vector<std::string>& decisions) {
   std::vector<double> gaps;
+  gaps.reserve(candidate.slices.size());
   for (const auto& [place, set] : candidate.slices) {
     gaps.push_back(largest_gap(phases_of(set->timing, rr_s)));
   }
   std::vector<double> sorted = gaps;
   std::sort(sorted.begin(), sorted.end());
-  const double most = std::max(kGapOfComplete, 1.5 * sorted[sorted.size() / 2]);
+  // One missing frame among enough of them is bridged.
+  const double one_missing = candidate.phases >= kLeastFramesToBlend ? 2.05 / candidate.phases : 0;
+  const double most = std::max({kGapOfComplete, 1.5 * sorted[sorted.size() / 2], one_missing});
   std::vector<std::pair<const Place*, const ImageSet*>> kept;
   std::set<int> dropped;
   for (std::size_t i = 0; i < gaps.size(); ++i) {
@@ -160,7 +163,7 @@ Vec3 drop_offset(Candidate& candidate, std::vector<std::string>& decisions) {
     const Vec3 difference = a - b;
     return (difference - normal * normal.dot(difference)).norm();
   };
-  std::vector<std::size_t> best;
+  std::vector<std::size_t> best;  // indices into the slices
   Vec3 anchor = Vec3::Zero();
   double worst = 0;
   for (const auto& [place, set] : candidate.slices) {
@@ -189,6 +192,7 @@ Vec3 drop_offset(Candidate& candidate, std::vector<std::string>& decisions) {
                       " beside the axis of the stack and " +
                       (count - best.size() == 1 ? "was" : "were") + " left.");
   std::vector<std::pair<const Place*, const ImageSet*>> kept;
+  kept.reserve(best.size());
   for (const std::size_t i : best) kept.push_back(candidate.slices[i]);
   candidate.slices = std::move(kept);
   return anchor;
@@ -213,12 +217,22 @@ double mean_rr_s(const std::vector<ImageSet>& slices, double otherwise_s) {
 /// @throws Error{InvalidInput} if the candidate's geometry makes no stack.
 ChosenCine build(Candidate candidate, const IngestOptions& options,
                  std::vector<std::string>& decisions) {
+  const std::size_t found = candidate.slices.size();
   const double rr_s = mean_rr_s(candidate, options);
   drop_incomplete(candidate, rr_s, decisions);
   const Vec3 anchor = drop_offset(candidate, decisions);
   std::vector<double> positions;
+  positions.reserve(candidate.slices.size());
   for (const auto& [place, set] : candidate.slices) positions.push_back(place->along_mm);
-  const EvenStack even = find_even_stack(positions);
+  EvenStack even;
+  try {
+    even = find_even_stack(positions);
+  } catch (const Error& error) {
+    const std::size_t left = found - positions.size();
+    if (left == 0) throw;
+    throw error.with_context("without the " + counted(left, "slice that is", "slices that are") +
+                             " incomplete or beside the axis");
+  }
 
   ChosenCine out;
   std::set<int> series;
@@ -330,9 +344,12 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
   }
 }
 
-void tell_timing(const ChosenCine& stack, std::vector<std::string>& decisions) {
+void tell_timing(const ChosenCine& stack, int frames, std::vector<std::string>& decisions) {
   std::map<std::string, std::set<int>> notes;
   for (const ImageSet& set : stack.slices) {
+    if (set.frames() < frames) {
+      notes["fewer frames than other slices have"].insert(set.series_number);
+    }
     if (!set.timing.note.empty()) notes[set.timing.note].insert(set.series_number);
     if (set.merged) notes["the phases came from a series each"].insert(set.series_number);
   }
@@ -367,7 +384,7 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
       continue;
     }
     choice.phases = options.phases > 0 ? options.phases : candidate.phases;
-    tell_timing(choice.stack, choice.decisions);
+    tell_timing(choice.stack, candidate.phases, choice.decisions);
     choose_views(planes, *candidate.plane, candidate.good, choice);
     return choice;
   }

@@ -26,8 +26,8 @@ struct Choice {
 
 /// In-plane offset of a slice from the stack's axis, in pixels, that is still no shear.
 inline constexpr double kMostShearPixels = 0.1;
-/// A slice lacks phases if its largest gap [of the R-R] exceeds this and 1.5 times the median
-/// slice's.
+/// A slice lacks phases if its largest gap [of the R-R] exceeds this, 1.5 times the median slice's
+/// and what one missing frame leaves.
 inline constexpr double kGapOfComplete = 0.12;
 
 /// Chooses as ingest.h tells.

@@ -35,7 +35,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"truncated_pixels", "the_bad_one: the file is truncated"},
                     Case{"truncated_header", "the_bad_one: the file is truncated"},
                     Case{"sheared", "sheared stack"}, Case{"hole", "unevenly spaced"},
-                    Case{"middle_slice_incomplete", "unevenly spaced"}),
+                    Case{"middle_slice_incomplete", "without the 1 slice that is incomplete"}),
     [](const auto& test) { return std::string(test.param.variant); });
 
 std::string refusal(const std::vector<std::filesystem::path>& sources,
