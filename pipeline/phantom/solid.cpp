@@ -51,6 +51,19 @@ Solid::Solid(std::vector<Primitive> primitives, std::vector<Cell> cells, double 
   find_creases(curve_step_mm);
 }
 
+Solid::Balls::Balls(const std::vector<Vec3>& points, double margin_mm) {
+  for (std::size_t first = 0; first < points.size(); first += kRun) {
+    const std::size_t end = std::min(points.size(), first + kRun);
+    const Vec3& centre = points[(first + end) / 2];
+    double radius = 0.0;
+    for (std::size_t n = first; n < end; ++n) {
+      radius = std::max(radius, (points[n] - centre).norm());
+    }
+    centres.push_back(centre);
+    radii.push_back(radius + margin_mm);
+  }
+}
+
 double Solid::value_mm(int primitive, const Vec3& x) const {
   if (const auto* ellipsoid = as_ellipsoid(primitives_[primitive])) {
     return ellipsoid->level(x) / ellipsoid->gradient(x).norm();
@@ -123,7 +136,7 @@ void Solid::find_creases(double step_mm) {
         }
       } else if (i < j && first != nullptr && second != nullptr) {
         for (Curve& curve : intersection_curves(*first, *second, step_mm)) {
-          curved_creases_.push_back({i, j, std::move(curve), {}, {}});
+          curved_creases_.push_back({i, j, std::move(curve), {}});
         }
       }
     }
@@ -147,19 +160,13 @@ void Solid::find_creases(double step_mm) {
   }
   for (CurvedCrease& crease : curved_creases_) {
     const std::vector<Vec3>& points = crease.curve.points;
-    for (std::size_t first = 0; first < points.size(); first += kRun) {
-      const std::size_t end = std::min(points.size(), first + kRun);
-      const Vec3& centre = points[(first + end) / 2];
-      double radius = 0.0;
-      for (std::size_t n = first; n < end; ++n) {
-        radius = std::max(radius, (points[n] - centre).norm());
-        if (on_boundary(points[n])) crease_points_.push_back(points[n]);
-      }
-      crease.ball_centres.push_back(centre);
-      crease.ball_radii.push_back(radius + 2.0 * crease.curve.step_mm);
+    for (const Vec3& x : points) {
+      if (on_boundary(x)) crease_points_.push_back(x);
     }
+    crease.balls = Balls(points, 2.0 * crease.curve.step_mm);
   }
   crease_points_.insert(crease_points_.end(), corners_.begin(), corners_.end());
+  crease_balls_ = Balls(crease_points_, 0.0);
 }
 
 void Solid::nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& best,
@@ -169,8 +176,8 @@ void Solid::nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& 
   const Ellipsoid& b = *as_ellipsoid(primitives_[crease.second]);
   const std::size_t count = points.size();
   const auto at = [&](std::size_t n) -> const Vec3& { return points[n % count]; };
-  for (std::size_t run = 0; run < crease.ball_centres.size(); ++run) {
-    if ((crease.ball_centres[run] - x).norm() - crease.ball_radii[run] >= best) continue;
+  for (std::size_t run = 0; run < crease.balls.centres.size(); ++run) {
+    if ((crease.balls.centres[run] - x).norm() - crease.balls.radii[run] >= best) continue;
     const std::size_t end = std::min(count, (run + 1) * kRun);
     for (std::size_t n = run * kRun; n < end; ++n) {
       const Vec3& before = at(n + count - 1);
@@ -286,8 +293,14 @@ Nearest Solid::nearest(const Vec3& x) const {
 
 double Solid::crease_distance_mm(const Vec3& x) const {
   double best = kInfinity;
-  for (const Vec3& point : crease_points_) best = std::min(best, (point - x).squaredNorm());
-  return std::sqrt(best);
+  for (std::size_t run = 0; run < crease_balls_.centres.size(); ++run) {
+    if ((crease_balls_.centres[run] - x).norm() - crease_balls_.radii[run] >= best) continue;
+    const std::size_t end = std::min(crease_points_.size(), (run + 1) * kRun);
+    for (std::size_t n = run * kRun; n < end; ++n) {
+      best = std::min(best, (crease_points_[n] - x).norm());
+    }
+  }
+  return best;
 }
 
 }  // namespace beatlas::phantom

@@ -80,12 +80,18 @@ class Solid {
     int ellipsoid = 0;
     Ellipse ellipse;
   };
+  /// Balls around runs of neighbouring points, to leave far ones out.
+  struct Balls {
+    std::vector<Vec3> centres;
+    std::vector<double> radii;
+    Balls() = default;
+    Balls(const std::vector<Vec3>& points, double margin_mm);
+  };
   struct CurvedCrease {
     int first = 0;
     int second = 0;
     Curve curve;
-    std::vector<Vec3> ball_centres;  // of runs of points, to leave far ones out
-    std::vector<double> ball_radii;
+    Balls balls;
   };
 
   [[nodiscard]] double value_mm(int primitive, const Vec3& x) const;
@@ -99,6 +105,7 @@ class Solid {
   std::vector<CurvedCrease> curved_creases_;
   std::vector<Vec3> corners_;
   std::vector<Vec3> crease_points_;  // valid points of all creases, curve_step_mm apart
+  Balls crease_balls_;
 };
 
 }  // namespace beatlas::phantom

@@ -19,11 +19,11 @@ constexpr double kEndSystole = 0.36;
 
 TEST(PhantomShape, VolumesAreThoseOfTheTable) {
   const Phantom phantom(preset("adult"));
-  // The table prints three digits: half of the last, and for the RV, printed without one, 1 %.
+  // The table prints three digits: half of the last, and for the RV, printed rounded, 1 ml and 1 %.
   EXPECT_NEAR(phantom.volume_ml(Structure::LvBlood, kEndDiastole), 158.0, 0.5);
   EXPECT_NEAR(phantom.volume_ml(Structure::LvBlood, kEndSystole), 54.0, 0.5);
   EXPECT_NEAR(phantom.volume_ml(Structure::RvBlood, kEndDiastole), 190.0, 1.9);
-  EXPECT_NEAR(phantom.volume_ml(Structure::RvBlood, kEndSystole), 78.0, 0.8);
+  EXPECT_NEAR(phantom.volume_ml(Structure::RvBlood, kEndSystole), 78.0, 1.0);
   for (double t : {0.0, 0.1, 0.2, 0.36, 0.5, 0.7}) {
     EXPECT_NEAR(phantom.volume_ml(Structure::LvMyocardium, t), 132.5, 0.1);
   }
@@ -75,9 +75,8 @@ TEST(PhantomShape, VolumeLossHasItsLandmarks) {
   EXPECT_NEAR(volume_loss(0.58, 0.75), 0.25, 1e-12);  // diastasis
   EXPECT_NEAR(volume_loss(0.74, 0.75), 0.0, 1e-12);
   EXPECT_NEAR(volume_loss(0.2, 0.75), volume_loss(0.2 * 1.2 + 0.9, 0.9), 1e-12);
-  // Midpoint rule over 200 000 steps of pulses with slopes below 60 1/s^2.
   for (double t : {0.1, 0.2, 0.3, 0.42, 0.5, 0.65}) {
-    EXPECT_NEAR(volume_loss(t, 0.75), ReferenceHeart::loss(t), 3e-5) << t;
+    EXPECT_NEAR(volume_loss(t, 0.75), ReferenceHeart::loss(t), 1e-8) << t;
   }
 }
 

@@ -1,0 +1,24 @@
+#pragma once
+#include <vector>
+
+namespace beatlas::assess {
+
+/// A signed distance and the share of surface it stands for.
+struct Weighted {
+  double value = 0;
+  double weight = 0;
+};
+
+struct DistanceStatistics {
+  double mean = 0;     ///< of magnitudes
+  double p95 = 0;      ///< smallest magnitude that 95 % of the weight do not exceed
+  double maximum = 0;  ///< of magnitudes
+  double bias = 0;     ///< signed mean
+};
+
+/// The two lists pooled, each with half of the weight; one list alone has all of it.
+/// All zero if both are empty. Order of summation is that of the lists: the same on any machine.
+[[nodiscard]] DistanceStatistics pooled_statistics(const std::vector<Weighted>& one,
+                                                   const std::vector<Weighted>& other);
+
+}  // namespace beatlas::assess
