@@ -110,7 +110,7 @@ void Chain::write_pictures(const Exam& exam, const Segmentation& segmentation) {
   study::make_folder(folder);
   study::write_bytes(folder / "overlay.png", report::overlay_png(exam.stack, segmentation));
   study::write_text(folder / "volumes.svg",
-                    report::volume_curves_svg(facts_.volumes, facts_.rr_interval_s,
+                    report::volume_curves_svg(facts_.volumes, exam.stack.rr_interval_s,
                                               facts_.end_diastole, facts_.end_systole));
 }
 

@@ -46,6 +46,7 @@ class Chain {
 
   [[nodiscard]] const Recipe& recipe() const { return recipe_; }
   [[nodiscard]] study::Study& study() { return *study_; }
+  [[nodiscard]] Console& console() { return console_; }
 
   Exam import(const std::vector<std::filesystem::path>& sources);
   Segmentation segment(const Exam& exam, const std::vector<segment::Seed>& seeds);

@@ -79,7 +79,7 @@ void add_build(CLI::App& app, Run& run) {
                    "Leave what each stage gives in this folder, in formats that can be opened "
                    "elsewhere, with pictures to check by eye")
       ->type_name("DIR");
-  add_common(*command, arguments->common);
+  add_building(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return build(*arguments); }; });
 }
 

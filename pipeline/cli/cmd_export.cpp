@@ -151,7 +151,7 @@ void add_export(CLI::App& app, Run& run) {
   command->add_option("-o,--output", arguments->output, "The folder to write to")
       ->required()
       ->type_name("DIR");
-  add_common(*command, arguments->common, false);
+  add_common(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return export_atlas(*arguments); }; });
 }
 

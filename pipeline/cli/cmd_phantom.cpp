@@ -87,7 +87,7 @@ void add_phantom(CLI::App& app, Run& run) {
       ->check(CLI::Range(0.0, 1e6));
   command->add_option("--seed", arguments->seed, "Seed of the noise; without: the preset's")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
-  add_common(*command, arguments->common, false);
+  add_common(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return make_phantom(*arguments); }; });
 }
 

@@ -39,7 +39,7 @@ void add_validate(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("validate", "Check a package");
   command->add_option("PACKAGE", arguments->package, "The package")->required();
   command->add_flag("--json", arguments->json, "As JSON");
-  add_common(*command, arguments->common, false);
+  add_common(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return validate(*arguments); }; });
 }
 

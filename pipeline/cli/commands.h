@@ -30,16 +30,19 @@ void add_validate(CLI::App& app, Run& run);
 void add_export(CLI::App& app, Run& run);
 void add_defaults(CLI::App& app, Run& run);
 
-/// Words that every long command understands.
+/// Words of the commands that take long.
 struct CommonArguments {
   int threads = 0;
   bool verbose = false;
   std::string recipe;
   std::string timing;
 };
-void add_common(CLI::App& command, CommonArguments& arguments, bool with_recipe = true);
+/// Adds --threads and --verbose.
+void add_common(CLI::App& command, CommonArguments& arguments);
+/// The same with --recipe and --timing.
+void add_building(CLI::App& command, CommonArguments& arguments);
 
-/// Adds `--study DIR`, required, and the common words.
+/// Adds `--study DIR`, required, and the words of add_building.
 struct StageArguments {
   CommonArguments common;
   std::string study;

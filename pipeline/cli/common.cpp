@@ -7,13 +7,7 @@
 
 namespace beatlas::cli {
 
-void add_common(CLI::App& command, CommonArguments& arguments, bool with_recipe) {
-  if (with_recipe) {
-    command
-        .add_option("--recipe", arguments.recipe,
-                    "Options of the stages, JSON; see 'beatlas defaults'")
-        ->type_name("R.json");
-  }
+void add_common(CLI::App& command, CommonArguments& arguments) {
   command
       .add_option("--threads", arguments.threads,
                   "Threads to use; 0 = all cores. Changes speed, never the result")
@@ -21,17 +15,25 @@ void add_common(CLI::App& command, CommonArguments& arguments, bool with_recipe)
       ->capture_default_str();
   command.add_flag("-v,--verbose", arguments.verbose,
                    "Log lines also where stderr is no terminal, and times and memory at the end");
+}
+
+void add_building(CLI::App& command, CommonArguments& arguments) {
+  command
+      .add_option("--recipe", arguments.recipe,
+                  "Options of the stages, JSON; see 'beatlas defaults'")
+      ->type_name("R.json");
   command
       .add_option("--timing", arguments.timing,
                   "Write wall and CPU time of each stage and the peak memory to this file")
       ->type_name("FILE.json");
+  add_common(command, arguments);
 }
 
 void add_stage_arguments(CLI::App& command, StageArguments& arguments) {
   command.add_option("--study", arguments.study, "The study's folder")
       ->required()
       ->type_name("DIR");
-  add_common(command, arguments.common);
+  add_building(command, arguments.common);
 }
 
 Recipe recipe_of(const std::string& file) { return file.empty() ? Recipe{} : read_recipe(file); }

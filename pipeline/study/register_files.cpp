@@ -1,3 +1,4 @@
+#include "pipeline/formats/nifti.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/json_values.h"
@@ -42,7 +43,11 @@ FileList write_registration(const fs::path& study, const Registration& registrat
   make_folder(folder);
   FileList files{"register/register.json", "register/cine.nii.gz", "register/labels.nii.gz"};
   const Affine& map = registration.workspace_from_lps;
-  write_images(folder / "cine.nii.gz", cine, in_patient(cine.grid, map), frame_interval_s);
+  // For the eye alone and never read back, so 16 bit are enough.
+  replace_file(folder / "cine.nii.gz", [&](const fs::path& temporary) {
+    formats::write_nifti(temporary, {in_patient(cine.grid, map), cine.phases}, frame_interval_s,
+                         formats::NiftiStorage::Int16);
+  });
   write_labels(folder / "labels.nii.gz", labels, in_patient(labels.grid, map), frame_interval_s);
   json content{{"workspace_from_lps", affine_to_json(map)}, {"shapes", json::array()}};
   for (const ShapeCycle& shape : registration.shapes) {
