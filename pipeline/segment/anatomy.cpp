@@ -214,7 +214,9 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
                       : 0;
     }
   }
-  grow_into(grid, lv, muscle, to_lv, 0.7 * wall_mm(-1), across);
+  // Between thick slices a wall's own outline is seen in each; through thin ones the wall runs on
+  // past the slices that have a ring, so it may fill up to its thickness there.
+  grow_into(grid, lv, muscle, to_lv, (across ? 1.05 : 0.7) * wall_mm(-1), across);
   for (std::size_t v = 0; v < labels.size(); ++v) {
     const bool free = labels[v] == kLabelBackground || labels[v] == kLabelRestOfHeart;
     if (lv[v] != 0 && free) labels[v] = kLabelLvMyocardium;

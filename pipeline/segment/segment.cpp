@@ -18,7 +18,9 @@ namespace beatlas::segment {
 namespace {
 
 /// What crossing an edge as high as that between muscle and blood costs, in mm of easy travel.
-constexpr double kEdgeCostMm = 10;
+constexpr double kEdgeCostMm = 20;
+/// Changes below this share of that edge are texture.
+constexpr double kTexture = 0.2;
 
 /// Levels from drawn seeds, for images in which no chamber was recognised.
 TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImages& seeds,
@@ -143,10 +145,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& drawn,
   const std::vector<std::vector<std::uint8_t>> classes(images.phases.size(),
                                                        classify_motion(stats));
   const TravelCost cost = travel_cost(chambers.levels);
+  const double contrast = chambers.levels.blood - chambers.levels.muscle;
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
   ImageCycle<std::uint8_t> labels =
-      grow_in_competition({images, classes, seeds, cost, phase_step_mm, 3 * stats.noise,
-                           kEdgeCostMm / (chambers.levels.blood - chambers.levels.muscle)},
+      grow_in_competition({images, classes, seeds, cost, phase_step_mm,
+                           std::max(3 * stats.noise, kTexture * contrast), kEdgeCostMm / contrast},
                           context);
   parallel_for(images.phases.size(), [&](std::size_t p) {
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
