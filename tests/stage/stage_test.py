@@ -202,7 +202,7 @@ def validate():
 def quality():
     """Below what the recipe demands: exit code 4, no package, the old one untouched."""
     recipe = WORK / "strict.json"
-    recipe.write_text('{"quality": {"max_volume_gap_percent": 0.1}, "field": {"voxel_mm": 4}}')
+    recipe.write_text('{"quality": {"max_volume_gap_percent": 0.1}, "field": {"voxel_mm": 4, "outer_mm": 8}}')
     out = WORK / "strict.beatlas"
     out.write_text("the old one")
     said = beatlas("build", EXAM, "-o", out, "--recipe", recipe, code=4).stderr
