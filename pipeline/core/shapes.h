@@ -22,8 +22,8 @@ struct CoverageCycle {
   std::map<Structure, std::vector<std::vector<float>>> phases;  ///< [structure][phase][voxel]
 };
 
-/// Where a valve plane parallel to the slices ends a structure whose pool goes on beyond it, where
-/// slices are too thick for the image to show the plane itself.
+/// Where a plane parallel to the slices ends a structure flat on the side of the base: slices are
+/// too thick for the image to show the valve plane itself, and blood may go on beyond it.
 struct BaseCut {
   int base_step = 0;  ///< +1: the structure lies at smaller slice index than the plane, -1: larger
   std::vector<double> k;  ///< [phase] slice index of the plane, fractional, in the source's grid

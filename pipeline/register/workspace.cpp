@@ -14,7 +14,8 @@ namespace beatlas::reg {
 namespace {
 
 constexpr double kThickSlicesMm = 5.0;  ///< from here on shape is interpolated, not coverage
-constexpr float kFar = 20.0F;           ///< [mm] level where there is nothing
+constexpr float kNearMm = 6.0F;  ///< levels are kept this far from the surface: files stay small
+constexpr float kFar = 20.0F;    ///< [mm] level where there is nothing
 
 /// Value at a fractional index in plane, clamped to the slice.
 float sample_plane(const float* slice, int nx, int ny, double i, double j) {
@@ -277,6 +278,7 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
       // Where the stack ends, so does the heart: half a gap beyond its last slice.
       cut_flat(level, lattice, map, slice_mm, -0.5 - first_k, -1);
       cut_flat(level, lattice, map, slice_mm, last_k + 0.5 - first_k, +1);
+      for (float& value : level) value = std::clamp(value, -kNearMm, kNearMm);
       shape.level.phases[p] = std::move(level);
     });
     shapes.push_back(std::move(shape));

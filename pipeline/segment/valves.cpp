@@ -18,6 +18,43 @@ std::size_t count_label(const ImageCycle<std::uint8_t>& labels, std::size_t phas
       std::count(from, from + static_cast<std::ptrdiff_t>(labels.grid.slice_count()), label));
 }
 
+/// Most basal slice with the structure in a phase; -1 if it has none.
+int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
+               int step) {
+  const Grid& grid = labels.grid;
+  for (int k = step > 0 ? grid.size[2] - 1 : 0; k >= 0 && k < grid.size[2]; k -= step) {
+    const auto from =
+        labels.phases[phase].begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+    if (std::any_of(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()),
+                    [&](std::uint8_t label) { return label_in_structure(label, structure); })) {
+      return k;
+    }
+  }
+  return -1;
+}
+
+/// Flat ends half a gap beyond the most basal slice of each phase. A base that descends through a
+/// stack of thick slices does so in leaps; averaged over neighbouring phases it glides.
+std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure structure,
+                              int step) {
+  const auto n = static_cast<std::size_t>(labels.phase_count());
+  std::vector<double> ends(n);
+  for (std::size_t p = 0; p < n; ++p) {
+    const int k = most_basal(labels, p, structure, step);
+    ends[p] = k < 0 ? (step > 0 ? labels.grid.size[2] : -1) : k + 0.5 * step;
+  }
+  const std::vector<double> leaps = ends;
+  for (int round = 0; n >= 5 && round < 2; ++round) {
+    const std::vector<double> before = ends;
+    for (std::size_t p = 0; p < n; ++p) {
+      ends[p] =
+          std::clamp(0.25 * before[(p + n - 1) % n] + 0.5 * before[p] + 0.25 * before[(p + 1) % n],
+                     leaps[p] - 0.5, leaps[p] + 0.5);
+    }
+  }
+  return ends;
+}
+
 }  // namespace
 
 std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>& labels,
@@ -31,17 +68,10 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
   const int base_k = step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
   const int beyond = base_k + step;
   const auto n = static_cast<std::size_t>(labels.phase_count());
-  if (beyond >= 0 && beyond < grid.size[2]) {
-    // The LV ends flat at its valve plane, somewhere in the gap: the middle is the fair guess.
-    const BaseCut flat{step, std::vector<double>(n, base_k + 0.5 * step)};
-    cuts[Structure::LvBlood] = flat;
-    cuts[Structure::LvMyocardium] = flat;
-  }
-  if (beyond < 0 || beyond >= grid.size[2] ||
-      cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) == 0) {
-    return cuts;
-  }
-  for (int k = beyond; k >= 0 && k < grid.size[2]; k += step) {
+  const bool atria =
+      beyond >= 0 && beyond < grid.size[2] &&
+      cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) > 0;
+  for (int k = beyond; atria && k >= 0 && k < grid.size[2]; k += step) {
     const std::size_t begin = grid.offset(0, 0, k);
     for (std::vector<std::uint8_t>& phase : labels.phases) {
       for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
@@ -49,6 +79,10 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
       }
     }
   }
+  for (Structure structure : kAllStructures) {
+    cuts[structure] = {step, flat_ends(labels, structure, step)};
+  }
+  if (!atria) return cuts;
 
   std::vector<double> lv_volume(n, 0);
   int lv_slices = 0;
