@@ -17,6 +17,9 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("rr_interval_s", recipe.import.rr_interval_s, 0.0, 3.0);
   visit.option("phases", recipe.import.phases, 0, 200);
   visit.section("segment");
+  visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
+  visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
+  visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);
   visit.section("register");
   visit.option("shape_mm", recipe.registration.shape_mm, 0.3, 3.0);
   visit.option("margin_mm", recipe.registration.margin_mm, 4.0, 40.0);

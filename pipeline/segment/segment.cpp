@@ -17,9 +17,7 @@
 namespace beatlas::segment {
 namespace {
 
-/// What crossing an edge as high as that between muscle and blood costs, in mm of easy travel.
-constexpr double kEdgeCostMm = 20;
-/// Changes below this share of that edge are texture.
+/// Changes below this share of the edge between muscle and blood are texture.
 constexpr double kTexture = 0.2;
 
 /// Levels from drawn seeds, for images in which no chamber was recognised.
@@ -112,7 +110,7 @@ std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure str
 }
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& drawn,
-                          const SegmentOptions& /*options*/, StageContext& context) {
+                          const SegmentOptions& options, StageContext& context) {
   const ImageCycle<float>& stack = exam.stack.images;
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
@@ -147,20 +145,20 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& drawn,
   const TravelCost cost = travel_cost(chambers.levels);
   const double contrast = chambers.levels.blood - chambers.levels.muscle;
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
-  ImageCycle<std::uint8_t> labels =
-      grow_in_competition({images, classes, seeds, cost, phase_step_mm,
-                           std::max(3 * stats.noise, kTexture * contrast), kEdgeCostMm / contrast},
-                          context);
+  ImageCycle<std::uint8_t> labels = grow_in_competition(
+      {images, classes, seeds, cost, phase_step_mm, std::max(3 * stats.noise, kTexture * contrast),
+       options.edge_cost_mm / contrast},
+      context);
   parallel_for(images.phases.size(), [&](std::size_t p) {
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
   });
-  smooth_outlines(labels, 2.0);
+  smooth_outlines(labels, options.outline_sigma_mm);
   keep_connected_heart(labels);
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
   out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
-  out.base_cuts = part_ventricles_from_atria(labels, chambers, {});
+  out.base_cuts = part_ventricles_from_atria(labels, chambers, options.tricuspid_excursion_mm);
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }

@@ -59,7 +59,7 @@ std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure 
 
 std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>& labels,
                                                         const Chambers& chambers,
-                                                        const ValveOptions& options) {
+                                                        double tricuspid_excursion_mm) {
   std::map<Structure, BaseCut> cuts;
   const Grid& grid = labels.grid;
   const double slice_mm = grid.spacing_mm()[2];
@@ -99,7 +99,7 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
   if (rv_base_k < 0 || *most <= *least) return cuts;
 
   const double excursion_mm =
-      options.tricuspid_excursion_mm * std::min(1.3, lv_slices * slice_mm / options.lv_length_mm);
+      tricuspid_excursion_mm * std::min(1.3, lv_slices * slice_mm / kLvLengthMm);
   BaseCut cut;
   cut.base_step = step;
   for (std::size_t p = 0; p < n; ++p) {

@@ -9,12 +9,8 @@
 
 namespace beatlas::segment {
 
-struct ValveOptions {
-  /// Systolic excursion of the tricuspid plane in a heart whose LV is kLvLengthMm long
-  /// (TAPSE 22 mm; physiology: 16..30), and that length (98 mm: apex to base plane of the phantom).
-  double tricuspid_excursion_mm = 22;
-  double lv_length_mm = 98;
-};
+/// Length of the LV, apex to base plane, for which a tricuspid excursion is given (the phantom's).
+inline constexpr double kLvLengthMm = 98;
 
 /// Every structure ends flat on the base's side, half a gap beyond its most basal slice (the fair
 /// guess), not roundly as at the apex. Where beating pools lie beyond the LV's most basal slice
@@ -25,6 +21,6 @@ struct ValveOptions {
 /// Does nothing where slices are thin: then the image shows where the ventricles end.
 /// @return the cuts, slice indices in the labels' grid
 [[nodiscard]] std::map<Structure, BaseCut> part_ventricles_from_atria(
-    ImageCycle<std::uint8_t>& labels, const Chambers& chambers, const ValveOptions& options);
+    ImageCycle<std::uint8_t>& labels, const Chambers& chambers, double tricuspid_excursion_mm);
 
 }  // namespace beatlas::segment
