@@ -32,18 +32,16 @@ double noise_level(const ImageCycle<float>& images) {
   const int n = images.phase_count();
   const std::size_t count = images.grid.count();
   const std::size_t stride = std::max<std::size_t>(1, count / 200000);
+  // Of two phases each is the other's neighbour on both sides.
+  const float spread = std::sqrt(n == 2 ? 2.0F : 1.5F);
   std::vector<float> residuals;
   for (std::size_t v = 0; v < count; v += stride) {
-    if (n == 2) {
-      residuals.push_back(std::abs(images.phases[1][v] - images.phases[0][v]) / std::sqrt(2.0F));
-      continue;
-    }
     const int p = static_cast<int>(v / stride) % n;
     const float before = images.phases[static_cast<std::size_t>((p + n - 1) % n)][v];
     const float here = images.phases[static_cast<std::size_t>(p)][v];
     const float after = images.phases[static_cast<std::size_t>((p + 1) % n)][v];
     if (before == 0 && here == 0 && after == 0) continue;
-    residuals.push_back(std::abs(here - 0.5F * (before + after)) / std::sqrt(1.5F));
+    residuals.push_back(std::abs(here - 0.5F * (before + after)) / spread);
   }
   return median_of(residuals) / 0.6745;
 }
