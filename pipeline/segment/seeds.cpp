@@ -13,6 +13,8 @@
 namespace beatlas::segment {
 namespace {
 
+constexpr double kMostSeedMm = 50;  ///< radius; a heart is hardly larger
+
 cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
   const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
   const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
@@ -114,6 +116,34 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
     }
   }
   return zones;
+}
+
+/// The voxels of a seed's ball: those whose centres lie in it, and the one that holds its middle,
+/// for a ball between two thick slices holds no centre. Empty if the ball misses the grid.
+std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed) {
+  const Vec3 centre = grid.mm_from_index.inverse() * seed.lps_mm;
+  const Vec3 reach = (seed.radius_mm * grid.spacing_mm().cwiseInverse()).cwiseMax(0.5);
+  Index3 low{};
+  Index3 high{};
+  for (int a = 0; a < 3; ++a) {
+    const auto axis = static_cast<std::size_t>(a);
+    const double last = grid.size[axis] - 1;
+    // In doubles first: a place far outside fits no int.
+    if (!(centre[a] + reach[a] >= 0 && centre[a] - reach[a] <= last)) return {};
+    low[axis] = static_cast<int>(std::ceil(std::max(0.0, centre[a] - reach[a])));
+    high[axis] = static_cast<int>(std::floor(std::min(last, centre[a] + reach[a])));
+  }
+  std::vector<std::size_t> voxels;
+  for (int k = low[2]; k <= high[2]; ++k) {
+    for (int j = low[1]; j <= high[1]; ++j) {
+      for (int i = low[0]; i <= high[0]; ++i) {
+        const Vec3 d = Vec3(i, j, k) - centre;
+        const bool in_ball = d.cwiseQuotient(reach).squaredNorm() <= 1.0 + 1e-9;
+        if (in_ball || d.cwiseAbs().maxCoeff() <= 0.5) voxels.push_back(grid.offset(i, j, k));
+      }
+    }
+  }
+  return voxels;
 }
 
 }  // namespace
@@ -307,9 +337,13 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
     if (seed.label >= TravelCost::kLabels) {
       throw_invalid("seed label " + std::to_string(seed.label) + " is not known; use 0 to 4");
     }
-    if (seed.phase >= static_cast<int>(images.size())) {
-      throw_invalid("seed phase " + std::to_string(seed.phase) + " is past the last phase " +
-                    std::to_string(images.size() - 1));
+    if (seed.phase < -1 || seed.phase >= static_cast<int>(images.size())) {
+      throw_invalid("seed phase " + std::to_string(seed.phase) + " is not known; use 0 to " +
+                    std::to_string(images.size() - 1) + ", or -1 for every phase");
+    }
+    if (!(seed.radius_mm > 0 && seed.radius_mm <= kMostSeedMm)) {
+      throw_invalid("seed radius must be a number of mm above 0 and at most " +
+                    std::to_string(static_cast<int>(kMostSeedMm)));
     }
     drawn[seed.label] = true;
   }
@@ -318,39 +352,17 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
       if (value != kUnlabelled && drawn[value]) value = kUnlabelled;
     }
   }
-  const Affine index_from_lps = grid.mm_from_index.inverse();
-  const Vec3 spacing = grid.spacing_mm();
   for (const Seed& seed : seeds) {
-    const Vec3 centre = index_from_lps * seed.lps_mm;
-    int painted = 0;
-    const auto reach = [&](int axis) { return std::max(0.5, seed.radius_mm / spacing[axis]); };
-    const auto low = [&](int a) {
-      return std::max(0, static_cast<int>(std::ceil(centre[a] - reach(a))));
-    };
-    const auto high = [&](int a) {
-      return std::min(grid.size[static_cast<std::size_t>(a)] - 1,
-                      static_cast<int>(std::floor(centre[a] + reach(a))));
-    };
-    for (int k = low(2); k <= high(2); ++k) {
-      for (int j = low(1); j <= high(1); ++j) {
-        for (int i = low(0); i <= high(0); ++i) {
-          const Vec3 d((i - centre[0]) / reach(0), (j - centre[1]) / reach(1),
-                       (k - centre[2]) / reach(2));
-          if (d.squaredNorm() > 1.0 + 1e-9) continue;
-          ++painted;
-          for (std::size_t p = 0; p < images.size(); ++p) {
-            if (seed.phase < 0 || static_cast<std::size_t>(seed.phase) == p) {
-              images[p][grid.offset(i, j, k)] = seed.label;
-            }
-          }
-        }
-      }
-    }
-    if (painted == 0) {
+    const std::vector<std::size_t> voxels = voxels_of(grid, seed);
+    if (voxels.empty()) {
       std::ostringstream message;
       message << "seed at (" << seed.lps_mm.transpose()
               << ") mm LPS lies outside the images; give its position in patient LPS mm";
       throw_invalid(message.str());
+    }
+    for (std::size_t p = 0; p < images.size(); ++p) {
+      if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
+      for (std::size_t v : voxels) images[p][v] = seed.label;
     }
   }
 }

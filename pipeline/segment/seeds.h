@@ -30,7 +30,9 @@ using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
                                           const TemporalStats& stats, const Chambers& chambers);
 
 /// Draws a technician's seeds: they replace the automatic ones of the labels they hold.
-/// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase.
+/// A seed marks the voxels whose centres lie in its ball, at least the voxel it lies in.
+/// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase, or a
+/// radius that is not within 0..50 mm.
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
 
 }  // namespace beatlas::segment

@@ -32,20 +32,30 @@ double noise_level(const ImageCycle<float>& images) {
   const int n = images.phase_count();
   const std::size_t count = images.grid.count();
   const std::size_t stride = std::max<std::size_t>(1, count / 200000);
+  // Of two phases each is the other's neighbour on both sides.
+  const float spread = std::sqrt(n == 2 ? 2.0F : 1.5F);
   std::vector<float> residuals;
   for (std::size_t v = 0; v < count; v += stride) {
-    if (n == 2) {
-      residuals.push_back(std::abs(images.phases[1][v] - images.phases[0][v]) / std::sqrt(2.0F));
-      continue;
-    }
     const int p = static_cast<int>(v / stride) % n;
     const float before = images.phases[static_cast<std::size_t>((p + n - 1) % n)][v];
     const float here = images.phases[static_cast<std::size_t>(p)][v];
     const float after = images.phases[static_cast<std::size_t>((p + 1) % n)][v];
     if (before == 0 && here == 0 && after == 0) continue;
-    residuals.push_back(std::abs(here - 0.5F * (before + after)) / std::sqrt(1.5F));
+    residuals.push_back(std::abs(here - 0.5F * (before + after)) / spread);
   }
   return median_of(residuals) / 0.6745;
+}
+
+/// A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
+constexpr double kSmoothedVariance = 0.1624;
+
+/// The swing [in standard deviations of the noise] that noise alone exceeds in two voxels of a
+/// thousand: a quantile of chi-squared (Wilson and Hilferty 1931). The fewer the phases, the wider.
+double swing_of_noise(int phases) {
+  const double freedom = std::max(1, phases - 1);
+  const double part = 2 / (9 * freedom);
+  const double quantile = freedom * std::pow(1 - part + 2.878 * std::sqrt(part), 3);
+  return std::sqrt(kSmoothedVariance * std::max(0.0, quantile / (freedom + 1) - 1));
 }
 
 }  // namespace
@@ -71,6 +81,7 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
   const std::size_t count = images.grid.count();
   TemporalStats stats;
   stats.noise = noise_level(images);
+  stats.phases = images.phase_count();
   stats.low.assign(count, 0);
   stats.high.assign(count, 0);
   stats.mean.assign(count, 0);
@@ -98,8 +109,7 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
         high[v] = std::max(high[v], smooth[v]);
       }
     }
-    // A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
-    const double noise_variance = stats.noise * stats.noise * 0.1624;
+    const double noise_variance = stats.noise * stats.noise * kSmoothedVariance;
     for (std::size_t v = 0; v < slice; ++v) {
       const double mean = sum[v] / static_cast<double>(n);
       const double variance = sum_squares[v] / static_cast<double>(n) - mean * mean;
@@ -117,7 +127,8 @@ Box find_moving_box(const Grid& grid, const TemporalStats& stats) {
   const Vec3 spacing = grid.spacing_mm();
   const double top = quantile_of(stats.swing, 0.998);
   const double signal = quantile_of(stats.mean, 0.98);
-  if (!(top > 1.5 * stats.noise * 0.4) || !(top > 0.02 * signal)) {
+  const double of_noise = std::max(0.6, 1.33 * swing_of_noise(stats.phases)) * stats.noise;
+  if (!(top > of_noise) || !(top > 0.02 * signal)) {
     throw_invalid(
         "no heart found: nothing in the images changes through the cycle by more than their noise");
   }

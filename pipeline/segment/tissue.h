@@ -19,6 +19,7 @@ struct TemporalStats {
   std::vector<float> mean;   ///< over the phases
   std::vector<float> swing;  ///< standard deviation over the phases, noise taken off
   double noise = 0;          ///< standard deviation of the noise in one phase
+  int phases = 0;            ///< that the statistics are of
 };
 
 /// In-plane Gaussian smoothing of each slice; `sigma_mm` 0 copies.

@@ -1,0 +1,124 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/segment/seeds.h"
+#include "runtime/atlas/structures.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+const Grid kOblique = made::oblique_grid({40, 36, 24}, {1.2, 1.2, 2.5}, {35, -12, 60});
+
+LabelImages blank(const Grid& grid, int phases) {
+  return LabelImages(static_cast<std::size_t>(phases),
+                     std::vector<std::uint8_t>(grid.count(), kUnlabelled));
+}
+
+TEST(DrawSeeds, paints_the_voxels_whose_centres_lie_in_the_ball) {
+  const Vec3 centre = kOblique.mm(17.3, 20.8, 11.4);
+  const Seed seed{kLabelLvBlood, centre, 7.0, 1};
+  LabelImages images = blank(kOblique, 3);
+  draw_seeds(kOblique, {seed}, images);
+  int painted = 0;
+  for (int k = 0; k < kOblique.size[2]; ++k) {
+    for (int j = 0; j < kOblique.size[1]; ++j) {
+      for (int i = 0; i < kOblique.size[0]; ++i) {
+        const double away = (kOblique.mm(i, j, k) - centre).norm();
+        const std::uint8_t value = images[1][kOblique.offset(i, j, k)];
+        if (std::abs(away - 7.0) < 1e-6) continue;
+        EXPECT_EQ(value, away < 7.0 ? std::uint8_t{kLabelLvBlood} : kUnlabelled)
+            << i << " " << j << " " << k;
+        painted += value == kLabelLvBlood;
+        EXPECT_EQ(images[0][kOblique.offset(i, j, k)], kUnlabelled);
+        EXPECT_EQ(images[2][kOblique.offset(i, j, k)], kUnlabelled);
+      }
+    }
+  }
+  // 4/3 pi 7^3 mm3 in voxels of 3.6 mm3; the count of a ball's voxels is within a few percent.
+  EXPECT_NEAR(painted, 4.0 / 3.0 * M_PI * 343 / 3.6, 30);
+}
+
+TEST(DrawSeeds, of_phase_minus_one_stand_in_every_phase) {
+  LabelImages images = blank(kOblique, 4);
+  draw_seeds(kOblique, {{kLabelRvBlood, kOblique.mm(10, 10, 10), 3.0, -1}}, images);
+  for (const auto& image : images) EXPECT_EQ(image[kOblique.offset(10, 10, 10)], kLabelRvBlood);
+}
+
+TEST(DrawSeeds, smaller_than_a_voxel_still_mark_the_one_they_lie_in) {
+  // Thick slices: between two of them no voxel centre is near, wherever in the voxel the seed is.
+  const Grid thick = made::oblique_grid({20, 20, 6}, {1.4, 1.4, 10}, {0, 0, 0});
+  for (const Vec3& off : {Vec3(0, 0, 0), Vec3(0.49, 0.49, 0.49), Vec3(-0.49, 0.3, 0.45),
+                          Vec3(0.2, -0.2, -0.49), Vec3(0.45, 0.45, 0.1)}) {
+    for (double radius : {0.1, 0.5, 2.0}) {
+      LabelImages images = blank(thick, 1);
+      const Vec3 at = Vec3(9, 8, 3) + off;
+      draw_seeds(thick, {{kLabelLvBlood, thick.mm(at[0], at[1], at[2]), radius, 0}}, images);
+      EXPECT_EQ(images[0][thick.offset(9, 8, 3)], kLabelLvBlood)
+          << off.transpose() << " radius " << radius;
+    }
+  }
+}
+
+TEST(DrawSeeds, replace_the_automatic_ones_of_their_labels_only) {
+  LabelImages images = blank(kOblique, 2);
+  images[0][kOblique.offset(1, 1, 1)] = kLabelLvBlood;
+  images[1][kOblique.offset(2, 1, 1)] = kLabelLvBlood;
+  images[0][kOblique.offset(3, 1, 1)] = kLabelBackground;
+  draw_seeds(kOblique, {{kLabelLvBlood, kOblique.mm(20, 20, 12), 3.0, 0}}, images);
+  EXPECT_EQ(images[0][kOblique.offset(1, 1, 1)], kUnlabelled);
+  EXPECT_EQ(images[1][kOblique.offset(2, 1, 1)], kUnlabelled);
+  EXPECT_EQ(images[0][kOblique.offset(3, 1, 1)], kLabelBackground);
+}
+
+TEST(DrawSeeds, drawn_later_lie_on_earlier_ones) {
+  LabelImages images = blank(kOblique, 1);
+  const Vec3 at = kOblique.mm(12, 12, 12);
+  draw_seeds(kOblique, {{kLabelLvBlood, at, 6.0, 0}, {kLabelLvMyocardium, at, 2.0, 0}}, images);
+  EXPECT_EQ(images[0][kOblique.offset(12, 12, 12)], kLabelLvMyocardium);
+  EXPECT_EQ(images[0][kOblique.offset(15, 12, 12)], kLabelLvBlood);
+}
+
+TEST(DrawSeeds, outside_the_images_are_refused_with_their_place) {
+  for (const Vec3& lps : {Vec3(1000, 0, 0), kOblique.mm(-8, 10, 10), Vec3(1e300, -1e300, 5),
+                          Vec3(std::nan(""), 0, 0)}) {
+    LabelImages images = blank(kOblique, 2);
+    const std::string said = made::refusal([&] {
+      draw_seeds(kOblique, {{kLabelLvBlood, lps, 2.0, 0}}, images);
+    });
+    EXPECT_NE(said.find("outside the images"), std::string::npos) << said;
+    EXPECT_NE(said.find("LPS"), std::string::npos) << said;
+  }
+}
+
+TEST(DrawSeeds, of_no_known_label_are_refused) {
+  LabelImages images = blank(kOblique, 2);
+  const std::string said = made::refusal([&] {
+    draw_seeds(kOblique, {{5, kOblique.mm(10, 10, 10), 2.0, 0}}, images);
+  });
+  EXPECT_NE(said.find("label 5"), std::string::npos) << said;
+}
+
+TEST(DrawSeeds, of_no_known_phase_are_refused) {
+  for (int phase : {2, -2}) {
+    LabelImages images = blank(kOblique, 2);
+    const std::string said = made::refusal([&] {
+      draw_seeds(kOblique, {{kLabelLvBlood, kOblique.mm(10, 10, 10), 2.0, phase}}, images);
+    });
+    EXPECT_NE(said.find("phase " + std::to_string(phase)), std::string::npos) << said;
+  }
+}
+
+TEST(DrawSeeds, of_no_size_are_refused) {
+  for (double radius : {-1.0, 0.0, std::nan(""), 1e300 * 1e300}) {
+    LabelImages images = blank(kOblique, 2);
+    const std::string said = made::refusal([&] {
+      draw_seeds(kOblique, {{kLabelLvBlood, kOblique.mm(10, 10, 10), radius, 0}}, images);
+    });
+    EXPECT_NE(said.find("radius"), std::string::npos) << said;
+  }
+}
+
+}  // namespace
+}  // namespace beatlas::segment
