@@ -15,6 +15,9 @@ namespace {
 constexpr double kPapillaryMm = 8.0;   ///< radius of the closing that takes papillary muscles in
 constexpr double kFatOverBlood = 1.3;  ///< fat is brighter than blood by more than this
 constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV muscle at the septum
+/// Outer outlines in thick slices, where fat and liver blur into the wall, are smoothed this much
+/// more.
+constexpr double kThickOutsideFactor = 1.75;
 constexpr double kRvWallMm = 4.0;  ///< thickest RV wall where no outer edge shows
 
 cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
@@ -74,16 +77,22 @@ cv::Mat keep_near(const cv::Mat& parts, const cv::Mat& mask, const cv::Point2d& 
   return kept;
 }
 
+cv::Mat convex_hull(const cv::Mat& mask) {
+  cv::Mat hull = cv::Mat::zeros(mask.size(), CV_8U);
+  std::vector<cv::Point> points;
+  cv::findNonZero(mask, points);
+  if (points.empty()) return hull;
+  std::vector<cv::Point> outline;
+  cv::convexHull(points, outline);
+  cv::fillConvexPoly(hull, outline, cv::Scalar(255));
+  return hull;
+}
+
 /// The cavity with its papillary muscles: its convex hull, unless that adds so much that the
 /// section is not a convex one; then a closing.
 cv::Mat take_in_papillaries(const cv::Mat& lv, const cv::Point2d& pixel_mm) {
   const cv::Mat closed = fill_holes(close_mask(lv, kPapillaryMm, pixel_mm));
-  std::vector<cv::Point> points;
-  cv::findNonZero(lv, points);
-  std::vector<cv::Point> outline;
-  cv::convexHull(points, outline);
-  cv::Mat hull = cv::Mat::zeros(lv.size(), CV_8U);
-  cv::fillConvexPoly(hull, outline, cv::Scalar(255));
+  const cv::Mat hull = convex_hull(lv);
   return cv::countNonZero(hull) < 1.3 * cv::countNonZero(closed) ? hull : closed;
 }
 
@@ -174,11 +183,16 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     cv::Mat rv = (slice == kLabelRvBlood) & bright & (pixels < kFatOverBlood * levels.rv_blood);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), slice == kLabelRvBlood);
     if (cv::countNonZero(rv) > 0) {
+      cv::Mat core;
+      cv::morphologyEx(rv, core, cv::MORPH_OPEN, disc(2.8, pixel_mm));
       cv::morphologyEx(rv, rv, cv::MORPH_OPEN, disc(2.0, pixel_mm));
-      rv = keep_large(rv, 0.15);
       if (!across && is_ventricle(k)) {
-        rv = keep_near(rv, (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium), pixel_mm);
+        // Thick slices blur fat into blood: what hangs on the RV by a thread is not of it.
+        core = keep_near(core, (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium), pixel_mm);
+        cv::dilate(core, core, disc(9.0, pixel_mm));
+        rv &= core;
       }
+      rv = keep_large(rv, 0.15);
       const cv::Mat filled = fill_holes(close_mask(rv, 3.0, pixel_mm));
       rv = filled & (slice != kLabelLvBlood) & (slice != kLabelLvMyocardium);
       slice.setTo(cv::Scalar(kLabelRvBlood), rv);
@@ -239,6 +253,11 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       lv_outer = keep_large(lv_outer | lv_blood, 0.5);
       slice.setTo(cv::Scalar(kLabelBackground), (slice == kLabelLvMyocardium) & ~lv_outer);
     }
+    if (!across && is_ventricle(k) && cv::countNonZero(lv_blood) == 0) {
+      // The apex after its cavity has closed: a cap of muscle, whatever trabeculae look like.
+      const cv::Mat cap = convex_hull(keep_large(slice == kLabelLvMyocardium, 0.5));
+      slice.setTo(cv::Scalar(kLabelLvMyocardium), cap & ~rv_blood);
+    }
     cv::Mat heart = slice != kLabelBackground;
     const double opening_mm = across || is_ventricle(k) ? 2.0 : 6.0;
     cv::Mat opened;
@@ -256,6 +275,7 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
   const Vec3 spacing = grid.spacing_mm();
   const cv::Point2d pixel_mm(spacing[0], spacing[1]);
   const double step_mm = std::sqrt(spacing[0] * spacing[1]);
+  const bool thick = spacing[2] >= kThickSlicesMm;
   // Nested sets, so that each surface is smoothed once: cavities, the LV's outside, the heart.
   const std::array<std::array<bool, 5>, 4> sets{{{false, true, false, false, false},
                                                  {false, false, false, true, false},
@@ -273,8 +293,9 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
           if (sets[set][static_cast<std::size_t>(label)]) mask |= slice == label;
         }
         const cv::Mat d = distance_from(mask, pixel_mm) - distance_from(~mask, pixel_mm);
+        const bool outside = sets[set][kLabelLvMyocardium];
         cv::GaussianBlur(cv::min(cv::max(d, -30.0), 30.0), signed_distance[p], {0, 0},
-                         sigma_mm / step_mm);
+                         sigma_mm * (thick && outside ? kThickOutsideFactor : 1.0) / step_mm);
       }
       smooth[set] = std::move(signed_distance);
     }
