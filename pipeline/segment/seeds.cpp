@@ -118,6 +118,23 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
   return zones;
 }
 
+void check_seed(const Seed& seed) {
+  if (seed.label >= TravelCost::kLabels) {
+    throw_invalid("seed label " + std::to_string(seed.label) + " is not known; use 0 to 4");
+  }
+  if (!(seed.radius_mm > 0 && seed.radius_mm <= kMostSeedMm)) {
+    throw_invalid("seed radius must be a number of mm above 0 and at most " +
+                  std::to_string(static_cast<int>(kMostSeedMm)));
+  }
+}
+
+[[noreturn]] void refuse_outside(const Seed& seed) {
+  std::ostringstream message;
+  message << "seed at (" << seed.lps_mm.transpose()
+          << ") mm LPS lies outside the images; give its position in patient LPS mm";
+  throw_invalid(message.str());
+}
+
 /// The voxels of a seed's ball: those whose centres lie in it, and the one that holds its middle,
 /// for a ball between two thick slices holds no centre. Empty if the ball misses the grid.
 std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed) {
@@ -331,19 +348,52 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
   return seeds;
 }
 
+Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
+  constexpr double kMarginMm = 20;
+  Box out = box;
+  std::erase_if(seeds, [&](const Seed& seed) {
+    check_seed(seed);
+    const std::vector<std::size_t> voxels = voxels_of(grid, seed);
+    if (voxels.empty()) refuse_outside(seed);
+    Index3 low = grid.size;
+    Index3 high{-1, -1, -1};
+    bool reaches = false;
+    for (const std::size_t v : voxels) {
+      const std::size_t in_slice = v % grid.slice_count();
+      const auto nx = static_cast<std::size_t>(grid.size[0]);
+      const Index3 at{static_cast<int>(in_slice % nx), static_cast<int>(in_slice / nx),
+                      static_cast<int>(v / grid.slice_count())};
+      bool inside = true;
+      for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], at[a]);
+        high[a] = std::max(high[a], at[a]);
+        inside = inside && at[a] >= box.first[a] && at[a] < box.first[a] + box.size[a];
+      }
+      reaches = reaches || inside;
+    }
+    if (seed.label == kLabelBackground) return !reaches;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const int margin =
+          static_cast<int>(std::ceil(kMarginMm / grid.spacing_mm()[static_cast<int>(a)]));
+      int first = out.first[a];
+      int last = first + out.size[a] - 1;
+      if (low[a] < first) first = std::max(0, low[a] - margin);
+      if (high[a] > last) last = std::min(grid.size[a] - 1, high[a] + margin);
+      out.first[a] = first;
+      out.size[a] = last - first + 1;
+    }
+    return false;
+  });
+  return out;
+}
+
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images) {
   std::array<bool, TravelCost::kLabels> drawn{};
   for (const Seed& seed : seeds) {
-    if (seed.label >= TravelCost::kLabels) {
-      throw_invalid("seed label " + std::to_string(seed.label) + " is not known; use 0 to 4");
-    }
+    check_seed(seed);
     if (seed.phase < -1 || seed.phase >= static_cast<int>(images.size())) {
       throw_invalid("seed phase " + std::to_string(seed.phase) + " is not known; use 0 to " +
                     std::to_string(images.size() - 1) + ", or -1 for every phase");
-    }
-    if (!(seed.radius_mm > 0 && seed.radius_mm <= kMostSeedMm)) {
-      throw_invalid("seed radius must be a number of mm above 0 and at most " +
-                    std::to_string(static_cast<int>(kMostSeedMm)));
     }
     drawn[seed.label] = true;
   }
@@ -354,12 +404,7 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
   }
   for (const Seed& seed : seeds) {
     const std::vector<std::size_t> voxels = voxels_of(grid, seed);
-    if (voxels.empty()) {
-      std::ostringstream message;
-      message << "seed at (" << seed.lps_mm.transpose()
-              << ") mm LPS lies outside the images; give its position in patient LPS mm";
-      throw_invalid(message.str());
-    }
+    if (voxels.empty()) refuse_outside(seed);
     for (std::size_t p = 0; p < images.size(); ++p) {
       if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
       for (std::size_t v : voxels) images[p][v] = seed.label;

@@ -29,6 +29,11 @@ using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
 [[nodiscard]] LabelImages automatic_seeds(const ImageCycle<float>& images,
                                           const TemporalStats& stats, const Chambers& chambers);
 
+/// The heart's box made to hold a technician's seeds of the heart, with a margin; seeds of
+/// background that do not reach it are taken out, for beyond the box all is background.
+/// @param grid of the whole stack  @throws Error{InvalidInput} if a seed lies outside the stack.
+[[nodiscard]] Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds);
+
 /// Draws a technician's seeds: they replace the automatic ones of the labels they hold.
 /// A seed marks the voxels whose centres lie in its ball, at least the voxel it lies in.
 /// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase, or a

@@ -109,14 +109,15 @@ std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure str
   return curve;
 }
 
-Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& drawn,
+Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const SegmentOptions& options, StageContext& context) {
   const ImageCycle<float>& stack = exam.stack.images;
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
   }
   const TemporalStats whole = temporal_stats(stack);
-  const Box box = find_moving_box(stack.grid, whole);
+  std::vector<Seed> drawn = given;
+  const Box box = box_with_seeds(stack.grid, find_moving_box(stack.grid, whole), drawn);
   const ImageCycle<float> images = crop(stack, box);
   context.check_cancelled();
   const TemporalStats stats = temporal_stats(images);
