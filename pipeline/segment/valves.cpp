@@ -18,6 +18,39 @@ std::size_t count_label(const ImageCycle<std::uint8_t>& labels, std::size_t phas
       std::count(from, from + static_cast<std::ptrdiff_t>(labels.grid.slice_count()), label));
 }
 
+/// Where the LV's label ends towards the base, half a gap beyond its last slice, from `least_k` on:
+/// whole slices, so a straight line in the LV's volume loss is laid through the phases.
+std::vector<double> plane_of_labels(const ImageCycle<std::uint8_t>& labels, int least_k, int step) {
+  const auto n = static_cast<std::size_t>(labels.phase_count());
+  std::vector<double> volume(n, 0);
+  std::vector<double> end_k(n, least_k);
+  for (std::size_t p = 0; p < n; ++p) {
+    for (int k = 0; k < labels.grid.size[2]; ++k) {
+      const auto blood = static_cast<double>(count_label(labels, p, k, kLabelLvBlood));
+      volume[p] += blood;
+      if (blood > 0 && step * (k - end_k[p]) > 0) end_k[p] = k;
+    }
+    end_k[p] += 0.5 * step;
+  }
+  double mean_volume = 0;
+  double mean_k = 0;
+  for (std::size_t p = 0; p < n; ++p) {
+    mean_volume += volume[p] / static_cast<double>(n);
+    mean_k += end_k[p] / static_cast<double>(n);
+  }
+  double square = 0;
+  double product = 0;
+  for (std::size_t p = 0; p < n; ++p) {
+    square += (volume[p] - mean_volume) * (volume[p] - mean_volume);
+    product += (volume[p] - mean_volume) * (end_k[p] - mean_k);
+  }
+  // The plane descends as the ventricle empties, never the other way.
+  const double slope = square > 0 ? step * std::max(0.0, step * product / square) : 0;
+  std::vector<double> plane(n);
+  for (std::size_t p = 0; p < n; ++p) plane[p] = mean_k + slope * (volume[p] - mean_volume);
+  return plane;
+}
+
 }  // namespace
 
 std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>& labels,
@@ -31,16 +64,18 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
   const int base_k = step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
   const int beyond = base_k + step;
   const auto n = static_cast<std::size_t>(labels.phase_count());
-  if (beyond >= 0 && beyond < grid.size[2]) {
-    // The LV ends flat at its valve plane, somewhere in the gap: the middle is the fair guess.
-    const BaseCut flat{step, std::vector<double>(n, base_k + 0.5 * step)};
-    cuts[Structure::LvBlood] = flat;
-    cuts[Structure::LvMyocardium] = flat;
-  }
-  if (beyond < 0 || beyond >= grid.size[2] ||
-      cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) == 0) {
+  if (beyond < 0 || beyond >= grid.size[2]) return cuts;
+  if (cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) == 0) {
+    // No atrium shows: the LV goes as far as its label does, phase by phase.
+    const BaseCut moving{step, plane_of_labels(labels, base_k, step)};
+    cuts[Structure::LvBlood] = moving;
+    cuts[Structure::LvMyocardium] = moving;
     return cuts;
   }
+  // The LV ends flat at its valve plane, somewhere in the gap: the middle is the fair guess.
+  const BaseCut flat{step, std::vector<double>(n, base_k + 0.5 * step)};
+  cuts[Structure::LvBlood] = flat;
+  cuts[Structure::LvMyocardium] = flat;
   for (int k = beyond; k >= 0 && k < grid.size[2]; k += step) {
     const std::size_t begin = grid.offset(0, 0, k);
     for (std::vector<std::uint8_t>& phase : labels.phases) {

@@ -16,13 +16,14 @@ struct ValveOptions {
   double lv_length_mm = 98;
 };
 
-/// The LV ends flat, half a gap beyond its most basal slice. Beyond the LV's most basal slice every
-/// heart voxel becomes rest of heart. The RV has no ring of muscle that would show where it ends:
-/// its plane lies half a gap beyond its most basal slice at end-diastole and descends with the LV's
-/// volume loss by the tricuspid excursion, scaled to the heart's length; RV voxels of slices that
-/// it has passed become rest of heart (right atrium). Does nothing where slices are thin: then the
-/// image shows where the ventricles end; parts nothing from atria where no beating pool lies beyond
-/// the base.
+/// Where no beating pool lies beyond the LV's rings, nothing is parted: the LV ends flat half a gap
+/// beyond the last slice with its label, a plane that descends in proportion to the LV's volume
+/// loss (least squares over the phases). Where one does, the LV ends flat half a gap beyond its
+/// most basal ring, and beyond that ring every heart voxel becomes rest of heart. The RV has no
+/// ring of muscle that would show where it ends: its plane lies half a gap beyond its most basal
+/// slice at end-diastole and descends with the LV's volume loss by the tricuspid excursion, scaled
+/// to the heart's length; RV voxels of slices that it has passed become rest of heart (right
+/// atrium). Does nothing where slices are thin: then the image shows where the ventricles end.
 /// @return the cuts, slice indices in the labels' grid
 [[nodiscard]] std::map<Structure, BaseCut> part_ventricles_from_atria(
     ImageCycle<std::uint8_t>& labels, const Chambers& chambers, const ValveOptions& options);
