@@ -76,8 +76,21 @@ TEST(HardImages, voxels_twenty_times_as_long_as_wide_are_taken) {
   made::add_rician_noise(exam.stack.images, 15, 2);
   const Segmentation result = segmented(exam);
   expect_sound(result);
-  // A voxel at the poles is half in, half out: 20 mm of a body of 90 mm.
-  for (int p = 0; p < 3; ++p) EXPECT_GE(heart_dice(result, ball, p), 0.9) << p;
+  // The slices at both poles are mixed throughout, so how wide the body is there cannot be told:
+  // two of five sections may be twice as large. The three between are right.
+  for (int p = 0; p < 3; ++p) EXPECT_GE(heart_dice(result, ball, p), 0.8) << p;
+  const Grid& grid = result.labels.grid;
+  for (int k : {2, 3, 4}) {
+    const auto from =
+        result.labels.phases[0].begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+    const auto area = static_cast<double>(
+        grid.slice_count() -
+        static_cast<std::size_t>(std::count(
+            from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), kLabelBackground)));
+    // The section half-way through the slice; mixed pixels at its rim may fall to either side.
+    const double z = 20.0 * k - 60;
+    EXPECT_NEAR(area / (M_PI * (45 * 45 - z * z)), 1, 0.17) << k;
+  }
 }
 
 TEST(HardImages, a_heart_cut_by_the_field_of_view_is_kept_inside_it) {
