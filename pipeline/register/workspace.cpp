@@ -220,6 +220,7 @@ Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage) {
       }
     }
   }
+  if (!(weight > 0)) throw_invalid("segmentation holds no heart to place: its coverage is empty");
   const Vec3 centroid_lps = coverage.grid.mm_from_index * Vec3(sum / weight);
   const Vec3 centre(kWorkspaceCentreMm[0], kWorkspaceCentreMm[1], kWorkspaceCentreMm[2]);
   Affine out = rotation;
@@ -237,6 +238,13 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
   std::vector<ShapeCycle> shapes;
   for (const auto& [structure, phases] : coverage.phases) {
     context.check_cancelled();
+    const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
+      return std::any_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
+    });
+    if (!covered) {
+      throw_invalid("segmentation names " + std::string(structure_name(structure)) +
+                    " but no voxel of any phase lies in it; leave the structure out");
+    }
     // A wall is the space between two filled shapes: their contours interpolate, an annulus
     // whose centre wanders from slice to slice does not.
     const bool wall = structure == Structure::LvMyocardium;

@@ -18,9 +18,11 @@ struct RegisterOptions {
 /// Axes along row, column and row x column of the source. A source of exactly paper A's matrix
 /// and spacing maps voxel to voxel; any other has the time-mean centroid of the heart at the
 /// workspace's centre.
+/// @throws Error{InvalidInput} if the centroid is asked for and there is no heart.
 [[nodiscard]] Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage);
 
 /// One shape per structure of the coverage.
+/// @throws Error{InvalidInput} if a structure covers no voxel in any phase.
 [[nodiscard]] std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
                                                           const Affine& workspace_from_lps,
                                                           const RegisterOptions& options,

@@ -16,6 +16,7 @@ constexpr double kMinWalledShare = 0.5;     ///< of the rays: a ring of muscle
 constexpr double kSureWalledShare = 0.65;   ///< needed in the surest slice
 constexpr double kMinExtendedShare = 0.25;  ///< with a visible outer edge, on the way to the apex
 constexpr double kLvWallMm = 8.0;           ///< thinner median walls count less
+constexpr double kLeastWallPx = 2.5;        ///< thinner rings are rims of mixed pixels
 constexpr double kLargeAreaMm2 = 1200.0;    ///< larger pools count no more
 constexpr double kMinRvContact = 0.08;      ///< of the rays: about 30 degrees of septum
 
@@ -254,6 +255,15 @@ double chain_score(const std::vector<Candidate>& chain) {
                          [](double sum, const Candidate& c) { return sum + c.score; });
 }
 
+/// Whether the rings are thicker than the rim of mixed pixels around any bright body, two pixels.
+bool has_wall(const std::vector<Candidate>& chain, const Setting& s) {
+  std::vector<float> walls;
+  for (const Candidate& c : chain) {
+    for (const Ring& ring : c.rings) walls.push_back(static_cast<float>(ring.median_wall_mm()));
+  }
+  return median_of(walls) >= kLeastWallPx * std::max(s.pixel_mm.x, s.pixel_mm.y);
+}
+
 double total_area(const std::vector<Candidate>& chain, int phase) {
   return std::accumulate(chain.begin(), chain.end(), 0.0, [&](double sum, const Candidate& c) {
     return sum + c.rings[static_cast<std::size_t>(phase)].area_mm2;
@@ -405,7 +415,10 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
   const bool sure = std::any_of(chain.begin(), chain.end(), [](const Candidate& c) {
     return c.walled_share >= kSureWalledShare;
   });
-  if (!sure) chain.clear();
+  if (!sure || !has_wall(chain, s)) {
+    chain.clear();
+    out.levels = first;  // what was taken for muscle was none
+  }
 
   std::vector<float> sorted = stats.swing;
   const auto top =

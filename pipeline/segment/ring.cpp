@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace beatlas::segment {
@@ -13,10 +14,13 @@ constexpr double kThinWallMm = 3.5;
 constexpr double kThickWallMm = 25;  ///< beyond any wall but the most hypertrophic
 constexpr double kTrabeculaMm = 2.5;
 
+/// Bilinear; not a number outside the image.
 float sample(const cv::Mat& image, const cv::Point2d& at) {
   const int x = static_cast<int>(std::floor(at.x));
   const int y = static_cast<int>(std::floor(at.y));
-  if (x < 0 || y < 0 || x + 1 >= image.cols || y + 1 >= image.rows) return -1;
+  if (x < 0 || y < 0 || x + 1 >= image.cols || y + 1 >= image.rows) {
+    return std::numeric_limits<float>::quiet_NaN();
+  }
   const double u = at.x - x;
   const double v = at.y - y;
   const auto* row0 = image.ptr<float>(y);
@@ -58,6 +62,15 @@ Ring trace_ring(const cv::Mat& image, const cv::Point2d& pixel_mm, const cv::Poi
     double run_start = -1;
     for (double r = 0; r < kReachMm; r += kStepMm) {
       const float value = sample(image, ray_point(centre_px, pixel_mm, a, r));
+      if (std::isnan(value)) {
+        // The border of the image is no end of a wall: behind blood there is none, and that of
+        // muscle lies unseen beyond.
+        if (endo < 0) {
+          endo = run_start >= 0 ? run_start : r;
+          outer = endo;
+        }
+        break;
+      }
       const bool bright = value > levels.threshold;
       if (endo < 0) {
         // The end of the blood: a dark run longer than a trabecula.

@@ -37,6 +37,11 @@ TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImage
   if (!values[kLabelLvBlood].empty()) levels.blood = middle(values[kLabelLvBlood]);
   if (!values[kLabelLvMyocardium].empty()) {
     levels.muscle = middle(values[kLabelLvMyocardium]);
+    if (!(levels.blood > levels.muscle)) {
+      throw_invalid(
+          "seeds of muscle lie on tissue that is no darker than blood; move them, or those of "
+          "blood");
+    }
     levels.threshold = 0.5 * (levels.blood + levels.muscle);
     levels.dark = 0.5 * levels.muscle;
   }

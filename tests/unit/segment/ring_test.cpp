@@ -150,6 +150,14 @@ TEST(Ring, from_a_point_in_muscle_has_no_area_and_no_wall) {
   EXPECT_EQ(ring.median_wall_mm(), 0);
 }
 
+TEST(Ring, takes_the_border_of_the_image_for_no_end_of_a_wall) {
+  // Muscle all the way to the border, 20 mm behind the blood: no outer edge is seen.
+  const cv::Mat image = slice_of_signal(54, 54, kPixel, ventricle(40, 40, kMuscle));
+  const Ring ring = trace_ring(image, kPixel, {40 / kPixelMm, 40 / kPixelMm}, kLevels);
+  EXPECT_EQ(ring.walled_share, 0);
+  for (float r : ring.endo_mm) EXPECT_NEAR(r, kEndoMm + 0.5 * kStepMm, 0.5 * kStepMm + kSlackMm);
+}
+
 TEST(Ring, ends_at_the_border_of_the_image) {
   const cv::Mat all_blood(20, 20, CV_32F, cv::Scalar(kBlood));
   const Ring ring = trace_ring(all_blood, kPixel, {10, 10}, kLevels);

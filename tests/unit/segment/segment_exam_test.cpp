@@ -12,7 +12,7 @@ namespace {
 
 using made::BeatingEllipsoid;
 
-constexpr int kPhases = 8;
+constexpr int kPhases = 5;
 /// 700 ml at most, 582 ml at least, as a heart with its cavities; axes oblique to the grid.
 BeatingEllipsoid plain() {
   BeatingEllipsoid body;
@@ -26,7 +26,7 @@ BeatingEllipsoid plain() {
   return body;
 }
 
-Grid plain_grid() { return made::oblique_grid({96, 96, 52}, {2, 2, 3}, Vec3(12, -20, 44)); }
+Grid plain_grid() { return made::oblique_grid({140, 140, 54}, {1, 1, 3}, Vec3(12, -20, 44)); }
 
 const Exam& plain_exam() {
   static const Exam exam = [] {
@@ -72,13 +72,14 @@ TEST(PlainBody, is_found_as_a_heart_without_chambers) {
     // Threshold growing reaches .998 on this body; .99 is what the project promises at least.
     const double dice = heart_dice(plain_grid(), plain(), result, p);
     EXPECT_GE(dice, 0.99) << p;
-    // 2 % of 700 ml is a surface 0.4 mm off everywhere, a fifth of a pixel.
+    // 2 % of 700 ml is a surface 0.4 mm off everywhere, two fifths of a pixel.
     EXPECT_NEAR(curve[static_cast<std::size_t>(p)] / plain().volume_ml(p, kPhases), 1, 0.02) << p;
     std::cout << "phase " << p << ": Dice " << dice << ", volume "
               << curve[static_cast<std::size_t>(p)] / plain().volume_ml(p, kPhases) << "\n";
   }
   EXPECT_EQ(result.end_diastole, 0);
-  EXPECT_EQ(result.end_systole, kPhases / 2);
+  // Phases 2 and 3 of 5 are equally empty.
+  EXPECT_TRUE(result.end_systole == 2 || result.end_systole == 3);
   ASSERT_EQ(result.warnings.size(), 1U);
   EXPECT_NE(result.warnings[0].find("no left ventricle"), std::string::npos);
   EXPECT_EQ(result.coverage.phases.size(), 1U);
@@ -111,7 +112,7 @@ TEST(PlainBody, grows_from_a_drawn_seed_of_one_phase_too) {
 TEST(Refusal, of_images_that_do_not_beat) {
   BeatingEllipsoid still = plain();
   still.squeeze = 0;
-  for (int phases : {2, 8}) {
+  for (int phases : {2, 5}) {
     Exam exam = made::ellipsoid_exam(plain_grid(), still, phases, 400, 100);
     made::add_rician_noise(exam.stack.images, 20, 6);
     const std::string said = made::refusal([&] { (void)segmented(exam); });

@@ -34,6 +34,17 @@ TEST(Noise, is_not_hidden_by_voxels_that_are_zero_in_every_phase) {
   }
 }
 
+TEST(Noise, is_that_of_tissue_where_most_of_a_magnitude_image_is_air) {
+  for (int phases : {2, 15}) {
+    auto images = made::constant_images(made::straight_grid({40, 40, 16}, {1, 1, 3}), phases, 0);
+    for (auto& phase : images.phases) {
+      for (std::size_t v = 0; v < phase.size(); v += 4) phase[v] = 400;
+    }
+    made::add_rician_noise(images, 20, 10);
+    EXPECT_NEAR(temporal_stats(images).noise, 20, 20 * 0.064) << phases;  // a quarter of the voxels
+  }
+}
+
 TEST(Noise, of_constant_images_is_none) {
   const auto images = made::constant_images(made::straight_grid({8, 8, 4}, {1, 1, 3}), 5, 500);
   const TemporalStats stats = temporal_stats(images);

@@ -1,0 +1,246 @@
+#include <gtest/gtest.h>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/register/workspace.h"
+#include "tests/unit/register/made_shapes.h"
+
+namespace beatlas::reg {
+namespace {
+
+constexpr double kRadius = 25;
+const Vec3 kMiddle(12, -30, 45);
+
+const ShapeCycle& shape_of(const std::vector<ShapeCycle>& shapes, Structure structure) {
+  for (const ShapeCycle& shape : shapes) {
+    if (shape.structure == structure) return shape;
+  }
+  throw std::runtime_error("no such shape");
+}
+
+std::vector<ShapeCycle> shapes_of(const Segmentation& segmentation, const Affine& map) {
+  StageContext context;
+  return shapes_in_workspace(segmentation, map, {}, context);
+}
+
+struct SurfaceError {
+  double mean = 0;
+  double rms = 0;
+  double largest = 0;
+};
+
+/// Surface of a shape against a ball, along 400 directions evenly spread (Fibonacci).
+SurfaceError against_ball(const ShapeCycle& shape, const Vec3& centre, double radius) {
+  SurfaceError error;
+  constexpr int kRays = 400;
+  for (int n = 0; n < kRays; ++n) {
+    const double z = 1 - (2 * n + 1.0) / kRays;
+    const double angle = n * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double r = std::sqrt(1 - z * z);
+    const Vec3 direction(r * std::cos(angle), r * std::sin(angle), z);
+    const double off =
+        made::surface_along(shape, 0, centre, direction, 0.6 * radius, 1.35 * radius) - radius;
+    error.mean += off / kRays;
+    error.rms += off * off / kRays;
+    error.largest = std::max(error.largest, std::abs(off));
+  }
+  error.rms = std::sqrt(error.rms);
+  return error;
+}
+
+Segmentation ball(const Grid& grid, double radius = kRadius) {
+  Segmentation segmentation = made::segmentation_of(grid, 1);
+  segmentation.coverage.phases[Structure::Heart] = {made::ball_coverage(grid, kMiddle, radius)};
+  return segmentation;
+}
+
+TEST(Shape, of_a_balls_exact_coverage_on_thin_slices_is_the_ball) {
+  const Segmentation segmentation = ball(made::oblique_grid({76, 76, 28}, {1, 1, 3}, kMiddle));
+  const Affine map = workspace_from_lps(segmentation.labels.grid, segmentation.coverage);
+  const auto shapes = shapes_of(segmentation, map);
+  ASSERT_EQ(shapes.size(), 1U);
+  const SurfaceError error = against_ball(shapes[0], map * kMiddle, kRadius);
+  // Smoothing by 1 mm takes s^2 / R = 0.04 mm off a sphere, voxels of 3 mm along k some more.
+  EXPECT_LT(std::abs(error.mean), 0.10);
+  EXPECT_LT(error.rms, 0.20);
+  EXPECT_LT(error.largest, 0.60);  // at the poles, where a slice of 3 mm cuts a flat cap
+  EXPECT_NEAR(made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius), 1, 0.012);
+  std::cout << "thin: mean " << error.mean << " rms " << error.rms << " max " << error.largest
+            << " volume " << made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius) << "\n";
+}
+
+TEST(Shape, of_a_balls_exact_coverage_on_thick_slices_is_near_the_ball) {
+  const Segmentation segmentation = ball(made::oblique_grid({64, 64, 9}, {1.4, 1.4, 10}, kMiddle));
+  const Affine map = workspace_from_lps(segmentation.labels.grid, segmentation.coverage);
+  const auto shapes = shapes_of(segmentation, map);
+  const SurfaceError error = against_ball(shapes[0], map * kMiddle, kRadius);
+  // Between slices h = 10 mm apart a straight line runs up to h^2 / (8 R) inside the circle, two
+  // thirds of it in the mean; a slice shows its mean section, h^2 / (24 R) smaller; smoothing by
+  // 1 mm takes 1 / R. Together 0.54 mm, which three times over R is the share of volume lost. The
+  // caps, of which half a gap of 5 mm is all that is known, may add a quarter of that.
+  const double expected = -(100 / (12 * kRadius) + 100 / (24 * kRadius) + 1 / kRadius);
+  EXPECT_NEAR(error.mean, expected, 0.14);
+  EXPECT_LT(error.rms, 0.75);
+  EXPECT_LT(error.largest, 2.5);
+  EXPECT_NEAR(made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius), 1 + 3 * expected / kRadius,
+              0.02);
+  std::cout << "thick: mean " << error.mean << " rms " << error.rms << " max " << error.largest
+            << " volume " << made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius) << "\n";
+}
+
+TEST(Shape, lattice_is_isotropic_and_leaves_the_margin_around_the_structure) {
+  const Segmentation segmentation = ball(made::straight_grid({70, 30, 24}, {1, 1, 3}), 12);
+  StageContext context;
+  Segmentation moved = segmentation;
+  moved.coverage.phases[Structure::Heart] = {
+      made::ball_coverage(segmentation.coverage.grid, {30, 15, 36}, 12)};
+  const Affine map = workspace_from_lps(moved.labels.grid, moved.coverage);
+  RegisterOptions options;
+  options.shape_mm = 1.5;
+  options.margin_mm = 9;
+  const auto shapes = shapes_in_workspace(moved, map, options, context);
+  const Grid& lattice = shapes[0].level.grid;
+  EXPECT_LT((lattice.spacing_mm() - Vec3::Constant(1.5)).norm(), 1e-12);
+  const Vec3 low = lattice.mm(0, 0, 0);
+  const Vec3 high = lattice.mm(lattice.size[0] - 1, lattice.size[1] - 1, lattice.size[2] - 1);
+  const Vec3 centre = map * Vec3(30, 15, 36);
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_LE(low[a], centre[a] - 12 - 9 + 1.5);
+    EXPECT_GE(high[a], centre[a] + 12 + 9 - 1.5);
+    EXPECT_GE(low[a], centre[a] - 12 - 9 - 3 - 3);
+  }
+}
+
+/// A ball that the stack cuts: its centre lies 8 mm from the stack's last voxel face.
+TEST(Shape, ends_flat_half_a_gap_beyond_the_stack) {
+  struct Stack {
+    Vec3 spacing;
+    Index3 size;
+  };
+  for (const Stack& stack : {Stack{{1, 1, 3}, {70, 70, 14}}, Stack{{1.4, 1.4, 8}, {50, 50, 6}}}) {
+    for (bool at_top : {true, false}) {
+      const Grid grid = made::straight_grid(stack.size, stack.spacing);
+      const double face_mm =
+          at_top ? (stack.size[2] - 0.5) * stack.spacing[2] : -0.5 * stack.spacing[2];
+      const Vec3 centre(34, 35, face_mm + (at_top ? -8 : 8));
+      Segmentation segmentation = made::segmentation_of(grid, 1);
+      segmentation.coverage.phases[Structure::Heart] = {made::ball_coverage(grid, centre, 20)};
+      const Affine map = Affine::Identity();
+      const auto shapes = shapes_of(segmentation, map);
+      const Vec3 out = Vec3::UnitZ() * (at_top ? 1 : -1);
+      for (const Vec3& off : {Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(-6, 9, 0)}) {
+        // The plane is set exactly, after smoothing; the lattice interpolates it linearly.
+        EXPECT_NEAR(made::surface_along(shapes[0], 0, centre + off, out, 0, 12), 8, 0.05)
+            << stack.spacing[2] << " mm, " << off.transpose() << (at_top ? " top" : " bottom");
+      }
+    }
+  }
+}
+
+TEST(Shape, ends_flat_where_a_valve_plane_cuts_it_in_each_phase) {
+  const Grid grid = made::straight_grid({56, 56, 8}, {1.4, 1.4, 8});
+  for (int step : {1, -1}) {
+    Segmentation segmentation = made::segmentation_of(grid, 2);
+    const Vec3 centre(38, 38, 28);
+    // A cylinder through the stack; the cut alone ends it, at 4.5 and at 3.75 slices.
+    std::vector<float> cylinder(grid.count());
+    for (int k = 0; k < 8; ++k) {
+      for (int j = 0; j < 56; ++j) {
+        for (int i = 0; i < 56; ++i) {
+          const double d = std::hypot(i * 1.4 - 38, j * 1.4 - 38) - 20;
+          cylinder[grid.offset(i, j, k)] = static_cast<float>(std::clamp(0.5 - d / 1.4, 0.0, 1.0));
+        }
+      }
+    }
+    segmentation.coverage.phases[Structure::LvBlood] = {cylinder, cylinder};
+    segmentation.base_cuts[Structure::LvBlood] = {step, {4.5, 3.75}};
+    const auto shapes = shapes_of(segmentation, Affine::Identity());
+    for (std::size_t p : {std::size_t{0}, std::size_t{1}}) {
+      const double plane_mm = 8 * (p == 0 ? 4.5 : 3.75);
+      const Vec3 from(centre[0] + 6, centre[1], step > 0 ? 8 : 48);
+      const double found = made::surface_along(shapes[0], p, from, Vec3::UnitZ() * step, 0, 45);
+      EXPECT_NEAR(from[2] + step * found, plane_mm, 0.05) << step << " phase " << p;
+    }
+    // Volume of the cylinder up to the plane: the disc's radius is off by less than 0.1 mm.
+    const double length = step > 0 ? 8 * 5 : 8 * 3;
+    EXPECT_NEAR(made::volume_ml(shapes[0], 0) / (std::numbers::pi * 0.4 * length), 1, 0.02);
+  }
+}
+
+TEST(Shape, of_the_myocardium_is_the_space_between_two_filled_shapes) {
+  for (const Vec3& spacing : {Vec3(1, 1, 3), Vec3(1.4, 1.4, 8)}) {
+    const Grid grid =
+        made::straight_grid({static_cast<int>(84 / spacing[0]), static_cast<int>(84 / spacing[1]),
+                             static_cast<int>(90 / spacing[2])},
+                            spacing);
+    // Between slices: a section half-way up the wall shows both radii.
+    const Vec3 centre(41, 42, 45);
+    Segmentation segmentation = made::segmentation_of(grid, 1);
+    const auto blood = made::ball_coverage(grid, centre, 22);
+    auto muscle = made::ball_coverage(grid, centre, 31);
+    for (std::size_t v = 0; v < muscle.size(); ++v) muscle[v] -= blood[v];
+    segmentation.coverage.phases[Structure::LvBlood] = {blood};
+    segmentation.coverage.phases[Structure::LvMyocardium] = {muscle};
+    const auto shapes = shapes_of(segmentation, Affine::Identity());
+    const ShapeCycle& wall = shape_of(shapes, Structure::LvMyocardium);
+    EXPECT_GT(made::level_at(wall, 0, centre), 0);  // the cavity is no wall
+    for (int n = 0; n < 16; ++n) {
+      const double angle = 2 * std::numbers::pi * (n + 0.3) / 16;
+      const Vec3 direction(std::cos(angle), std::sin(angle), 0);
+      EXPECT_LT(made::level_at(wall, 0, centre + 26.5 * direction), 0);
+      const double outer = made::surface_along(wall, 0, centre, direction, 26.5, 40);
+      const double inner =
+          26.5 - made::surface_along(wall, 0, centre + 26.5 * direction, -direction, 0, 20);
+      // As for the ball: chord between slices, mean section of a slice, smoothing; 0.1 mm to spare.
+      const double slack = 0.1 + spacing[2] * spacing[2] * (1.0 / 8 + 1.0 / 24) / 22 + 1.0 / 22;
+      EXPECT_NEAR(outer, 31, slack) << spacing[2];
+      EXPECT_NEAR(inner, 22, slack) << spacing[2];
+    }
+  }
+}
+
+TEST(Shape, follows_a_coverage_that_is_a_part_of_the_stack) {
+  const Grid grid = made::oblique_grid({76, 76, 28}, {1, 1, 3}, kMiddle);
+  Segmentation part = ball(grid);
+  const Segmentation whole = part;
+  const Index3 first{6, 5, 4};
+  part.coverage.first = first;
+  part.coverage.grid = grid.part(first, {65, 66, 21});
+  part.coverage.phases[Structure::Heart] = {
+      made::ball_coverage(part.coverage.grid, kMiddle, kRadius)};
+  const Affine map = workspace_from_lps(grid, whole.coverage);
+  const auto a = shapes_of(whole, map);
+  const auto b = shapes_of(part, map);
+  ASSERT_EQ(a[0].level.grid.size, b[0].level.grid.size);
+  for (std::size_t v = 0; v < a[0].level.phases[0].size(); ++v) {
+    ASSERT_NEAR(a[0].level.phases[0][v], b[0].level.phases[0][v], 1e-5);
+  }
+}
+
+TEST(Shape, is_the_same_on_one_thread_and_two) {
+  Segmentation segmentation = ball(made::straight_grid({50, 50, 20}, {1, 1, 3}));
+  auto& phases = segmentation.coverage.phases[Structure::Heart];
+  phases = {made::ball_coverage(segmentation.coverage.grid, {25, 25, 30}, 15),
+            made::ball_coverage(segmentation.coverage.grid, {25, 25, 30}, 13)};
+  set_thread_count(1);
+  const auto one = shapes_of(segmentation, Affine::Identity());
+  set_thread_count(2);
+  const auto two = shapes_of(segmentation, Affine::Identity());
+  set_thread_count(0);
+  EXPECT_EQ(one[0].level.phases, two[0].level.phases);
+}
+
+TEST(Shape, of_a_structure_without_a_voxel_is_refused_by_name) {
+  Segmentation segmentation = ball(made::straight_grid({20, 20, 8}, {1, 1, 3}), 0.1);
+  segmentation.coverage.phases.clear();
+  segmentation.coverage.phases[Structure::RvBlood] = {
+      std::vector<float>(segmentation.coverage.grid.count(), 0.3F)};
+  try {
+    (void)shapes_of(segmentation, Affine::Identity());
+    FAIL() << "nothing was refused";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("rv_blood"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace beatlas::reg
