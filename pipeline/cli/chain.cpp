@@ -78,7 +78,7 @@ Exam Chain::import(const std::vector<fs::path>& sources) {
     if (study_) files = study::write_exam(study_->folder(), exam);
     note(Stage::Import, stage_options(recipe_, Stage::Import), files);
   });
-  for (const std::string& decision : exam.decisions) console_.log("import: " + decision);
+  for (const std::string& decision : exam.decisions) console_.tell("import: " + decision);
   return exam;
 }
 

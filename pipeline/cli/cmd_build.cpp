@@ -4,6 +4,7 @@
 #include "pipeline/cli/seeds.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
+#include "runtime/base/error.h"
 
 namespace beatlas::cli {
 namespace fs = std::filesystem;
@@ -39,7 +40,13 @@ int build(const Arguments& arguments) {
   std::vector<ShapeCycle> shapes;
   {
     const Exam exam = chain.import({arguments.sources.begin(), arguments.sources.end()});
-    const Segmentation segmentation = chain.segment(exam, seeds);
+    const Segmentation segmentation = [&] {
+      try {
+        return chain.segment(exam, seeds);
+      } catch (const Error& error) {
+        throw error.with_context(arguments.sources.front());
+      }
+    }();
     shapes = chain.registration(exam, segmentation).shapes;
   }
   const std::vector<FieldCycle> fields = chain.fields(shapes);

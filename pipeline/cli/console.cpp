@@ -90,11 +90,14 @@ void Console::warn(std::string_view line) {
   print("warning: " + std::string(line));
 }
 
-void Console::log(std::string_view line) {
-  if (!terminal_ && !verbose_) return;
+void Console::tell(std::string_view line) {
   clear_progress();
   const std::lock_guard lock(mutex_);
   print(line);
+}
+
+void Console::log(std::string_view line) {
+  if (terminal_ || verbose_) tell(line);
 }
 
 void Console::show_progress(const std::string& name, double share) {

@@ -25,6 +25,8 @@ class Console {
 
   /// Always printed.
   void warn(std::string_view line);
+  /// What the user must know that is no warning. Always printed.
+  void tell(std::string_view line);
   /// Printed on a terminal or if verbose.
   void log(std::string_view line);
 

@@ -199,6 +199,17 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     }
   }
 
+  // The LV's apex is the heart's: between thick slices nothing else carries labels past it.
+  if (!across) {
+    const int apex_k = chambers.base_step > 0 ? chambers.lv.front().k : chambers.lv.back().k;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (chambers.base_step * (k - apex_k) >= 0) continue;
+      cv::Mat slice = slice_mat(grid, labels, k);
+      slice.setTo(cv::Scalar(kLabelBackground),
+                  (slice == kLabelRvBlood) | (slice == kLabelRestOfHeart));
+    }
+  }
+
   // Walls: muscle all around the cavities, of a wall's thickness.
   Mask lv(labels.size());
   Mask rv(labels.size());

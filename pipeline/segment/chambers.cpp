@@ -189,15 +189,6 @@ std::vector<Candidate> best_chain(const std::vector<std::vector<Candidate>>& sli
   return chain;
 }
 
-/// Share of rays with at least a wall's thickness of muscle, seen to its end or not.
-double muscle_share(const Ring& ring) {
-  int count = 0;
-  for (std::size_t a = 0; a < ring.walled.size(); ++a) {
-    count += ring.walled[a] || ring.outer_mm[a] - ring.endo_mm[a] > 20 ? 1 : 0;
-  }
-  return static_cast<double>(count) / Ring::kRays;
-}
-
 /// Walks on from an end of the chain through slices where the pool closes in systole (apex).
 void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueLevels& heart_levels,
                   int step, int reference_phase) {
@@ -229,7 +220,7 @@ void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueL
       const Ring ring = trace_ring(image, s.pixel_mm, centre, levels);
       if (ring.walled_share < kMinExtendedShare || ring.roundness < 0.5) continue;
       // Near the apex the liver or chest wall may hide the outer edge: dark is enough there.
-      const double share = muscle_share(ring);
+      const double share = ring.muscle_share();
       if (share > best_share) {
         best_share = share;
         best = centre;
@@ -371,6 +362,20 @@ cv::Mat find_rv(const Setting& s, const LvSlice& lv, const TissueLevels& levels,
 }
 
 }  // namespace
+
+void adopt_lv_slice(Chambers& chambers, const ImageCycle<float>& images, int k,
+                    const cv::Point2d& centre_px) {
+  const auto at = std::find_if(chambers.lv.begin(), chambers.lv.end(),
+                               [&](const LvSlice& slice) { return slice.k >= k; });
+  if (!chambers.found_lv() || (at != chambers.lv.end() && at->k == k)) return;
+  LvSlice slice{k, centre_px, {}};
+  const Vec3 spacing = images.grid.spacing_mm();
+  for (const std::vector<float>& phase : images.phases) {
+    slice.rings.push_back(trace_ring(slice_of(images.grid, phase, k), {spacing[0], spacing[1]},
+                                     centre_px, chambers.levels));
+  }
+  chambers.lv.insert(at, std::move(slice));
+}
 
 cv::Mat slice_of(const Grid& grid, const std::vector<float>& image, int k) {
   return {grid.size[1], grid.size[0], CV_32F,

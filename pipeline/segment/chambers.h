@@ -39,6 +39,11 @@ struct Chambers {
 [[nodiscard]] Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& stats,
                                      StageContext& context);
 
+/// Takes a technician's word for it: traces the LV's ring around `centre_px` of slice `k` in every
+/// phase and adds the slice to the LV's, if it is not among them. Nothing without an LV found.
+void adopt_lv_slice(Chambers& chambers, const ImageCycle<float>& images, int k,
+                    const cv::Point2d& centre_px);
+
 /// One slice of one phase as a matrix that shares the voxels.
 [[nodiscard]] cv::Mat slice_of(const Grid& grid, const std::vector<float>& image, int k);
 

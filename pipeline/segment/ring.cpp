@@ -11,7 +11,8 @@ namespace {
 constexpr double kStepMm = 0.5;
 constexpr double kReachMm = 70;
 constexpr double kThinWallMm = 3.5;
-constexpr double kThickWallMm = 25;  ///< beyond any wall but the most hypertrophic
+constexpr double kThickWallMm = 25;   ///< beyond any wall but the most hypertrophic
+constexpr double kUnseenWallMm = 20;  ///< dark this far: a wall with other tissue behind it
 constexpr double kTrabeculaMm = 2.5;
 
 /// Bilinear; not a number outside the image.
@@ -40,6 +41,14 @@ double Ring::median_wall_mm() const {
   const auto middle = walls.begin() + static_cast<std::ptrdiff_t>(walls.size() / 2);
   std::nth_element(walls.begin(), middle, walls.end());
   return *middle;
+}
+
+double Ring::muscle_share() const {
+  int count = 0;
+  for (std::size_t a = 0; a < walled.size(); ++a) {
+    count += walled[a] || outer_mm[a] - endo_mm[a] > kUnseenWallMm ? 1 : 0;
+  }
+  return static_cast<double>(count) / kRays;
 }
 
 cv::Point2d ray_point(const cv::Point2d& centre_px, const cv::Point2d& pixel_mm, int a,

@@ -26,6 +26,8 @@ struct Ring {
   double area_mm2 = 0;   ///< of the polygon of endo_mm
   double roundness = 0;  ///< 1 - deviation / mean of endo_mm
 
+  /// Share of rays with at least a wall's thickness of muscle, seen to its end or not.
+  [[nodiscard]] double muscle_share() const;
   /// Median thickness of walled rays [mm]; 0 if there are none.
   [[nodiscard]] double median_wall_mm() const;
 };

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
+#include <tuple>
 
 #include <opencv2/imgproc.hpp>
 
@@ -388,26 +390,46 @@ Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
 }
 
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images) {
-  std::array<bool, TravelCost::kLabels> drawn{};
   for (const Seed& seed : seeds) {
     check_seed(seed);
     if (seed.phase < -1 || seed.phase >= static_cast<int>(images.size())) {
       throw_invalid("seed phase " + std::to_string(seed.phase) + " is not known; use 0 to " +
                     std::to_string(images.size() - 1) + ", or -1 for every phase");
     }
-    drawn[seed.label] = true;
   }
-  for (std::vector<std::uint8_t>& image : images) {
-    for (std::uint8_t& value : image) {
-      if (value != kUnlabelled && drawn[value]) value = kUnlabelled;
+  const auto for_each_place = [&](const auto& visit) {
+    for (const Seed& seed : seeds) {
+      const std::vector<std::size_t> voxels = voxels_of(grid, seed);
+      if (voxels.empty()) refuse_outside(seed);
+      for (std::size_t p = 0; p < images.size(); ++p) {
+        if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
+        for (std::size_t v : voxels) visit(seed, p, v);
+      }
     }
-  }
+  };
+  // First what the drawn seeds replace, then the seeds, so that no seed erases another.
+  std::set<std::tuple<std::size_t, std::size_t, std::uint8_t>> cleared;
+  for_each_place([&](const Seed& seed, std::size_t p, std::size_t v) {
+    const std::size_t k = v / grid.slice_count();
+    if (!cleared.emplace(p, k, seed.label).second) return;
+    const auto from = images[p].begin() + static_cast<std::ptrdiff_t>(k * grid.slice_count());
+    std::replace(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), seed.label,
+                 kUnlabelled);
+  });
+  for_each_place(
+      [&](const Seed& seed, std::size_t p, std::size_t v) { images[p][v] = seed.label; });
+}
+
+void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
+                 Chambers& chambers) {
+  const Affine index_from_lps = images.grid.mm_from_index.inverse();
   for (const Seed& seed : seeds) {
-    const std::vector<std::size_t> voxels = voxels_of(grid, seed);
-    if (voxels.empty()) refuse_outside(seed);
-    for (std::size_t p = 0; p < images.size(); ++p) {
-      if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
-      for (std::size_t v : voxels) images[p][v] = seed.label;
+    if (seed.label != kLabelLvBlood) continue;
+    const Vec3 at = index_from_lps * seed.lps_mm;
+    const int k = static_cast<int>(std::lround(at[2]));
+    if (images.grid.contains(static_cast<int>(std::lround(at[0])),
+                             static_cast<int>(std::lround(at[1])), k)) {
+      adopt_lv_slice(chambers, images, k, {at[0], at[1]});
     }
   }
 }

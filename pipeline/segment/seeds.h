@@ -34,10 +34,15 @@ using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
 /// @param grid of the whole stack  @throws Error{InvalidInput} if a seed lies outside the stack.
 [[nodiscard]] Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds);
 
-/// Draws a technician's seeds: they replace the automatic ones of the labels they hold.
+/// Draws a technician's seeds: in their slices and phases they replace the automatic ones of their
+/// label, elsewhere those stay.
 /// A seed marks the voxels whose centres lie in its ball, at least the voxel it lies in.
 /// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase, or a
 /// radius that is not within 0..50 mm.
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
+
+/// Slices with a drawn seed of LV blood belong to the LV, see adopt_lv_slice.
+void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
+                 Chambers& chambers);
 
 }  // namespace beatlas::segment

@@ -129,6 +129,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   Chambers chambers = find_chambers(images, stats, context);
   context.check_cancelled();
 
+  adopt_seeds(images, drawn, chambers);
   LabelImages seeds = automatic_seeds(images, stats, chambers);
   if (!drawn.empty()) {
     draw_seeds(images.grid, drawn, seeds);
@@ -159,6 +160,17 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
   });
   smooth_outlines(labels, options.outline_sigma_mm);
+  if (!drawn.empty()) {
+    // What was drawn stays as it was drawn, whatever the tidying thinks of it.
+    LabelImages marks(images.phases.size(),
+                      std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
+    draw_seeds(images.grid, drawn, marks);
+    for (std::size_t p = 0; p < marks.size(); ++p) {
+      for (std::size_t v = 0; v < marks[p].size(); ++v) {
+        if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
+      }
+    }
+  }
   keep_connected_heart(labels);
 
   Segmentation out;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <opencv2/core.hpp>
 
@@ -9,6 +10,10 @@
 
 namespace beatlas::segment {
 namespace {
+
+constexpr double kLeastRing = 0.5;  ///< of the rays: what technicians ask for
+constexpr double kAtrialPoolMm2 =
+    300;  ///< a smaller pool beyond the base is a vessel or a rest of LV
 
 std::size_t count_label(const ImageCycle<std::uint8_t>& labels, std::size_t phase, int k,
                         std::uint8_t label) {
@@ -33,24 +38,57 @@ int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Struct
   return -1;
 }
 
+/// A basal slice that the LV leaves in systole shows the atrium then: blood without a ring of
+/// muscle.
+void drop_unringed_base(ImageCycle<std::uint8_t>& labels, const Chambers& chambers) {
+  const Grid& grid = labels.grid;
+  const std::size_t slices = chambers.lv.size();
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (std::size_t s = 0; s + 1 < slices; ++s) {
+      const LvSlice& slice = chambers.lv[chambers.base_step > 0 ? slices - 1 - s : s];
+      if (slice.rings[p].muscle_share() >= kLeastRing) break;
+      const std::size_t begin = grid.offset(0, 0, slice.k);
+      for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
+        std::uint8_t& label = labels.phases[p][v];
+        if (label == kLabelLvBlood || label == kLabelLvMyocardium) label = kLabelRestOfHeart;
+      }
+    }
+  }
+}
+
+/// LV blood of each phase in voxels.
+std::vector<double> lv_voxels(const ImageCycle<std::uint8_t>& labels) {
+  std::vector<double> volume;
+  for (const std::vector<std::uint8_t>& phase : labels.phases) {
+    volume.push_back(static_cast<double>(std::count(phase.begin(), phase.end(), kLabelLvBlood)));
+  }
+  return volume;
+}
+
 /// Flat ends half a gap beyond the most basal slice of each phase. A base that descends through a
-/// stack of thick slices does so in leaps; averaged over neighbouring phases it glides.
-std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure structure,
-                              int step) {
+/// stack of thick slices does so in leaps of whole slices; the base itself descends with the LV's
+/// volume, so a straight line in it is laid through the leaps.
+std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure structure, int step,
+                              const std::vector<double>& lv_volume) {
   const auto n = static_cast<std::size_t>(labels.phase_count());
   std::vector<double> ends(n);
   for (std::size_t p = 0; p < n; ++p) {
     const int k = most_basal(labels, p, structure, step);
     ends[p] = k < 0 ? (step > 0 ? labels.grid.size[2] : -1) : k + 0.5 * step;
   }
-  const std::vector<double> leaps = ends;
-  for (int round = 0; n >= 5 && round < 2; ++round) {
-    const std::vector<double> before = ends;
-    for (std::size_t p = 0; p < n; ++p) {
-      ends[p] =
-          std::clamp(0.25 * before[(p + n - 1) % n] + 0.5 * before[p] + 0.25 * before[(p + 1) % n],
-                     leaps[p] - 0.5, leaps[p] + 0.5);
-    }
+  const double count = static_cast<double>(n);
+  const double mean_volume = std::accumulate(lv_volume.begin(), lv_volume.end(), 0.0) / count;
+  const double mean_end = std::accumulate(ends.begin(), ends.end(), 0.0) / count;
+  double square = 0;
+  double product = 0;
+  for (std::size_t p = 0; p < n; ++p) {
+    square += (lv_volume[p] - mean_volume) * (lv_volume[p] - mean_volume);
+    product += (lv_volume[p] - mean_volume) * (ends[p] - mean_end);
+  }
+  const double slope = square > 0 ? product / square : 0;
+  for (std::size_t p = 0; p < n; ++p) {
+    const double line = mean_end + slope * (lv_volume[p] - mean_volume);
+    ends[p] = std::clamp(line, ends[p] - 0.75, ends[p] + 0.75);
   }
   return ends;
 }
@@ -68,9 +106,12 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
   const int base_k = step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
   const int beyond = base_k + step;
   const auto n = static_cast<std::size_t>(labels.phase_count());
+  const Vec3 spacing = grid.spacing_mm();
   const bool atria =
       beyond >= 0 && beyond < grid.size[2] &&
-      cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) > 0;
+      cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) *
+              spacing[0] * spacing[1] >=
+          kAtrialPoolMm2;
   for (int k = beyond; atria && k >= 0 && k < grid.size[2]; k += step) {
     const std::size_t begin = grid.offset(0, 0, k);
     for (std::vector<std::uint8_t>& phase : labels.phases) {
@@ -79,19 +120,17 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
       }
     }
   }
+  drop_unringed_base(labels, chambers);
+  const std::vector<double> lv_volume = lv_voxels(labels);
   for (Structure structure : kAllStructures) {
-    cuts[structure] = {step, flat_ends(labels, structure, step)};
+    cuts[structure] = {step, flat_ends(labels, structure, step, lv_volume)};
   }
   if (!atria) return cuts;
 
-  std::vector<double> lv_volume(n, 0);
   int lv_slices = 0;
   const auto ed = static_cast<std::size_t>(chambers.end_diastole);
   int rv_base_k = -1;
   for (int k = 0; k < grid.size[2]; ++k) {
-    for (std::size_t p = 0; p < n; ++p) {
-      lv_volume[p] += static_cast<double>(count_label(labels, p, k, kLabelLvBlood));
-    }
     lv_slices += count_label(labels, ed, k, kLabelLvMyocardium) > 0 ? 1 : 0;
     if (count_label(labels, ed, k, kLabelRvBlood) > 0 && (rv_base_k < 0 || step > 0)) rv_base_k = k;
   }

@@ -117,6 +117,9 @@ void check_writable(const fs::path& file) {
   if (file.filename().empty() || fs::is_directory(file, ignored)) {
     fail_machine(file.string() + " cannot be written: it is a folder; name a file");
   }
+  if (fs::exists(file, ignored) && !fs::is_regular_file(file, ignored)) {
+    fail_machine(file.string() + " cannot be written: it is a device or pipe; name a file");
+  }
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, ignored)) {
     fail_machine(file.string() + " cannot be written: the folder " + folder.string() +

@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <system_error>
 
 #include "runtime/base/error.h"
 
@@ -16,10 +17,23 @@ void append_number(std::string& text, double value) {
 }
 
 void write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  // A device or pipe is written as it is; a file appears whole or not at all.
+  std::error_code ignored;
+  const bool in_place =
+      std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored);
+  const std::filesystem::path target =
+      in_place ? file : std::filesystem::path(file.string() + ".part");
+  std::ofstream stream(target, std::ios::binary | std::ios::trunc);
   stream << text;
   stream.close();
-  if (!stream) {
+  bool written = static_cast<bool>(stream);
+  if (written && !in_place) {
+    std::error_code failed;
+    std::filesystem::rename(target, file, failed);
+    written = !failed;
+  }
+  if (!written) {
+    if (!in_place) std::filesystem::remove(target, ignored);
     throw Error(ErrorCode::Machine,
                 file.string() + " cannot be written; check its folder and the space left");
   }

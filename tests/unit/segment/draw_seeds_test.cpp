@@ -61,15 +61,18 @@ TEST(DrawSeeds, smaller_than_a_voxel_still_mark_the_one_they_lie_in) {
   }
 }
 
-TEST(DrawSeeds, replace_the_automatic_ones_of_their_labels_only) {
+TEST(DrawSeeds, replace_the_automatic_ones_of_their_label_slice_and_phase_only) {
   LabelImages images = blank(kOblique, 2);
-  images[0][kOblique.offset(1, 1, 1)] = kLabelLvBlood;
-  images[1][kOblique.offset(2, 1, 1)] = kLabelLvBlood;
-  images[0][kOblique.offset(3, 1, 1)] = kLabelBackground;
+  images[0][kOblique.offset(1, 1, 12)] = kLabelLvBlood;     // same slice and phase: replaced
+  images[0][kOblique.offset(1, 1, 1)] = kLabelLvBlood;      // another slice
+  images[1][kOblique.offset(2, 1, 12)] = kLabelLvBlood;     // another phase
+  images[0][kOblique.offset(3, 1, 12)] = kLabelBackground;  // another label
   draw_seeds(kOblique, {{kLabelLvBlood, kOblique.mm(20, 20, 12), 3.0, 0}}, images);
-  EXPECT_EQ(images[0][kOblique.offset(1, 1, 1)], kUnlabelled);
-  EXPECT_EQ(images[1][kOblique.offset(2, 1, 1)], kUnlabelled);
-  EXPECT_EQ(images[0][kOblique.offset(3, 1, 1)], kLabelBackground);
+  EXPECT_EQ(images[0][kOblique.offset(20, 20, 12)], kLabelLvBlood);
+  EXPECT_EQ(images[0][kOblique.offset(1, 1, 12)], kUnlabelled);
+  EXPECT_EQ(images[0][kOblique.offset(1, 1, 1)], kLabelLvBlood);
+  EXPECT_EQ(images[1][kOblique.offset(2, 1, 12)], kLabelLvBlood);
+  EXPECT_EQ(images[0][kOblique.offset(3, 1, 12)], kLabelBackground);
 }
 
 TEST(DrawSeeds, drawn_later_lie_on_earlier_ones) {
