@@ -16,6 +16,7 @@ constexpr double kMinWalledShare = 0.5;     ///< of the rays: a ring of muscle
 constexpr double kSureWalledShare = 0.65;   ///< needed in the surest slice
 constexpr double kMinExtendedShare = 0.25;  ///< with a visible outer edge, on the way to the apex
 constexpr double kLvWallMm = 8.0;           ///< thinner median walls count less
+constexpr double kMostSlope = 0.12;         ///< across a wall, of blood's height over muscle
 constexpr double kLeastWallPx = 2.5;        ///< thinner rings are rims of mixed pixels
 constexpr double kLargeAreaMm2 = 1200.0;    ///< larger pools count no more
 constexpr double kMinRvContact = 0.08;      ///< of the rays: about 30 degrees of septum
@@ -246,13 +247,37 @@ double chain_score(const std::vector<Candidate>& chain) {
                          [](double sum, const Candidate& c) { return sum + c.score; });
 }
 
-/// Whether the rings are thicker than the rim of mixed pixels around any bright body, two pixels.
-bool has_wall(const std::vector<Candidate>& chain, const Setting& s) {
+/// Nearest pixel's value at `radius_mm` along ray `a`.
+float ray_value(const Setting& s, const cv::Mat& image, const cv::Point2d& centre_px, int a,
+                double radius_mm) {
+  const cv::Point2d at = ray_point(centre_px, s.pixel_mm, a, radius_mm);
+  return image.at<float>(std::clamp(static_cast<int>(std::lround(at.y)), 0, image.rows - 1),
+                         std::clamp(static_cast<int>(std::lround(at.x)), 0, image.cols - 1));
+}
+
+/// Whether the rings are of muscle, not the rim of mixed pixels around any bright body: thicker
+/// than that (two pixels), and level across the wall, not a slope from bright to dark.
+bool has_wall(const std::vector<Candidate>& chain, const Setting& s, const TissueLevels& levels) {
   std::vector<float> walls;
+  std::vector<float> slopes;
   for (const Candidate& c : chain) {
-    for (const Ring& ring : c.rings) walls.push_back(static_cast<float>(ring.median_wall_mm()));
+    for (std::size_t p = 0; p < c.rings.size(); ++p) {
+      const Ring& ring = c.rings[p];
+      walls.push_back(static_cast<float>(ring.median_wall_mm()));
+      const cv::Mat image = s.slice(static_cast<int>(p), c.k);
+      for (int a = 0; a < Ring::kRays; ++a) {
+        const auto i = static_cast<std::size_t>(a);
+        if (!ring.walled[i]) continue;
+        const auto value = [&](double share) {
+          const double radius = (1 - share) * ring.endo_mm[i] + share * ring.outer_mm[i];
+          return ray_value(s, image, c.centre_px, a, radius);
+        };
+        slopes.push_back(value(0.25) - value(0.75));
+      }
+    }
   }
-  return median_of(walls) >= kLeastWallPx * std::max(s.pixel_mm.x, s.pixel_mm.y);
+  return median_of(walls) >= kLeastWallPx * std::max(s.pixel_mm.x, s.pixel_mm.y) &&
+         median_of(slopes) <= kMostSlope * (levels.blood - levels.muscle);
 }
 
 double total_area(const std::vector<Candidate>& chain, int phase) {
@@ -273,15 +298,9 @@ TissueLevels refine_levels(const Setting& s, const std::vector<Candidate>& chain
       for (int a = 0; a < Ring::kRays; ++a) {
         const auto i = static_cast<std::size_t>(a);
         if (!ring.walled[i]) continue;
-        const auto value = [&](double r) {
-          const cv::Point2d at = ray_point(c.centre_px, s.pixel_mm, a, r);
-          const cv::Point px(static_cast<int>(std::lround(at.x)),
-                             static_cast<int>(std::lround(at.y)));
-          return image.at<float>(std::clamp(px.y, 0, image.rows - 1),
-                                 std::clamp(px.x, 0, image.cols - 1));
-        };
-        muscle.push_back(value(0.5 * (ring.endo_mm[i] + ring.outer_mm[i])));
-        blood.push_back(value(0.5 * ring.endo_mm[i]));
+        muscle.push_back(
+            ray_value(s, image, c.centre_px, a, 0.5 * (ring.endo_mm[i] + ring.outer_mm[i])));
+        blood.push_back(ray_value(s, image, c.centre_px, a, 0.5 * ring.endo_mm[i]));
       }
     }
   }
@@ -420,7 +439,7 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
   const bool sure = std::any_of(chain.begin(), chain.end(), [](const Candidate& c) {
     return c.walled_share >= kSureWalledShare;
   });
-  if (!sure || !has_wall(chain, s)) {
+  if (!sure || !has_wall(chain, s, out.levels)) {
     chain.clear();
     out.levels = first;  // what was taken for muscle was none
   }
