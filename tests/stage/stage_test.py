@@ -53,7 +53,9 @@ def prepare():
     done = beatlas("build", EXAM, "-o", PACKAGE)
     assert done.stdout == "", "build prints no data"
     for line in done.stderr.splitlines():
-        assert line.startswith("beatlas: warning: "), f"a pipe stays quiet but for warnings: {line}"
+        assert line.startswith(("beatlas: warning: ", "beatlas: import: ")), (
+            f"a pipe stays quiet but for warnings and what import chose: {line}")
+    assert "The stack is made of 44 parallel slices" in done.stderr, done.stderr
 
 
 def threads():
