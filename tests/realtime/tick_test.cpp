@@ -30,6 +30,10 @@ void* count_and_allocate(std::size_t size, std::size_t alignment) {
 }
 }  // namespace
 
+// GCC sees free() through an inlined delete but not malloc() behind new, and takes them for a
+// mismatch.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 void* operator new(std::size_t size) { return count_and_allocate(size, 1); }
 void* operator new[](std::size_t size) { return count_and_allocate(size, 1); }
 void* operator new(std::size_t size, std::align_val_t alignment) {
@@ -46,6 +50,7 @@ void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory
 void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+#pragma GCC diagnostic pop
 
 namespace beatlas {
 namespace {
