@@ -7,13 +7,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
 #include "pipeline/register/slice_distance.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::reg {
 namespace {
 
-constexpr double kThickSlicesMm = 5.0;  ///< from here on shape is interpolated, not coverage
 constexpr float kNearMm = 6.0F;  ///< levels are kept this far from the surface: files stay small
 constexpr float kFar = 20.0F;    ///< [mm] level where there is nothing
 

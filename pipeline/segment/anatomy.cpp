@@ -20,12 +20,6 @@ constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV mu
 constexpr double kThickOutsideFactor = 1.75;
 constexpr double kRvWallMm = 4.0;  ///< thickest RV wall where no outer edge shows
 
-cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
-  const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
-  const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
-  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
-}
-
 cv::Mat fill_holes(const cv::Mat& mask) {
   cv::Mat framed;
   cv::copyMakeBorder(mask, framed, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));

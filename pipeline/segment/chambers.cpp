@@ -21,12 +21,6 @@ constexpr double kLeastWallPx = 2.5;        ///< thinner rings are rims of mixed
 constexpr double kLargeAreaMm2 = 1200.0;    ///< larger pools count no more
 constexpr double kMinRvContact = 0.08;      ///< of the rays: about 30 degrees of septum
 
-cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
-  const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
-  const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
-  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
-}
-
 double median_of(std::vector<float> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -46,7 +40,6 @@ struct Setting {
   }
 };
 
-/// Blood against the rest from voxels that move: they are blood in one phase and wall in another.
 TissueLevels levels_at(double threshold, const std::vector<float>& values) {
   TissueLevels levels;
   levels.threshold = threshold;
@@ -74,6 +67,7 @@ std::vector<float> moving_values(const Setting& s) {
   return values;
 }
 
+/// Blood against the rest from voxels that move: they are blood in one phase and wall in another.
 TissueLevels first_levels(const Setting& s) {
   const std::vector<float> values = moving_values(s);
   return levels_at(otsu_threshold(values), values);
@@ -394,6 +388,12 @@ void adopt_lv_slice(Chambers& chambers, const ImageCycle<float>& images, int k,
                                      centre_px, chambers.levels));
   }
   chambers.lv.insert(at, std::move(slice));
+}
+
+cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
+  const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
+  const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
 }
 
 cv::Mat slice_of(const Grid& grid, const std::vector<float>& image, int k) {

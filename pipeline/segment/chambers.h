@@ -44,6 +44,9 @@ struct Chambers {
 void adopt_lv_slice(Chambers& chambers, const ImageCycle<float>& images, int k,
                     const cv::Point2d& centre_px);
 
+/// Structuring element of a disc, at least one pixel in radius.
+[[nodiscard]] cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm);
+
 /// One slice of one phase as a matrix that shares the voxels.
 [[nodiscard]] cv::Mat slice_of(const Grid& grid, const std::vector<float>& image, int k);
 

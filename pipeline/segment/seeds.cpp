@@ -17,12 +17,6 @@ namespace {
 
 constexpr double kMostSeedMm = 50;  ///< radius; a heart is hardly larger
 
-cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
-  const int rx = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.x)));
-  const int ry = std::max(1, static_cast<int>(std::lround(radius_mm / pixel_mm.y)));
-  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
-}
-
 /// Filled polygon of a radius per ray.
 template <class RadiusOfRay>
 cv::Mat polygon(const cv::Size& size, const LvSlice& slice, const cv::Point2d& pixel_mm,

@@ -4,14 +4,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/core/slices.h"
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {
-
-/// Slices this far apart cannot be followed one into the next.
-inline constexpr double kThickSlicesMm = 5.0;
 
 /// What a voxel does through the cycle; index of TravelCost's classes.
 enum VoxelClass : std::uint8_t { kStill, kStirring, kMoving };
