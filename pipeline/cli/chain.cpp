@@ -1,19 +1,17 @@
 #include "pipeline/cli/chain.h"
 
 #include <algorithm>
-#include <span>
 #include <utility>
 
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
-#include "pipeline/cli/seeds.h"
 #include "pipeline/cli/version.h"
 #include "pipeline/report/overlay.h"
 #include "pipeline/report/segmented_volume.h"
+#include "pipeline/segment/edited_labels.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
-#include "runtime/base/sha256.h"
 
 namespace beatlas::cli {
 namespace fs = std::filesystem;
@@ -25,8 +23,26 @@ double frame_interval_s(const Cine& cine) {
   return cine.rr_interval_s / std::max(1, cine.phase_count());
 }
 
-std::string sha256_of_text(const std::string& text) {
-  return sha256_hex(std::as_bytes(std::span(text)));
+constexpr auto kOverlay = "pictures/overlay.png";
+constexpr auto kVolumes = "pictures/volumes.svg";
+
+/// "a was", "a and b were", "a, b and 7 more were".
+std::string listed(const std::vector<std::string>& names) {
+  std::string out = names.front();
+  if (names.size() == 2) out += " and " + names.back();
+  if (names.size() > 2) {
+    out += ", " + names[1] + " and " + std::to_string(names.size() - 2) + " more";
+  }
+  return out;
+}
+
+std::string names_of(const std::vector<Stage>& stages) {
+  std::string out;
+  for (const Stage stage : stages) {
+    if (!out.empty()) out += ", ";
+    out += study::stage_name(stage);
+  }
+  return out;
 }
 
 }  // namespace
@@ -37,135 +53,312 @@ bool scene_has_surfaces(const Scene& scene) {
   });
 }
 
-Chain::Chain(Console& console, Recipe recipe, std::optional<study::Study> study)
-    : console_(console), recipe_(std::move(recipe)), study_(std::move(study)) {}
+Chain::Chain(Console& console, Orders orders, std::optional<study::Study> study)
+    : console_(console), orders_(std::move(orders)), study_(std::move(study)) {}
 
-void Chain::note(Stage stage, json options, const study::FileList& files) {
-  if (study_) study_->commit(stage, kVersion, options, files, facts_.input_sha256);
-  facts_.stages[stage] = {kVersion, std::move(options)};
+bool Chain::keeps(Stage stage, const study::Wanted& wanted) {
+  if (!study_) return false;
+  const study::StageState state = study::state_of(*study_, stage, wanted);
+  if (!state.ran) return false;
+  const std::string name(study::stage_name(stage));
+  if (state.edited.empty() || orders_.discard_edits) {
+    if (!state.up_to_date() || !state.edited.empty()) return false;
+  } else {
+    if (!state.missing.empty()) {
+      throw_invalid("in the study " + study_->folder().string() + " the file " +
+                    state.missing.front() + " is gone while " + state.edited.front() +
+                    " was edited by hand; put it back, or have all of " + name +
+                    " made anew with --discard-edits");
+    }
+    console_.warn(listed(state.edited) + " edited by hand and kept" +
+                  (state.changed.empty() ? std::string()
+                                         : ", though " + listed(state.changed) + " changed since") +
+                  "; --discard-edits makes " + name + " anew");
+  }
+  if (stage == Stage::Register) {
+    for (const std::string& file : study::edited_for_the_eye(*study_, stage)) {
+      console_.warn(file + " was edited, but nothing is made from it; edit segment/labels.nii.gz");
+    }
+  }
+  const study::StageRecord& record = *study_->find(stage);
+  if (stage != Stage::Pictures && stage != Stage::Pack) {
+    facts_.stages[stage] = {record.version, record.options};
+  }
+  if (stage == Stage::Import) facts_.input_sha256 = record.inputs.at(study::kSourceStack);
+  kept_.push_back(stage);
+  return true;
 }
 
-void Chain::note_exam(const Exam& exam) {
-  facts_.source_format = exam.source_format;
-  facts_.decisions = exam.decisions;
-  facts_.source = exam.stack.grid();
-  facts_.rr_interval_s = exam.stack.rr_interval_s;
-  facts_.frame_times_s = exam.stack.frame_times_s;
+study::StageRecord Chain::new_record(Stage stage) const {
+  study::StageRecord record;
+  study::Wanted with = wanted_of(stage, orders_);
+  record.version = std::move(with.version);
+  record.options = std::move(with.options);
+  return record;
 }
 
-void Chain::note_segmentation(const Segmentation& segmentation) {
-  facts_.end_diastole = segmentation.end_diastole;
-  facts_.end_systole = segmentation.end_systole;
-  facts_.warnings = segmentation.warnings;
-  facts_.volumes.clear();
+void Chain::leave(Stage stage, study::StageRecord record,
+                  const std::function<study::FileList()>& write) {
+  if (stage != Stage::Pictures && stage != Stage::Pack) {
+    facts_.stages[stage] = {record.version, record.options};
+  }
+  made_.push_back(stage);
+  if (!study_) return;
+  if (stage != Stage::Import && stage != Stage::Pack) record.inputs = study_->inputs_now(stage);
+  study_->begin(stage);
+  const study::FileList files = write();
+  study_->commit(stage, std::move(record), files);
+}
+
+void Chain::tell_kept() {
+  std::erase(kept_, Stage::Pictures);
+  std::erase(made_, Stage::Pictures);
+  if (kept_.empty()) return;
+  std::string line = "study: kept " + names_of(kept_);
+  line += made_.empty() ? "; nothing has changed" : "; made " + names_of(made_);
+  console_.tell(line);
+}
+
+void Chain::require(Stage stage) {
+  const fs::path& folder = study_->folder();
+  const std::string name(study::stage_name(stage));
+  const std::string run = "; run: beatlas " + name + " --study " + folder.string();
+  if (!study_->find(stage)) {
+    throw_invalid("the study " + folder.string() + " has no result of the stage " + name +
+                  (stage == Stage::Import
+                       ? "; run: beatlas import SOURCE... --study " + folder.string()
+                       : run));
+  }
+  const bool discard = std::exchange(orders_.discard_edits, false);
+  const study::StageState state = study::state_of(*study_, stage, wanted_of(stage, orders_));
+  if (state.edited.empty() && !state.up_to_date()) {
+    const std::vector<std::string>& why = state.missing.empty() ? state.changed : state.missing;
+    throw_invalid("in the study " + folder.string() + " the stage " + name +
+                  " is older than what it was made from (" + why.front() +
+                  (state.missing.empty() ? " changed)" : " is gone)") + run);
+  }
+  (void)keeps(stage, wanted_of(stage, orders_));
+  orders_.discard_edits = discard;
+}
+
+const Exam& Chain::exam() {
+  if (!exam_) exam_ = study::read_exam(study_->folder());
+  note_exam();
+  return *exam_;
+}
+
+const Segmentation& Chain::segmentation() {
+  if (!segmentation_) {
+    study::StoredSegmentation stored = study::read_segmentation(study_->folder());
+    segmentation_ = std::move(stored.made);
+    if (stored.labels.phases != segmentation_->labels.phases) {
+      StageContext context;
+      try {
+        segmentation_ =
+            segment::with_edited_labels(std::move(*segmentation_), stored.labels, context);
+      } catch (const Error& error) {
+        segmentation_.reset();
+        throw error.with_context((study_->folder() / "segment" / "labels.nii.gz").string());
+      }
+    }
+    const Grid& grid = exam().stack.grid();
+    if (segmentation_->labels.grid.size != grid.size ||
+        !segmentation_->labels.grid.mm_from_index.isApprox(grid.mm_from_index, 1e-9) ||
+        segmentation_->labels.phase_count() != exam().stack.phase_count()) {
+      throw_invalid("in the study " + study_->folder().string() +
+                    " the edited segment/labels.nii.gz does not fit the images that were imported "
+                    "since; import as before, or make it anew with --discard-edits");
+    }
+  }
+  note_segmentation();
+  return *segmentation_;
+}
+
+const std::vector<ShapeCycle>& Chain::shapes() {
+  if (!shapes_) {
+    study::Registration stored = study::read_registration(study_->folder());
+    shapes_ = std::move(stored.shapes);
+    facts_.workspace_from_lps = stored.workspace_from_lps;
+  }
+  return *shapes_;
+}
+
+const std::vector<FieldCycle>& Chain::field_cycles() {
+  if (!fields_) fields_ = study::read_fields(study_->folder());
+  return *fields_;
+}
+
+const std::vector<SurfaceCycle>& Chain::surface_cycles() {
+  if (!surfaces_) surfaces_ = study::read_surfaces(study_->folder());
+  return *surfaces_;
+}
+
+void Chain::note_exam() {
+  if (std::exchange(exam_noted_, true)) return;
+  facts_.source_format = exam_->source_format;
+  facts_.decisions = exam_->decisions;
+  facts_.source = exam_->stack.grid();
+  facts_.rr_interval_s = exam_->stack.rr_interval_s;
+  facts_.frame_times_s = exam_->stack.frame_times_s;
+}
+
+void Chain::note_segmentation() {
+  if (std::exchange(segmentation_noted_, true)) return;
+  facts_.end_diastole = segmentation_->end_diastole;
+  facts_.end_systole = segmentation_->end_systole;
+  facts_.warnings = segmentation_->warnings;
   for (Structure structure : kAllStructures) {
-    if (segmentation.coverage.phases.count(structure) == 0) {
+    if (segmentation_->coverage.phases.count(structure) == 0) {
       facts_.warnings.push_back(std::string(structure_name(structure)) +
                                 " was not found; the package lacks it");
       continue;
     }
-    facts_.volumes.push_back({structure, report::segmented_volume_ml(segmentation, structure)});
+    facts_.volumes.push_back({structure, report::segmented_volume_ml(*segmentation_, structure)});
+  }
+  for (const std::string& warning : facts_.warnings) console_.warn(warning);
+}
+
+void Chain::note_for_package() {
+  if (!exam_noted_) (void)exam();
+  if (!segmentation_noted_) (void)segmentation();
+  if (!facts_.workspace_from_lps) {
+    facts_.workspace_from_lps = study::read_workspace_from_lps(study_->folder());
   }
 }
 
-Exam Chain::import(const std::vector<fs::path>& sources) {
-  Exam exam;
+void Chain::refuse_another_source() const {
+  for (Stage stage : study::kAllStages) {
+    const std::vector<std::string> edited = study::edited_outputs(*study_, stage);
+    if (edited.empty()) continue;
+    throw_invalid("the study " + study_->folder().string() + " was made from another source, and " +
+                  edited.front() +
+                  " was edited by hand; name a new folder, or give the edits up with "
+                  "--discard-edits");
+  }
+}
+
+void Chain::import(const std::vector<fs::path>& sources) {
+  study::Wanted with = wanted_of(Stage::Import, orders_);
+  if (sources.empty()) {
+    require(Stage::Import);
+    return;
+  }
+  if (study_) with.source_files = files_sha256(sources);
+  if (keeps(Stage::Import, with)) return;
+  if (study_ && study_->find(Stage::Import) && !orders_.discard_edits) {
+    const auto& inputs = study_->find(Stage::Import)->inputs;
+    const auto before = inputs.find(study::kSourceFiles);
+    if (before == inputs.end() || before->second != with.source_files) refuse_another_source();
+  }
   console_.stage("import", [&](StageContext& context) {
-    exam = ingest::read_exam(sources, recipe_.import, context);
-    facts_.input_sha256 = stack_sha256(exam.stack);
-    note_exam(exam);
-    study::FileList files;
-    if (study_) files = study::write_exam(study_->folder(), exam);
-    note(Stage::Import, stage_options(recipe_, Stage::Import), files);
+    exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
+    facts_.input_sha256 = stack_sha256(exam_->stack);
+    note_exam();
+    study::StageRecord record = new_record(Stage::Import);
+    record.inputs[study::kSourceStack] = facts_.input_sha256;
+    if (with.source_files) record.inputs[study::kSourceFiles] = *with.source_files;
+    leave(Stage::Import, std::move(record),
+          [&] { return study::write_exam(study_->folder(), *exam_); });
   });
-  for (const std::string& decision : exam.decisions) console_.tell("import: " + decision);
-  return exam;
+  for (const std::string& decision : facts_.decisions) console_.tell("import: " + decision);
 }
 
-Segmentation Chain::segment(const Exam& exam, const std::vector<segment::Seed>& seeds) {
-  Segmentation segmentation;
-  console_.stage("segment", [&](StageContext& context) {
-    segmentation = segment::segment_exam(exam, seeds, recipe_.segment, context);
-    note_segmentation(segmentation);
-    json options = stage_options(recipe_, Stage::Segment);
-    if (!seeds.empty()) {
-      options["seeds"] = {{"count", seeds.size()},
-                          {"sha256", sha256_of_text(seeds_to_json(seeds).dump())}};
-    }
-    study::FileList files;
-    if (study_) {
-      files =
-          study::write_segmentation(study_->folder(), segmentation, frame_interval_s(exam.stack));
-      write_pictures(exam, segmentation);
-      files.insert(files.end(), {"pictures/overlay.png", "pictures/volumes.svg"});
-    }
-    note(Stage::Segment, std::move(options), files);
+void Chain::segment() {
+  if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
+    console_.stage("segment", [&](StageContext& context) {
+      segmentation_ = segment::segment_exam(exam(), orders_.seeds, orders_.recipe.segment, context);
+      leave(Stage::Segment, new_record(Stage::Segment), [&] {
+        return study::write_segmentation(study_->folder(), *segmentation_,
+                                         frame_interval_s(exam().stack));
+      });
+    });
+    note_segmentation();
+  }
+  if (study_ && !keeps(Stage::Pictures, wanted_of(Stage::Pictures, orders_))) pictures();
+}
+
+void Chain::pictures() {
+  console_.stage("pictures", [&](StageContext&) {
+    const Exam& images = exam();
+    const Segmentation& found = segmentation();
+    leave(Stage::Pictures, new_record(Stage::Pictures), [&] {
+      study::make_folder(study_->folder() / "pictures");
+      study::write_bytes(study_->folder() / kOverlay, report::overlay_png(images.stack, found));
+      study::write_text(study_->folder() / kVolumes,
+                        report::volume_curves_svg(facts_.volumes, images.stack.rr_interval_s,
+                                                  facts_.end_diastole, facts_.end_systole));
+      return study::FileList{kOverlay, kVolumes};
+    });
   });
-  for (const std::string& warning : facts_.warnings) console_.warn(warning);
-  return segmentation;
 }
 
-void Chain::write_pictures(const Exam& exam, const Segmentation& segmentation) {
-  const fs::path folder = study_->folder() / "pictures";
-  study::make_folder(folder);
-  study::write_bytes(folder / "overlay.png", report::overlay_png(exam.stack, segmentation));
-  study::write_text(folder / "volumes.svg",
-                    report::volume_curves_svg(facts_.volumes, exam.stack.rr_interval_s,
-                                              facts_.end_diastole, facts_.end_systole));
+void Chain::registration() {
+  if (!keeps(Stage::Register, wanted_of(Stage::Register, orders_))) {
+    console_.stage("register", [&](StageContext& context) {
+      const Cine& cine = exam().stack;
+      const Segmentation& found = segmentation();
+      const Affine map = reg::workspace_from_lps(cine.grid(), found.coverage);
+      shapes_ = reg::shapes_in_workspace(found, map, orders_.recipe.registration, context);
+      facts_.workspace_from_lps = map;
+      leave(Stage::Register, new_record(Stage::Register), [&] {
+        return study::write_registration(
+            study_->folder(), {map, *shapes_}, reg::cine_in_workspace(cine, map),
+            reg::labels_in_workspace(*shapes_), frame_interval_s(cine));
+      });
+    });
+  }
+  exam_.reset();  // pack needs no more of them than what was noted
+  segmentation_.reset();
 }
 
-study::Registration Chain::registration(const Exam& exam, const Segmentation& segmentation) {
-  study::Registration out;
-  console_.stage("register", [&](StageContext& context) {
-    out.workspace_from_lps = reg::workspace_from_lps(exam.stack.grid(), segmentation.coverage);
-    out.shapes = reg::shapes_in_workspace(segmentation, out.workspace_from_lps,
-                                          recipe_.registration, context);
-    facts_.workspace_from_lps = out.workspace_from_lps;
-    study::FileList files;
-    if (study_) {
-      files = study::write_registration(
-          study_->folder(), out, reg::cine_in_workspace(exam.stack, out.workspace_from_lps),
-          reg::labels_in_workspace(out.shapes), frame_interval_s(exam.stack));
-    }
-    note(Stage::Register, stage_options(recipe_, Stage::Register), files);
-  });
-  return out;
+void Chain::fields() {
+  if (!keeps(Stage::Field, wanted_of(Stage::Field, orders_))) {
+    console_.stage("field", [&](StageContext& context) {
+      std::vector<FieldCycle> made;
+      for (const ShapeCycle& shape : shapes()) {
+        context.check_cancelled();
+        made.push_back(field::build_field(shape, orders_.recipe.field, context));
+      }
+      fields_ = std::move(made);
+      leave(Stage::Field, new_record(Stage::Field),
+            [&] { return study::write_fields(study_->folder(), *fields_); });
+    });
+  }
+  shapes_.reset();
 }
 
-std::vector<FieldCycle> Chain::fields(const std::vector<ShapeCycle>& shapes) {
-  std::vector<FieldCycle> out;
-  console_.stage("field", [&](StageContext& context) {
-    for (const ShapeCycle& shape : shapes) {
-      context.check_cancelled();
-      out.push_back(field::build_field(shape, recipe_.field, context));
-    }
-    study::FileList files;
-    if (study_) files = study::write_fields(study_->folder(), out);
-    note(Stage::Field, stage_options(recipe_, Stage::Field), files);
-  });
-  return out;
-}
-
-std::vector<SurfaceCycle> Chain::surfaces(const std::vector<FieldCycle>& fields) {
-  std::vector<SurfaceCycle> out;
+void Chain::surfaces() {
+  if (keeps(Stage::Mesh, wanted_of(Stage::Mesh, orders_))) return;
   console_.stage("mesh", [&](StageContext& context) {
-    for (const FieldCycle& field : fields) {
+    std::vector<SurfaceCycle> made;
+    for (const FieldCycle& field : field_cycles()) {
       context.check_cancelled();
-      out.push_back(mesh::mesh_cycle(field, recipe_.mesh, context));
+      made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, context));
     }
-    study::FileList files;
-    if (study_) files = study::write_surfaces(study_->folder(), out);
-    note(Stage::Mesh, stage_options(recipe_, Stage::Mesh), files);
+    surfaces_ = std::move(made);
+    leave(Stage::Mesh, new_record(Stage::Mesh),
+          [&] { return study::write_surfaces(study_->folder(), *surfaces_); });
   });
-  return out;
 }
 
-void Chain::pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle> surfaces,
-                 const Scene& scene, const fs::path& file) {
+void Chain::pack(const Scene& scene, const fs::path& file) {
+  study::Wanted with = wanted_of(Stage::Pack, orders_);
+  with.with_surfaces = scene_has_surfaces(scene);
+  with.options["scene"] = {{"content", scene.content},
+                           {"stiffness_n_per_m", scene.stiffness_n_per_m}};
+  with.options["quality"] = recipe_to_json(orders_.recipe).at("quality");
+  if (study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
+      study::holds(file, study_->find(Stage::Pack)->package_sha256)) {
+    kept_.push_back(Stage::Pack);
+    return;
+  }
   console_.stage("pack", [&](StageContext& context) {
+    note_for_package();
+    const std::vector<FieldCycle>& fields = field_cycles();
     std::vector<SurfaceCycle> used;
     for (const FieldCycle& field : fields) {
       if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, field.structure)) continue;
+      const std::vector<SurfaceCycle>& surfaces = surface_cycles();
       const auto surface = std::find_if(
           surfaces.begin(), surfaces.end(),
           [&](const SurfaceCycle& candidate) { return candidate.structure == field.structure; });
@@ -173,10 +366,10 @@ void Chain::pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle
         throw_invalid("there is no surface of " + std::string(structure_name(field.structure)) +
                       ", which the scene " + scene.content + " needs; run the stage mesh again");
       }
-      used.push_back(std::move(*surface));
+      used.push_back(*surface);
     }
     const auto quality = measure_quality(facts_.volumes, fields, used);
-    demand_quality(quality, recipe_.quality);
+    demand_quality(quality, orders_.recipe.quality);
 
     pack::PackageContent content;
     atlas::Manifest& manifest = content.manifest;
@@ -184,7 +377,7 @@ void Chain::pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle
     manifest.stiffness_n_per_m = scene.stiffness_n_per_m;
     manifest.rr_interval_s = facts_.rr_interval_s;
     manifest.frame_times_s = facts_.frame_times_s;
-    manifest.workspace_from_lps = facts_.workspace_from_lps;
+    manifest.workspace_from_lps = *facts_.workspace_from_lps;
     manifest.source_size = facts_.source.size;
     manifest.source_lps_from_index = facts_.source.mm_from_index;
     manifest.end_diastole = facts_.end_diastole;
@@ -199,7 +392,7 @@ void Chain::pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle
       stages[std::string(study::stage_name(stage))] = {{"version", fact.version},
                                                        {"options", fact.options}};
     }
-    const json pack_options = stage_options(recipe_, Stage::Pack);
+    const json pack_options = stage_options(orders_.recipe, Stage::Pack);
     stages["pack"] = {{"version", kVersion}, {"options", pack_options}};
     manifest.provenance = {{"program", "beatlas"},
                            {"version", kVersion},
@@ -212,7 +405,7 @@ void Chain::pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle
     for (const FieldCycle& field : fields) {
       context.check_cancelled();
       if (!atlas::scene_holds(scene.content, atlas::kFieldKind, field.structure)) continue;
-      content.fields.push_back(pack::encode_field(field, recipe_.pack));
+      content.fields.push_back(pack::encode_field(field, orders_.recipe.pack));
       context.progress(static_cast<double>(content.fields.size()) /
                        static_cast<double>(fields.size()));
     }
@@ -222,27 +415,13 @@ void Chain::pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle
     }
     context.check_cancelled();
     pack::write_package(file, content);
-    note(Stage::Pack, pack_options, {});
+    study::StageRecord record{with.version, with.options, {}, {}, {}};
+    if (study_) {
+      record.inputs = study_->inputs_now(Stage::Pack, with.with_surfaces);
+      record.package_sha256 = study::sha256_of_file(file);
+    }
+    leave(Stage::Pack, std::move(record), [] { return study::FileList{}; });
   });
-}
-
-void Chain::recall(Stage last) {
-  for (Stage stage : study::kAllStages) {
-    if (stage > last) break;
-    const study::StageRecord& record = study_->record(stage);
-    facts_.stages[stage] = {record.version, record.options};
-  }
-  const auto& inputs = study_->record(Stage::Import).inputs;
-  if (const auto source = inputs.find("source"); source != inputs.end()) {
-    facts_.input_sha256 = source->second;
-  }
-}
-
-void Chain::recall_exam() {
-  const fs::path& folder = study_->folder();
-  note_exam(study::read_exam(folder));
-  note_segmentation(study::read_segmentation(folder));
-  facts_.workspace_from_lps = study::read_workspace_from_lps(folder);
 }
 
 }  // namespace beatlas::cli

@@ -1,20 +1,23 @@
 #pragma once
-/// The stages in a row, as `build` and the stage commands run them: each is given values, gives
-/// values and, if there is a study, leaves them in it.
+/// The stages in a row, as `build` and the stage commands run them. Each call brings one stage up
+/// to date: it runs the stage, or keeps what the study holds if that is what it would make, or if
+/// it was edited by hand. Values pass in memory; what was kept is read when a later stage asks.
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/cli/console.h"
-#include "pipeline/cli/recipe.h"
+#include "pipeline/cli/orders.h"
 #include "pipeline/cli/scene.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/report/curves.h"
 #include "pipeline/study/stage_files.h"
+#include "pipeline/study/state.h"
 #include "pipeline/study/study.h"
 
 namespace beatlas::cli {
@@ -25,7 +28,7 @@ struct Facts {
     std::string version;
     nlohmann::json options;
   };
-  std::map<study::Stage, StageFact> stages;  ///< all but pack
+  std::map<study::Stage, StageFact> stages;  ///< all but pictures and pack
   std::string input_sha256;                  ///< see stack_sha256
   std::string source_format;
   std::vector<std::string> decisions;
@@ -36,44 +39,65 @@ struct Facts {
   int end_diastole = 0;
   int end_systole = 0;
   std::vector<report::VolumeCurve> volumes;  ///< of the segmentation, in order of structure
-  Affine workspace_from_lps = Affine::Identity();
+  std::optional<Affine> workspace_from_lps;
 };
 
 class Chain {
  public:
   /// @param study where every stage leaves its values; none: nothing is written
-  Chain(Console& console, Recipe recipe, std::optional<study::Study> study);
+  Chain(Console& console, Orders orders, std::optional<study::Study> study);
 
-  [[nodiscard]] const Recipe& recipe() const { return recipe_; }
-  [[nodiscard]] study::Study& study() { return *study_; }
-  [[nodiscard]] Console& console() { return console_; }
-
-  Exam import(const std::vector<std::filesystem::path>& sources);
-  Segmentation segment(const Exam& exam, const std::vector<segment::Seed>& seeds);
-  study::Registration registration(const Exam& exam, const Segmentation& segmentation);
-  std::vector<FieldCycle> fields(const std::vector<ShapeCycle>& shapes);
-  std::vector<SurfaceCycle> surfaces(const std::vector<FieldCycle>& fields);
+  /// @param sources none: what the study holds is kept
+  void import(const std::vector<std::filesystem::path>& sources);
+  /// Also brings the pictures up to date.
+  void segment();
+  void registration();
+  void fields();
+  void surfaces();
   /// Volume curves are those of all fields, whatever the scene.
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
-  void pack(const std::vector<FieldCycle>& fields, std::vector<SurfaceCycle> surfaces,
-            const Scene& scene, const std::filesystem::path& file);
+  void pack(const Scene& scene, const std::filesystem::path& file);
 
-  /// Takes note, from the study, of the stages up to `last`, which must have run; for a stage
-  /// command that starts after it. @throws Error{InvalidInput}
-  void recall(study::Stage last);
-  /// Takes note, from the study, of all that pack tells of exam, segmentation and workspace.
-  void recall_exam();
+  /// For a command that starts after it: the stage must be up to date, or edited.
+  /// @throws Error{InvalidInput} naming the command to run first
+  void require(study::Stage stage);
+
+  /// Says which stages ran and which were kept, if any was.
+  void tell_kept();
 
  private:
-  void note(study::Stage stage, nlohmann::json options, const study::FileList& files);
-  void note_exam(const Exam& exam);
-  void note_segmentation(const Segmentation& segmentation);
-  void write_pictures(const Exam& exam, const Segmentation& segmentation);
+  /// Whether the study's result of the stage stays as it is; takes note of it if so.
+  bool keeps(study::Stage stage, const study::Wanted& wanted);
+  /// Writes what a stage made into the study, if there is one, and takes note of it.
+  void leave(study::Stage stage, study::StageRecord record,
+             const std::function<study::FileList()>& write);
+  [[nodiscard]] study::StageRecord new_record(study::Stage stage) const;
+  void pictures();
+  void refuse_another_source() const;
+
+  const Exam& exam();
+  const Segmentation& segmentation();
+  const std::vector<ShapeCycle>& shapes();
+  const std::vector<FieldCycle>& field_cycles();
+  const std::vector<SurfaceCycle>& surface_cycles();
+  void note_for_package();
+  void note_exam();
+  void note_segmentation();
 
   Console& console_;
-  Recipe recipe_;
+  Orders orders_;
   std::optional<study::Study> study_;
   Facts facts_;
+  std::vector<study::Stage> kept_;
+  std::vector<study::Stage> made_;
+
+  std::optional<Exam> exam_;
+  std::optional<Segmentation> segmentation_;
+  std::optional<std::vector<ShapeCycle>> shapes_;
+  std::optional<std::vector<FieldCycle>> fields_;
+  std::optional<std::vector<SurfaceCycle>> surfaces_;
+  bool exam_noted_ = false;
+  bool segmentation_noted_ = false;
 };
 
 /// Whether a package of the scene holds any surface, so that the stage mesh must run.

@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/seeds.h"
+#include "pipeline/cli/import_words.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -13,48 +13,47 @@ namespace {
 struct Arguments {
   CommonArguments common;
   std::vector<std::string> sources;
+  ImportWords words;
   std::string output;
   std::string scene = "full";
   std::string seeds;
   std::string study;
+  bool discard_edits = false;
 };
 
 int build(const Arguments& arguments) {
-  const Recipe recipe = recipe_of(arguments.common.recipe);
+  if (arguments.sources.empty() && arguments.study.empty()) {
+    throw Error(ErrorCode::Usage, "SOURCE is missing: name the images, or a study with --study");
+  }
   const Scene scene = read_scene(arguments.scene);
-  std::vector<segment::Seed> seeds;
-  if (!arguments.seeds.empty()) seeds = read_seeds(arguments.seeds);
   study::check_writable(arguments.output);
   if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
-  std::optional<study::Study> study;
-  if (!arguments.study.empty()) {
-    study = study::Study::create(arguments.study);
-    study->set_recipe(recipe_to_json(recipe));
-  }
-  // A study keeps the surfaces too, so that it can be packed again for another scene.
-  const bool with_surfaces = study.has_value() || scene_has_surfaces(scene);
+  Orders orders;
+  // Bad words are told before a study is waited for or made.
+  if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
+  if (!arguments.seeds.empty()) orders.seeds = seeds_of(arguments.seeds);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
-  Chain chain(console, recipe, std::move(study));
-
-  std::vector<ShapeCycle> shapes;
-  {
-    const Exam exam = chain.import({arguments.sources.begin(), arguments.sources.end()});
-    const Segmentation segmentation = [&] {
-      try {
-        return chain.segment(exam, seeds);
-      } catch (const Error& error) {
-        throw error.with_context(arguments.sources.front());
-      }
-    }();
-    shapes = chain.registration(exam, segmentation).shapes;
+  std::optional<study::Study> study;
+  if (!arguments.study.empty()) {
+    study = study_to_write(arguments.study, console, arguments.sources.empty());
+    Orders before = orders_of(*study);
+    if (arguments.common.recipe.empty()) orders.recipe = before.recipe;
+    if (arguments.seeds.empty()) orders.seeds = std::move(before.seeds);
   }
-  const std::vector<FieldCycle> fields = chain.fields(shapes);
-  shapes.clear();
-  std::vector<SurfaceCycle> surfaces;
-  if (with_surfaces) surfaces = chain.surfaces(fields);
-  chain.pack(fields, std::move(surfaces), scene, arguments.output);
-
+  apply(arguments.words, orders.recipe.import);
+  orders.discard_edits = arguments.discard_edits;
+  if (study) keep_orders(orders, *study);
+  // A study keeps the surfaces too, so that it can be packed again for another scene.
+  const bool with_surfaces = study.has_value() || scene_has_surfaces(scene);
+  Chain chain(console, std::move(orders), std::move(study));
+  chain.import({arguments.sources.begin(), arguments.sources.end()});
+  chain.segment();
+  chain.registration();
+  chain.fields();
+  if (with_surfaces) chain.surfaces();
+  chain.pack(scene, arguments.output);
+  chain.tell_kept();
   console.finish();
   if (!arguments.common.timing.empty()) {
     console.write_timing(arguments.common.timing, arguments.common.threads);
@@ -71,7 +70,9 @@ void add_build(CLI::App& app, Run& run) {
       "SOURCE is a DICOM folder (a whole exam, mixed series are fine) or one 4-D NIfTI file.\n"
       "An existing package is replaced at once, when the new one is complete.\n"
       "Example: beatlas build exam/ -o heart.beatlas --scene palpation");
-  command->add_option("SOURCE", arguments->sources, "Images")->required();
+  command->add_option("SOURCE", arguments->sources,
+                      "Images; may be left out where --study has been built before");
+  add_import_words(*command, arguments->words);
   command->add_option("-o,--output", arguments->output, "The package to write")
       ->required()
       ->type_name("X.beatlas");
@@ -79,13 +80,17 @@ void add_build(CLI::App& app, Run& run) {
       ->add_option("--scene", arguments->scene,
                    "What the package is for: palpation, anatomy, full or a JSON file")
       ->capture_default_str();
-  command->add_option("--seeds", arguments->seeds, "Places marked by hand; without: automatic")
+  command
+      ->add_option("--seeds", arguments->seeds,
+                   "Places marked by hand; none: automatic again in a study that has seeds")
       ->type_name("S.json");
   command
       ->add_option("--study", arguments->study,
-                   "Leave what each stage gives in this folder, in formats that can be opened "
-                   "elsewhere, with pictures to check by eye")
+                   "Leave what each stage gives in this folder, in formats that can be opened and "
+                   "corrected elsewhere, with pictures to check by eye; built again, only what "
+                   "changed runs")
       ->type_name("DIR");
+  add_discard_edits(*command, arguments->discard_edits);
   add_building(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return build(*arguments); }; });
 }

@@ -5,6 +5,7 @@
 
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/source_labels.h"
+#include "pipeline/cli/study_status.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
@@ -49,10 +50,21 @@ Content from_package(const fs::path& file, bool fields) {
   return content;
 }
 
+void require_done(const study::Study& study, study::Stage stage) {
+  for (const StageStatus& status : status_of(study).stages) {
+    if (status.stage > stage || status.stage == study::Stage::Pictures) continue;
+    if (status.state == "done" || status.state == "edited") continue;
+    throw_invalid("in the study " + study.folder().string() + " the stage " +
+                  std::string(study::stage_name(status.stage)) + " is " + status.state +
+                  "; build it first: beatlas build --study " + study.folder().string() +
+                  " -o X.beatlas");
+  }
+}
+
 Content from_study(const fs::path& folder, bool fields) {
   const study::Study study = study::Study::open(folder);
   Content content;
-  (void)study.record(fields ? study::Stage::Field : study::Stage::Mesh);
+  require_done(study, fields ? study::Stage::Field : study::Stage::Mesh);
   if (!fields) {
     for (SurfaceCycle& cycle : study::read_surfaces(folder)) {
       content.surfaces.push_back(std::make_shared<atlas::SurfacePayload>(atlas::SurfacePayload{
@@ -60,8 +72,7 @@ Content from_study(const fs::path& folder, bool fields) {
     }
     return content;
   }
-  Recipe recipe;
-  if (study.recipe()) recipe = recipe_from_json(*study.recipe());
+  const Recipe recipe = orders_of(study).recipe;
   for (const FieldCycle& cycle : study::read_fields(folder)) {
     content.fields.push_back(
         std::make_shared<atlas::FieldPayload>(pack::encode_field(cycle, recipe.pack)));

@@ -11,9 +11,7 @@ void add_field(CLI::App& app, Run& run) {
   add_stage_arguments(*command, *arguments);
   command->callback([arguments, &run] {
     run = [arguments] {
-      return run_stage(*arguments, study::Stage::Register, [](Chain& chain) {
-        (void)chain.fields(study::read_registration(chain.study().folder()).shapes);
-      });
+      return run_stage(*arguments, study::Stage::Register, [](Chain& chain) { chain.fields(); });
     };
   });
 }

@@ -11,9 +11,7 @@ void add_mesh(CLI::App& app, Run& run) {
   add_stage_arguments(*command, *arguments);
   command->callback([arguments, &run] {
     run = [arguments] {
-      return run_stage(*arguments, study::Stage::Field, [](Chain& chain) {
-        (void)chain.surfaces(study::read_fields(chain.study().folder()));
-      });
+      return run_stage(*arguments, study::Stage::Field, [](Chain& chain) { chain.surfaces(); });
     };
   });
 }

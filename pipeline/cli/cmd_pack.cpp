@@ -32,14 +32,8 @@ void add_pack(CLI::App& app, Run& run) {
               : std::filesystem::path(arguments->output);
       if (!arguments->output.empty()) study::check_writable(file);
       const bool surfaces = scene_has_surfaces(scene);
-      return run_stage(
-          arguments->stage, surfaces ? study::Stage::Mesh : study::Stage::Field, [&](Chain& chain) {
-            chain.recall_exam();
-            const std::filesystem::path& folder = chain.study().folder();
-            chain.pack(study::read_fields(folder),
-                       surfaces ? study::read_surfaces(folder) : std::vector<SurfaceCycle>{}, scene,
-                       file);
-          });
+      return run_stage(arguments->stage, surfaces ? study::Stage::Mesh : study::Stage::Field,
+                       [&](Chain& chain) { chain.pack(scene, file); });
     };
   });
 }

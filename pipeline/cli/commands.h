@@ -29,6 +29,7 @@ void add_info(CLI::App& app, Run& run);
 void add_validate(CLI::App& app, Run& run);
 void add_export(CLI::App& app, Run& run);
 void add_defaults(CLI::App& app, Run& run);
+void add_status(CLI::App& app, Run& run);
 
 /// Words of the commands that take long.
 struct CommonArguments {
@@ -42,17 +43,26 @@ void add_common(CLI::App& command, CommonArguments& arguments);
 /// The same with --recipe and --timing.
 void add_building(CLI::App& command, CommonArguments& arguments);
 
-/// Adds `--study DIR`, required, and the words of add_building.
+/// Adds `--study DIR`, required, --discard-edits and the words of add_building.
 struct StageArguments {
   CommonArguments common;
   std::string study;
+  bool discard_edits = false;
 };
 void add_stage_arguments(CLI::App& command, StageArguments& arguments);
 
-/// Opens the study and runs `body` with a chain whose recipe is --recipe's, else the study's, else
-/// the defaults. `before` is the last stage that must have run.
+void add_discard_edits(CLI::App& command, bool& discard_edits);
+
+/// Opens or starts the study to write, saying so if it must wait for another program.
+[[nodiscard]] study::Study study_to_write(const std::string& folder, Console& console,
+                                          bool must_be_there);
+
+/// Opens the study and runs `body` with a chain whose recipe is --recipe's, else the study's.
+/// `before` is the last stage that must be up to date.
+/// @param change called with the orders of the study before they are used; may be empty
 int run_stage(const StageArguments& arguments, study::Stage before,
-              const std::function<void(Chain&)>& body);
+              const std::function<void(Chain&)>& body,
+              const std::function<void(Orders&)>& change = {});
 
 /// The recipe of a new build: that of the file, or the defaults without one.
 [[nodiscard]] Recipe recipe_of(const std::string& file);

@@ -33,31 +33,42 @@ void add_stage_arguments(CLI::App& command, StageArguments& arguments) {
   command.add_option("--study", arguments.study, "The study's folder")
       ->required()
       ->type_name("DIR");
+  add_discard_edits(command, arguments.discard_edits);
   add_building(command, arguments.common);
+}
+
+void add_discard_edits(CLI::App& command, bool& discard_edits) {
+  command.add_flag("--discard-edits", discard_edits,
+                   "Make anew what was edited by hand in the study; without, it is kept");
+}
+
+study::Study study_to_write(const std::string& folder, Console& console, bool must_be_there) {
+  const study::Waiting waiting{
+      [&] { console.tell("another beatlas writes in " + folder + "; waiting for its end"); },
+      cancel_flag()};
+  return must_be_there ? study::Study::open_to_write(folder, waiting)
+                       : study::Study::create(folder, waiting);
 }
 
 Recipe recipe_of(const std::string& file) { return file.empty() ? Recipe{} : read_recipe(file); }
 
 int run_stage(const StageArguments& arguments, study::Stage before,
-              const std::function<void(Chain&)>& body) {
-  study::Study study = study::Study::open(arguments.study);
-  Recipe recipe;
-  if (!arguments.common.recipe.empty()) {
-    recipe = read_recipe(arguments.common.recipe);
-    study.set_recipe(recipe_to_json(recipe));
-  } else if (study.recipe()) {
-    try {
-      recipe = recipe_from_json(*study.recipe());
-    } catch (const Error& error) {
-      throw error.with_context(arguments.study + "/study.json: /recipe");
-    }
-  }
-  if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
+              const std::function<void(Chain&)>& body, const std::function<void(Orders&)>& change) {
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
-  Chain chain(console, recipe, std::move(study));
-  chain.recall(before);
+  study::Study study = study_to_write(arguments.study, console, true);
+  Orders orders = orders_of(study);
+  if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
+  if (change) change(orders);
+  orders.discard_edits = arguments.discard_edits;
+  keep_orders(orders, study);
+  if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
+  Chain chain(console, std::move(orders), std::move(study));
+  for (const study::Stage stage : study::kAllStages) {
+    if (stage <= before && stage != study::Stage::Pictures) chain.require(stage);
+  }
   body(chain);
+  chain.tell_kept();
   console.finish();
   if (!arguments.common.timing.empty()) {
     console.write_timing(arguments.common.timing, arguments.common.threads);

@@ -42,7 +42,10 @@ double wall_s() {
 void catch_interrupts() {
   std::signal(SIGINT, request_cancel);
   std::signal(SIGTERM, request_cancel);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
+
+const std::atomic<bool>* cancel_flag() { return &cancel_requested; }
 
 double peak_memory_mb() {
   rusage usage{};

@@ -2,6 +2,7 @@
 /// Where a command talks to its user: log, warnings and progress on stderr, data on stdout, wall
 /// time of each stage, and the interrupt key.
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -49,9 +50,12 @@ class Console {
   std::vector<report::StageTime> times_;
 };
 
-/// Makes the interrupt and termination signals set the flag that Console's stages look at; the
+/// Has a write beyond a file size limit fail like one to a full disk, and makes the interrupt and
+/// termination signals set the flag that Console's stages look at; the
 /// second signal ends the process as usual.
 void catch_interrupts();
+/// That flag, for what waits outside a stage.
+[[nodiscard]] const std::atomic<bool>* cancel_flag();
 
 /// Highest resident memory of the process so far.
 [[nodiscard]] double peak_memory_mb();

@@ -1,13 +1,19 @@
 #include "pipeline/cli/fingerprint.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <cstdio>
 #include <span>
+#include <system_error>
 
+#include "pipeline/core/parallel.h"
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas::cli {
+namespace fs = std::filesystem;
 
 std::string stack_sha256(const Cine& stack) {
   std::string text = "beatlas stack 1\n";
@@ -27,6 +33,35 @@ std::string stack_sha256(const Cine& stack) {
   for (double time_s : stack.frame_times_s) add_bits(time_s);
   for (const std::vector<float>& phase : stack.images.phases) {
     text += sha256_hex(std::as_bytes(std::span(phase))) + "\n";
+  }
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+std::optional<std::string> files_sha256(const std::vector<fs::path>& sources) {
+  std::string text = "beatlas files 1\n";
+  for (const fs::path& source : sources) {
+    std::error_code error;
+    std::vector<fs::path> files;
+    if (fs::is_directory(source, error)) {
+      for (auto it = fs::recursive_directory_iterator(source, error);
+           !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+        std::error_code ignored;
+        if (it->is_regular_file(ignored)) files.push_back(it->path());
+      }
+    } else {
+      files.push_back(source);
+    }
+    if (error) return std::nullopt;
+    std::vector<std::string> hashes(files.size());
+    try {
+      parallel_for(files.size(),
+                   [&](std::size_t at) { hashes[at] = study::sha256_of_file(files[at]); });
+    } catch (const Error&) {
+      return std::nullopt;  // the reader says what is wrong
+    }
+    std::sort(hashes.begin(), hashes.end());
+    text += std::to_string(hashes.size()) + "\n";
+    for (const std::string& hash : hashes) text += hash + "\n";
   }
   return sha256_hex(std::as_bytes(std::span(text)));
 }

@@ -16,6 +16,10 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.section("import");
   visit.option("rr_interval_s", recipe.import.rr_interval_s, 0.0, 3.0);
   visit.option("phases", recipe.import.phases, 0, 200);
+  visit.option("frame_times_s", recipe.import.frame_times_s, 0.0, 10.0);
+  visit.option("exam", recipe.import.exam, 0, 100000);
+  visit.option("series", recipe.import.series, 0, 2147483647);
+  visit.option("stack", recipe.import.stack, 0, 100000);
   visit.section("segment");
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
@@ -46,8 +50,8 @@ class Reader {
     static const json kEmpty = json::object();
     section_.emplace(whole_.has(name) ? whole_.at(name) : kEmpty, "/" + name);
   }
-  template <class T>
-  void option(const std::string& key, T& value, T low, T high) {
+  template <class T, class Bound>
+  void option(const std::string& key, T& value, Bound low, Bound high) {
     section_->read(key, value, low, high);
   }
   void end() {
@@ -70,8 +74,8 @@ class Writer {
     section_ = name;
     out_[name] = json::object();
   }
-  template <class T>
-  void option(const std::string& key, const T& value, T, T) {
+  template <class T, class Bound>
+  void option(const std::string& key, const T& value, Bound, Bound) {
     out_[section_][key] = value;
   }
   void end() {}
@@ -99,7 +103,7 @@ json recipe_to_json(const Recipe& recipe) {
 }
 
 json stage_options(const Recipe& recipe, study::Stage stage) {
-  return recipe_to_json(recipe).at(std::string(study::stage_name(stage)));
+  return recipe_to_json(recipe).value(std::string(study::stage_name(stage)), json::object());
 }
 
 Recipe read_recipe(const std::filesystem::path& file) {

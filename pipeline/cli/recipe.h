@@ -37,7 +37,7 @@ struct Recipe {
 [[nodiscard]] Recipe recipe_from_json(const nlohmann::json& json);
 /// Every option with its value; recipe_from_json of it gives the same recipe.
 [[nodiscard]] nlohmann::json recipe_to_json(const Recipe& recipe);
-/// The part of recipe_to_json that a stage obeys.
+/// The part of recipe_to_json that a stage obeys; empty for Pictures.
 [[nodiscard]] nlohmann::json stage_options(const Recipe& recipe, study::Stage stage);
 
 /// @throws Error{InvalidInput} naming the file.

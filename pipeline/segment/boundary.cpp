@@ -40,6 +40,22 @@ cv::Mat outline_distance_px(const cv::Mat& mask) {
 
 }  // namespace
 
+std::vector<float> outline_coverage(const Grid& grid, const std::vector<std::uint8_t>& inside) {
+  std::vector<float> coverage(inside.size());
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const std::size_t begin = grid.offset(0, 0, k);
+    const cv::Mat in = cv::Mat(grid.size[1], grid.size[0], CV_8U,
+                               const_cast<std::uint8_t*>(inside.data() + begin)) != 0;
+    cv::Mat out(grid.size[1], grid.size[0], CV_32F, coverage.data() + begin);
+    in.convertTo(out, CV_32F, 1.0 / 255.0);
+    const int within = cv::countNonZero(in);
+    if (within == 0 || within == in.rows * in.cols) continue;
+    const cv::Mat covered = 0.5F - outline_distance_px(in);
+    out = cv::min(cv::max(covered, 0.0F), 1.0F);  // assigns into `coverage`: same size and type
+  }
+  return coverage;
+}
+
 std::vector<float> boundary_coverage(const Grid& grid, const std::vector<float>& image,
                                      const std::vector<std::uint8_t>& inside,
                                      const std::vector<std::uint8_t>& reference, double contrast) {

@@ -19,4 +19,8 @@ namespace beatlas::segment {
                                                    const std::vector<std::uint8_t>& reference,
                                                    double contrast);
 
+/// The same from the mask alone: coverage of its outline, smoothed in plane.
+[[nodiscard]] std::vector<float> outline_coverage(const Grid& grid,
+                                                  const std::vector<std::uint8_t>& inside);
+
 }  // namespace beatlas::segment

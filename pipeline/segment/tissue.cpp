@@ -208,8 +208,9 @@ Box find_moving_box(const Grid& grid, const TemporalStats& stats) {
   return box;
 }
 
-ImageCycle<float> crop(const ImageCycle<float>& images, const Box& box) {
-  ImageCycle<float> out;
+template <class T>
+ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box) {
+  ImageCycle<T> out;
   out.grid = images.grid.part(box.first, box.size);
   out.phases.resize(images.phases.size());
   for (std::size_t p = 0; p < images.phases.size(); ++p) {
@@ -225,6 +226,9 @@ ImageCycle<float> crop(const ImageCycle<float>& images, const Box& box) {
   }
   return out;
 }
+
+template ImageCycle<float> crop(const ImageCycle<float>&, const Box&);
+template ImageCycle<std::uint8_t> crop(const ImageCycle<std::uint8_t>&, const Box&);
 
 double otsu_threshold(std::vector<float> values) {
   if (values.empty()) return 0;

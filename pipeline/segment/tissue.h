@@ -32,8 +32,9 @@ struct TemporalStats {
 /// @throws Error{InvalidInput} if nothing in the images moves more than their noise.
 [[nodiscard]] Box find_moving_box(const Grid& grid, const TemporalStats& stats);
 
-/// The part of a cine in a box.
-[[nodiscard]] ImageCycle<float> crop(const ImageCycle<float>& images, const Box& box);
+/// The part of a cine, or of its labels, in a box. T: float, std::uint8_t.
+template <class T>
+[[nodiscard]] ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box);
 
 /// Otsu's threshold of values (two classes of least inner variance).
 [[nodiscard]] double otsu_threshold(std::vector<float> values);

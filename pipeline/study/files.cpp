@@ -11,15 +11,21 @@ namespace beatlas::study {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr auto kPartialPrefix = ".partial-";
+
 [[noreturn]] void fail_machine(const std::string& message) {
   throw Error(ErrorCode::Machine, message);
 }
 
 fs::path temporary_of(const fs::path& file) {
-  return file.parent_path() / (".partial-" + file.filename().string());
+  return file.parent_path() / (kPartialPrefix + file.filename().string());
 }
 
 }  // namespace
+
+bool is_partial(const fs::path& file) {
+  return file.filename().string().starts_with(kPartialPrefix);
+}
 
 void replace_file(const fs::path& file, const std::function<void(const fs::path&)>& write) {
   const fs::path temporary = temporary_of(file);
@@ -101,6 +107,11 @@ nlohmann::json read_json(const fs::path& file) {
 }
 
 std::string sha256_of_file(const fs::path& file) { return sha256_hex(read_bytes(file)); }
+
+bool holds(const fs::path& file, const std::string& sha256) {
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored) && sha256_of_file(file) == sha256;
+}
 
 void make_folder(const fs::path& folder) {
   std::error_code failure;

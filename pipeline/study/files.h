@@ -19,6 +19,9 @@ namespace beatlas::study {
 void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 
+/// Whether `file` has the name of such a temporary: left behind by a program that was killed.
+[[nodiscard]] bool is_partial(const std::filesystem::path& file);
+
 /// replace_file with these bytes. @throws Error{Machine}
 void write_bytes(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_text(const std::filesystem::path& file, std::string_view text);
@@ -31,6 +34,9 @@ void write_json(const std::filesystem::path& file, const nlohmann::json& json);
 /// stands twice in one object is refused too.
 [[nodiscard]] nlohmann::json read_json(const std::filesystem::path& file);
 [[nodiscard]] std::string sha256_of_file(const std::filesystem::path& file);
+
+/// Whether the file is there with this content.
+[[nodiscard]] bool holds(const std::filesystem::path& file, const std::string& sha256);
 
 /// Makes the folder and those above it. @throws Error{Machine}
 void make_folder(const std::filesystem::path& folder);

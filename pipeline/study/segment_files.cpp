@@ -1,6 +1,9 @@
+#include <system_error>
+
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/json_values.h"
+#include "pipeline/study/stage.h"
 #include "pipeline/study/stage_files.h"
 #include "pipeline/study/structure_list.h"
 #include "runtime/base/error.h"
@@ -41,10 +44,11 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
                             double frame_interval_s) {
   const fs::path folder = study / "segment";
   make_folder(folder);
-  FileList files{"segment/segment.json", "segment/labels.nii.gz"};
+  FileList files{"segment/segment.json", "segment/labels.nii.gz", kLabelsAsMade};
   const LabelCycle& labels = segmentation.labels;
   const CoverageCycle& coverage = segmentation.coverage;
   write_labels(folder / "labels.nii.gz", labels, labels.grid, frame_interval_s);
+  write_labels(study / kLabelsAsMade, labels, labels.grid, frame_interval_s);
   std::vector<Structure> structures;
   for (const auto& [structure, phases] : coverage.phases) {
     const std::string name = coverage_name(structure);
@@ -69,17 +73,26 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
   return files;
 }
 
-Segmentation read_segmentation(const fs::path& study) {
+StoredSegmentation read_segmentation(const fs::path& study) {
   const fs::path folder = study / "segment";
   const fs::path index = folder / "segment.json";
   const json content = read_json(index);
   try {
     JsonObject object(content, "");
-    Segmentation out;
+    StoredSegmentation stored;
+    Segmentation& out = stored.made;
     const Grid grid = grid_from_json(object.at("grid"), "/grid");
     int phases = 0;
     object.read("phases", phases, 1, 10000);
-    out.labels = read_labels(folder / "labels.nii.gz", {grid, grid, phases});
+    stored.labels = read_labels(folder / "labels.nii.gz", {grid, grid, phases});
+    std::error_code ignored;
+    if (fs::is_regular_file(study / kLabelsAsMade, ignored)) {
+      out.labels = read_labels(study / kLabelsAsMade, {grid, grid, phases});
+    } else {
+      out.labels.grid = grid;
+      out.labels.phases.assign(static_cast<std::size_t>(phases),
+                               std::vector<std::uint8_t>(grid.count(), kLabelBackground));
+    }
     out.coverage.grid = grid_from_json(object.at("coverage_grid"), "/coverage_grid");
     out.coverage.first = index_from_json(object.at("coverage_first"), "/coverage_first");
     for (Structure structure : structures_from_json(object.at("structures"), "/structures")) {
@@ -92,7 +105,7 @@ Segmentation read_segmentation(const fs::path& study) {
     read_cuts(object.at("base_cuts"), "/base_cuts", phases, out);
     out.warnings = strings_from_json(object.at("warnings"), "/warnings");
     object.finish();
-    return out;
+    return stored;
   } catch (const Error& error) {
     throw error.with_context(index.string());
   }

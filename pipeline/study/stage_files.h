@@ -21,7 +21,13 @@ FileList write_exam(const std::filesystem::path& study, const Exam& exam);
 /// segment/: labels on the source's grid, coverage of each structure on its part of it.
 FileList write_segmentation(const std::filesystem::path& study, const Segmentation& segmentation,
                             double frame_interval_s);
-[[nodiscard]] Segmentation read_segmentation(const std::filesystem::path& study);
+
+/// A segmentation as it was made, and its labels as they are now: those may have been painted over.
+struct StoredSegmentation {
+  Segmentation made;  ///< its labels are all background if labels_as_made.nii.gz is gone
+  LabelCycle labels;
+};
+[[nodiscard]] StoredSegmentation read_segmentation(const std::filesystem::path& study);
 
 /// What the stage `register` gives.
 struct Registration {

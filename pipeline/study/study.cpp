@@ -1,8 +1,11 @@
 #include "pipeline/study/study.h"
 
+#include <cassert>
 #include <system_error>
+#include <utility>
 
 #include "pipeline/study/files.h"
+#include "pipeline/study/json_values.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_object.h"
 
@@ -11,47 +14,32 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
-constexpr int kStudyFormat = 1;
+constexpr int kStudyFormat = 2;
 constexpr auto kIndexName = "study.json";
-
-/// The stages whose outputs a stage reads.
-std::vector<Stage> sources_of(Stage stage) {
-  switch (stage) {
-    case Stage::Import:
-      return {};
-    case Stage::Segment:
-      return {Stage::Import};
-    case Stage::Register:
-      return {Stage::Import, Stage::Segment};
-    case Stage::Field:
-      return {Stage::Register};
-    case Stage::Mesh:
-      return {Stage::Field};
-    case Stage::Pack:
-      return {Stage::Import, Stage::Segment, Stage::Register, Stage::Field, Stage::Mesh};
-  }
-  return {};
-}
 
 json to_json(const StageRecord& record) {
   json out{{"version", record.version},
            {"options", record.options},
            {"inputs", record.inputs},
            {"outputs", record.outputs}};
-  if (record.stale) out["stale"] = true;
+  if (!record.package_sha256.empty()) out["package_sha256"] = record.package_sha256;
   return out;
 }
 
-std::map<std::string, std::string> hashes(const json& object, const std::string& path) {
-  std::map<std::string, std::string> out;
+/// The names are joined to the study's folder and removed when stale: none may lead out of it.
+void check_name(const std::string& file, const std::string& path) {
+  const fs::path name(file);
+  bool leads_out = name.is_absolute();
+  for (const fs::path& part : name) leads_out = leads_out || part == "..";
+  if (leads_out) throw_invalid(path + "/" + file + " leads out of the study's folder");
+}
+
+FileHashes hashes(const json& object, const std::string& path) {
+  FileHashes out;
   if (!object.is_object()) throw_invalid(path + " must be a JSON object");
   for (const auto& item : object.items()) {
     if (!item.value().is_string()) throw_invalid(path + "/" + item.key() + " must be a string");
-    // The names are joined to the study's folder and removed when stale: none may lead out of it.
-    const fs::path name(item.key());
-    bool leads_out = name.is_absolute();
-    for (const fs::path& part : name) leads_out = leads_out || part == "..";
-    if (leads_out) throw_invalid(path + "/" + item.key() + " leads out of the study's folder");
+    check_name(item.key(), path);
     out[item.key()] = item.value().get<std::string>();
   }
   return out;
@@ -64,31 +52,55 @@ StageRecord record_from_json(const json& value, const std::string& path) {
   record.options = object.at("options");
   record.inputs = hashes(object.at("inputs"), path + "/inputs");
   record.outputs = hashes(object.at("outputs"), path + "/outputs");
-  object.read("stale", record.stale);
+  object.read("package_sha256", record.package_sha256);
   object.finish();
   return record;
 }
 
-}  // namespace
-
-std::string_view stage_name(Stage stage) noexcept {
-  constexpr std::array<std::string_view, kAllStages.size()> kNames{"import", "segment", "register",
-                                                                   "field",  "mesh",    "pack"};
-  return kNames[static_cast<std::size_t>(stage)];
+std::optional<Stage> stage_from_name(const std::string& name) {
+  for (Stage stage : kAllStages) {
+    if (stage_name(stage) == name) return stage;
+  }
+  return std::nullopt;
 }
 
-Study Study::create(const fs::path& folder) {
+/// Removes what a program that was killed left under temporary names.
+void clear_partial_files(const fs::path& folder) {
   std::error_code ignored;
-  if (fs::exists(folder / kIndexName, ignored)) return open(folder);
-  if (fs::is_directory(folder, ignored) && !fs::is_empty(folder, ignored)) {
-    throw_invalid("the folder " + folder.string() +
-                  " holds other files and no study; name a new or empty folder with --study");
+  std::vector<fs::path> found;
+  for (auto it = fs::recursive_directory_iterator(folder, ignored);
+       !ignored && it != fs::recursive_directory_iterator(); it.increment(ignored)) {
+    if (is_partial(it->path())) found.push_back(it->path());
   }
+  for (const fs::path& file : found) fs::remove(file, ignored);
+}
+
+}  // namespace
+
+Study Study::create(const fs::path& folder, const Waiting& waiting) {
   make_folder(folder);
+  const auto lock = std::make_shared<const Lock>(folder, waiting.tell, waiting.cancel);
+  std::error_code ignored;
+  const bool there = fs::exists(folder / kIndexName, ignored);
+  if (!there) {
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      if (is_partial(entry.path())) continue;
+      throw_invalid("the folder " + folder.string() +
+                    " holds other files and no study; name a new or empty folder with --study");
+    }
+  }
+  clear_partial_files(folder);
   check_writable(folder / kIndexName);
   Study study;
+  if (there) study = open(folder);
   study.folder_ = folder;
+  study.lock_ = lock;
   return study;
+}
+
+Study Study::open_to_write(const fs::path& folder, const Waiting& waiting) {
+  (void)open(folder);
+  return create(folder, waiting);
 }
 
 Study Study::open(const fs::path& folder) {
@@ -107,9 +119,20 @@ Study Study::open(const fs::path& folder) {
     object.read("study_format", format, 0, 1 << 30);
     if (format != kStudyFormat) {
       throw_invalid("/study_format is " + std::to_string(format) + ", this program reads " +
-                    std::to_string(kStudyFormat));
+                    std::to_string(kStudyFormat) + "; build into a new folder");
     }
     if (object.has("recipe")) study.recipe_ = object.at("recipe");
+    if (object.has("seeds")) study.seeds_ = object.at("seeds");
+    std::string writing;
+    object.read("writing", writing);
+    study.writing_ = stage_from_name(writing);
+    if (!writing.empty() && !study.writing_) throw_invalid("/writing is not the name of a stage");
+    if (object.has("former")) {
+      for (const std::string& file : strings_from_json(object.at("former"), "/former")) {
+        check_name(file, "/former");
+        study.former_.insert(file);
+      }
+    }
     JsonObject stages(object.at("stages"), "/stages");
     for (Stage stage : kAllStages) {
       const std::string name(stage_name(stage));
@@ -124,69 +147,73 @@ Study Study::open(const fs::path& folder) {
   return study;
 }
 
-bool Study::has(Stage stage) const {
+const StageRecord* Study::find(Stage stage) const {
   const auto found = records_.find(stage);
-  return found != records_.end() && !found->second.stale;
+  return found == records_.end() ? nullptr : &found->second;
 }
 
-const StageRecord& Study::record(Stage stage) const {
-  const auto found = records_.find(stage);
-  const std::string name(stage_name(stage));
-  if (found == records_.end()) {
-    throw_invalid("the study " + folder_.string() + " has no result of the stage " + name +
-                  "; run: beatlas " + name + " --study " + folder_.string());
-  }
-  if (found->second.stale) {
-    throw_invalid("in the study " + folder_.string() + " the stage " + name +
-                  " is older than what it was made from; run: beatlas " + name + " --study " +
-                  folder_.string());
-  }
-  return found->second;
-}
-
-std::vector<std::string> Study::edited_outputs(Stage stage) const {
-  std::vector<std::string> edited;
-  for (const auto& [file, hash] : record(stage).outputs) {
-    std::error_code ignored;
-    const fs::path path = folder_ / file;
-    if (!fs::is_regular_file(path, ignored) || sha256_of_file(path) != hash) edited.push_back(file);
-  }
-  return edited;
-}
-
-void Study::commit(Stage stage, const std::string& version, json options,
-                   const std::vector<std::string>& files, const std::string& source_sha256) {
-  StageRecord next;
-  next.version = version;
-  next.options = std::move(options);
-  if (stage == Stage::Import) next.inputs["source"] = source_sha256;
-  for (Stage source : sources_of(stage)) {
-    if (!has(source)) continue;  // a scene without surfaces is packed without meshing
-    for (const auto& output : record(source).outputs) {
-      next.inputs[output.first] = sha256_of_file(folder_ / output.first);
+FileHashes Study::inputs_now(Stage stage, bool with_surfaces) const {
+  FileHashes out;
+  for (Stage source : sources_of(stage, with_surfaces)) {
+    const StageRecord* record = find(source);
+    const auto run = [&] {
+      return "; run: beatlas " + std::string(stage_command(source)) + " --study " +
+             folder_.string();
+    };
+    if (!record) {
+      throw_invalid("the study " + folder_.string() + " has no result of the stage " +
+                    std::string(stage_name(source)) + run());
+    }
+    for (const auto& output : record->outputs) {
+      const std::string& file = output.first;
+      if (for_the_eye(file)) continue;
+      std::error_code ignored;
+      if (!fs::is_regular_file(folder_ / file, ignored)) {
+        // Without it an edit counts as an edit of everything; see stage_files.h.
+        if (file == kLabelsAsMade) continue;
+        throw_invalid("the study " + folder_.string() + " lacks the file " + file + run());
+      }
+      out[file] = sha256_of_file(folder_ / file);
     }
   }
-  for (const std::string& file : files) next.outputs[file] = sha256_of_file(folder_ / file);
+  return out;
+}
 
-  std::map<std::string, std::string> former;
-  if (const auto found = records_.find(stage); found != records_.end()) {
-    former = found->second.outputs;
+void Study::begin(Stage stage) {
+  if (const StageRecord* record = find(stage)) {
+    for (const auto& [file, hash] : record->outputs) {
+      std::error_code ignored;
+      const fs::path path = folder_ / file;
+      if (for_the_eye(file) && fs::is_regular_file(path, ignored) && sha256_of_file(path) != hash) {
+        fs::rename(path, path.string() + ".edited", ignored);
+      }
+    }
+    for (const auto& output : record->outputs) former_.insert(output.first);
+    records_.erase(stage);
   }
-  records_[stage] = std::move(next);
-  for (auto& [other, record] : records_) {
-    if (other > stage) record.stale = true;
-  }
+  writing_ = stage;
   save();
-  for (const auto& output : former) {
+}
+
+void Study::commit(Stage stage, StageRecord record, const std::vector<std::string>& files) {
+  record.outputs.clear();
+  for (const std::string& file : files) record.outputs[file] = sha256_of_file(folder_ / file);
+  for (const std::string& file : std::exchange(former_, {})) {
     std::error_code ignored;
-    if (records_[stage].outputs.count(output.first) == 0)
-      fs::remove(folder_ / output.first, ignored);
+    if (record.outputs.count(file) == 0) fs::remove(folder_ / file, ignored);
   }
+  records_[stage] = std::move(record);
+  writing_.reset();
+  save();
 }
 
 void Study::save() const {
+  assert(lock_);
   json content{{"study_format", kStudyFormat}, {"stages", json::object()}};
   if (recipe_) content["recipe"] = *recipe_;
+  if (seeds_) content["seeds"] = *seeds_;
+  if (writing_) content["writing"] = stage_name(*writing_);
+  if (!former_.empty()) content["former"] = former_;
   for (const auto& [stage, record] : records_) {
     content["stages"][std::string(stage_name(stage))] = to_json(record);
   }

@@ -3,79 +3,100 @@
 ///
 ///   study.json                          what ran: version, options, hashes of inputs and outputs
 ///   exam/     exam.json stack.nii.gz view_NN.nii.gz
-///   segment/  segment.json labels.nii.gz coverage_<structure>.nii.gz
+///   segment/  segment.json labels.nii.gz labels_as_made.nii.gz coverage_<structure>.nii.gz
+///   pictures/ overlay.png volumes.svg
 ///   register/ register.json cine.nii.gz labels.nii.gz shape_<structure>.nii.gz
 ///   field/    field.json <structure>.vdb
 ///   mesh/     mesh.json <structure>_<phase>.ply
-///   pictures/ overlay.png volumes.svg
 ///
 /// What one stage writes, the next reads back without loss: stage by stage gives the same package
-/// as a build in one go. Files are replaced whole, never half written.
+/// as a build in one go. Files are replaced whole, never half written; the record of a stage is
+/// dropped before its first file is replaced and comes back after its last, so a stage that was
+/// killed on the way runs again and is never taken for one that was edited by hand.
 
-#include <array>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/study/lock.h"
+#include "pipeline/study/stage.h"
+
 namespace beatlas::study {
 
-enum class Stage { Import, Segment, Register, Field, Mesh, Pack };
-
-inline constexpr std::array kAllStages{Stage::Import, Stage::Segment, Stage::Register,
-                                       Stage::Field,  Stage::Mesh,    Stage::Pack};
-
-/// The command of the stage: "import", "segment", "register", "field", "mesh", "pack".
-[[nodiscard]] std::string_view stage_name(Stage stage) noexcept;
+using FileHashes = std::map<std::string, std::string>;  ///< name -> SHA-256
 
 /// What study.json keeps of a stage that ran.
 struct StageRecord {
   std::string version;  ///< of the program
   nlohmann::json options = nlohmann::json::object();
-  std::map<std::string, std::string> inputs;   ///< file in the study, or "source" -> SHA-256
-  std::map<std::string, std::string> outputs;  ///< file in the study -> SHA-256
-  bool stale = false;                          ///< a stage before it ran again since
+  FileHashes inputs;           ///< file in the study -> SHA-256; of Import: see Source
+  FileHashes outputs;          ///< file in the study -> SHA-256
+  std::string package_sha256;  ///< of Pack: what it wrote, wherever that lies
+};
+
+/// What Import reads, as StageRecord::inputs keeps it.
+inline constexpr auto kSourceStack = "source";        ///< the decoded stack
+inline constexpr auto kSourceFiles = "source_files";  ///< the files' bytes, whatever their names
+
+/// Of a study that another program works on.
+struct Waiting {
+  std::function<void()> tell;                 ///< called once before waiting; may be empty
+  const std::atomic<bool>* cancel = nullptr;  ///< looked at while waiting; may be null
 };
 
 class Study {
  public:
-  /// Opens the study in `folder`, or starts one in a new or empty folder.
+  /// Opens the study in `folder` to write, or starts one in a new or empty folder; waits for
+  /// another program that writes there, and clears away what a killed one left half written.
   /// @throws Error{InvalidInput} if the folder holds other things; Error{Machine} if unwritable.
-  [[nodiscard]] static Study create(const std::filesystem::path& folder);
-  /// @throws Error{InvalidInput} if there is no study or study.json cannot be used.
+  [[nodiscard]] static Study create(const std::filesystem::path& folder,
+                                    const Waiting& waiting = {});
+  /// The same for a study that must be there. @throws Error{InvalidInput}
+  [[nodiscard]] static Study open_to_write(const std::filesystem::path& folder,
+                                           const Waiting& waiting = {});
+  /// To read. @throws Error{InvalidInput} if there is no study or study.json cannot be used.
   [[nodiscard]] static Study open(const std::filesystem::path& folder);
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
-  /// The recipe the study was started with; stages use it unless they are given another.
+  /// What the study was made with; stages use it unless they are given another.
   [[nodiscard]] const std::optional<nlohmann::json>& recipe() const { return recipe_; }
   void set_recipe(nlohmann::json recipe) { recipe_ = std::move(recipe); }
+  [[nodiscard]] const std::optional<nlohmann::json>& seeds() const { return seeds_; }
+  void set_seeds(std::optional<nlohmann::json> seeds) { seeds_ = std::move(seeds); }
 
-  [[nodiscard]] bool has(Stage stage) const;
-  /// @throws Error{InvalidInput} if the stage has not run, or not since a stage before it ran; the
-  /// message names the command to run.
-  [[nodiscard]] const StageRecord& record(Stage stage) const;
+  /// Nothing if the stage has not run to its end.
+  [[nodiscard]] const StageRecord* find(Stage stage) const;
+  /// The stage that began to write and was stopped before its end.
+  [[nodiscard]] std::optional<Stage> interrupted() const { return writing_; }
 
-  /// Outputs of `stage` whose bytes are no longer those it wrote: edited by hand, or gone.
-  [[nodiscard]] std::vector<std::string> edited_outputs(Stage stage) const;
+  /// Hashes of what `stage` would read now: the outputs of its sources, less those for the eye.
+  /// @throws Error{InvalidInput} naming the command to run if a source has not run or lacks a file
+  [[nodiscard]] FileHashes inputs_now(Stage stage, bool with_surfaces = true) const;
 
-  /// Notes that `stage` has run and written `files` (relative to the folder): hashes them and the
-  /// outputs of the stages it reads, marks the later stages stale, removes files of its former
-  /// run that this one no longer has, and writes study.json.
-  /// @param source_sha256 hash of the decoded source; for Stage::Import only
-  void commit(Stage stage, const std::string& version, nlohmann::json options,
-              const std::vector<std::string>& files, const std::string& source_sha256 = {});
+  /// Call before `stage` writes its first file. Drops its record; outputs for the eye that were
+  /// changed by hand are put aside as NAME.edited.
+  void begin(Stage stage);
+  /// Call after it wrote the last of `files` (relative to the folder): hashes them and removes
+  /// what a former run left and this one no longer has. `record.outputs` is filled here.
+  void commit(Stage stage, StageRecord record, const std::vector<std::string>& files);
 
  private:
   void save() const;
 
   std::filesystem::path folder_;
+  std::shared_ptr<const Lock> lock_;  ///< none: open to read
   std::optional<nlohmann::json> recipe_;
+  std::optional<nlohmann::json> seeds_;
   std::map<Stage, StageRecord> records_;
+  std::optional<Stage> writing_;
+  std::set<std::string> former_;  ///< outputs of dropped records, until a stage is committed
 };
 
 }  // namespace beatlas::study

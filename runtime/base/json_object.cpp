@@ -51,6 +51,32 @@ void JsonObject::read(const std::string& key, int& value, int low, int high) {
   value = member->get<int>();
 }
 
+template <class T>
+void JsonObject::read_list(const std::string& key, std::vector<T>& values, T low, T high) {
+  const nlohmann::json* member = find(key);
+  if (member == nullptr) return;
+  if (!member->is_array() || member->size() > kMostNumbers) {
+    fail(key, "must be a list of up to " + std::to_string(kMostNumbers) + " numbers");
+  }
+  std::vector<T> out;
+  for (std::size_t at = 0; at < member->size(); ++at) {
+    const nlohmann::json entry{{std::to_string(at), (*member)[at]}};
+    T value{};
+    JsonObject(entry, path_ + "/" + key).read(std::to_string(at), value, low, high);
+    out.push_back(value);
+  }
+  values = std::move(out);
+}
+
+void JsonObject::read(const std::string& key, std::vector<double>& values, double low,
+                      double high) {
+  read_list(key, values, low, high);
+}
+
+void JsonObject::read(const std::string& key, std::vector<int>& values, int low, int high) {
+  read_list(key, values, low, high);
+}
+
 void JsonObject::read(const std::string& key, bool& value) {
   const nlohmann::json* member = find(key);
   if (member == nullptr) return;

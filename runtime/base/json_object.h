@@ -4,6 +4,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,8 @@ namespace beatlas {
 
 class JsonObject {
  public:
+  static constexpr std::size_t kMostNumbers = 1000;
+
   /// @param path JSON path of `object`, used in messages, e.g. "/segment".
   /// @throws Error{InvalidInput} if `object` is no JSON object.
   JsonObject(const nlohmann::json& object, std::string path);
@@ -27,6 +30,9 @@ class JsonObject {
   void read(const std::string& key, double& value, double low, double high);
   void read(const std::string& key, int& value, int low, int high);
   void read(const std::string& key, bool& value);
+  /// Lists of such numbers, of any length up to kMostNumbers.
+  void read(const std::string& key, std::vector<double>& values, double low, double high);
+  void read(const std::string& key, std::vector<int>& values, int low, int high);
   void read(const std::string& key, std::string& value);
 
   /// @throws Error{InvalidInput} naming the first key that was never asked for.
@@ -35,6 +41,8 @@ class JsonObject {
  private:
   [[noreturn]] void fail(const std::string& key, const std::string& what) const;
   const nlohmann::json* find(const std::string& key);
+  template <class T>
+  void read_list(const std::string& key, std::vector<T>& values, T low, T high);
 
   const nlohmann::json& object_;
   std::string path_;

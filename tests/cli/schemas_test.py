@@ -57,6 +57,16 @@ for section, content in sections.items():
     expect({section: 1}, False)
     expect({section: {"frobnicate": 1}}, False)
     for key, rule in options.items():
+        if rule["type"] == "array":
+            entry = rule["items"]
+            low, high = entry["minimum"], entry["maximum"]
+            for value, accepted in (([], True), ([low, high], True), ([low] * rule["maxItems"], True),
+                                    ([low] * (rule["maxItems"] + 1), False), ([low - 1], False),
+                                    ([high + 1], False), (["1"], False), ([[low]], False),
+                                    (low, False), (None, False), ({}, False)):
+                expect({section: {key: value}}, accepted)
+                tried += 1
+            continue
         low, high = rule["minimum"], rule["maximum"]
         whole = rule["type"] == "integer"
         beyond = 1 if whole else 1e-6 * max(1, abs(high))

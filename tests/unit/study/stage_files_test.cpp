@@ -99,7 +99,9 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   const TemporaryFolder folder;
   const Segmentation segmentation = make_segmentation();
   (void)write_segmentation(folder.path(), segmentation, 0.05);
-  const Segmentation again = read_segmentation(folder.path());
+  const StoredSegmentation stored = read_segmentation(folder.path());
+  const Segmentation& again = stored.made;
+  EXPECT_EQ(segmentation.labels.phases, stored.labels.phases);
   EXPECT_TRUE(segmentation.labels.grid == again.labels.grid);
   EXPECT_EQ(segmentation.labels.phases, again.labels.phases);
   EXPECT_TRUE(segmentation.coverage.grid == again.coverage.grid);

@@ -1,8 +1,12 @@
 #include "pipeline/study/study.h"
 
+#include <algorithm>
+#include <memory>
+
 #include <gtest/gtest.h>
 
 #include "pipeline/study/files.h"
+#include "pipeline/study/state.h"
 #include "runtime/base/error.h"
 #include "tests/unit/study/temporary_folder.h"
 
@@ -17,6 +21,21 @@ class StudyTest : public ::testing::Test {
     make_folder((folder_.path() / name).parent_path());
     write_text(folder_.path() / name, text);
   }
+  /// A stage whose files hold their own names.
+  void run(Study& study, Stage stage, const std::vector<std::string>& files,
+           json options = json::object()) {
+    StageRecord record{"1", std::move(options), {}, {}, {}};
+    const std::vector<Stage> sources = sources_of(stage);
+    if (std::all_of(sources.begin(), sources.end(),
+                    [&](Stage source) { return study.find(source) != nullptr; })) {
+      record.inputs = study.inputs_now(stage);
+    }
+    study.begin(stage);
+    for (const std::string& file : files) put(file, file);
+    study.commit(stage, std::move(record), files);
+  }
+  const Wanted wanted_{"1", json::object(), true, std::nullopt};
+
   std::string refusal() {
     try {
       (void)Study::open(folder_.path());
@@ -30,53 +49,131 @@ class StudyTest : public ::testing::Test {
 };
 
 TEST_F(StudyTest, records_are_read_back) {
-  Study study = Study::create(folder_.path());
-  study.set_recipe({{"field", {{"voxel_mm", 2}}}});
-  put("exam/exam.json", "{}");
-  study.commit(Stage::Import, "1.2", {{"phases", 0}}, {"exam/exam.json"}, "abc");
+  {
+    Study study = Study::create(folder_.path());
+    study.set_recipe({{"field", {{"voxel_mm", 2}}}});
+    study.set_seeds(json{{"seeds", json::array()}});
+    run(study, Stage::Import, {"exam/exam.json"}, {{"phases", 0}});
+  }
   const Study again = Study::open(folder_.path());
-  const StageRecord& record = again.record(Stage::Import);
-  EXPECT_EQ(record.version, "1.2");
-  EXPECT_EQ(record.options, (json{{"phases", 0}}));
-  EXPECT_EQ(record.inputs.at("source"), "abc");
-  EXPECT_EQ(record.outputs.at("exam/exam.json"),
+  const StageRecord* record = again.find(Stage::Import);
+  ASSERT_NE(record, nullptr);
+  EXPECT_EQ(record->version, "1");
+  EXPECT_EQ(record->options, (json{{"phases", 0}}));
+  EXPECT_EQ(record->outputs.at("exam/exam.json"),
             sha256_of_file(folder_.path() / "exam" / "exam.json"));
   EXPECT_EQ(again.recipe()->at("field").at("voxel_mm"), 2);
+  EXPECT_TRUE(again.seeds().has_value());
+  EXPECT_EQ(again.find(Stage::Segment), nullptr);
 }
 
-TEST_F(StudyTest, a_stage_records_the_hashes_of_what_it_read) {
+TEST_F(StudyTest, an_edit_is_told_from_what_the_stage_wrote) {
   Study study = Study::create(folder_.path());
-  put("exam/exam.json", "{}");
-  study.commit(Stage::Import, "1", json::object(), {"exam/exam.json"});
-  put("exam/exam.json", "{\"edited\": true}");
-  EXPECT_EQ(study.edited_outputs(Stage::Import), std::vector<std::string>{"exam/exam.json"});
-  put("segment/segment.json", "{}");
-  study.commit(Stage::Segment, "1", json::object(), {"segment/segment.json"});
-  EXPECT_EQ(study.record(Stage::Segment).inputs.at("exam/exam.json"),
-            sha256_of_file(folder_.path() / "exam" / "exam.json"));
+  run(study, Stage::Import, {"exam/exam.json"});
+  run(study, Stage::Segment, {"segment/segment.json", "segment/labels.nii.gz", kLabelsAsMade});
+  EXPECT_TRUE(state_of(study, Stage::Segment, wanted_).up_to_date());
+  put("segment/labels.nii.gz", "painted");
+  StageState state = state_of(study, Stage::Segment, wanted_);
+  EXPECT_EQ(state.edited, std::vector<std::string>{"segment/labels.nii.gz"});
+  EXPECT_TRUE(state.up_to_date()) << "an edit is no reason to run again";
+  // Once labels are edited, what tells how they were made may be gone; without an edit not.
+  fs::remove(folder_.path() / kLabelsAsMade);
+  EXPECT_TRUE(state_of(study, Stage::Segment, wanted_).missing.empty());
+  put("segment/labels.nii.gz", "segment/labels.nii.gz");
+  EXPECT_EQ(state_of(study, Stage::Segment, wanted_).missing,
+            std::vector<std::string>{kLabelsAsMade});
 }
 
-TEST_F(StudyTest, running_a_stage_again_makes_later_ones_stale) {
+TEST_F(StudyTest, a_stage_is_stale_for_inputs_options_version_and_missing_files) {
   Study study = Study::create(folder_.path());
-  put("exam/exam.json", "{}");
-  put("segment/segment.json", "{}");
-  study.commit(Stage::Import, "1", json::object(), {"exam/exam.json"});
-  study.commit(Stage::Segment, "1", json::object(), {"segment/segment.json"});
-  study.commit(Stage::Import, "1", json::object(), {"exam/exam.json"});
-  EXPECT_FALSE(study.has(Stage::Segment));
-  EXPECT_THROW((void)Study::open(folder_.path()).record(Stage::Segment), Error);
-  study.commit(Stage::Segment, "1", json::object(), {"segment/segment.json"});
-  EXPECT_TRUE(study.has(Stage::Segment));
+  run(study, Stage::Import, {"exam/exam.json"});
+  run(study, Stage::Segment, {"segment/segment.json"});
+  EXPECT_EQ(state_of(study, Stage::Segment, {"2", json::object(), true, std::nullopt}).changed,
+            std::vector<std::string>{"the program's version"});
+  EXPECT_EQ(state_of(study, Stage::Segment, {"1", {{"edge", 1}}, true, std::nullopt}).changed,
+            std::vector<std::string>{"its options"});
+  Wanted other_source = wanted_;
+  other_source.source_files = "abc";
+  EXPECT_EQ(state_of(study, Stage::Import, other_source).changed,
+            std::vector<std::string>{"the source"});
+  put("exam/exam.json", "changed");
+  EXPECT_EQ(state_of(study, Stage::Segment, wanted_).changed,
+            std::vector<std::string>{"exam/exam.json"});
+  put("exam/exam.json", "exam/exam.json");
+  EXPECT_TRUE(state_of(study, Stage::Segment, wanted_).up_to_date());
+  fs::remove(folder_.path() / "segment" / "segment.json");
+  EXPECT_FALSE(state_of(study, Stage::Segment, wanted_).up_to_date());
 }
 
-TEST_F(StudyTest, files_that_a_new_run_no_longer_has_are_removed) {
+TEST_F(StudyTest, a_stage_that_runs_again_and_makes_the_same_leaves_later_ones_alone) {
   Study study = Study::create(folder_.path());
-  put("exam/exam.json", "{}");
-  put("exam/view_00.nii.gz", "x");
-  study.commit(Stage::Import, "1", json::object(), {"exam/exam.json", "exam/view_00.nii.gz"});
-  study.commit(Stage::Import, "1", json::object(), {"exam/exam.json"});
-  EXPECT_FALSE(fs::exists(folder_.path() / "exam" / "view_00.nii.gz"));
-  EXPECT_TRUE(fs::exists(folder_.path() / "exam" / "exam.json"));
+  run(study, Stage::Import, {"exam/exam.json"});
+  run(study, Stage::Segment, {"segment/segment.json"});
+  run(study, Stage::Import, {"exam/exam.json"});
+  EXPECT_TRUE(state_of(study, Stage::Segment, wanted_).up_to_date());
+}
+
+TEST_F(StudyTest, what_was_half_written_is_no_edit) {
+  {
+    Study study = Study::create(folder_.path());
+    run(study, Stage::Import, {"exam/exam.json", "exam/view_00.nii.gz"});
+    study.begin(Stage::Import);
+    put("exam/exam.json", "half");  // and the program is killed
+  }
+  Study study = Study::create(folder_.path());
+  EXPECT_EQ(study.interrupted(), Stage::Import);
+  EXPECT_FALSE(state_of(study, Stage::Import, wanted_).ran);
+  run(study, Stage::Import, {"exam/exam.json"});
+  EXPECT_FALSE(study.interrupted());
+  EXPECT_FALSE(fs::exists(folder_.path() / "exam" / "view_00.nii.gz"))
+      << "files of the run before are removed though a kill lay between";
+  EXPECT_TRUE(state_of(Study::open(folder_.path()), Stage::Import, wanted_).up_to_date());
+}
+
+TEST_F(StudyTest, partial_files_of_a_killed_program_are_cleared) {
+  put("mesh/.partial-heart_000.ply", "half");
+  put(".partial-study.json", "half");
+  fs::remove_all(folder_.path() / "mesh");
+  { const Study study = Study::create(folder_.path()); }
+  put("study.json", R"({"study_format": 2, "stages": {}})");
+  put("mesh/.partial-heart_000.ply", "half");
+  const Study study = Study::create(folder_.path());
+  EXPECT_FALSE(fs::exists(folder_.path() / "mesh" / ".partial-heart_000.ply"));
+  EXPECT_FALSE(fs::exists(folder_.path() / ".partial-study.json"));
+}
+
+TEST_F(StudyTest, what_was_drawn_on_a_picture_is_put_aside) {
+  Study study = Study::create(folder_.path());
+  run(study, Stage::Pictures, {"pictures/overlay.png"});
+  put("pictures/overlay.png", "with notes");
+  EXPECT_EQ(edited_for_the_eye(study, Stage::Pictures),
+            std::vector<std::string>{"pictures/overlay.png"});
+  EXPECT_TRUE(edited_outputs(study, Stage::Pictures).empty());
+  run(study, Stage::Pictures, {"pictures/overlay.png"});
+  const auto kept = read_bytes(folder_.path() / "pictures" / "overlay.png.edited");
+  EXPECT_EQ(kept.size(), std::string("with notes").size());
+}
+
+TEST_F(StudyTest, one_program_at_a_time_writes) {
+  auto first = std::make_unique<Study>(Study::create(folder_.path()));
+  EXPECT_TRUE(Lock::held(folder_.path()));
+  int told = 0;
+  std::atomic<bool> cancel{true};
+  EXPECT_THROW((void)Study::create(folder_.path(), {[&] { ++told; }, &cancel}), Error);
+  EXPECT_EQ(told, 1);
+  first.reset();
+  EXPECT_FALSE(Lock::held(folder_.path()));
+  EXPECT_NO_THROW((void)Study::create(folder_.path(), {[&] { ++told; }, &cancel}));
+  EXPECT_EQ(told, 1);
+}
+
+TEST_F(StudyTest, pack_reads_surfaces_only_for_scenes_that_hold_them) {
+  Study study = Study::create(folder_.path());
+  for (const Stage stage : {Stage::Import, Stage::Segment, Stage::Register, Stage::Field}) {
+    run(study, stage, {std::string(stage_name(stage)) + "/a.json"});
+  }
+  EXPECT_EQ(study.inputs_now(Stage::Pack, false).size(), 4U);
+  EXPECT_THROW((void)study.inputs_now(Stage::Pack), Error);
 }
 
 TEST_F(StudyTest, a_folder_with_other_files_is_not_taken) {
@@ -87,7 +184,7 @@ TEST_F(StudyTest, a_folder_with_other_files_is_not_taken) {
 TEST_F(StudyTest, a_missing_stage_is_named_with_its_command) {
   const Study study = Study::create(folder_.path());
   try {
-    (void)study.record(Stage::Register);
+    (void)study.inputs_now(Stage::Field);
     FAIL() << "no error";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
@@ -97,11 +194,11 @@ TEST_F(StudyTest, a_missing_stage_is_named_with_its_command) {
 
 TEST_F(StudyTest, a_damaged_index_is_refused_by_its_place) {
   EXPECT_NE(refusal().find("no study"), std::string::npos);
-  put("study.json", R"({"study_format": 1, "stages": {}, "more": 1})");
+  put("study.json", R"({"study_format": 2, "stages": {}, "more": 1})");
   EXPECT_NE(refusal().find("/more"), std::string::npos);
-  put("study.json", R"({"study_format": 2, "stages": {}})");
+  put("study.json", R"({"study_format": 3, "stages": {}})");
   EXPECT_NE(refusal().find("/study_format"), std::string::npos);
-  put("study.json", R"({"study_format": 1, "stages": {"import": {"version": "1", "options": {},
+  put("study.json", R"({"study_format": 2, "stages": {"import": {"version": "1", "options": {},
       "inputs": {}, "outputs": {"../../precious": "00"}}}})");
   EXPECT_NE(refusal().find("leads out"), std::string::npos);
 }

@@ -1,0 +1,33 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/ingest/ingest.h"
+
+namespace CLI {
+class App;
+}
+
+namespace beatlas::cli {
+
+/// What `build` and `import` are told of the source; each overrides the recipe.
+struct ImportWords {
+  std::optional<double> rr_interval_s;
+  std::string times;  ///< "0,0.04,..." or the name of a file with such numbers; empty: not given
+  std::optional<int> phases;
+  std::optional<int> exam;
+  std::optional<int> stack;
+  std::vector<int> series;  ///< empty: not given
+};
+
+/// Adds --rr, --times, --phases, --exam, --series, --stack.
+void add_import_words(CLI::App& command, ImportWords& words);
+
+/// @throws Error{Usage} for times that are no ascending numbers; Error{InvalidInput} for their file
+void apply(const ImportWords& words, ingest::IngestOptions& options);
+
+/// Numbers parted by commas, semicolons or white space. @throws Error{Usage} naming `what`.
+[[nodiscard]] std::vector<double> parse_times(const std::string& text, const std::string& what);
+
+}  // namespace beatlas::cli

@@ -1,0 +1,34 @@
+#pragma once
+/// What the stages are run with: from the command's words, else from the study.
+
+#include <string>
+#include <vector>
+
+#include "pipeline/cli/recipe.h"
+#include "pipeline/segment/segment.h"
+#include "pipeline/study/state.h"
+#include "pipeline/study/study.h"
+
+namespace beatlas::cli {
+
+struct Orders {
+  Recipe recipe;
+  std::vector<segment::Seed> seeds;
+  bool discard_edits = false;  ///< make anew what was edited by hand
+};
+
+/// Those the study was last built with. @throws Error{InvalidInput} naming study.json.
+[[nodiscard]] Orders orders_of(const study::Study& study);
+/// Keeps recipe and seeds in the study, for later commands.
+void keep_orders(const Orders& orders, study::Study& study);
+
+/// `word` as given to --seeds: a file, or "none" for no seeds though the study has some.
+[[nodiscard]] std::vector<segment::Seed> seeds_of(const std::string& word);
+
+/// What a stage would be run with; of Pack without scene and quality, see pack_options.
+[[nodiscard]] study::Wanted wanted_of(study::Stage stage, const Orders& orders);
+
+/// Whether the package of this record of Pack held surfaces.
+[[nodiscard]] bool packed_with_surfaces(const study::StageRecord& record);
+
+}  // namespace beatlas::cli

@@ -1,0 +1,98 @@
+#include "pipeline/cli/study_status.h"
+
+#include "pipeline/cli/orders.h"
+#include "pipeline/study/lock.h"
+#include "pipeline/study/state.h"
+
+namespace beatlas::cli {
+using study::Stage;
+namespace {
+
+StageStatus status_of(const study::Study& study, Stage stage, const Orders& orders) {
+  StageStatus out;
+  out.stage = stage;
+  const study::StageRecord* record = study.find(stage);
+  if (!record) {
+    out.state = study.interrupted() == stage ? "stopped" : "open";
+    return out;
+  }
+  study::Wanted wanted = wanted_of(stage, orders);
+  if (stage == Stage::Pack) {
+    // What it was packed for is the order of the command, not of the study.
+    wanted.options = record->options;
+    wanted.with_surfaces = packed_with_surfaces(*record);
+  }
+  const study::StageState state = study::state_of(study, stage, wanted);
+  out.edited = state.edited;
+  out.missing = state.missing;
+  out.changed = state.changed;
+  out.state = !state.edited.empty() ? "edited" : state.up_to_date() ? "done" : "stale";
+  return out;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string out;
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  return out;
+}
+
+}  // namespace
+
+StudyStatus status_of(const study::Study& study) {
+  StudyStatus out;
+  out.in_use = study::Lock::held(study.folder());
+  const Orders orders = orders_of(study);
+  bool runs_before = false;  // a stage that others read will run again
+  for (const Stage stage : study::kAllStages) {
+    bool readable = true;
+    for (const Stage source : study::sources_of(stage, false)) {
+      readable = readable && study.find(source) != nullptr;
+    }
+    StageStatus status;
+    status.stage = stage;
+    if (study.find(stage) && !readable) {
+      status.state = "waits";
+    } else {
+      status = status_of(study, stage, orders);
+      if (status.state == "done" && runs_before) status.state = "waits";
+    }
+    const bool runs = status.state != "done" && status.state != "edited";
+    if (stage != Stage::Pictures) runs_before = runs_before || runs;
+    out.stages.push_back(std::move(status));
+  }
+  return out;
+}
+
+std::string to_text(const StudyStatus& status) {
+  std::string out;
+  for (const StageStatus& stage : status.stages) {
+    std::string line(study::stage_name(stage.stage));
+    line.resize(10, ' ');
+    line += stage.state;
+    if (!stage.edited.empty()) line += ": " + joined(stage.edited);
+    if (!stage.missing.empty()) {
+      line += (stage.edited.empty() ? ": " : "; ") + joined(stage.missing) + " gone";
+    }
+    if (!stage.changed.empty()) {
+      line += (stage.edited.empty() && stage.missing.empty() ? ": " : "; ") +
+              joined(stage.changed) + " changed";
+    }
+    out += line + "\n";
+  }
+  if (status.in_use) out += "another beatlas writes in this study now\n";
+  return out;
+}
+
+nlohmann::json to_json(const StudyStatus& status) {
+  nlohmann::json stages = nlohmann::json::array();
+  for (const StageStatus& stage : status.stages) {
+    stages.push_back({{"name", study::stage_name(stage.stage)},
+                      {"state", stage.state},
+                      {"edited", stage.edited},
+                      {"missing", stage.missing},
+                      {"changed", stage.changed}});
+  }
+  return {{"stages", stages}, {"in_use", status.in_use}};
+}
+
+}  // namespace beatlas::cli

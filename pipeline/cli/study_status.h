@@ -1,0 +1,31 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/study/study.h"
+
+namespace beatlas::cli {
+
+struct StageStatus {
+  study::Stage stage{};
+  std::string state;                 ///< done, edited, stale, stopped, open, waits; see cmd_status
+  std::vector<std::string> edited;   ///< files changed by hand
+  std::vector<std::string> missing;  ///< files that are gone
+  std::vector<std::string> changed;  ///< why it is stale
+};
+
+struct StudyStatus {
+  std::vector<StageStatus> stages;  ///< in order
+  bool in_use = false;              ///< another program writes in the study now
+};
+
+[[nodiscard]] StudyStatus status_of(const study::Study& study);
+
+/// A line a stage.
+[[nodiscard]] std::string to_text(const StudyStatus& status);
+/// See schemas/status.schema.json.
+[[nodiscard]] nlohmann::json to_json(const StudyStatus& status);
+
+}  // namespace beatlas::cli

@@ -1,0 +1,26 @@
+#pragma once
+/// Coverage from labels, and what is read off it.
+
+#include <vector>
+
+#include "pipeline/core/shapes.h"
+#include "pipeline/segment/ring.h"
+#include "pipeline/segment/tissue.h"
+
+namespace beatlas::segment {
+
+/// 1 where a label belongs to the structure.
+[[nodiscard]] std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels,
+                                              Structure structure);
+
+/// Coverage of every structure by the images' own edges, see boundary.h; structures that no
+/// phase holds are left out.
+/// @param images, labels the part of the exam in `box`; @param noise its standard deviation
+[[nodiscard]] CoverageCycle cover(const ImageCycle<float>& images,
+                                  const ImageCycle<std::uint8_t>& labels, const Box& box,
+                                  const TissueLevels& levels, double noise);
+
+/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one.
+void find_ends(Segmentation& segmentation);
+
+}  // namespace beatlas::segment

@@ -1,0 +1,240 @@
+#include "pipeline/segment/edited_labels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/segment/boundary.h"
+#include "pipeline/segment/coverage.h"
+#include "pipeline/segment/tissue.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr int kReachPx = 2;       // an outline is smoothed over one pixel and its neighbours
+constexpr double kMarginMm = 20;  // around labels painted outside the part that has coverage
+
+void check_labels(const Segmentation& made, const LabelCycle& labels) {
+  if (labels.grid.size != made.labels.grid.size ||
+      labels.phase_count() != made.labels.phase_count()) {
+    throw_invalid("the edited labels have another size or number of phases than those made");
+  }
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (const std::uint8_t label : labels.phases[p]) {
+      if (label > kLabelRestOfHeart) {
+        throw_invalid(
+            "the edited labels hold the value " + std::to_string(label) + " in phase " +
+            std::to_string(p) +
+            "; use 0 background, 1 RV blood, 2 LV myocardium, 3 LV blood, 4 rest of heart");
+      }
+    }
+  }
+}
+
+/// The smallest box that holds the part with coverage and, with a margin, every heart label.
+Box box_of(const CoverageCycle& coverage, const LabelCycle& labels) {
+  const Grid& grid = labels.grid;
+  Box box{coverage.first, coverage.grid.size};
+  Index3 low = grid.size;
+  Index3 high{-1, -1, -1};
+  for (const auto& phase : labels.phases) {
+    std::size_t v = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i, ++v) {
+          if (phase[v] == kLabelBackground) continue;
+          const Index3 at{i, j, k};
+          for (std::size_t a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], at[a]);
+            high[a] = std::max(high[a], at[a]);
+          }
+        }
+      }
+    }
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    const int margin =
+        static_cast<int>(std::ceil(kMarginMm / grid.spacing_mm()[static_cast<int>(a)]));
+    int first = box.first[a];
+    int last = first + box.size[a] - 1;
+    if (low[a] < first) first = std::max(0, low[a] - margin);
+    if (high[a] > last) last = std::min(grid.size[a] - 1, high[a] + margin);
+    box.first[a] = first;
+    box.size[a] = last - first + 1;
+  }
+  return box;
+}
+
+/// The same coverage on a larger part of the grid.
+void enlarge(CoverageCycle& coverage, const Grid& whole, const Box& box) {
+  if (box.first == coverage.first && box.size == coverage.grid.size) return;
+  const Grid old = coverage.grid;
+  const Grid grid = whole.part(box.first, box.size);
+  Index3 shift{};
+  for (std::size_t a = 0; a < 3; ++a) shift[a] = coverage.first[a] - box.first[a];
+  for (auto& [structure, phases] : coverage.phases) {
+    for (std::vector<float>& phase : phases) {
+      std::vector<float> next(grid.count(), 0.0F);
+      for (int k = 0; k < old.size[2]; ++k) {
+        for (int j = 0; j < old.size[1]; ++j) {
+          const auto from = phase.begin() + static_cast<std::ptrdiff_t>(old.offset(0, j, k));
+          std::copy(from, from + old.size[0],
+                    next.begin() + static_cast<std::ptrdiff_t>(
+                                       grid.offset(shift[0], j + shift[1], k + shift[2])));
+        }
+      }
+      phase = std::move(next);
+    }
+  }
+  coverage.grid = grid;
+  coverage.first = box.first;
+}
+
+/// 1 where labels changed and kReachPx around, in plane; empty if nothing did.
+std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::uint8_t>& before,
+                                       const std::vector<std::uint8_t>& after) {
+  std::vector<std::uint8_t> zone;
+  std::size_t v = 0;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i, ++v) {
+        if (before[v] == after[v]) continue;
+        if (zone.empty()) zone.resize(grid.count(), 0);
+        for (int b = std::max(0, j - kReachPx); b <= std::min(grid.size[1] - 1, j + kReachPx);
+             ++b) {
+          for (int a = std::max(0, i - kReachPx); a <= std::min(grid.size[0] - 1, i + kReachPx);
+               ++a) {
+            zone[grid.offset(a, b, k)] = 1;
+          }
+        }
+      }
+    }
+  }
+  return zone;
+}
+
+/// Moves a cut of one phase out to the farthest painted label of its structure and adds what it
+/// uncovers to `zone`.
+void follow_paint(const Grid& grid, const std::vector<std::uint8_t>& labels, Structure structure,
+                  int base_step, double first_k, double& cut_k, std::vector<std::uint8_t>& zone) {
+  double farthest = cut_k - first_k;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    if (base_step * (k + 0.5 * base_step - farthest) <= 0) continue;
+    if (base_step * (k - farthest) <= 0) continue;  // the cut goes through this slice already
+    const auto begin = labels.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+    const bool painted =
+        std::any_of(begin, begin + static_cast<std::ptrdiff_t>(grid.slice_count()),
+                    [&](std::uint8_t label) { return label_in_structure(label, structure); });
+    if (painted) farthest = k + 0.5 * base_step;
+  }
+  const double before = cut_k - first_k;
+  if (farthest == before) return;
+  if (zone.empty()) zone.resize(grid.count(), 0);
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const bool uncovered =
+        base_step * (k + 0.5 * base_step - before) > 0 && base_step * (k - farthest) < 0;
+    if (!uncovered) continue;
+    std::fill_n(zone.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k)),
+                grid.slice_count(), std::uint8_t{1});
+  }
+  cut_k = farthest + first_k;
+}
+
+void drop_or_refuse_absent(CoverageCycle& coverage) {
+  std::erase_if(coverage.phases, [](const auto& entry) {
+    std::size_t empty = 0;
+    std::size_t first_empty = 0;
+    for (std::size_t p = entry.second.size(); p-- > 0;) {
+      if (std::none_of(entry.second[p].begin(), entry.second[p].end(),
+                       [](float c) { return c >= 0.5F; })) {
+        ++empty;
+        first_empty = p;
+      }
+    }
+    if (empty > 0 && empty < entry.second.size()) {
+      throw_invalid("the edited labels hold " + std::string(structure_name(entry.first)) +
+                    " in some phases but not in phase " + std::to_string(first_empty) +
+                    "; paint it in every phase or in none");
+    }
+    return empty > 0;
+  });
+  if (coverage.phases.count(Structure::Heart) == 0) {
+    throw_invalid("the edited labels hold no heart");
+  }
+}
+
+}  // namespace
+
+Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
+                                StageContext& context) {
+  check_labels(made, labels);
+  CoverageCycle& coverage = made.coverage;
+  const Box box = box_of(coverage, labels);
+  enlarge(coverage, labels.grid, box);
+  const ImageCycle<std::uint8_t> before = crop(made.labels, box);
+  const ImageCycle<std::uint8_t> after = crop(labels, box);
+  const Grid& grid = coverage.grid;
+  const auto n = static_cast<std::size_t>(labels.phase_count());
+  for (Structure structure : kAllStructures) {
+    auto& phases = coverage.phases[structure];
+    if (phases.empty()) phases.assign(n, std::vector<float>(grid.count(), 0.0F));
+  }
+
+  parallel_for(n, [&](std::size_t p) {
+    context.check_cancelled();
+    std::vector<std::uint8_t> zone = changed_zone(grid, before.phases[p], after.phases[p]);
+    for (auto& [structure, cut] : made.base_cuts) {
+      follow_paint(grid, after.phases[p], structure, cut.base_step, box.first[2], cut.k[p], zone);
+    }
+    if (zone.empty()) return;
+    const auto covered = [&](Structure structure) {
+      return outline_coverage(grid, where(after.phases[p], structure));
+    };
+    const std::vector<float> blood = covered(Structure::LvBlood);
+    for (auto& [structure, phases] : coverage.phases) {
+      std::vector<float> outline;
+      if (structure == Structure::LvBlood) {
+        outline = blood;
+      } else if (structure == Structure::LvMyocardium) {
+        // What the whole ventricle holds beside blood: a thin wall keeps its volume so.
+        std::vector<std::uint8_t> ventricle = where(after.phases[p], structure);
+        const std::vector<std::uint8_t> cavity = where(after.phases[p], Structure::LvBlood);
+        for (std::size_t v = 0; v < ventricle.size(); ++v) ventricle[v] |= cavity[v];
+        outline = outline_coverage(grid, ventricle);
+        for (std::size_t v = 0; v < outline.size(); ++v) {
+          outline[v] = std::max(0.0F, outline[v] - blood[v]);
+        }
+      } else {
+        outline = covered(structure);
+      }
+      for (std::size_t v = 0; v < zone.size(); ++v) {
+        if (zone[v] != 0) phases[p][v] = outline[v];
+      }
+    }
+  });
+
+  std::size_t changed = 0;
+  std::size_t phases_changed = 0;
+  for (std::size_t p = 0; p < n; ++p) {
+    std::size_t here = 0;
+    for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
+      here += labels.phases[p][v] != made.labels.phases[p][v] ? 1 : 0;
+    }
+    changed += here;
+    phases_changed += here > 0 ? 1 : 0;
+  }
+  made.labels = labels;
+  drop_or_refuse_absent(coverage);
+  std::erase_if(made.base_cuts,
+                [&](const auto& cut) { return coverage.phases.count(cut.first) == 0; });
+  find_ends(made);
+  if (changed > 0) {
+    made.warnings.push_back("the labels were edited by hand (" + std::to_string(changed) +
+                            " voxels in " + std::to_string(phases_changed) + " phases)");
+  }
+  return made;
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,19 @@
+#pragma once
+#include "pipeline/core/shapes.h"
+#include "pipeline/core/stage_context.h"
+
+namespace beatlas::segment {
+
+/// A segmentation after its labels were painted over in another program.
+///
+/// Where labels changed, and two pixels around, coverage becomes that of the new labels' own
+/// smoothed outlines; elsewhere it stays as made. A base cut moves out as far as labels of its
+/// structure were painted beyond it; there the labels alone count. End-diastole, end-systole and
+/// warnings follow.
+/// @param made as segment_exam gave it; @param labels on its grid, one image a phase
+/// @throws Error{InvalidInput} if a label is unknown, if there is no heart left, or if a structure
+/// is there in some phases and not in others.
+[[nodiscard]] Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
+                                              StageContext& context);
+
+}  // namespace beatlas::segment

@@ -1,0 +1,41 @@
+#include "pipeline/study/stage.h"
+
+namespace beatlas::study {
+
+std::string_view stage_name(Stage stage) noexcept {
+  constexpr std::array<std::string_view, kAllStages.size()> kNames{
+      "import", "segment", "pictures", "register", "field", "mesh", "pack"};
+  return kNames[static_cast<std::size_t>(stage)];
+}
+
+std::string_view stage_command(Stage stage) noexcept {
+  return stage_name(stage == Stage::Pictures ? Stage::Segment : stage);
+}
+
+std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
+  switch (stage) {
+    case Stage::Import:
+      return {};
+    case Stage::Segment:
+      return {Stage::Import};
+    case Stage::Pictures:
+    case Stage::Register:
+      return {Stage::Import, Stage::Segment};
+    case Stage::Field:
+      return {Stage::Register};
+    case Stage::Mesh:
+      return {Stage::Field};
+    case Stage::Pack:
+      break;
+  }
+  std::vector<Stage> out{Stage::Import, Stage::Segment, Stage::Register, Stage::Field};
+  if (with_surfaces) out.push_back(Stage::Mesh);
+  return out;
+}
+
+bool for_the_eye(std::string_view file) noexcept {
+  return file.starts_with("pictures/") || file == "register/cine.nii.gz" ||
+         file == "register/labels.nii.gz";
+}
+
+}  // namespace beatlas::study

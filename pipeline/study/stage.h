@@ -1,0 +1,32 @@
+#pragma once
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace beatlas::study {
+
+/// What a study goes through. All but Pictures, which comes with `segment`, have a command of
+/// their name.
+enum class Stage { Import, Segment, Pictures, Register, Field, Mesh, Pack };
+
+inline constexpr std::array kAllStages{Stage::Import,   Stage::Segment, Stage::Pictures,
+                                       Stage::Register, Stage::Field,   Stage::Mesh,
+                                       Stage::Pack};
+
+/// "import", "segment", "pictures", "register", "field", "mesh", "pack".
+[[nodiscard]] std::string_view stage_name(Stage stage) noexcept;
+/// The command that runs it.
+[[nodiscard]] std::string_view stage_command(Stage stage) noexcept;
+
+/// The stages whose outputs a stage reads.
+/// @param with_surfaces whether Pack reads those of Mesh
+[[nodiscard]] std::vector<Stage> sources_of(Stage stage, bool with_surfaces = true);
+
+/// The labels as the stage segment made them, beside labels.nii.gz which may be edited.
+inline constexpr auto kLabelsAsMade = "segment/labels_as_made.nii.gz";
+
+/// Whether an output, named as in study.json, is there to be looked at only: no stage reads it.
+[[nodiscard]] bool for_the_eye(std::string_view file) noexcept;
+
+}  // namespace beatlas::study

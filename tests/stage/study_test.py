@@ -1,0 +1,337 @@
+"""A study that is corrected, resumed, killed and starved: study_test.py BEATLAS WORK_FOLDER NAME
+
+WORK_FOLDER is that of stage_test.py, whose `prepare` made the exam and its package.
+"""
+import fcntl
+import json
+import os
+import pathlib
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import jsonschema
+import nibabel
+import numpy
+
+from stage_test import EXAM, PACKAGE, PROGRAM, WORK, beatlas, digest, expect_same, new_folder
+
+SCHEMAS = pathlib.Path(__file__).parents[2] / "schemas"
+MADE = ("import", "segment", "register", "field", "mesh", "pack")
+
+
+def built(name):
+    """A study of the exam and its package; the package is that of a build without a study."""
+    folder, package = new_folder(name), WORK / f"{name}.beatlas"
+    package.unlink(missing_ok=True)
+    beatlas("build", EXAM, "-o", package, "--study", folder)
+    expect_same(PACKAGE, package)
+    return folder, package
+
+
+def again(folder, package, *words):
+    """Builds again; gives the names of the stages that were kept and that were made."""
+    said = beatlas("build", EXAM, "-o", package, "--study", folder, *words).stderr
+    lines = [line for line in said.splitlines() if line.startswith("beatlas: study: kept ")]
+    assert len(lines) == 1, said
+    kept, _, made = lines[0].removeprefix("beatlas: study: kept ").partition("; ")
+    made = made.removeprefix("made ")
+    return kept.split(", "), [] if made == "nothing has changed" else made.split(", "), said
+
+
+def states(folder):
+    told = json.loads(beatlas("status", folder, "--json").stdout)
+    jsonschema.validate(told, json.loads((SCHEMAS / "status.schema.json").read_text()))
+    text = beatlas("status", folder).stdout
+    for stage in told["stages"]:
+        assert f"{stage['name']:10}{stage['state']}" in text, text
+    return {stage["name"]: stage["state"] for stage in told["stages"]}
+
+
+def paint(file, change):
+    """Changes labels with an independent library, as an editor would save them."""
+    image = nibabel.load(file)
+    labels = numpy.asarray(image.dataobj).copy()
+    before = labels.copy()
+    change(labels)
+    assert (labels != before).any()
+    nibabel.save(nibabel.Nifti1Image(labels, image.affine, image.header), file)
+    return before, labels
+
+
+def add_block(labels):
+    """A block of heart beside the heart, in every phase."""
+    inside = numpy.argwhere(labels[..., 0] > 0)
+    low, middle = inside.min(axis=0), inside.mean(axis=0).astype(int)
+    # Two voxels into the heart, so that it is one piece in every phase.
+    labels[low[0] - 6:low[0] + 8, middle[1] - 5:middle[1] + 5, middle[2] - 3:middle[2] + 3, :] = 4
+
+
+def volume(package, name="heart"):
+    told = json.loads(beatlas("info", package, "--json").stdout)
+    return next(entry["volume_ml"] for entry in told["structures"] if entry["name"] == name)
+
+
+def resume():
+    """Only what changed runs again: nothing, one stage's options, a missing file, another scene."""
+    folder, package = built("resume")
+    assert set(states(folder).values()) == {"done"}, states(folder)
+    stamp = package.stat().st_mtime_ns
+    kept, made, _ = again(folder, package)
+    assert made == [] and tuple(kept) == MADE and package.stat().st_mtime_ns == stamp
+
+    # Without naming the source.
+    said = beatlas("build", "--study", folder, "-o", package).stderr
+    assert "nothing has changed" in said, said
+
+    # A copy of the source under other names in another order is the same source.
+    moved = new_folder("resume_source")
+    files = sorted(file for file in EXAM.rglob("*") if file.is_file())
+    random.Random(1).shuffle(files)
+    moved.mkdir()
+    for at, file in enumerate(files):
+        shutil.copyfile(file, moved / f"{at:05d}")
+    said = beatlas("build", moved, "--study", folder, "-o", package).stderr
+    assert "nothing has changed" in said, said
+
+    # Another mesh: the stages before stay. And back again to the same bytes.
+    recipe = WORK / "resume.json"
+    recipe.write_text('{"mesh": {"edge_mm": 5}}')
+    kept, made, _ = again(folder, package, "--recipe", recipe)
+    assert made == ["mesh", "pack"], made
+    assert digest(package) != digest(PACKAGE)
+    kept, made, _ = again(folder, package)
+    assert made == [], "the study remembers its recipe"
+    recipe.write_text("{}")
+    kept, made, _ = again(folder, package, "--recipe", recipe)
+    assert made == ["mesh", "pack"], made
+    expect_same(PACKAGE, package)
+
+    # Another scene is packed from what is there.
+    kept, made, _ = again(folder, WORK / "resume_small.beatlas", "--scene", "palpation")
+    assert made == ["pack"], made
+
+    # A file that is gone is made again; what it gives is what it was, so nothing follows.
+    (folder / "field" / "heart.vdb").unlink()
+    assert states(folder)["field"] == "stale", states(folder)
+    kept, made, _ = again(folder, package)
+    assert made == ["field", "pack"], made  # the package was of another scene
+    expect_same(PACKAGE, package)
+    (folder / "pictures" / "overlay.png").unlink()
+    kept, made, _ = again(folder, package)
+    assert made == [] and (folder / "pictures" / "overlay.png").exists()
+    package.unlink()
+    kept, made, _ = again(folder, package)
+    assert made == ["pack"]
+    expect_same(PACKAGE, package)
+
+
+def edit():
+    """A painted label: only later stages run, the package shows it, a further build does nothing."""
+    folder, package = built("edit")
+    file = folder / "segment" / "labels.nii.gz"
+    before, after = paint(file, add_block)
+    told = states(folder)
+    assert told["segment"] == "edited" and told["register"] == "stale", told
+    kept, made, said = again(folder, package)
+    assert kept == ["import", "segment"] and made == ["register", "field", "mesh", "pack"], said
+    assert "segment/labels.nii.gz edited by hand and kept" in said, said
+    told = states(folder)
+    assert told["segment"] == "edited", told
+    assert all(state == "done" for name, state in told.items() if name != "segment"), told
+
+    # The package shows it: the heart gained the painted voxels, and they are labelled.
+    header = nibabel.load(file).header
+    voxel_ml = float(numpy.prod(header.get_zooms()[:3])) / 1000
+    painted = [((after != before)[..., p]).sum() * voxel_ml for p in range(after.shape[3])]
+    for p, (was, now) in enumerate(zip(volume(PACKAGE), volume(package))):
+        # The corners of a block of 12 x 10 x 6 voxels of 2 x 2 x 4 mm are rounded off.
+        assert abs(now - was - painted[p]) < 0.2 * painted[p], (p, now - was, painted[p])
+    out = new_folder("edit_export")
+    beatlas("export", package, "--to", "nifti", "-o", out)
+    shown = numpy.asarray(nibabel.load(out / "labels.nii.gz").dataobj)
+    share = (shown[after != before] > 0).mean()
+    assert share > 0.85, share
+    everything = json.loads(beatlas("info", package, "--json").stdout)["provenance"]["warnings"]
+    assert any("edited by hand" in warning for warning in everything), everything
+
+    kept, made, _ = again(folder, package)
+    assert made == [] and tuple(kept) == MADE, made
+    edited = digest(package)
+
+    # Options of the edited stage change nothing as long as the edit is kept.
+    recipe = WORK / "edit.json"
+    recipe.write_text('{"segment": {"outline_sigma_mm": 3}}')
+    kept, made, said = again(folder, package, "--recipe", recipe)
+    assert "segment" in kept and "its options changed since" in said, said
+    assert digest(package) == edited
+
+    # Given up: as it was made.
+    recipe.write_text("{}")
+    kept, made, said = again(folder, package, "--recipe", recipe, "--discard-edits")
+    assert made == ["segment", "register", "field", "mesh", "pack"], made
+    expect_same(PACKAGE, package)
+    assert set(states(folder).values()) == {"done"}
+
+    # Stage by stage the same: each names what has to run before it.
+    paint(file, add_block)
+    said = beatlas("field", "--study", folder, code=3).stderr
+    assert "beatlas register --study" in said, said
+    for stage in ("register", "field", "mesh"):
+        beatlas(stage, "--study", folder)
+    beatlas("pack", "--study", folder, "-o", package)
+    assert digest(package) == edited
+
+
+def edit_of_another():
+    """Edits are not overwritten by another patient's exam, nor taken for what they are not."""
+    folder, package = built("edit_of_another")
+    paint(folder / "segment" / "labels.nii.gz", add_block)
+    drawn = digest(folder / "segment" / "labels.nii.gz")
+    other = new_folder("edit_of_another_exam")
+    beatlas("phantom", "-o", other, "--preset", "small", "--snr", "15")
+    said = beatlas("build", other / "dicom", "-o", package, "--study", folder, code=3).stderr
+    assert "another source" in said and "--discard-edits" in said, said
+    assert digest(folder / "segment" / "labels.nii.gz") == drawn
+    expect_same(PACKAGE, package)
+    # Files for the eye: said to be without effect, and put aside rather than lost.
+    eye = folder / "register" / "labels.nii.gz"
+    paint(eye, lambda labels: labels.fill(0))
+    kept, made, said = again(folder, package)
+    assert (folder / "register" / "labels.nii.gz.edited").exists()
+    paint(eye, lambda labels: labels.fill(0))
+    kept, made, said = again(folder, package)
+    assert made == [] and "nothing is made from it" in said, said
+    # Labels that no editor should have left.
+    for value, word in ((9, "value 9"), (0, "no heart")):
+        paint(folder / "segment" / "labels.nii.gz", lambda labels: labels.fill(value))
+        said = beatlas("build", EXAM, "-o", package, "--study", folder, code=3).stderr
+        assert word in said and "labels.nii.gz" in said, said
+
+
+def waits():
+    """Two builds in one study: the second says that it waits, and both end well."""
+    folder, package = new_folder("waits"), WORK / "waits.beatlas"
+    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder)]
+    first = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 60
+    while not (folder / "study.json").exists() and time.monotonic() < until:
+        time.sleep(0.02)
+    second = subprocess.run(words, capture_output=True, text=True)
+    _, said = first.communicate()
+    assert first.returncode == 0, said
+    assert second.returncode == 0, second.stderr
+    assert "waiting for its end" in second.stderr, second.stderr
+    assert "nothing has changed" in second.stderr, second.stderr
+    expect_same(PACKAGE, package)
+    # One that waits is stopped by the interrupt key.
+    held = os.open(folder, os.O_RDONLY)
+    fcntl.flock(held, fcntl.LOCK_EX)
+    third = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+    assert "waiting" in third.stderr.readline()
+    assert json.loads(beatlas("status", folder, "--json").stdout)["in_use"]
+    third.send_signal(signal.SIGINT)
+    assert third.wait(timeout=10) == 5
+    os.close(held)
+
+
+def no_half_files(folder, package):
+    """What has a final name is whole: hashes of finished stages agree with their files."""
+    if package.exists():
+        expect_same(PACKAGE, package)
+    index = folder / "study.json"
+    if not index.exists():
+        return set()
+    stages = json.loads(index.read_text())["stages"]
+    for name, record in stages.items():
+        for file, wanted in record["outputs"].items():
+            assert digest(folder / file) == wanted, f"{name}: {file}"
+    for file in folder.rglob("*.nii.gz"):
+        if not file.name.startswith(".partial"):
+            nibabel.load(file).get_fdata()
+    return set(stages)
+
+
+def kill(rounds):
+    """Killed at random moments, each resume ends in the bytes of an undisturbed run."""
+    chance = random.Random(20261121)
+    folder, package = WORK / "kill", WORK / "kill.beatlas"
+    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder)]
+    beatlas("build", EXAM, "-o", package, "--study", new_folder("kill"))
+    begin = time.monotonic()
+    beatlas("build", EXAM, "-o", package, "--study", new_folder("kill"))
+    whole_s = time.monotonic() - begin
+    done, finished = 0, set()
+    shutil.rmtree(folder)
+    package.unlink()
+    killed_in = {}
+    while done < rounds:
+        process = subprocess.Popen(words, stderr=subprocess.DEVNULL)
+        try:
+            # Short runs too, so that the first stages and the resume itself are hit.
+            process.wait(timeout=chance.uniform(0, whole_s * chance.choice((0.05, 0.3, 1))))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            done += 1
+        stages = no_half_files(folder, package)
+        lost = finished - stages
+        # The one that was being written anew has no record; none that was finished is lost.
+        assert not lost, f"finished before and gone now: {lost}"
+        key = len(stages - {"pictures"})
+        killed_in[key] = killed_in.get(key, 0) + 1
+        finished = stages
+        if process.returncode == 0:
+            assert package.exists()
+            expect_same(PACKAGE, package)
+            if chance.random() < 0.5:
+                shutil.rmtree(folder)
+                package.unlink()
+                finished = set()
+            else:  # as after a correction: what follows a stage runs again
+                shutil.rmtree(folder / chance.choice(("segment", "register", "field", "mesh")))
+                finished = set()
+    beatlas("build", EXAM, "-o", package, "--study", folder)
+    expect_same(PACKAGE, package)
+    no_half_files(folder, package)
+    assert not list(folder.rglob(".partial*")), "left by a kill and not cleared"
+    print(f"{done} kills; finished stages at the time: {dict(sorted(killed_in.items()))}")
+
+
+def full_disk():
+    """A disk that ends at any size of file: exit 5, one sentence, nothing damaged, then resumed."""
+    folder, package = new_folder("full_disk"), WORK / "full_disk.beatlas"
+    package.write_bytes(PACKAGE.read_bytes())
+    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder)]
+    stopped = 0
+    largest = max(PACKAGE.stat().st_size, 40 << 20)
+    size = 1 << 10
+    while True:
+        def limit(size=size):
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+        done = subprocess.run(words, capture_output=True, text=True, preexec_fn=limit)
+        if done.returncode == 0:
+            break
+        assert done.returncode == 5, (size, done.returncode, done.stderr)
+        last = done.stderr.strip().splitlines()[-1]
+        assert last.startswith("beatlas: ") and "cannot be written" in last, done.stderr
+        no_half_files(folder, package)
+        assert not list(folder.rglob(".partial*")), "a failed write cleans up"
+        stopped += 1
+        size *= 4
+        assert size < 64 * largest
+    assert stopped >= 3, stopped
+    expect_same(PACKAGE, package)
+    no_half_files(folder, package)
+
+
+if __name__ == "__main__":
+    if sys.argv[3] == "kill":
+        kill(int(sys.argv[4]))
+    else:
+        globals()[sys.argv[3]]()
