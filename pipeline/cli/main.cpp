@@ -11,8 +11,6 @@
 
 namespace {
 
-constexpr int kDone = 0;
-
 int exit_code(beatlas::ErrorCode code) { return static_cast<int>(code); }
 
 int fail(const char* message, beatlas::ErrorCode code) {
@@ -44,7 +42,15 @@ int run_command(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : exit_code(beatlas::ErrorCode::Usage);
+    if (error.get_exit_code() == 0) return app.exit(error);  // help and version
+    std::string told = error.what();
+    // The parser only says that more was there; the word itself tells what was mistyped.
+    if (argc > 1 && app.get_subcommands().empty() && argv[1][0] != '-') {
+      told = "there is no command '" + std::string(argv[1]) + "'";
+    }
+    const std::string command =
+        app.get_subcommands().empty() ? "" : " " + app.get_subcommands().front()->get_name();
+    return fail((told + "; see: beatlas" + command + " --help").c_str(), beatlas::ErrorCode::Usage);
   }
   catch_interrupts();
   return run();

@@ -76,8 +76,9 @@ class Study {
   /// The stage that began to write and was stopped before its end.
   [[nodiscard]] std::optional<Stage> interrupted() const { return writing_; }
 
-  /// Hashes of what `stage` would read now: the outputs of its sources, less those for the eye.
-  /// @throws Error{InvalidInput} naming the command to run if a source has not run or lacks a file
+  /// Hashes of what `stage` would read now: the outputs of its sources, less those for the eye
+  /// and those that are gone.
+  /// @throws Error{InvalidInput} naming the command to run if a source has not run
   [[nodiscard]] FileHashes inputs_now(Stage stage, bool with_surfaces = true) const;
 
   /// Call before `stage` writes its first file. Drops its record; outputs for the eye that were

@@ -42,7 +42,7 @@ def main():
             problems.append("a package was left")
         if not done.stderr.strip():
             problems.append("nothing was said")
-    if code in (3, 4, 5):
+    if code in (2, 3, 4, 5):
         said = [line for line in done.stderr.splitlines() if line.startswith("beatlas: ")]
         if len(said) != 1 or "unexpected trouble" in said[0]:
             problems.append("not one sentence after 'beatlas: '")

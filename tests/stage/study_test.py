@@ -1,6 +1,6 @@
 """A study that is corrected, resumed, killed and starved: study_test.py BEATLAS WORK_FOLDER NAME
 
-WORK_FOLDER is that of stage_test.py, whose `prepare` made the exam and its package.
+WORK_FOLDER is that of stage_test.py, whose `prepare` made the phantom.
 """
 import fcntl
 import json
@@ -18,17 +18,38 @@ import jsonschema
 import nibabel
 import numpy
 
-from stage_test import EXAM, PACKAGE, PROGRAM, WORK, beatlas, digest, expect_same, new_folder
+import stage_test
+from stage_test import PROGRAM, WORK, beatlas, digest, expect_same, new_folder
 
+# Every second phase, and coarse: these tests build dozens of times.
+EXAM, PACKAGE, RECIPE = WORK / "quick", WORK / "quick.beatlas", WORK / "quick.json"
+COARSE = {"register": {"shape_mm": 2}, "field": {"voxel_mm": 3}, "mesh": {"edge_mm": 5}}
 SCHEMAS = pathlib.Path(__file__).parents[2] / "schemas"
 MADE = ("import", "segment", "register", "field", "mesh", "pack")
+
+
+def prepare():
+    new_folder("quick")
+    for slice_folder in stage_test.EXAM.iterdir():
+        (EXAM / slice_folder.name).mkdir(parents=True)
+        for file in sorted(slice_folder.iterdir())[::2]:
+            shutil.copyfile(file, EXAM / slice_folder.name / file.name)
+    write_recipe(RECIPE)
+    beatlas("build", EXAM, "-o", PACKAGE, "--recipe", RECIPE)
+
+
+def write_recipe(file, **sections):
+    content = {name: dict(options) for name, options in COARSE.items()}
+    for name, options in sections.items():
+        content.setdefault(name, {}).update(options)
+    file.write_text(json.dumps(content))
 
 
 def built(name):
     """A study of the exam and its package; the package is that of a build without a study."""
     folder, package = new_folder(name), WORK / f"{name}.beatlas"
     package.unlink(missing_ok=True)
-    beatlas("build", EXAM, "-o", package, "--study", folder)
+    beatlas("build", EXAM, "-o", package, "--study", folder, "--recipe", RECIPE)
     expect_same(PACKAGE, package)
     return folder, package
 
@@ -100,13 +121,13 @@ def resume():
 
     # Another mesh: the stages before stay. And back again to the same bytes.
     recipe = WORK / "resume.json"
-    recipe.write_text('{"mesh": {"edge_mm": 5}}')
+    write_recipe(recipe, mesh={"edge_mm": 6})
     kept, made, _ = again(folder, package, "--recipe", recipe)
     assert made == ["mesh", "pack"], made
     assert digest(package) != digest(PACKAGE)
     kept, made, _ = again(folder, package)
     assert made == [], "the study remembers its recipe"
-    recipe.write_text("{}")
+    write_recipe(recipe)
     kept, made, _ = again(folder, package, "--recipe", recipe)
     assert made == ["mesh", "pack"], made
     expect_same(PACKAGE, package)
@@ -165,13 +186,13 @@ def edit():
 
     # Options of the edited stage change nothing as long as the edit is kept.
     recipe = WORK / "edit.json"
-    recipe.write_text('{"segment": {"outline_sigma_mm": 3}}')
+    write_recipe(recipe, segment={"outline_sigma_mm": 3})
     kept, made, said = again(folder, package, "--recipe", recipe)
     assert "segment" in kept and "its options changed since" in said, said
     assert digest(package) == edited
 
     # Given up: as it was made.
-    recipe.write_text("{}")
+    write_recipe(recipe)
     kept, made, said = again(folder, package, "--recipe", recipe, "--discard-edits")
     assert made == ["segment", "register", "field", "mesh", "pack"], made
     expect_same(PACKAGE, package)
@@ -216,7 +237,8 @@ def edit_of_another():
 def waits():
     """Two builds in one study: the second says that it waits, and both end well."""
     folder, package = new_folder("waits"), WORK / "waits.beatlas"
-    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder)]
+    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder),
+             "--recipe", str(RECIPE)]
     first = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
     until = time.monotonic() + 60
     while not (folder / "study.json").exists() and time.monotonic() < until:
@@ -260,10 +282,11 @@ def kill(rounds):
     """Killed at random moments, each resume ends in the bytes of an undisturbed run."""
     chance = random.Random(20261121)
     folder, package = WORK / "kill", WORK / "kill.beatlas"
-    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder)]
-    beatlas("build", EXAM, "-o", package, "--study", new_folder("kill"))
+    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder),
+             "--recipe", str(RECIPE)]
+    new_folder("kill")
     begin = time.monotonic()
-    beatlas("build", EXAM, "-o", package, "--study", new_folder("kill"))
+    beatlas(*words[1:])
     whole_s = time.monotonic() - begin
     done, finished = 0, set()
     shutil.rmtree(folder)
@@ -295,7 +318,7 @@ def kill(rounds):
             else:  # as after a correction: what follows a stage runs again
                 shutil.rmtree(folder / chance.choice(("segment", "register", "field", "mesh")))
                 finished = set()
-    beatlas("build", EXAM, "-o", package, "--study", folder)
+    beatlas(*words[1:])
     expect_same(PACKAGE, package)
     no_half_files(folder, package)
     assert not list(folder.rglob(".partial*")), "left by a kill and not cleared"
@@ -306,9 +329,10 @@ def full_disk():
     """A disk that ends at any size of file: exit 5, one sentence, nothing damaged, then resumed."""
     folder, package = new_folder("full_disk"), WORK / "full_disk.beatlas"
     package.write_bytes(PACKAGE.read_bytes())
-    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder)]
+    words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder),
+             "--recipe", str(RECIPE)]
     stopped = 0
-    largest = max(PACKAGE.stat().st_size, 40 << 20)
+    largest = 40 << 20
     size = 1 << 10
     while True:
         def limit(size=size):
