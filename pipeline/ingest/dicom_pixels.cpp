@@ -17,6 +17,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkType.h>
 
+#include "pipeline/ingest/gdcm_silence.h"
 #include "pipeline/ingest/inflated_file.h"
 #include "pipeline/ingest/vtk_silence.h"
 #include "runtime/base/sha256.h"
@@ -151,6 +152,7 @@ double inversion_sum(const PixelLayout& layout) {
 /// Decodes a whole file; leaves `data` null if that fails.
 void decode(const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
             std::vector<int>& slice_of_frame) {
+  silence_decoder();
   vtkNew<vtkDICOMReader> reader;
   silence(reader);
   silence(reader->GetExecutive());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
 
 #include "runtime/base/error.h"
@@ -15,6 +16,7 @@ constexpr double kSameDirection = 1.8e-3;  // radian, 0.1 degree: 0.3 mm at the 
 constexpr double kSameStep = 1e-3;    // relative; pixel sizes are printed with 4 digits or more
 constexpr double kSamePlaceMm = 0.1;  // far below any slice gap
 constexpr int kLeastOfCine = 3;       // images of a slice before their sizes must agree
+constexpr std::size_t kMostTimes = 4;
 constexpr int kFlowSeries = 2;  // scanners number magnitude and velocity series one after another
 
 bool same_plane(const Plane& plane, const DicomImage& image) {
@@ -71,23 +73,38 @@ void check_sizes(const std::vector<DicomImage>& images, const ImageFiles& files)
   }
 }
 
-/// Of frames that were all stored equally often, more than once, one each; `indices` otherwise.
+/// Of frames that were all stored twice (or up to kMostTimes times), one after the other or the
+/// whole cycle again, one each; `indices` otherwise. A slice in which nothing moves is no doubled
+/// one.
 std::vector<int> without_doubles(const std::vector<int>& indices,
                                  const std::vector<DicomImage>& images, const ImageFiles& files) {
   if (!files.fingerprint || indices.size() < 4) return indices;
-  std::map<std::string, std::vector<int>> alike;
+  std::vector<std::tuple<double, std::string, int>> frames;  // in their own order, copies together
+  std::set<std::string> contents;
   for (const int index : indices) {
-    alike[files.fingerprint(images[static_cast<std::size_t>(index)])].push_back(index);
+    const DicomImage& image = images[static_cast<std::size_t>(index)];
+    frames.emplace_back(image.stamp.instance.value_or(0), files.fingerprint(image), index);
+    contents.insert(std::get<1>(frames.back()));
   }
-  const std::size_t times = alike.begin()->second.size();
-  const bool doubled = times > 1 && alike.size() > 1 && alike.count("") == 0 &&
-                       std::all_of(alike.begin(), alike.end(),
-                                   [&](const auto& one) { return one.second.size() == times; });
-  if (!doubled) return indices;
-  std::vector<int> out;
-  for (const auto& [print, members] : alike) out.push_back(members.front());
-  std::sort(out.begin(), out.end());
-  return out;
+  if (contents.size() < 2 || contents.count("") > 0) return indices;
+  std::sort(frames.begin(), frames.end());
+  const std::size_t count = frames.size();
+  for (std::size_t times = 2; times <= kMostTimes; ++times) {
+    if (count % times != 0) continue;
+    for (const bool again : {false, true}) {
+      const auto first_of = [&](std::size_t i) {
+        return again ? i % (count / times) : i - i % times;
+      };
+      std::vector<int> out;
+      bool doubled = true;
+      for (std::size_t i = 0; i < count && doubled; ++i) {
+        doubled = std::get<1>(frames[i]) == std::get<1>(frames[first_of(i)]);
+        if (first_of(i) == i) out.push_back(std::get<2>(frames[i]));
+      }
+      if (doubled) return out;
+    }
+  }
+  return indices;
 }
 
 std::optional<SliceTiming> timing_of(const std::vector<int>& indices,

@@ -11,9 +11,12 @@ constexpr double kRoundingMs = 0.51;   // whole milliseconds
 constexpr double kSameTimeMs = 0.9;    // below the printed step: the same instant
 constexpr std::size_t kPerTime = 4;    // more images than this at one time: times mean nothing
 constexpr double kLeastOfRr = 0.35;    // a cine that shows less of the cycle is read in other units
+constexpr double kLeastInUnit = 0.6;   // in them, less may as well be several beats in ms
 constexpr double kSeveralBeats = 1.8;  // R-R intervals
 constexpr std::size_t kLeastOfBeat = 4;  // frames of the first of several beats
-constexpr double kMostBeatsAStep = 4;    // one image every so many beats is perfusion
+constexpr double kLeastBeatMs = 400;     // if no R-R interval is printed
+constexpr double kMostBeatMs = 6000;
+constexpr double kMostBeatsAStep = 4;  // one image every so many beats is perfusion
 
 struct Unit {
   double ms;
@@ -56,10 +59,10 @@ bool distinct(const Reading& reading, std::size_t images) {
 }
 
 /// Whether the times are those of one beat, without any doubt.
-bool fits(const Reading& reading, double printed_ms) {
+bool fits(const Reading& reading, double printed_ms, double least_of_rr) {
   const double rr_ms = printed_ms > 0 ? printed_ms : reading.stepped();
   return plausible_rr(rr_ms * 1e-3) && reading.span() < rr_ms &&
-         reading.stepped() >= kLeastOfRr * rr_ms && std::abs(reading.ms.front()) <= 1.05 * rr_ms;
+         reading.stepped() >= least_of_rr * rr_ms && std::abs(reading.ms.front()) <= 1.05 * rr_ms;
 }
 
 double median_step(const Reading& reading) {
@@ -74,7 +77,10 @@ double median_step(const Reading& reading) {
 /// About one image every beat, or every second, ...
 bool steps_by_beats(const Reading& reading, double printed_ms) {
   const double step = median_step(reading);
-  if (printed_ms <= 0) return reading.ms.size() >= 8 && step >= 400 && reading.span() > 5000;
+  if (printed_ms <= 0) {
+    return reading.ms.size() >= 8 && step >= kLeastBeatMs && step <= kMostBeatMs &&
+           reading.span() > 5000;
+  }
   const double beats = step / printed_ms;
   return reading.span() > 1.5 * printed_ms && beats > 0.85 && beats < kMostBeatsAStep + 0.15 &&
          std::abs(beats - std::round(beats)) < 0.15;
@@ -143,7 +149,7 @@ TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double print
   const double printed_ms = printed_s * 1e3;
   Reading reading = read_in(stamps, sorted, 1);
   const bool differ = distinct(reading, sorted.size());
-  bool sure = differ && fits(reading, printed_ms);
+  bool sure = differ && fits(reading, printed_ms, kLeastOfRr);
   if (!sure && differ && steps_by_beats(reading, printed_ms)) {
     out.many_beats = true;
     out.why_not = "the trigger times step by whole beats";
@@ -151,7 +157,7 @@ TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double print
   }
   for (std::size_t u = 1; !sure && u < kUnits.size(); ++u) {
     Reading other = read_in(stamps, sorted, kUnits[u].ms);
-    if (!distinct(other, sorted.size()) || !fits(other, printed_ms)) continue;
+    if (!distinct(other, sorted.size()) || !fits(other, printed_ms, kLeastInUnit)) continue;
     reading = std::move(other);
     sure = true;
     add_note(timing.note, std::string("the trigger times were taken as ") + kUnits[u].name);

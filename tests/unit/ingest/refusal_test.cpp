@@ -35,6 +35,20 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"mixed_size", "10 x 8 pixels"},
                     Case{"truncated_pixels", "the_bad_one: the file is truncated"},
                     Case{"truncated_header", "the_bad_one: the file is truncated"},
+                    Case{"jpeg_lossless_cut", "the_bad_one: the file is truncated"},
+                    Case{"spacing_zero", "the_bad_one: its pixel spacing is zero, negative"},
+                    Case{"spacing_negative", "the_bad_one: its pixel spacing is zero, negative"},
+                    Case{"spacing_nan", "the_bad_one: its pixel spacing is zero, negative"},
+                    Case{"spacing_one_value", "the_bad_one: its pixel spacing is zero, negative"},
+                    Case{"position_nan", "the_bad_one: its position is no number"},
+                    Case{"float_nan",
+                         "it holds pixels that are no number (NaN or infinite); "
+                         "export it again (1 more images are as bad)"},
+                    Case{"damaged_by_name",
+                         "/[folder 5 of 5 by name]/[file 2 of 2 by name].dcm: "
+                         "the file is truncated or damaged"},
+                    Case{"damaged_several", "(2 more are like it)"},
+                    Case{"two_patients", "2 exams of different patients"},
                     Case{"sheared", "sheared stack"}, Case{"hole", "unevenly spaced"},
                     Case{"middle_slice_incomplete", "without the 1 slice that is incomplete"}),
     [](const auto& test) { return std::string(test.param.variant); });
