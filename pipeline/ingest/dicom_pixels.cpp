@@ -1,52 +1,158 @@
 #include "pipeline/ingest/dicom_pixels.h"
 
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <span>
+
 #include <vtkDICOMReader.h>
 #include <vtkExecutive.h>
 #include <vtkImageData.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
+#include <vtkSmartPointer.h>
 #include <vtkType.h>
 
+#include "pipeline/ingest/gdcm_silence.h"
+#include "pipeline/ingest/inflated_file.h"
 #include "pipeline/ingest/vtk_silence.h"
-#include "runtime/base/error.h"
+#include "runtime/base/sha256.h"
 
 namespace beatlas::ingest {
+
+/// A file as the decoder gave it.
+struct DicomPixels::Decoded {
+  std::filesystem::path file;
+  vtkSmartPointer<vtkImageData> data;  ///< null if it could not be decoded
+  std::vector<int> slice_of_frame;
+};
+
 namespace {
 
+static_assert(std::endian::native == std::endian::little);
+
 template <class Stored>
-std::vector<float> as_float(const void* data, std::size_t first, std::size_t count) {
+void as_float(const void* data, std::size_t first, std::vector<float>& out) {
   const auto* begin = static_cast<const Stored*>(data) + first;
-  std::vector<float> out(count);
-  for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<float>(begin[i]);
-  return out;
+  std::transform(begin, begin + out.size(), out.begin(),
+                 [](Stored value) { return static_cast<float>(value); });
 }
 
-std::vector<float> as_float(int type, const void* data, std::size_t first, std::size_t count) {
+bool as_float(int type, const void* data, std::size_t first, std::vector<float>& out) {
   switch (type) {
     case VTK_UNSIGNED_CHAR:
-      return as_float<unsigned char>(data, first, count);
+      as_float<unsigned char>(data, first, out);
+      return true;
     case VTK_SIGNED_CHAR:
     case VTK_CHAR:
-      return as_float<signed char>(data, first, count);
+      as_float<signed char>(data, first, out);
+      return true;
     case VTK_UNSIGNED_SHORT:
-      return as_float<unsigned short>(data, first, count);
+      as_float<unsigned short>(data, first, out);
+      return true;
     case VTK_SHORT:
-      return as_float<short>(data, first, count);
+      as_float<short>(data, first, out);
+      return true;
     case VTK_UNSIGNED_INT:
-      return as_float<unsigned int>(data, first, count);
+      as_float<unsigned int>(data, first, out);
+      return true;
     case VTK_INT:
-      return as_float<int>(data, first, count);
+      as_float<int>(data, first, out);
+      return true;
     case VTK_FLOAT:
-      return as_float<float>(data, first, count);
+      as_float<float>(data, first, out);
+      return true;
     case VTK_DOUBLE:
-      return as_float<double>(data, first, count);
+      as_float<double>(data, first, out);
+      return true;
     default:
-      return {};
+      return false;
   }
 }
 
-std::vector<std::vector<float>> read_file(const DicomImage& image) {
+template <class Word>
+Word turned(Word word) {
+  auto bytes = std::bit_cast<std::array<std::byte, sizeof(Word)>>(word);
+  std::reverse(bytes.begin(), bytes.end());
+  return std::bit_cast<Word>(bytes);
+}
+
+/// Whole numbers of `Word`'s width: the stored bits, sign extended if they are signed.
+template <class Word>
+void whole_numbers(const std::vector<char>& bytes, const PixelLayout& layout,
+                   std::vector<float>& out) {
+  const int down = layout.high_bit + 1 - layout.bits_stored;
+  const auto bits = static_cast<unsigned>(layout.bits_stored);
+  const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+  const std::uint64_t sign = std::uint64_t{1} << (bits - 1);
+  const char* at = bytes.data();
+  for (float& value : out) {
+    Word word;
+    std::memcpy(&word, at, sizeof(Word));
+    at += sizeof(Word);
+    if (layout.big_endian) word = turned(word);
+    const std::uint64_t stored = (static_cast<std::uint64_t>(word) >> down) & mask;
+    value = layout.is_signed && (stored & sign) != 0
+                ? static_cast<float>(static_cast<std::int64_t>(stored | ~mask))
+                : static_cast<float>(stored);
+  }
+}
+
+template <class Real>
+void real_numbers(const std::vector<char>& bytes, bool big_endian, std::vector<float>& out) {
+  const char* at = bytes.data();
+  for (float& value : out) {
+    Real real;
+    std::memcpy(&real, at, sizeof(Real));
+    at += sizeof(Real);
+    if (big_endian) {
+      using Word = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
+      real = std::bit_cast<Real>(turned(std::bit_cast<Word>(real)));
+    }
+    value = static_cast<float>(real);
+  }
+}
+
+bool read_plain(const DicomImage& image, std::vector<float>& out) {
+  const PixelLayout& layout = image.layout;
+  std::optional<InflatedFile> inflated;
+  if (layout.deflated) inflated.emplace(image.file);
+  if (inflated && !inflated->good()) return false;
+  std::ifstream in;
+  in.rdbuf()->pubsetbuf(nullptr, 0);  // one read, straight into place
+  in.open(inflated ? std::filesystem::path(inflated->path()) : image.file, std::ios::binary);
+  std::vector<char> bytes(out.size() * static_cast<std::size_t>(layout.bits_allocated / 8));
+  in.seekg(layout.offset);
+  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return false;
+  if (layout.kind == PixelLayout::Kind::Float) {
+    if (layout.bits_allocated == 64) {
+      real_numbers<double>(bytes, layout.big_endian, out);
+    } else {
+      real_numbers<float>(bytes, layout.big_endian, out);
+    }
+  } else if (layout.bits_allocated == 8) {
+    whole_numbers<std::uint8_t>(bytes, layout, out);
+  } else if (layout.bits_allocated == 16) {
+    whole_numbers<std::uint16_t>(bytes, layout, out);
+  } else {
+    whole_numbers<std::uint32_t>(bytes, layout, out);
+  }
+  return true;
+}
+
+/// Stored value v of an inverted image counts as this less v.
+double inversion_sum(const PixelLayout& layout) {
+  return layout.is_signed ? -1 : std::ldexp(1.0, layout.bits_stored) - 1;
+}
+
+/// Decodes a whole file; leaves `data` null if that fails.
+void decode(const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
+            std::vector<int>& slice_of_frame) {
+  silence_decoder();
   vtkNew<vtkDICOMReader> reader;
   silence(reader);
   silence(reader->GetExecutive());
@@ -56,45 +162,77 @@ std::vector<std::vector<float>> read_file(const DicomImage& image) {
   reader->AutoRescaleOff();
   reader->SetMemoryRowOrderToFileNative();
   reader->Update();
-  vtkImageData* data = reader->GetOutput();
-  const int* size = data->GetDimensions();
+  vtkImageData* decoded = reader->GetOutput();
+  const int* size = decoded->GetDimensions();
+  const auto frames = static_cast<std::size_t>(image.layout.frames);
   if (reader->GetErrorCode() != 0 || size[0] != image.columns || size[1] != image.rows ||
-      size[2] < 1 || data->GetNumberOfScalarComponents() != 1 || !data->GetScalarPointer()) {
-    return {};
+      static_cast<std::size_t>(size[2]) != frames || decoded->GetNumberOfScalarComponents() != 1 ||
+      !decoded->GetScalarPointer()) {
+    return;
   }
-  const auto count = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
-  std::vector<std::vector<float>> frames(static_cast<std::size_t>(size[2]));
+  slice_of_frame.assign(frames, -1);
   vtkIntArray* frame_of_slice = reader->GetFrameIndexArray();
   for (int slice = 0; slice < size[2]; ++slice) {
     const int frame = frame_of_slice && slice < frame_of_slice->GetNumberOfValues()
                           ? frame_of_slice->GetValue(slice)
                           : slice;
-    if (frame < 0 || frame >= size[2]) return {};
-    frames[static_cast<std::size_t>(frame)] =
-        as_float(data->GetScalarType(), data->GetScalarPointer(),
-                 static_cast<std::size_t>(slice) * count, count);
+    if (frame < 0 || frame >= size[2]) return;
+    slice_of_frame[static_cast<std::size_t>(frame)] = slice;
   }
-  return frames;
+  data = decoded;
 }
 
 }  // namespace
 
-std::vector<float> DicomPixels::read(const DicomImage& image) {
-  if (image.file != file_) {
-    frames_ = read_file(image);
-    file_ = image.file;
+DicomPixels::DicomPixels() = default;
+DicomPixels::~DicomPixels() = default;
+
+void DicomPixels::prepare(const DicomImage& image) {
+  if (image.layout.kind != PixelLayout::Kind::Packed || image.layout.frames < 2) return;
+  if (held_ && held_->file == image.file) return;
+  held_.reset();  // before the next is decoded: never two at a time
+  held_ = std::make_unique<Decoded>();
+  held_->file = image.file;
+  decode(image, held_->data, held_->slice_of_frame);
+}
+
+PixelState DicomPixels::read(const DicomImage& image, std::vector<float>& out) const {
+  const auto count = static_cast<std::size_t>(image.columns) * static_cast<std::size_t>(image.rows);
+  out.resize(count);
+  if (image.layout.kind != PixelLayout::Kind::Packed) {
+    if (!read_plain(image, out)) return PixelState::Damaged;
+  } else {
+    Decoded own;
+    const Decoded* decoded = held_ && held_->file == image.file ? held_.get() : nullptr;
+    if (!decoded) {
+      const std::lock_guard lock(decoder_);
+      decode(image, own.data, own.slice_of_frame);
+      decoded = &own;
+    }
+    const auto frame = static_cast<std::size_t>(image.frame);
+    if (!decoded->data || frame >= decoded->slice_of_frame.size() ||
+        decoded->slice_of_frame[frame] < 0) {
+      return PixelState::Damaged;
+    }
+    const auto first = static_cast<std::size_t>(decoded->slice_of_frame[frame]) * count;
+    if (!as_float(decoded->data->GetScalarType(), decoded->data->GetScalarPointer(), first, out)) {
+      return PixelState::Damaged;
+    }
   }
-  const auto frame = static_cast<std::size_t>(image.frame);
-  if (frame >= frames_.size() || frames_[frame].empty()) {
-    throw_invalid(image.file.string() +
-                  ": its pixels cannot be decoded; the file is damaged or packed in a way that is "
-                  "not supported");
-  }
-  std::vector<float> out = frames_[frame];
+  const bool inverted = image.layout.inverted && image.layout.kind != PixelLayout::Kind::Float;
+  const double sum = inversion_sum(image.layout);
   for (float& value : out) {
-    value = static_cast<float>(value * image.rescale_slope + image.rescale_intercept);
+    const double upright = inverted ? sum - static_cast<double>(value) : value;
+    value = static_cast<float>(upright * image.rescale_slope + image.rescale_intercept);
+    if (!std::isfinite(value)) return PixelState::NoNumber;
   }
-  return out;
+  return PixelState::Good;
+}
+
+std::string DicomPixels::fingerprint(const DicomImage& image) const {
+  std::vector<float> values;
+  if (read(image, values) != PixelState::Good) return {};
+  return sha256_hex(std::as_bytes(std::span<const float>(values)));
 }
 
 }  // namespace beatlas::ingest

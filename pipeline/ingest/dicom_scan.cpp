@@ -1,17 +1,15 @@
 #include "pipeline/ingest/dicom_scan.h"
 
 #include <algorithm>
-#include <cmath>
-#include <set>
+#include <array>
 #include <tuple>
+#include <unordered_map>
 
 #include <vtkDICOMMetaData.h>
-#include <vtkDICOMParser.h>
-#include <vtkDICOMUtilities.h>
-#include <vtkDICOMValue.h>
 #include <vtkNew.h>
 
-#include "pipeline/ingest/vtk_silence.h"
+#include "pipeline/core/parallel.h"
+#include "pipeline/ingest/dicom_file.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -19,265 +17,164 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kCosineTolerance = 0.02;    // about one degree; beyond it nothing can be trusted
-constexpr double kStraightTolerance = 1e-4;  // six printed digits give 1e-6
-constexpr int kMostFrames = 100000;
+constexpr std::size_t kBlock = 64;  // files between two looks at `cancel`
 
-/// One frame's attributes, found wherever a classic or multi-frame object keeps them.
-class Attributes {
- public:
-  Attributes(vtkDICOMMetaData* meta, int frame, int frames)
-      : meta_(meta), frame_(frame), frames_(frames) {}
+using Content = std::tuple<int, std::optional<double>, int, const std::string&, const std::string&,
+                           const std::string&, std::optional<double>, std::optional<double>,
+                           std::optional<double>, std::array<double, 9>, std::array<double, 4>,
+                           std::array<int, 3>>;
 
-  [[nodiscard]] const vtkDICOMValue& get(vtkDICOMTag tag) const {
-    // A classic object may carry an empty per-frame sequence: only ask for frames if there are any.
-    return frames_ > 1 ? meta_->Get(0, frame_, tag) : single(tag);
-  }
-  [[nodiscard]] std::optional<double> number(vtkDICOMTag tag, unsigned index = 0) const {
-    const vtkDICOMValue& value = get(tag);
-    if (!value.IsValid() || value.GetNumberOfValues() <= index) return std::nullopt;
-    const double out = value.GetDouble(index);
-    if (!std::isfinite(out)) return std::nullopt;
-    return out;
-  }
-  [[nodiscard]] std::optional<double> first(std::initializer_list<vtkDICOMTag> tags) const {
-    for (const vtkDICOMTag tag : tags) {
-      if (const auto out = number(tag)) return out;
-    }
-    return std::nullopt;
-  }
-  [[nodiscard]] std::string text(vtkDICOMTag tag) const {
-    const vtkDICOMValue& value = get(tag);
-    return value.IsValid() ? value.AsString() : std::string();
-  }
+/// All that an image says of itself but where it lies.
+Content content(const DicomImage& image) {
+  const auto& p = image.position_lps;
+  const auto& r = image.row_lps;
+  const auto& c = image.column_lps;
+  const FrameStamp& stamp = image.stamp;
+  return {image.series_number,
+          stamp.instance,
+          image.frame,
+          image.series_uid,
+          image.study_uid,
+          image.patient,
+          stamp.trigger_ms,
+          stamp.temporal_position,
+          stamp.acquisition_s,
+          {p[0], p[1], p[2], r[0], r[1], r[2], c[0], c[1], c[2]},
+          {image.row_step_mm, image.column_step_mm, image.echo_ms, image.inversion_ms},
+          {image.rows, image.columns, image.magnitude ? 1 : 0}};
+}
 
- private:
-  [[nodiscard]] const vtkDICOMValue& single(vtkDICOMTag tag) const {
-    const vtkDICOMValue& value = meta_->Get(0, tag);
-    return value.IsValid() ? value : meta_->Get(0, 0, tag);
-  }
-  vtkDICOMMetaData* meta_;
-  int frame_;
-  int frames_;
-};
+auto key(const FileHeader& header) {
+  return std::tie(header.series_number, header.instance, header.instance_uid);
+}
 
-std::optional<Vec3> vector(const Attributes& attributes, vtkDICOMTag tag, unsigned first) {
-  Vec3 out;
-  for (unsigned i = 0; i < 3; ++i) {
-    const auto value = attributes.number(tag, first + i);
-    if (!value) return std::nullopt;
-    out[i] = *value;
+bool same_content(const FileHeader& a, const FileHeader& b) {
+  return std::equal(
+      a.images.begin(), a.images.end(), b.images.begin(), b.images.end(),
+      [](const DicomImage& x, const DicomImage& y) { return content(x) == content(y); });
+}
+
+std::vector<FileHeader> read_headers(const std::vector<fs::path>& files, IdentityWords& words,
+                                     StageContext& context) {
+  const vtkNew<vtkDICOMMetaData> first;  // what VTK sets up once, it sets up here, in one thread
+  std::vector<FileHeader> out(files.size());
+  std::vector<IdentityWords> met(std::min(kBlock, files.size()));
+  for (std::size_t begin = 0; begin < files.size(); begin += kBlock) {
+    context.check_cancelled();
+    const std::size_t count = std::min(kBlock, files.size() - begin);
+    parallel_for(count,
+                 [&](std::size_t i) { out[begin + i] = read_header(files[begin + i], met[i]); });
+    context.progress(0.4 * static_cast<double>(begin + count) / static_cast<double>(files.size()));
   }
+  for (const IdentityWords& some : met) words.merge(some);
   return out;
 }
 
-/// The nearest pair of orthonormal vectors, both turned by the same angle.
-bool orthonormalise(Vec3& row, Vec3& column, bool& straightened) {
-  const double row_length = row.norm();
-  const double column_length = column.norm();
-  if (!(std::abs(row_length - 1) < kCosineTolerance) ||
-      !(std::abs(column_length - 1) < kCosineTolerance) ||
-      !(std::abs(row.dot(column)) < kCosineTolerance)) {
-    return false;
+/// Throws if there is a file that cannot be what it seems: the first by series and instance.
+void refuse_broken(const std::vector<fs::path>& files, const std::vector<FileHeader>& headers,
+                   bool named, const IdentityWords& words) {
+  using Kind = FileHeader::Kind;
+  std::vector<std::size_t> bad;
+  for (std::size_t i = 0; i < headers.size(); ++i) {
+    const Kind kind = headers[i].kind;
+    if (kind == Kind::Damaged || kind == Kind::Wrong || (named && kind == Kind::NotDicom)) {
+      bad.push_back(i);
+    }
   }
-  straightened = std::abs(row_length - 1) > kStraightTolerance ||
-                 std::abs(column_length - 1) > kStraightTolerance ||
-                 std::abs(row.dot(column)) > kStraightTolerance;
-  row /= row_length;
-  column /= column_length;
-  const Vec3 sum = (row + column).normalized();
-  const Vec3 difference = (row - column).normalized();
-  row = (sum + difference) * std::sqrt(0.5);
-  column = (sum - difference) * std::sqrt(0.5);
-  return true;
+  if (bad.empty()) return;
+  std::sort(bad.begin(), bad.end(), [&](std::size_t a, std::size_t b) {
+    const auto ka = key(headers[a]);
+    const auto kb = key(headers[b]);
+    return ka != kb ? ka < kb : files[a] < files[b];
+  });
+  const FileHeader& first = headers[bad.front()];
+  const auto alike =
+      static_cast<std::size_t>(std::count_if(bad.begin(), bad.end(), [&](std::size_t i) {
+        return headers[i].kind == first.kind && headers[i].problem == first.problem;
+      }));
+  std::string sentence = shown_path(files[bad.front()], words) + ": ";
+  if (first.kind == Kind::NotDicom) {
+    sentence += "it is no image that can be read";
+  } else if (first.kind == Kind::Damaged) {
+    sentence += "the file is truncated or damaged; copy it again or take it out of the folder";
+  } else {
+    sentence += first.problem + "; export the original images or take it out of the folder";
+  }
+  if (alike > 1) sentence += " (" + std::to_string(alike - 1) + " more are like it)";
+  if (alike < bad.size()) {
+    sentence += " (" + std::to_string(bad.size() - alike) + " more have other faults)";
+  }
+  throw_invalid(sentence);
 }
 
-bool is_magnitude(const Attributes& attributes) {
-  for (const vtkDICOMTag tag : {vtkDICOMTag(DC::ImageType), vtkDICOMTag(DC::FrameType)}) {
-    const vtkDICOMValue& value = attributes.get(tag);
-    if (!value.IsValid()) continue;
-    for (unsigned i = 2; i < value.GetNumberOfValues(); ++i) {
-      const std::string token = value.GetString(i);
-      for (const char* other :
-           {"P", "PHASE", "PHASE MAP", "VELOCITY", "R", "REAL", "I", "IMAGINARY"}) {
-        if (token == other) return false;
-      }
-    }
-  }
-  return true;
+void count(const FileHeader& header, DicomScan& scan) {
+  using Kind = FileHeader::Kind;
+  scan.not_dicom += header.kind == Kind::NotDicom ? 1 : 0;
+  scan.not_image += header.kind == Kind::NotImage ? 1 : 0;
+  scan.not_grey += header.kind == Kind::NotGrey ? 1 : 0;
+  if (header.kind != Kind::Image) return;
+  scan.without_place += header.without_place;
+  scan.straightened += header.straightened;
 }
-
-FrameStamp stamp_of(const Attributes& attributes) {
-  FrameStamp out;
-  out.trigger_ms = attributes.first({DC::TriggerTime, DC::NominalCardiacTriggerDelayTime});
-  out.rr_ms = attributes.first({DC::NominalInterval, DC::RRIntervalTimeNominal});
-  if (!out.rr_ms || *out.rr_ms <= 0) {
-    const auto rate = attributes.number(DC::HeartRate);
-    if (rate && *rate > 0) out.rr_ms = 60000.0 / *rate;
-  }
-  out.frame_time_ms = attributes.number(DC::FrameTime);
-  out.temporal_position =
-      attributes.first({DC::TemporalPositionIdentifier, DC::TemporalPositionIndex});
-  out.instance = attributes.number(DC::InstanceNumber);
-  return out;
-}
-
-/// Reads files one after another and sorts out what is no image.
-class Scanner {
- public:
-  explicit Scanner(bool named) : named_(named) {}
-
-  void file(const fs::path& path) {
-    ++scan_.files;
-    if (!vtkDICOMUtilities::IsDICOMFile(path.c_str())) {
-      if (named_) throw_invalid(path.string() + ": it is no image that can be read");
-      ++scan_.not_dicom;
-      return;
-    }
-    vtkNew<vtkDICOMMetaData> meta;
-    vtkNew<vtkDICOMParser> parser;
-    silence(parser);
-    parser->SetFileName(path.c_str());
-    parser->SetMetaData(meta);
-    parser->Update();
-    if (parser->GetErrorCode() != 0) damaged(path);
-    if (meta->Get(0, DC::MediaStorageSOPClassUID).AsString() == "1.2.840.10008.1.3.10" ||
-        !meta->Has(DC::Rows) || !meta->Has(DC::Columns)) {
-      // A header cut off before its image would look like a report: those never say MR or rows.
-      if (meta->Get(0, DC::Modality).AsString() == "MR" && image_class(*meta)) damaged(path);
-      ++scan_.not_image;
-      return;
-    }
-    if (!parser->GetPixelDataFound()) damaged(path);
-    if (is_video(*meta)) {
-      ++scan_.not_image;
-      return;
-    }
-    check_length(path, *parser, *meta);
-    if (meta->Get(0, DC::SamplesPerPixel).AsInt() > 1 ||
-        meta->Get(0, DC::PhotometricInterpretation).AsString() != "MONOCHROME2") {
-      ++scan_.not_grey;
-      return;
-    }
-    const std::string instance_uid = meta->Get(0, DC::SOPInstanceUID).AsString();
-    if (!instance_uid.empty() && !met_.insert(instance_uid).second) {
-      ++scan_.copies;
-      return;
-    }
-    const int frames = std::clamp(frame_count(*meta), 1, kMostFrames);
-    for (int frame = 0; frame < frames; ++frame) add(path, meta, frame, frames);
-  }
-
-  [[nodiscard]] DicomScan finish() {
-    const auto key = [](const DicomImage& image) {
-      return std::make_tuple(image.series_number, image.stamp.instance.value_or(0), image.frame);
-    };
-    std::sort(scan_.images.begin(), scan_.images.end(),
-              [&](const DicomImage& a, const DicomImage& b) {
-                const auto ka = key(a);
-                const auto kb = key(b);
-                if (ka != kb) return ka < kb;
-                if (a.series_uid != b.series_uid) return a.series_uid < b.series_uid;
-                return a.file < b.file;
-              });
-    return std::move(scan_);
-  }
-
- private:
-  [[noreturn]] static void damaged(const fs::path& path) {
-    throw_invalid(path.string() +
-                  ": the file is truncated or damaged; copy it again or take it out of the folder");
-  }
-
-  static int frame_count(vtkDICOMMetaData& meta) {
-    const vtkDICOMValue& value = meta.Get(0, DC::NumberOfFrames);
-    return value.IsValid() ? value.AsInt() : 1;
-  }
-
-  static bool image_class(vtkDICOMMetaData& meta) {
-    const std::string uid = meta.Get(0, DC::SOPClassUID).AsString();
-    return uid == "1.2.840.10008.5.1.4.1.1.4" || uid == "1.2.840.10008.5.1.4.1.1.4.1";
-  }
-
-  static bool is_video(vtkDICOMMetaData& meta) {
-    return meta.Get(0, DC::TransferSyntaxUID).AsString().rfind("1.2.840.10008.1.2.4.10", 0) == 0;
-  }
-
-  static void check_length(const fs::path& path, vtkDICOMParser& parser, vtkDICOMMetaData& meta) {
-    const std::string syntax = meta.Get(0, DC::TransferSyntaxUID).AsString();
-    const std::string family = "1.2.840.10008.1.2";
-    if (!syntax.empty() && syntax.rfind(family, 0) != 0) damaged(path);
-    const std::string kind = syntax.empty() ? syntax : syntax.substr(family.size());
-    const bool plain = kind.empty() || kind == ".1" || kind == ".2";
-    const bool packed = kind == ".1.99" || kind == ".5" || kind.rfind(".4.", 0) == 0;
-    if (!plain && !packed) damaged(path);
-    if (packed) return;  // the decoder tells
-    const double samples = std::max(1, meta.Get(0, DC::SamplesPerPixel).AsInt());
-    const double needed =
-        static_cast<double>(meta.Get(0, DC::Rows).AsInt()) * meta.Get(0, DC::Columns).AsInt() *
-        samples * std::max(1, frame_count(meta)) * meta.Get(0, DC::BitsAllocated).AsInt() / 8;
-    const auto held = static_cast<double>(parser.GetFileSize() - parser.GetFileOffset());
-    if (needed > held) damaged(path);
-  }
-
-  void add(const fs::path& path, vtkDICOMMetaData* meta, int frame, int frames) {
-    const Attributes attributes(meta, frame, frames);
-    DicomImage image;
-    const auto position = vector(attributes, DC::ImagePositionPatient, 0);
-    const auto row = vector(attributes, DC::ImageOrientationPatient, 0);
-    const auto column = vector(attributes, DC::ImageOrientationPatient, 3);
-    const auto row_step = attributes.number(DC::PixelSpacing, 0);
-    const auto column_step = attributes.number(DC::PixelSpacing, 1);
-    bool straightened = false;
-    if (row && column) {
-      image.row_lps = *row;
-      image.column_lps = *column;
-    }
-    image.rows = meta->Get(0, DC::Rows).AsInt();
-    image.columns = meta->Get(0, DC::Columns).AsInt();
-    if (!position || !row || !column || !row_step || !column_step || !(*row_step > 0) ||
-        !(*column_step > 0) || image.rows < 1 || image.columns < 1 ||
-        !orthonormalise(image.row_lps, image.column_lps, straightened)) {
-      ++scan_.without_place;
-      return;
-    }
-    scan_.straightened += straightened ? 1 : 0;
-    image.file = path;
-    image.frame = frame;
-    image.position_lps = *position;
-    image.row_step_mm = *row_step;
-    image.column_step_mm = *column_step;
-    image.thickness_mm = attributes.number(DC::SliceThickness).value_or(0);
-    image.rescale_slope = attributes.number(DC::RescaleSlope).value_or(1);
-    if (image.rescale_slope == 0) image.rescale_slope = 1;
-    image.rescale_intercept = attributes.number(DC::RescaleIntercept).value_or(0);
-    image.stamp = stamp_of(attributes);
-    if (frames > 1) image.stamp.instance = frame + 1;
-    image.series_number = static_cast<int>(attributes.number(DC::SeriesNumber).value_or(0));
-    image.series_uid = attributes.text(DC::SeriesInstanceUID);
-    image.echo_ms = attributes.first({DC::EchoTime, DC::EffectiveEchoTime}).value_or(0);
-    image.inversion_ms = attributes.number(DC::InversionTime).value_or(0);
-    image.magnitude = is_magnitude(attributes);
-    scan_.images.push_back(std::move(image));
-  }
-
-  bool named_;
-  DicomScan scan_;
-  std::set<std::string> met_;
-};
 
 }  // namespace
 
 DicomScan scan_dicom(const std::vector<fs::path>& files, bool named, StageContext& context) {
-  std::vector<fs::path> sorted = files;  // which of two copies is kept must not depend on the order
-  std::sort(sorted.begin(), sorted.end());
-  Scanner scanner(named);
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    context.check_cancelled();
-    scanner.file(sorted[i]);
-    context.progress(0.4 * static_cast<double>(i + 1) / static_cast<double>(sorted.size()));
+  DicomScan out;
+  out.files = static_cast<int>(files.size());
+  std::vector<FileHeader> headers = read_headers(files, out.words, context);
+  refuse_broken(files, headers, named, out.words);
+
+  std::vector<std::size_t> order(files.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const auto ka = key(headers[a]);
+    const auto kb = key(headers[b]);
+    if (ka != kb) return ka < kb;
+    // Same UID: by content; the name decides only which of two copies is opened.
+    const auto less = [](const DicomImage& x, const DicomImage& y) {
+      return content(x) < content(y);
+    };
+    const auto& ia = headers[a].images;
+    const auto& ib = headers[b].images;
+    if (std::lexicographical_compare(ia.begin(), ia.end(), ib.begin(), ib.end(), less)) return true;
+    if (std::lexicographical_compare(ib.begin(), ib.end(), ia.begin(), ia.end(), less)) {
+      return false;
+    }
+    return files[a] < files[b];
+  });
+  std::unordered_map<std::string, std::vector<std::size_t>> met;  // by instance UID
+  std::vector<std::size_t> kept;
+  for (const std::size_t i : order) {
+    FileHeader& header = headers[i];
+    count(header, out);
+    if (header.images.empty()) continue;
+    if (!header.instance_uid.empty()) {
+      auto& others = met[header.instance_uid];
+      const bool copy = std::any_of(others.begin(), others.end(), [&](std::size_t other) {
+        return same_content(headers[other], header);
+      });
+      if (copy) {
+        ++out.copies;
+        continue;
+      }
+      if (!others.empty()) ++out.shared_uids;
+      others.push_back(i);
+    }
+    kept.push_back(i);
+    const auto images = static_cast<int>(header.images.size());
+    if (header.modality != "MR") {
+      out.other_modalities[is_modality_code(header.modality) ? header.modality : ""] += images;
+    }
+    if (header.images.front().layout.inverted) out.inverted += images;
   }
-  return scanner.finish();
+  for (const std::size_t i : kept) {
+    std::move(headers[i].images.begin(), headers[i].images.end(), std::back_inserter(out.images));
+  }
+  std::stable_sort(
+      out.images.begin(), out.images.end(),
+      [](const DicomImage& a, const DicomImage& b) { return content(a) < content(b); });
+  return out;
 }
 
 }  // namespace beatlas::ingest

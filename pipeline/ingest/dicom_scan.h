@@ -1,16 +1,38 @@
 #pragma once
 /// The headers of all images under some folders; no pixel is read here.
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/core/stage_context.h"
+#include "pipeline/ingest/shown_path.h"
 #include "pipeline/ingest/slice_timing.h"
 #include "runtime/base/geometry.h"
 
 namespace beatlas::ingest {
+
+/// How the pixels of an image lie in its file.
+struct PixelLayout {
+  enum class Kind {
+    Plain,   ///< whole numbers, one after another from `offset`
+    Float,   ///< 32- or 64-bit IEEE numbers from `offset`
+    Packed,  ///< a decoder is needed
+  };
+  Kind kind = Kind::Plain;
+  std::int64_t offset = 0;  ///< of the first pixel of the frame, in the file as inflated
+  int bits_allocated = 16;
+  int bits_stored = 16;
+  int high_bit = 15;
+  bool is_signed = false;
+  bool big_endian = false;
+  bool deflated = false;  ///< all after the file's group 2 is
+  bool inverted = false;  ///< MONOCHROME1: low values are bright
+  int frames = 1;         ///< in the file
+};
 
 /// One grey image (a file, or one frame of a multi-frame file) that has a place in the patient.
 struct DicomImage {
@@ -26,29 +48,41 @@ struct DicomImage {
   double thickness_mm = 0;           ///< 0 if absent
   double rescale_slope = 1;
   double rescale_intercept = 0;
+  PixelLayout layout;
   FrameStamp stamp;
   int series_number = 0;
-  std::string series_uid;  ///< to tell series apart; never shown
+  /// To tell series, patients and studies apart; never shown. Empty: the file does not say.
+  std::string series_uid;
+  std::string patient;  ///< ID and name, in one spelling
+  std::string study_uid;
+  std::string frame_of_reference_uid;
   /// Images of a slice with different contrast are no phases of one cine.
   double echo_ms = 0;
   double inversion_ms = 0;
+  std::string sequence;   ///< kind and variant of the pulse sequence; never shown
   bool magnitude = true;  ///< false: a phase (velocity), real or imaginary image
 };
 
 struct DicomScan {
-  std::vector<DicomImage> images;  ///< by series number, instance number, file name
+  std::vector<DicomImage> images;  ///< by series number, instance number, ...: never by file name
   int files = 0;                   ///< all that were looked at
   int not_dicom = 0;
   int not_image = 0;      ///< DICOMDIR, reports, presentation states
-  int not_grey = 0;       ///< colour or inverted
+  int not_grey = 0;       ///< colour
   int without_place = 0;  ///< no position, orientation or pixel spacing (screenshots)
   int copies = 0;         ///< of an image already met
+  int shared_uids = 0;    ///< images that differ from another of the same UID
   int straightened = 0;   ///< direction cosines that were not quite orthonormal
+  int inverted = 0;       ///< images in which low values are bright
+  /// Images by modality other than MR; "" stands for what is no code of the standard.
+  std::map<std::string, int> other_modalities;
+  IdentityWords words;  ///< of all headers that could be read, also in part
 };
 
-/// Reads the headers of `files`, in any order; the result does not depend on it.
+/// Reads the headers of `files`, in any order and on all threads; the result depends on neither.
 /// @param named files the user named one by one: there, a file that is no DICOM is an error.
-/// @throws Error{InvalidInput} naming a file that is truncated or damaged.
+/// @throws Error{InvalidInput} that names the first file, by series and instance number, that is
+///         truncated or damaged, or whose geometry is no geometry, and tells how many more are.
 [[nodiscard]] DicomScan scan_dicom(const std::vector<std::filesystem::path>& files, bool named,
                                    StageContext& context);
 

@@ -2,10 +2,12 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/ingest/dicom_pixels.h"
 #include "pipeline/ingest/dicom_scan.h"
+#include "pipeline/ingest/exam_list.h"
 #include "pipeline/ingest/exam_sources.h"
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/stack_choice.h"
@@ -29,10 +31,32 @@ std::string told(const DicomScan& scan) {
   };
   add(scan.not_dicom, "that are no DICOM");
   add(scan.not_image, "DICOM files without an image");
-  add(scan.not_grey, "colour or inverted images");
+  add(scan.not_grey, "colour images");
   add(scan.without_place, "images without position, orientation or pixel spacing");
   add(scan.copies, "copies of an image already read");
   return out + '.';
+}
+
+/// What of the files is unusual, if it is part of what was taken.
+void tell_oddities(const DicomScan& scan, std::vector<std::string>& decisions) {
+  const auto images = [](int count) { return counted(count, "image has", "images have"); };
+  if (scan.straightened > 0) {
+    decisions.push_back("Warning: " + images(scan.straightened) +
+                        " direction cosines that are not quite orthonormal; they were made so.");
+  }
+  if (scan.inverted > 0) {
+    decisions.push_back("Warning: " + images(scan.inverted) +
+                        " inverted grey levels (MONOCHROME1); they were turned upright.");
+  }
+  if (scan.shared_uids > 0) {
+    decisions.push_back("Warning: " + images(scan.shared_uids) +
+                        " the UID of another image but not its content; all were kept.");
+  }
+  for (const auto& [modality, count] : scan.other_modalities) {
+    decisions.push_back("Warning: " + counted(count, "image is", "images are") + " of modality " +
+                        (modality.empty() ? "unknown" : modality) +
+                        ", not MR; the result is untested for it.");
+  }
 }
 
 /// Why a scan that gave no image gave none.
@@ -46,38 +70,76 @@ std::string told(const DicomScan& scan) {
   throw_invalid("none of its " + counted(scan.files, "file", "files") + " is a DICOM image");
 }
 
-/// Reads and resamples the slices of a cine. Slice by slice, so that only one slice's source
-/// frames are in memory beside the result.
-Cine read_cine(const ChosenCine& chosen, int phases, const std::vector<DicomImage>& images,
-               StageContext& context, int& done, int total) {
+/// Names the first image that could not be used, by the order of the scan, and counts the others.
+void refuse_bad(const std::vector<std::pair<int, PixelState>>& bad,
+                const std::vector<DicomImage>& images, const ImageFiles& files) {
+  if (bad.empty()) return;
+  const auto first = std::min_element(bad.begin(), bad.end());
+  const auto& image = images[static_cast<std::size_t>(first->first)];
+  std::string what = files.shown(image.file) + ": ";
+  what += first->second == PixelState::NoNumber
+              ? "it holds pixels that are no number (NaN or infinite); export it again"
+              : "its pixels cannot be decoded; the file is damaged or packed in a way that is not "
+                "supported";
+  if (bad.size() > 1) what += " (" + std::to_string(bad.size() - 1) + " more images are as bad)";
+  throw_invalid(what);
+}
+
+/// Where reading stands, of all images that will be read.
+struct Reading {
+  const std::vector<DicomImage>& images;
+  const ImageFiles& files;
+  StageContext& context;
+  DicomPixels pixels = {};
+  int done = 0;
+  int total = 0;
+};
+
+/// Reads and resamples the slices of a cine. A few slices at a time, so that little more than the
+/// result is in memory.
+Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
   Cine out;
   out.images.grid = chosen.grid;
   out.rr_interval_s = chosen.rr_s;
-  out.images.phases.assign(static_cast<std::size_t>(phases),
-                           std::vector<float>(chosen.grid.count()));
-  DicomPixels pixels;
-  for (std::size_t k = 0; k < chosen.slices.size(); ++k) {
+  std::vector<std::pair<int, PixelState>> bad;
+  const std::size_t slices = chosen.slices.size();
+  for (std::size_t k = 0; k < slices; ++k) {
     const ImageSet& set = chosen.slices[k];
-    std::vector<std::vector<float>> frames;
-    for (const int index : set.images) {
-      context.check_cancelled();
-      frames.push_back(pixels.read(images[static_cast<std::size_t>(index)]));
-      ++done;
-      context.progress(0.4 + 0.6 * done / total);
+    reading.context.check_cancelled();
+    const auto image = [&](std::size_t f) -> const DicomImage& {
+      return reading.images[static_cast<std::size_t>(set.images[f])];
+    };
+    for (std::size_t f = 0; f < set.images.size(); ++f) reading.pixels.prepare(image(f));
+    if (out.images.phases.empty()) {  // not before: what a decoder needs on its way is free now
+      out.images.phases.assign(static_cast<std::size_t>(phases),
+                               std::vector<float>(chosen.grid.count()));
     }
+    std::vector<std::vector<float>> frames(set.images.size());
+    std::vector<PixelState> states(frames.size());
+    parallel_for(frames.size(),
+                 [&](std::size_t f) { states[f] = reading.pixels.read(image(f), frames[f]); });
+    bool good = true;
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      if (states[f] == PixelState::Good) continue;
+      bad.emplace_back(set.images[f], states[f]);
+      good = false;
+    }
+    reading.done += set.frames();
+    reading.context.progress(0.4 + 0.6 * reading.done / reading.total);
+    if (!good) continue;
     const auto taps = resample_phases(phases_of(set.timing, chosen.rr_s), phases);
     parallel_for(taps.size(), [&](std::size_t p) {
-      const auto slice = blend(frames, taps[p]);
-      std::copy(slice.begin(), slice.end(),
-                out.images.phases[p].begin() +
-                    static_cast<std::ptrdiff_t>(k * chosen.grid.slice_count()));
+      blend_to(
+          frames, taps[p],
+          out.images.phases[p].data() + static_cast<std::ptrdiff_t>(k * chosen.grid.slice_count()));
     });
   }
+  refuse_bad(bad, reading.images, reading.files);
   // The slice nearest the middle speaks for the stack, of those with a frame a phase if there are.
-  const int middle = static_cast<int>(chosen.slices.size()) / 2;
+  const int middle = static_cast<int>(slices) / 2;
   int best = middle;
   bool found = false;
-  for (int k = 0; k < static_cast<int>(chosen.slices.size()); ++k) {
+  for (int k = 0; k < static_cast<int>(slices); ++k) {
     if (chosen.slices[static_cast<std::size_t>(k)].frames() != phases) continue;
     if (!found || std::abs(k - middle) < std::abs(best - middle)) best = k;
     found = true;
@@ -119,37 +181,74 @@ std::string resampling_told(const Choice& choice) {
          " resampled to common phases of the R-R interval, the others' frames lie on them.";
 }
 
-}  // namespace
+bool holds_stack(const std::vector<DicomImage>& images, const IngestOptions& options,
+                 const ImageFiles& files) {
+  IngestOptions any = options;
+  any.stack = 0;
+  any.frame_times_s.clear();
+  try {
+    (void)choose_stack(images, any, files);
+  } catch (const Error&) {
+    return false;
+  }
+  return true;
+}
 
-Exam exam_from_dicom(const std::vector<std::filesystem::path>& files, bool named,
-                     const IngestOptions& options, StageContext& context) {
-  const DicomScan scan = scan_dicom(files, named, context);
+Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFiles& files,
+             StageContext& context) {
   if (scan.images.empty()) nothing_found(scan);
-  const Choice choice = choose_stack(scan.images, options);
+  const ExamChoice chosen = choose_exam(
+      scan.images, options.exam, options.series,
+      [&](const std::vector<DicomImage>& images) { return holds_stack(images, options, files); });
+  const Choice choice = choose_stack(chosen.images, options, files);
 
   Exam exam;
   exam.source_format = "dicom";
   exam.decisions.push_back(told(scan));
-  if (scan.straightened > 0) {
-    exam.decisions.push_back(
-        "Warning: " + counted(scan.straightened, "image has", "images have") +
-        " direction cosines that are not quite orthonormal; they were made so.");
-  }
+  tell_oddities(scan, exam.decisions);
+  exam.decisions.insert(exam.decisions.end(), chosen.decisions.begin(), chosen.decisions.end());
   exam.decisions.insert(exam.decisions.end(), choice.decisions.begin(), choice.decisions.end());
   exam.decisions.push_back(resampling_told(choice));
 
-  int done = 0;
-  const int total = image_count(choice);
-  exam.stack = read_cine(choice.stack, choice.phases, scan.images, context, done, total);
+  Reading reading{chosen.images, files, context};
+  reading.total = image_count(choice);
+  exam.stack = read_cine(choice.stack, choice.phases, reading);
   check_signal(exam.stack.images);
   for (const ChosenCine& view : choice.views) {
-    exam.views.push_back(read_cine(view, choice.phases, scan.images, context, done, total));
+    exam.views.push_back(read_cine(view, choice.phases, reading));
   }
   if (options.rr_interval_s > 0) {
     exam.stack.rr_interval_s = options.rr_interval_s;
     exam.decisions.push_back("The R-R interval was given, not taken from the images.");
   }
+  if (!options.frame_times_s.empty()) {
+    exam.decisions.push_back("The frame times were given, not taken from the images.");
+  }
   return exam;
+}
+
+}  // namespace
+
+Exam exam_from_dicom(const std::vector<std::filesystem::path>& sources,
+                     const std::vector<std::filesystem::path>& files, bool named,
+                     const IngestOptions& options, StageContext& context) {
+  const DicomScan scan = scan_dicom(files, named, context);
+  const DicomPixels pixels;
+  bool names_file = false;  // a message that names its file needs no folder
+  const ImageFiles access{
+      .shown =
+          [&](const std::filesystem::path& file) {
+            names_file = true;
+            return shown_path(file, scan.words);
+          },
+      .fingerprint = [&](const DicomImage& image) { return pixels.fingerprint(image); }};
+  try {
+    return exam_of(scan, options, access, context);
+  } catch (const Error& error) {
+    if (names_file || error.code() != ErrorCode::InvalidInput) throw;
+    throw error.with_context(shown_path(sources.front(), scan.words) +
+                             (sources.size() > 1 ? " and the other sources" : ""));
+  }
 }
 
 }  // namespace beatlas::ingest

@@ -8,8 +8,10 @@
 
 namespace beatlas::ingest {
 
-/// @param files every file of the source; `named` if the user named them one by one.
-[[nodiscard]] Exam exam_from_dicom(const std::vector<std::filesystem::path>& files, bool named,
+/// @param sources what the user named, for messages
+/// @param files every file of the sources; `named` if the user named them one by one.
+[[nodiscard]] Exam exam_from_dicom(const std::vector<std::filesystem::path>& sources,
+                                   const std::vector<std::filesystem::path>& files, bool named,
                                    const IngestOptions& options, StageContext& context);
 
 [[nodiscard]] Exam exam_from_nifti(const std::filesystem::path& file, const IngestOptions& options,

@@ -13,14 +13,14 @@ struct IngestOptions {
   double rr_interval_s = 0;
   /// [s] when each frame of a slice was taken, ascending, one a frame in the order of the cycle;
   /// empty: the source's. They replace whatever times the source names, of every slice.
-  std::vector<double> frame_times_s;
+  std::vector<double> frame_times_s = {};
   /// 2..200 common phases to resample to, or 0 for as many as the stack's slices have.
   int phases = 0;
   /// Which of several patients or studies in one folder, from 1 as the message that asks lists
   /// them; 0: there is only one.
   int exam = 0;
   /// Series numbers to take images from; empty: all.
-  std::vector<int> series;
+  std::vector<int> series = {};
   /// Which of the possible stacks, from 1 as `decisions` lists them; 0: the best one.
   int stack = 0;
 };

@@ -115,19 +115,27 @@ std::vector<PhaseTaps> resample_phases(const std::vector<double>& phases, int co
   return out;
 }
 
-std::vector<float> blend(const std::vector<std::vector<float>>& frames, const PhaseTaps& taps) {
+void blend_to(const std::vector<std::vector<float>>& frames, const PhaseTaps& taps, float* out) {
   const auto frame = [&](int tap) -> const std::vector<float>& {
     return frames[static_cast<std::size_t>(taps.frame[static_cast<std::size_t>(tap)])];
   };
-  if (taps.count == 1) return frame(0);
-  std::vector<float> out(frame(0).size());
-  for (std::size_t i = 0; i < out.size(); ++i) {
+  if (taps.count == 1) {
+    std::copy(frame(0).begin(), frame(0).end(), out);
+    return;
+  }
+  const std::size_t size = frame(0).size();
+  for (std::size_t i = 0; i < size; ++i) {
     double sum = 0;
     for (int tap = 0; tap < taps.count; ++tap) {
       sum += taps.weight[static_cast<std::size_t>(tap)] * static_cast<double>(frame(tap)[i]);
     }
     out[i] = static_cast<float>(sum);
   }
+}
+
+std::vector<float> blend(const std::vector<std::vector<float>>& frames, const PhaseTaps& taps) {
+  std::vector<float> out(frames.front().size());
+  blend_to(frames, taps, out.data());
   return out;
 }
 

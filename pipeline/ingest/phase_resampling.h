@@ -30,4 +30,7 @@ inline constexpr double kSamePhase = 1e-3;
 [[nodiscard]] std::vector<float> blend(const std::vector<std::vector<float>>& frames,
                                        const PhaseTaps& taps);
 
+/// The same, written to `out`, which has room for one frame.
+void blend_to(const std::vector<std::vector<float>>& frames, const PhaseTaps& taps, float* out);
+
 }  // namespace beatlas::ingest

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 #include <tuple>
 
 #include "runtime/base/error.h"
@@ -14,6 +16,8 @@ constexpr double kSameDirection = 1.8e-3;  // radian, 0.1 degree: 0.3 mm at the 
 constexpr double kSameStep = 1e-3;    // relative; pixel sizes are printed with 4 digits or more
 constexpr double kSamePlaceMm = 0.1;  // far below any slice gap
 constexpr int kLeastOfCine = 3;       // images of a slice before their sizes must agree
+constexpr std::size_t kMostTimes = 4;
+constexpr int kFlowSeries = 2;  // scanners number magnitude and velocity series one after another
 
 bool same_plane(const Plane& plane, const DicomImage& image) {
   const auto near = [](double a, double b) { return std::abs(a - b) <= kSameStep * b; };
@@ -37,42 +41,94 @@ Plane plane_of(const DicomImage& image) {
 }
 
 /// Two sizes within one slice of one series: no choice between them could be right.
-void check_sizes(const std::vector<DicomImage>& images) {
-  struct Slice {
-    int first = 0;
-    int count = 0;
-    int other = -1;
-  };
+void check_sizes(const std::vector<DicomImage>& images, const ImageFiles& files) {
+  using Size = std::pair<int, int>;
+  using Slice = std::map<Size, std::vector<int>>;
   std::map<std::tuple<std::string, long, long, long, long, long, long>, Slice> slices;
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
     const DicomImage& image = images[static_cast<std::size_t>(i)];
     const Vec3 normal = image.row_lps.cross(image.column_lps);
     const auto at = [&](int axis) { return std::lround(image.position_lps[axis] / kSamePlaceMm); };
     const auto along = [&](int axis) { return std::lround(normal[axis] / 1e-2); };
-    auto [slot, added] = slices.try_emplace(
-        {image.series_uid, at(0), at(1), at(2), along(0), along(1), along(2)}, Slice{i, 0, -1});
-    Slice& slice = slot->second;
-    ++slice.count;
-    const DicomImage& first = images[static_cast<std::size_t>(slice.first)];
-    if (first.columns != image.columns || first.rows != image.rows) slice.other = i;
+    slices[{image.series_uid, at(0), at(1), at(2), along(0), along(1), along(2)}]
+          [{image.columns, image.rows}]
+              .push_back(i);
   }
-  for (const auto& [key, slice] : slices) {
-    if (slice.other < 0 || slice.count < kLeastOfCine) continue;
-    const DicomImage& a = images[static_cast<std::size_t>(slice.first)];
-    const DicomImage& b = images[static_cast<std::size_t>(slice.other)];
-    throw_invalid(b.file.string() + ": it has " + std::to_string(b.columns) + " x " +
-                  std::to_string(b.rows) + " pixels where another image of its slice has " +
-                  std::to_string(a.columns) + " x " + std::to_string(a.rows) +
+  for (const auto& [key, sizes] : slices) {
+    std::size_t count = 0;
+    for (const auto& [size, members] : sizes) count += members.size();
+    if (sizes.size() < 2 || count < kLeastOfCine) continue;
+    const auto fewer = [](const auto& a, const auto& b) {
+      return a.second.size() < b.second.size();
+    };
+    const auto odd = std::min_element(sizes.begin(), sizes.end(), fewer);
+    const auto usual = std::max_element(sizes.begin(), sizes.end(), fewer);
+    const auto text = [](const Size& size) {
+      return std::to_string(size.first) + " x " + std::to_string(size.second);
+    };
+    const DicomImage& image = images[static_cast<std::size_t>(odd->second.front())];
+    throw_invalid(files.shown(image.file) + ": it has " + text(odd->first) +
+                  " pixels where the other images of its slice have " + text(usual->first) +
                   "; take the odd one out");
   }
 }
 
-/// Puts the images in the order of the cycle; false if they have none.
-bool set_time(ImageSet& set, const std::vector<DicomImage>& images) {
+/// Of frames that were all stored twice (or up to kMostTimes times), one after the other or the
+/// whole cycle again, one each; `indices` otherwise. A slice in which nothing moves is no doubled
+/// one.
+std::vector<int> without_doubles(const std::vector<int>& indices,
+                                 const std::vector<DicomImage>& images, const ImageFiles& files) {
+  if (!files.fingerprint || indices.size() < 4) return indices;
+  std::vector<std::tuple<double, std::string, int>> frames;  // in their own order, copies together
+  std::set<std::string> contents;
+  for (const int index : indices) {
+    const DicomImage& image = images[static_cast<std::size_t>(index)];
+    frames.emplace_back(image.stamp.instance.value_or(0), files.fingerprint(image), index);
+    contents.insert(std::get<1>(frames.back()));
+  }
+  if (contents.size() < 2 || contents.count("") > 0) return indices;
+  std::sort(frames.begin(), frames.end());
+  const std::size_t count = frames.size();
+  for (std::size_t times = 2; times <= kMostTimes; ++times) {
+    if (count % times != 0) continue;
+    for (const bool again : {false, true}) {
+      const auto first_of = [&](std::size_t i) {
+        return again ? i % (count / times) : i - i % times;
+      };
+      std::vector<int> out;
+      bool doubled = true;
+      for (std::size_t i = 0; i < count && doubled; ++i) {
+        doubled = std::get<1>(frames[i]) == std::get<1>(frames[first_of(i)]);
+        if (first_of(i) == i) out.push_back(std::get<2>(frames[i]));
+      }
+      if (doubled) return out;
+    }
+  }
+  return indices;
+}
+
+std::optional<SliceTiming> timing_of(const std::vector<int>& indices,
+                                     const std::vector<DicomImage>& images) {
   std::vector<FrameStamp> stamps;
-  for (const int index : set.images)
-    stamps.push_back(images[static_cast<std::size_t>(index)].stamp);
-  auto timing = time_slice(stamps);
+  stamps.reserve(indices.size());
+  for (const int index : indices) stamps.push_back(images[static_cast<std::size_t>(index)].stamp);
+  return time_slice(stamps);
+}
+
+/// Puts the images in the order of the cycle; false if they have none.
+bool set_time(ImageSet& set, const std::vector<DicomImage>& images, const ImageFiles& files) {
+  auto timing = timing_of(set.images, images);
+  if (!timing || !timing->timed) {
+    const std::vector<int> once = without_doubles(set.images, images, files);
+    if (once.size() < set.images.size()) {
+      const std::size_t left = set.images.size() - once.size();
+      set.images = once;
+      timing = timing_of(once, images);
+      if (timing) {
+        timing->note += ", " + std::to_string(left) + " images equal to another were left";
+      }
+    }
+  }
   if (!timing) return false;
   std::vector<int> ordered;
   for (int& index : timing->order) {
@@ -85,27 +141,31 @@ bool set_time(ImageSet& set, const std::vector<DicomImage>& images) {
 }
 
 std::vector<ImageSet> cines_of(const std::vector<int>& indices,
-                               const std::vector<DicomImage>& images) {
+                               const std::vector<DicomImage>& images, const ImageFiles& files) {
   using Contrast = std::tuple<std::string, double, double>;
   std::map<Contrast, ImageSet> sets;
-  for (const int index : indices) {
-    const DicomImage& image = images[static_cast<std::size_t>(index)];
-    if (!image.magnitude) continue;
-    ImageSet& set = sets[{image.series_uid, image.echo_ms, image.inversion_ms}];
+  const auto add = [](ImageSet& set, int index, const DicomImage& image) {
     set.images.push_back(index);
     set.series_uid = image.series_uid;
     set.series_number = image.series_number;
+    set.echo_ms = image.echo_ms;
+    set.sequence = image.sequence;
+  };
+  for (const int index : indices) {
+    const DicomImage& image = images[static_cast<std::size_t>(index)];
+    if (image.magnitude) {
+      add(sets[{image.series_uid, image.echo_ms, image.inversion_ms}], index, image);
+    }
   }
   std::vector<ImageSet> out;
   std::map<std::pair<double, double>, ImageSet> singles;  // by contrast
   for (auto& [contrast, set] : sets) {
     if (set.images.size() == 1) {
       ImageSet& merged = singles[{std::get<1>(contrast), std::get<2>(contrast)}];
-      merged.images.push_back(set.images.front());
-      merged.series_uid = set.series_uid;
-      merged.series_number = set.series_number;
+      const int index = set.images.front();
+      add(merged, index, images[static_cast<std::size_t>(index)]);
       merged.merged = true;
-    } else if (set_time(set, images)) {
+    } else if (set_time(set, images, files)) {
       out.push_back(std::move(set));
     }
   }
@@ -113,22 +173,34 @@ std::vector<ImageSet> cines_of(const std::vector<int>& indices,
     // Some exports give each phase its own series. Only trigger times can tell that from, say, two
     // stills of one place.
     for (auto& [contrast, set] : singles) {
-      if (set.images.size() > 1 && set_time(set, images) && set.timing.by_trigger) {
+      if (set.images.size() > 1 && set_time(set, images, files) && set.timing.by_trigger) {
         out.push_back(std::move(set));
       }
     }
   }
+  for (ImageSet& set : out) {
+    set.flow = std::any_of(indices.begin(), indices.end(), [&](int index) {
+      const DicomImage& image = images[static_cast<std::size_t>(index)];
+      return !image.magnitude &&
+             (image.series_uid == set.series_uid ||
+              std::abs(image.series_number - set.series_number) <= kFlowSeries) &&
+             image.echo_ms == set.echo_ms && image.sequence == set.sequence;
+    });
+  }
   std::stable_sort(out.begin(), out.end(), [](const ImageSet& a, const ImageSet& b) {
-    return std::make_tuple(a.timing.by_trigger, a.frames(), a.series_number) >
-           std::make_tuple(b.timing.by_trigger, b.frames(), b.series_number);
+    const auto rank = [](const ImageSet& set) {
+      return std::make_tuple(set.ordinary(), set.timing.by_trigger, set.frames(),
+                             set.series_number);
+    };
+    return rank(a) > rank(b);
   });
   return out;
 }
 
 }  // namespace
 
-std::vector<Plane> group_planes(const std::vector<DicomImage>& images) {
-  check_sizes(images);
+std::vector<Plane> group_planes(const std::vector<DicomImage>& images, const ImageFiles& files) {
+  check_sizes(images, files);
   std::vector<Plane> planes;
   std::vector<std::vector<int>> members;
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
@@ -162,7 +234,7 @@ std::vector<Plane> group_planes(const std::vector<DicomImage>& images) {
     }
     for (std::size_t k = 0; k < plane.places.size(); ++k) {
       plane.places[k].images = static_cast<int>(at_place[k].size());
-      plane.places[k].cines = cines_of(at_place[k], images);
+      plane.places[k].cines = cines_of(at_place[k], images, files);
     }
     std::stable_sort(plane.places.begin(), plane.places.end(),
                      [](const Place& a, const Place& b) { return a.along_mm < b.along_mm; });

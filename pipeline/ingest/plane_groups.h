@@ -1,6 +1,8 @@
 #pragma once
 /// The images of an exam, grouped: plane (orientation, matrix, pixel size) > place > image set.
 
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,15 +11,29 @@
 
 namespace beatlas::ingest {
 
+/// What grouping needs of the files beyond their headers.
+struct ImageFiles {
+  /// A file's name as messages may show it.
+  std::function<std::string(const std::filesystem::path&)> shown;
+  /// Equal for images of equal pixels, "" for unreadable ones; may be empty: then frames that were
+  /// stored twice without telling times are not recognised.
+  std::function<std::string(const DicomImage&)> fingerprint;
+};
+
 /// Images of one place that can be the phases of one cine: one series, one contrast.
 struct ImageSet {
   std::vector<int> images;  ///< indices into the scan, in the order of the cycle
   SliceTiming timing;       ///< its `order` counts 0, 1, ... into `images`
   std::string series_uid;
   int series_number = 0;
-  bool merged = false;  ///< each image came from a series of its own
+  double echo_ms = 0;
+  std::string sequence;  ///< of the pulses, as DicomImage has it
+  bool merged = false;   ///< each image came from a series of its own
+  bool flow = false;     ///< phase (velocity) images were made with these
 
   [[nodiscard]] int frames() const { return static_cast<int>(images.size()); }
+  /// A cine of the beating heart: neither flow nor one image a beat.
+  [[nodiscard]] bool ordinary() const { return !flow && !timing.many_beats; }
 };
 
 /// One slice position.
@@ -42,9 +58,11 @@ struct Plane {
   [[nodiscard]] Vec3 normal_lps() const { return row_lps.cross(column_lps); }
 };
 
-/// Groups a scan. Best first among the sets of a place: timed by trigger, then most frames, then
-/// the later series (a repeat was taken because the first would not do).
+/// Groups a scan. Best first among the sets of a place: ordinary cines, then those timed by
+/// trigger, then most frames, then the later series (a repeat was taken because the first would not
+/// do).
 /// @throws Error{InvalidInput} if the images of one slice and series differ in size.
-[[nodiscard]] std::vector<Plane> group_planes(const std::vector<DicomImage>& images);
+[[nodiscard]] std::vector<Plane> group_planes(const std::vector<DicomImage>& images,
+                                              const ImageFiles& files);
 
 }  // namespace beatlas::ingest

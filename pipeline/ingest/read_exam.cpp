@@ -103,17 +103,7 @@ Exam read_exam(const std::vector<fs::path>& sources, const IngestOptions& option
   if (!files.empty() && no_dicom) {
     throw_invalid(name + ": the folder holds NIfTI files only; name the 4-D file itself");
   }
-  try {
-    return exam_from_dicom(files, named, options, context);
-  } catch (const Error& error) {
-    // A message that names its file needs no folder.
-    const std::string message = error.what();
-    const bool names_file = std::any_of(files.begin(), files.end(), [&](const fs::path& file) {
-      return message.rfind(file.string() + ": ", 0) == 0;
-    });
-    if (names_file || error.code() != ErrorCode::InvalidInput) throw;
-    throw error.with_context(name);
-  }
+  return exam_from_dicom(sources, files, named, options, context);
 }
 
 }  // namespace beatlas::ingest

@@ -4,15 +4,20 @@
 #include <cmath>
 #include <numeric>
 
+#include "pipeline/ingest/trigger_times.h"
+
 namespace beatlas::ingest {
 namespace {
 
-constexpr double kRoundingMs = 0.51;  // whole milliseconds
-constexpr double kSameTimeMs = 0.9;   // below the printed step: the same instant
-constexpr double kSpanOfRr = 1.0;     // frames of one beat begin within it
-constexpr int kFramesPerTime = 4;     // more images than this at one time: times mean nothing
+constexpr double kRoundingMs = 0.51;     // whole milliseconds
+constexpr double kMostUnevenStep = 2.5;  // of the median: clock times that jump order nothing
+constexpr double kLeastOfRr = 0.35;      // FrameTime that covers less is not the cine's
+constexpr double kSeveralBeats = 1.8;
+constexpr std::size_t kLeastOfBeat = 4;
+constexpr std::size_t kLeastOfMany = 8;  // images before their clock tells that they span beats
+constexpr double kBeatStepS = 0.4;       // 150 beats a minute
 
-bool plausible(double rr_s) { return rr_s >= kLeastRrS && rr_s <= kMostRrS; }
+using Field = std::optional<double> FrameStamp::*;
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -27,66 +32,115 @@ double printed_rr_s(const std::vector<FrameStamp>& stamps) {
   }
   if (values.empty()) return 0;
   const double rr = median(values);
-  return plausible(rr) ? rr : 0;
+  return plausible_rr(rr) ? rr : 0;
 }
 
-std::vector<int> sorted_by(const std::vector<FrameStamp>& stamps,
-                           std::optional<double> FrameStamp::*key) {
+/// The images by one field; nothing if one lacks it or two have the same.
+std::optional<std::vector<int>> ordered_by(const std::vector<FrameStamp>& stamps, Field key) {
   std::vector<int> order(stamps.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return *(stamps[static_cast<std::size_t>(a)].*key) <
-           *(stamps[static_cast<std::size_t>(b)].*key);
-  });
+  const auto value = [&](int i) { return stamps[static_cast<std::size_t>(i)].*key; };
+  if (!std::all_of(order.begin(), order.end(), [&](int i) { return value(i).has_value(); })) {
+    return std::nullopt;
+  }
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return *value(a) < *value(b); });
+  const bool same = std::adjacent_find(order.begin(), order.end(), [&](int a, int b) {
+                      return *value(a) == *value(b);
+                    }) != order.end();
+  if (same) return std::nullopt;
   return order;
 }
 
-bool all_have(const std::vector<FrameStamp>& stamps, std::optional<double> FrameStamp::*key) {
-  return std::all_of(stamps.begin(), stamps.end(),
-                     [&](const FrameStamp& stamp) { return (stamp.*key).has_value(); });
+struct Steps {
+  double median = 0;
+  double most = 0;
+  double stepped = 0;  ///< images x mean step
+};
+
+Steps steps_of(const std::vector<FrameStamp>& stamps, const std::vector<int>& order, Field key) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    steps.push_back(*(stamps[static_cast<std::size_t>(order[i])].*key) -
+                    *(stamps[static_cast<std::size_t>(order[i - 1])].*key));
+  }
+  const double span = std::accumulate(steps.begin(), steps.end(), 0.0);
+  return {median(steps), *std::max_element(steps.begin(), steps.end()),
+          span / static_cast<double>(steps.size()) * static_cast<double>(order.size())};
 }
 
-std::optional<SliceTiming> by_trigger(const std::vector<FrameStamp>& stamps, double printed_s,
-                                      std::string& why_not) {
-  if (!all_have(stamps, &FrameStamp::trigger_ms)) {
-    why_not = "not every image has a trigger time";
-    return std::nullopt;
-  }
+/// Clock times that order frames of one beat.
+bool sound(const Steps& steps) {
+  return steps.most <= kMostUnevenStep * steps.median && plausible_rr(steps.stepped);
+}
+
+/// The clock says that about one image a beat was taken.
+bool beats_by_clock(const std::vector<FrameStamp>& stamps) {
+  const auto order = ordered_by(stamps, &FrameStamp::acquisition_s);
+  if (!order || order->size() < kLeastOfMany) return false;
+  const Steps steps = steps_of(stamps, *order, &FrameStamp::acquisition_s);
+  return steps.median >= kBeatStepS && steps.most <= kMostUnevenStep * steps.median;
+}
+
+std::optional<SliceTiming> by_elapsed(const std::vector<FrameStamp>& stamps, double printed_s) {
+  const auto order = ordered_by(stamps, &FrameStamp::elapsed_ms);
+  if (!order) return std::nullopt;
   SliceTiming out;
-  double last_ms = 0;
-  for (const int index : sorted_by(stamps, &FrameStamp::trigger_ms)) {
-    const double ms = *stamps[static_cast<std::size_t>(index)].trigger_ms;
-    if (!out.order.empty() && ms - last_ms < kSameTimeMs) continue;
-    out.order.push_back(index);
-    out.time_s.push_back(ms / 1e3);  // 348 ms is 0.348 s, to the last bit
-    last_ms = ms;
-  }
-  const std::size_t count = out.order.size();
-  if (count < 2 || count * kFramesPerTime < stamps.size()) {
-    why_not = "the trigger times do not differ";
-    return std::nullopt;
+  out.order = *order;
+  for (const int i : *order) {
+    out.time_s.push_back(*stamps[static_cast<std::size_t>(i)].elapsed_ms / 1e3);
   }
   const double span = out.time_s.back() - out.time_s.front();
-  const double stepped = span / static_cast<double>(count - 1) * static_cast<double>(count);
-  out.rr_s = printed_s;
-  if (printed_s == 0 || span >= printed_s * kSpanOfRr) {
-    if (!plausible(stepped)) {
-      why_not = "the trigger times do not lie within one R-R interval";
-      return std::nullopt;
-    }
-    out.note = printed_s == 0 ? "no R-R interval is recorded, frames x step was taken"
-                              : "the trigger times reach beyond the recorded R-R interval, "
-                                "frames x step was taken";
-    out.rr_s = stepped;
-  } else if (std::abs(stepped - printed_s) <= kRoundingMs * 1e-3) {
-    out.rr_s = stepped;
-  }
-  if (count < stamps.size()) {
-    out.note += (out.note.empty() ? "" : ", ") + std::to_string(stamps.size() - count) +
-                " images that share a trigger time with another were left";
-  }
-  out.by_trigger = true;
+  const auto count = static_cast<double>(order->size());
+  const double stepped = span / (count - 1) * count;
+  out.rr_s = printed_s > span ? printed_s : stepped;
+  if (!plausible_rr(stepped)) return std::nullopt;
+  out.timed = true;
+  out.source = "FrameTimeVector";
   return out;
+}
+
+/// The order that the best of the remaining fields gives.
+std::optional<SliceTiming> by_order(const std::vector<FrameStamp>& stamps) {
+  struct Key {
+    Field field;
+    const char* name;
+    bool clock;
+  };
+  for (const Key& key : {Key{&FrameStamp::temporal_position, "TemporalPosition", false},
+                         Key{&FrameStamp::acquisition_s, "AcquisitionTime", true},
+                         Key{&FrameStamp::content_s, "ContentTime", true},
+                         Key{&FrameStamp::instance, "InstanceNumber", false}}) {
+    const auto order = ordered_by(stamps, key.field);
+    if (!order || (key.clock && !sound(steps_of(stamps, *order, key.field)))) continue;
+    SliceTiming out;
+    out.order = *order;
+    out.source = key.name;
+    return out;
+  }
+  return std::nullopt;
+}
+
+/// Gives ordered frames their times: steps of FrameTime where they fit, else even ones.
+void space_out(SliceTiming& timing, double frame_time_s, double printed_s) {
+  timing.rr_s = printed_s;
+  const double total = frame_time_s * static_cast<double>(timing.order.size());
+  const bool stepped = frame_time_s > 0 && printed_s > 0 && total >= kLeastOfRr * printed_s;
+  if (stepped && total >= kSeveralBeats * printed_s) {
+    const auto beat = static_cast<std::size_t>(printed_s / frame_time_s + 0.02);
+    if (beat >= kLeastOfBeat) {
+      timing.order.resize(beat);
+      timing.note += ", several beats were recorded, the first was taken";
+    }
+  }
+  const auto count = static_cast<double>(timing.order.size());
+  if (printed_s == 0 && plausible_rr(total)) timing.rr_s = total;
+  const bool by_step = stepped && frame_time_s * count <= 1.02 * printed_s;
+  const double step = by_step ? frame_time_s : timing.rr_s / count;
+  for (std::size_t i = 0; i < timing.order.size(); ++i) {
+    timing.time_s.push_back(step * static_cast<double>(i));
+  }
+  timing.timed = by_step;
+  timing.note += by_step ? " and spaced by FrameTime" : " and spaced evenly";
 }
 
 }  // namespace
@@ -94,44 +148,44 @@ std::optional<SliceTiming> by_trigger(const std::vector<FrameStamp>& stamps, dou
 std::optional<SliceTiming> time_slice(const std::vector<FrameStamp>& stamps) {
   if (stamps.size() < 2) return std::nullopt;
   const double printed_s = printed_rr_s(stamps);
-  std::string why_not;
-  if (auto timed = by_trigger(stamps, printed_s, why_not)) return timed;
+  TriggerReading triggers = read_triggers(stamps, printed_s);
+  if (triggers.timing) return triggers.timing;
 
-  SliceTiming out;
-  const char* name = nullptr;
-  for (const auto& [key, key_name] : {std::pair{&FrameStamp::temporal_position, "TemporalPosition"},
-                                      std::pair{&FrameStamp::instance, "InstanceNumber"}}) {
-    if (!all_have(stamps, key)) continue;
-    const auto order = sorted_by(stamps, key);
-    const bool distinct = std::adjacent_find(order.begin(), order.end(), [&](int a, int b) {
-                            return *(stamps[static_cast<std::size_t>(a)].*key) ==
-                                   *(stamps[static_cast<std::size_t>(b)].*key);
-                          }) == order.end();
-    if (!distinct) continue;
-    out.order = order;
-    name = key_name;
-    break;
+  const bool many_beats = triggers.many_beats || beats_by_clock(stamps);
+  auto out = by_elapsed(stamps, printed_s);
+  if (out) {
+    out->note = triggers.why_not + ", FrameTimeVector gives the times";
+  } else {
+    out = by_order(stamps);
+    if (!out) return std::nullopt;
+    out->note = triggers.why_not + ", frames were ordered by " + out->source;
+    space_out(*out, stamps.front().frame_time_ms.value_or(0) * 1e-3, printed_s);
   }
-  if (!name) return std::nullopt;
-
-  const auto count = static_cast<double>(out.order.size());
-  out.rr_s = printed_s;
-  if (out.rr_s == 0 && stamps.front().frame_time_ms) {
-    const double stepped = *stamps.front().frame_time_ms * 1e-3 * count;
-    if (plausible(stepped)) out.rr_s = stepped;
-  }
-  for (std::size_t i = 0; i < out.order.size(); ++i) {
-    out.time_s.push_back(out.rr_s * static_cast<double>(i) / count);
-  }
-  out.note = why_not + ", frames were ordered by " + name + " and spaced evenly";
+  out->many_beats = many_beats;
   return out;
+}
+
+SliceTiming with_times(SliceTiming timing, const std::vector<double>& times_s, double rr_s) {
+  const double span = times_s.back() - times_s.front();
+  const auto count = static_cast<double>(times_s.size());
+  timing.time_s = times_s;
+  if (rr_s > 0) {
+    timing.rr_s = rr_s;
+  } else if (!(timing.rr_s > span)) {
+    timing.rr_s = span / (count - 1) * count;
+  }
+  timing.timed = true;
+  timing.many_beats = false;
+  timing.source = "the times given";
+  timing.note.clear();
+  return timing;
 }
 
 std::vector<double> phases_of(const SliceTiming& timing, double rr_s) {
   const auto count = static_cast<double>(timing.order.size());
   const double rr = timing.rr_s > 0 ? timing.rr_s : rr_s;
   std::vector<double> out(timing.order.size());
-  if (!timing.by_trigger) {
+  if (!timing.timed) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<double>(i) / count;
     return out;
   }
@@ -157,6 +211,13 @@ double largest_gap(std::vector<double> phases) {
   double gap = 1 - (phases.back() - phases.front());
   for (std::size_t i = 1; i < phases.size(); ++i) gap = std::max(gap, phases[i] - phases[i - 1]);
   return gap;
+}
+
+double unseen_share(const std::vector<double>& phases) {
+  if (phases.size() < 3) return 0;
+  const double gap = largest_gap(phases);
+  const double step = (1 - gap) / static_cast<double>(phases.size() - 1);
+  return gap >= 1.5 * step ? gap - step : 0;
 }
 
 }  // namespace beatlas::ingest

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -10,98 +11,20 @@
 
 #include "pipeline/ingest/even_positions.h"
 #include "pipeline/ingest/phase_resampling.h"
+#include "pipeline/ingest/series_list.h"
+#include "pipeline/ingest/stack_candidates.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
 namespace {
 
-constexpr int kLeastSlices = 3;
-constexpr double kAlikeCount = 0.9;  // share of the common number of frames that still counts as it
-
-/// A possible stack: one image set a place, before its geometry is looked at.
-struct Candidate {
-  const Plane* plane = nullptr;
-  std::vector<std::pair<const Place*, const ImageSet*>> slices;
-  bool one_series = false;
-  bool good = false;  ///< trigger times, and frames enough to blend
-  int phases = 0;
-
-  [[nodiscard]] auto rank() const {
-    return std::make_tuple(good, slices.size(), one_series, phases);
-  }
-};
+constexpr double kToldUnseen = 0.05;    // a missing frame of 25 is 0.04 and told as such
+constexpr std::size_t kMostListed = 9;  // possible stacks told in full
 
 std::string with_digits(const char* format, double value) {
   char text[32];
   std::snprintf(text, sizeof(text), format, value);
   return text;
-}
-
-std::string counted(std::size_t count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + ' ' + (count == 1 ? one : many);
-}
-
-std::string series_list(const std::set<int>& numbers) {
-  std::string out = "series ";
-  for (auto it = numbers.begin(); it != numbers.end(); ++it) {
-    out += (it == numbers.begin() ? "" : ", ") + std::to_string(*it);
-  }
-  return out;
-}
-
-/// The number of frames that most slices have, weighed by how much of the cycle it shows.
-int common_count(const Candidate& candidate) {
-  int best = 0;
-  double most = 0;
-  for (const auto& [place, set] : candidate.slices) {
-    const int count = set->frames();
-    double alike = 0;
-    for (const auto& [other_place, other] : candidate.slices) {
-      alike += other->frames() >= kAlikeCount * count ? 1 : 0;
-    }
-    if (alike * count > most || (alike * count == most && count > best)) {
-      most = alike * count;
-      best = count;
-    }
-  }
-  return best;
-}
-
-void finish(Candidate& candidate) {
-  candidate.phases = common_count(candidate);
-  std::size_t by_trigger = 0;
-  for (const auto& [place, set] : candidate.slices) by_trigger += set->timing.by_trigger ? 1 : 0;
-  candidate.good =
-      2 * by_trigger > candidate.slices.size() && candidate.phases >= kLeastFramesToBlend;
-}
-
-std::vector<Candidate> candidates_of(const Plane& plane) {
-  Candidate all;
-  all.plane = &plane;
-  std::map<std::string, Candidate> by_series;
-  for (const Place& place : plane.places) {
-    if (!place.cines.empty()) all.slices.emplace_back(&place, &place.cines.front());
-    for (const ImageSet& set : place.cines) {
-      if (set.merged) continue;
-      Candidate& single = by_series[set.series_uid];
-      // The sets of a place are best first: of two contrasts of one series keep the first.
-      if (single.slices.empty() || single.slices.back().first != &place) {
-        single.slices.emplace_back(&place, &set);
-      }
-    }
-  }
-  std::vector<Candidate> out;
-  if (all.slices.size() >= kLeastSlices) out.push_back(all);
-  for (auto& [uid, single] : by_series) {
-    if (single.slices.size() < kLeastSlices) continue;
-    single.plane = &plane;
-    single.one_series = true;
-    out.push_back(single);
-  }
-  for (Candidate& candidate : out) finish(candidate);
-  std::stable_sort(out.begin(), out.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.rank() > b.rank(); });
-  return out;
 }
 
 double mean_rr_s(const Candidate& candidate, const IngestOptions& options) {
@@ -114,7 +37,8 @@ double mean_rr_s(const Candidate& candidate, const IngestOptions& options) {
   }
   if (known > 0) return sum / known;
   if (options.rr_interval_s > 0) return options.rr_interval_s;
-  throw_invalid("the images name no R-R interval and no trigger times: give the R-R interval");
+  throw_invalid(
+      "the images name no R-R interval and no trigger times: give the R-R interval (--rr)");
 }
 
 /// Drops slices that lack a part of the cycle.
@@ -214,9 +138,37 @@ double mean_rr_s(const std::vector<ImageSet>& slices, double otherwise_s) {
   return sum / static_cast<double>(slices.size());
 }
 
+/// Puts the frame times that were given in place of the candidate's own; the sets that takes live
+/// in `store`.
+void give_times(Candidate& candidate, const IngestOptions& options, std::deque<ImageSet>& store) {
+  const std::vector<double>& times = options.frame_times_s;
+  if (times.empty()) return;
+  for (auto& [place, set] : candidate.slices) {
+    if (set->images.size() != times.size()) {
+      throw_invalid(std::to_string(times.size()) +
+                    " frame times are given, but a slice of series " +
+                    std::to_string(set->series_number) + " has " +
+                    counted(set->images.size(), "frame", "frames") +
+                    ": give one a frame, or choose the series that have as many (--series)");
+    }
+    store.push_back(*set);
+    store.back().timing = with_times(set->timing, times, options.rr_interval_s);
+    const double rr_s = store.back().timing.rr_s;
+    if (times.back() - times.front() >= rr_s) {
+      throw_invalid("the frame times given span " +
+                    with_digits("%.3f", times.back() - times.front()) +
+                    " s, but the R-R interval is " + with_digits("%.3f", rr_s) +
+                    " s: give both in seconds, of one beat");
+    }
+    set = &store.back();
+  }
+}
+
 /// @throws Error{InvalidInput} if the candidate's geometry makes no stack.
 ChosenCine build(Candidate candidate, const IngestOptions& options,
                  std::vector<std::string>& decisions) {
+  std::deque<ImageSet> retimed;
+  give_times(candidate, options, retimed);
   const std::size_t found = candidate.slices.size();
   const double rr_s = mean_rr_s(candidate, options);
   drop_incomplete(candidate, rr_s, decisions);
@@ -247,13 +199,12 @@ ChosenCine build(Candidate candidate, const IngestOptions& options,
   out.grid = grid_of(plane, first, even.spacing_mm, slices);
   out.rr_s = mean_rr_s(out.slices, rr_s);
 
-  decisions.push_back("The stack is made of " + std::to_string(slices) + " parallel slices of " +
-                      std::to_string(candidate.phases) + " phases, " +
-                      with_digits("%.2f", even.spacing_mm) + " mm apart, " +
-                      std::to_string(plane.columns) + " x " + std::to_string(plane.rows) +
-                      " pixels of " + with_digits("%.3f", plane.column_step_mm) + " x " +
-                      with_digits("%.3f", plane.row_step_mm) + " mm (" + series_list(series) +
-                      "): most parallel slices, then most phases.");
+  decisions.push_back(
+      "The stack is made of " + std::to_string(slices) + " parallel slices of " +
+      std::to_string(candidate.phases) + " phases, " + with_digits("%.2f", even.spacing_mm) +
+      " mm apart, " + std::to_string(plane.columns) + " x " + std::to_string(plane.rows) +
+      " pixels of " + with_digits("%.3f", plane.column_step_mm) + " x " +
+      with_digits("%.3f", plane.row_step_mm) + " mm (" + series_list(series) + ").");
   if (even.worst_gap > kNotedUneven) {
     decisions.push_back("Warning: the gaps between slices differ from their median of " +
                         with_digits("%.2f", even.spacing_mm) + " mm by up to " +
@@ -269,7 +220,11 @@ ChosenCine build(Candidate candidate, const IngestOptions& options,
   return out;
 }
 
-[[noreturn]] void no_stack(const std::vector<Plane>& planes) {
+[[noreturn]] void no_stack(const std::vector<Plane>& planes,
+                           const std::vector<DicomImage>& images) {
+  if (std::none_of(images.begin(), images.end(), [](const auto& i) { return i.magnitude; })) {
+    throw_invalid("there are phase (velocity) images only: export the magnitude images too");
+  }
   std::size_t most = 0;
   bool any_cine = false;
   for (const Plane& plane : planes) {
@@ -283,22 +238,28 @@ ChosenCine build(Candidate candidate, const IngestOptions& options,
   }
   throw_invalid("there is no stack: at most " +
                 counted(most, "parallel slice has", "parallel slices have") +
-                " several phases, at least 3 are needed");
+                " several phases, at least " + std::to_string(kLeastSlices) + " are needed");
 }
 
 /// Cines of one or two parallel slices become views; whatever else was not used is told.
 void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bool good,
-                  Choice& choice) {
+                  const IngestOptions& options, Choice& choice) {
   std::set<int> used;
   for (const ImageSet& set : choice.stack.slices) used.insert(set.images.begin(), set.images.end());
   std::set<int> left_cines;
   std::size_t stills = 0;
+  std::size_t incomplete = 0;
+  std::size_t own_times = 0;
   for (const Plane& plane : planes) {
     std::size_t cines = 0;
     for (const Place& place : plane.places) cines += place.cines.empty() ? 0 : 1;
     for (const Place& place : plane.places) {
       if (place.cines.empty()) {
-        stills += static_cast<std::size_t>(place.images);
+        if (&plane == &stack_plane) {
+          ++incomplete;
+        } else {
+          stills += static_cast<std::size_t>(place.images);
+        }
         continue;
       }
       const ImageSet& set = place.cines.front();
@@ -308,7 +269,8 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
         }
       }
       if (used.count(set.images.front()) > 0) continue;
-      const bool usable = !good || (set.timing.by_trigger && set.frames() >= kLeastFramesToBlend);
+      const bool usable = set.ordinary() &&
+                          (!good || (set.timing.by_trigger && set.frames() >= kLeastFramesToBlend));
       if (&plane == &stack_plane || cines > 2 || !usable) {
         left_cines.insert(set.series_number);
         continue;
@@ -317,6 +279,12 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
       const double depth = plane.thickness_mm > 0 ? plane.thickness_mm : plane.column_step_mm;
       view.grid = grid_of(plane, place.position_lps, depth, 1);
       view.slices.push_back(set);
+      SliceTiming& timing = view.slices.front().timing;
+      if (options.frame_times_s.size() == set.images.size()) {
+        timing = with_times(timing, options.frame_times_s, options.rr_interval_s);
+      } else {
+        own_times += options.frame_times_s.empty() ? 0 : 1;
+      }
       view.rr_s = mean_rr_s(view.slices, choice.stack.rr_s);
       choice.views.push_back(std::move(view));
     }
@@ -338,6 +306,18 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
         "two slices, or that another cine of the same place outdoes (" +
         series_list(left_cines) + ").");
   }
+  if (own_times > 0) {
+    choice.decisions.push_back(counted(own_times, "view has", "views have") +
+                               " another number of frames than times were given and " +
+                               (own_times == 1 ? "keeps its own." : "keep their own."));
+  }
+  if (incomplete > 0) {
+    choice.decisions.push_back("Warning: " +
+                               counted(incomplete, "slice parallel to the stack has",
+                                       "slices parallel to the stack have") +
+                               " one phase only or no order in time and " +
+                               (incomplete == 1 ? "was" : "were") + " left.");
+  }
   if (stills > 0) {
     choice.decisions.push_back("Left: " + counted(stills, "image", "images") +
                                " of slices that have one phase only or no order in time.");
@@ -346,46 +326,100 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
 
 void tell_timing(const ChosenCine& stack, int frames, std::vector<std::string>& decisions) {
   std::map<std::string, std::set<int>> notes;
+  std::set<std::string> sources;
+  double shortest = stack.rr_s;
+  double longest = stack.rr_s;
+  double unseen = 0;
   for (const ImageSet& set : stack.slices) {
+    const SliceTiming& timing = set.timing;
+    sources.insert(timing.source);
+    if (timing.rr_s > 0) {
+      shortest = std::min(shortest, timing.rr_s);
+      longest = std::max(longest, timing.rr_s);
+    }
+    if (set.frames() >= kLeastFramesToBlend) {
+      unseen = std::max(unseen, unseen_share(phases_of(timing, stack.rr_s)));
+    }
     if (set.frames() < frames) {
       notes["fewer frames than other slices have"].insert(set.series_number);
     }
-    if (!set.timing.note.empty()) notes[set.timing.note].insert(set.series_number);
+    if (!timing.note.empty()) notes[timing.note].insert(set.series_number);
+    if (timing.many_beats) {
+      notes["the images seem to be of one beat each, not the phases of one"].insert(
+          set.series_number);
+    }
+    if (set.flow) notes["these are magnitudes of a flow measurement"].insert(set.series_number);
     if (set.merged) notes["the phases came from a series each"].insert(set.series_number);
   }
+  std::string from;
+  for (const std::string& source : sources) from += (from.empty() ? "" : " and ") + source;
+  const std::string low = with_digits("%.0f", 1e3 * shortest);
+  const std::string high = with_digits("%.0f", 1e3 * longest);
+  decisions.push_back("Timing of the stack is by " + from + "; the R-R interval is " + low +
+                      (low == high ? "" : " to " + high) + " ms.");
   for (const auto& [note, series] : notes) {
     decisions.push_back("Warning: timing of the stack (" + series_list(series) + "): " + note +
                         ".");
   }
+  if (unseen >= kToldUnseen) {
+    decisions.push_back("Warning: " + with_digits("%.0f", 100 * unseen) +
+                        " % of the cycle was never imaged (in one gap, of the slice that lacks "
+                        "most); it is bridged by a smooth curve from the frames around it.");
+  }
+}
+
+/// The list of possible stacks, and why one of them was taken.
+std::string listed(const std::vector<Candidate>& candidates, std::size_t chosen, bool asked) {
+  std::string out = "Possible stacks: ";
+  for (std::size_t i = 0; i < candidates.size() && (i < kMostListed || i <= chosen); ++i) {
+    if (i >= kMostListed && i != chosen) continue;
+    out += (i == 0 ? "" : "; ") + std::to_string(i + 1) + ". " + candidates[i].told();
+    if (i == chosen) out += ", chosen";
+    if (i == chosen && asked) out += " as asked";
+    if (i == chosen && !asked && i == 0 && candidates.size() > 1) {
+      out += " because " + why_before(candidates[0], candidates[1]);
+    }
+  }
+  if (candidates.size() > kMostListed) {
+    out += "; " + std::to_string(candidates.size() - kMostListed) + " lesser ones";
+  }
+  return out + '.';
 }
 
 }  // namespace
 
-Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& options) {
-  const std::vector<Plane> planes = group_planes(images);
-  std::vector<Candidate> best;
-  for (const Plane& plane : planes) {
-    auto candidates = candidates_of(plane);
-    if (candidates.empty()) continue;
-    if (best.empty() || candidates.front().rank() > best.front().rank()) {
-      best = std::move(candidates);
-    }
+Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& options,
+                    const ImageFiles& files) {
+  const std::vector<Plane> planes = group_planes(images, files);
+  const std::vector<Candidate> candidates = find_candidates(planes);
+  if (candidates.empty()) no_stack(planes, images);
+  if (options.stack > static_cast<int>(candidates.size())) {
+    throw_invalid("there is no stack " + std::to_string(options.stack) +
+                  " (--stack): " + listed(candidates, candidates.size(), false));
   }
-  if (best.empty()) no_stack(planes);
+  const std::size_t first = options.stack > 0 ? static_cast<std::size_t>(options.stack) - 1 : 0;
 
   std::optional<Error> first_error;
-  for (const Candidate& candidate : best) {
-    // Within one orientation a single series may do where the union of all does not.
+  for (std::size_t i = first; i < candidates.size(); ++i) {
+    // Of the planes the best counts, but in it one series may do where the union of all does not.
+    const Candidate& candidate = candidates[i];
+    if (candidate.plane != candidates[first].plane) continue;
     Choice choice;
+    choice.decisions.push_back(listed(candidates, i, options.stack > 0));
     try {
       choice.stack = build(candidate, options, choice.decisions);
     } catch (const Error& error) {
+      if (options.stack > 0) throw;
       if (!first_error) first_error = error;
       continue;
     }
+    if (i > first) {
+      choice.decisions.push_back("Warning: possible stack " + std::to_string(first + 1) +
+                                 " was passed over: " + first_error->what() + '.');
+    }
     choice.phases = options.phases > 0 ? options.phases : candidate.phases;
     tell_timing(choice.stack, candidate.phases, choice.decisions);
-    choose_views(planes, *candidate.plane, candidate.good, choice);
+    choose_views(planes, *candidate.plane, candidate.good, options, choice);
     return choice;
   }
   throw Error(*first_error);

@@ -33,6 +33,6 @@ inline constexpr double kGapOfComplete = 0.12;
 /// Chooses as ingest.h tells.
 /// @throws Error{InvalidInput} if the exam holds no stack, or the best one is sheared or uneven.
 [[nodiscard]] Choice choose_stack(const std::vector<DicomImage>& images,
-                                  const IngestOptions& options);
+                                  const IngestOptions& options, const ImageFiles& files);
 
 }  // namespace beatlas::ingest

@@ -73,6 +73,8 @@ LIBRARIES = {
                          r"\bOpenMesh::\w+|\bnamespace OpenMesh\b", "pipeline/mesh"),
     "Draco": _library(r"^draco/", r"/include/draco/", r"^libdraco",
                       r"\bdraco::\w+|\bnamespace draco\b", "runtime/atlas", "pipeline/pack"),
+    "GDCM": _library(r"^gdcm", r"/include/gdcm|/gdcm[A-Z]\w*\.h$", r"^libgdcm", r"\bgdcm::\w+",
+                     "pipeline/ingest"),
     "niftilib": _library(r"^(nifti/)?(nifti\w*_io|znzlib)\.h$", r"/(nifti\w*_io|znzlib)\.h$",
                          r"^lib(nifti|znz)", r"\bnifti_image\b|\bznzFile\b", "pipeline/formats"),
 }

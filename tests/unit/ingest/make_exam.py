@@ -8,6 +8,7 @@ onto each other, in an oblique stack, brightness 1 + 0.3 cos(2 pi phase).
 import json
 import os
 import random
+import subprocess
 import sys
 
 import nibabel
@@ -106,6 +107,7 @@ class Writer:
         d.PixelData = pixels.tobytes()
         for key, value in extra.items():
             setattr(d, key, value)
+        meta.MediaStorageSOPInstanceUID = d.SOPInstanceUID
         if syntax == RLELossless:
             d.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
             d.compress(RLELossless)
@@ -246,6 +248,102 @@ def make(variant, out):
     if variant in ("implicit", "rle"):
         put_stack(w, small, syntax=ImplicitVRLittleEndian if variant == "implicit" else RLELossless)
         return small.truth()
+    if variant in ("deflated", "big_endian", "jpeg_lossless", "jpeg_ls", "jpeg_2000",
+                   "jpeg_lossless_cut", "multi_jpeg_ls"):
+        kind = variant.removesuffix("_cut")
+        if kind == "multi_jpeg_ls":
+            put_enhanced(out, small, 10)
+        else:
+            put_stack(w, small)
+        command = {"deflated": ["dcmconv", "--write-xfer-deflated"],
+                   "big_endian": ["dcmconv", "--write-xfer-big"],
+                   "jpeg_lossless": ["dcmcjpeg"], "jpeg_ls": ["dcmcjpls"],
+                   "multi_jpeg_ls": ["dcmcjpls"], "jpeg_2000": ["gdcmconv", "--j2k"]}[kind]
+        files = [os.path.join(f, n) for f, _, names in os.walk(out) for n in names]
+        for path in files:
+            subprocess.run(command + [path, path + ".new"], check=True, stdout=subprocess.DEVNULL,
+                           stderr=subprocess.DEVNULL)
+            os.replace(path + ".new", path)
+        if variant.endswith("_cut"):
+            path = os.path.join(out, "the_bad_one")
+            os.replace(files[7], path)
+            cut(path, 0.95)
+        return small.truth()
+    if variant == "inverted":
+        def invert(k, p, d):
+            d["pixels"] = 4095 - np.round(d["pixels"])
+            d.update(PhotometricInterpretation="MONOCHROME1", BitsStored=12, HighBit=11,
+                     PixelRepresentation=0)
+        put_stack(w, small, change=invert)
+        return small.truth()
+    if variant == "twelve_bits":
+        # Signed 12 bit in the upper part of the word, rubbish in the bits below it.
+        def shift(k, p, d):
+            stored = np.round(d["pixels"] / 4).astype(int) - 500
+            d["pixels"] = ((stored & 0xFFF) << 4 | 0xB).astype(np.uint16).view(np.int16)
+            d.update(BitsStored=12, HighBit=15, PixelRepresentation=1, RescaleSlope="4",
+                     RescaleIntercept="2000")
+        put_stack(w, small, change=shift)
+        return small.truth()
+    if variant in ("float", "float_nan", "double"):
+        put_stack(w, small)
+        kind = np.float64 if variant == "double" else np.float32
+        files = sorted(os.path.join(f, n) for f, _, names in os.walk(out) for n in names)
+        for n, path in enumerate(files):
+            d = pydicom.dcmread(path)
+            values = d.pixel_array.astype(kind)
+            if variant == "float_nan" and n in (11, 17):
+                values[3, 4] = np.nan
+            for key in ("PixelData", "BitsStored", "HighBit", "PixelRepresentation"):
+                delattr(d, key)
+            d.BitsAllocated = 8 * values.itemsize
+            if variant == "double":
+                d.DoubleFloatPixelData = values.tobytes()
+            else:
+                d.FloatPixelData = values.tobytes()
+            d.save_as(path)
+        return small.truth()
+    if variant.startswith("spacing_") or variant == "position_nan":
+        put_stack(w, small)
+        path = w.write(small.slice(0), small.lps((0, 0, 0)), orientation_of(small.turn),
+                       (4.5, 4.0), 1, 99, 1.0, 900.0, path=os.path.join(out, "the_bad_one"))
+        content = open(path, "rb").read()
+        here = content.index(b"4.5\\4")
+        value = {"spacing_zero": b"0.0\\4", "spacing_negative": b"-45\\4",
+                 "spacing_nan": b"nan\\4", "spacing_one_value": b"4.500"}.get(variant)
+        if variant == "position_nan":
+            here, value = content.index(b"-100\\-60"), b"nan "
+        open(path, "wb").write(content[:here] + value + content[here + len(value):])
+        return small.truth()
+    if variant in ("ct", "unknown_modality"):
+        put_stack(w, small, Modality="CT" if variant == "ct" else "SECRET")
+        return small.truth()
+    if variant == "same_uids":
+        put_stack(w, small, SOPInstanceUID=ROOT + "77")
+        return small.truth()
+    if variant == "doubled":
+        # Every image stored twice under UIDs of its own, without times.
+        def bogus(k, p, d):
+            d.update(trigger=None, instance=p + 1)
+        put_stack(w, small, change=bogus)
+        put_stack(w, small, change=bogus)
+        return small.truth()
+    if variant == "two_patients":
+        put_stack(w, small)
+        put_stack(w, small, frames=lambda k: 12, series=lambda k: 50 + k, PatientID="SECRETID2",
+                  StudyInstanceUID=ROOT + "4", SeriesInstanceUID=ROOT + "5")
+        return small.truth()
+    if variant in ("damaged_by_name", "damaged_several"):
+        put_stack(w, small)
+        folder = os.path.join(out, "SECRETTEXT scan")
+        os.makedirs(folder)
+        for n in range(3 if variant == "damaged_several" else 1):
+            path = w.write(small.slice(0), small.lps((0, 0, 0)), orientation_of(small.turn),
+                           (4.5, 4.0), 1, 99 + n, 1.0, 900.0,
+                           path=os.path.join(folder, "secret^name %d.dcm" % n))
+            cut(path, 0.9)
+        open(os.path.join(folder, "a"), "w").close()
+        return {}
     if variant == "one_series":
         put_stack(w, small, series=lambda k: 5)
         return small.truth()

@@ -1,5 +1,6 @@
 #include "pipeline/ingest/slice_timing.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -10,7 +11,7 @@ namespace {
 std::vector<FrameStamp> evenly(int frames, double rr_ms, double start_ms, double printed_ms) {
   std::vector<FrameStamp> out(static_cast<std::size_t>(frames));
   for (int i = 0; i < frames; ++i) {
-    FrameStamp& stamp = out[static_cast<std::size_t>((i * 7 + 3) % frames)];  // out of order
+    FrameStamp& stamp = out[static_cast<std::size_t>((i * 13 + 3) % frames)];  // out of order
     stamp.trigger_ms = start_ms + i * rr_ms / frames;
     stamp.instance = i;
     if (printed_ms > 0) stamp.rr_ms = printed_ms;
@@ -72,6 +73,152 @@ TEST(SliceTiming, ImagesOfOneTriggerTimeCountOnce) {
 TEST(SliceTiming, ImagesWithoutAnyOrderAreNoCine) {
   EXPECT_FALSE(time_slice(std::vector<FrameStamp>(5)));
   EXPECT_FALSE(time_slice(evenly(1, 900, 0, 900)));
+}
+
+TEST(SliceTiming, OtherUnitsOfTriggerTimesAreRecognised) {
+  const struct {
+    double per_ms;
+    const char* name;
+  } units[] = {{1e-3, "seconds"}, {10, "tenths of a millisecond"}, {1000, "microseconds"}};
+  for (const double printed_ms : {850.0, 0.0}) {
+    const auto right = time_slice(evenly(25, 850, 40, printed_ms));
+    for (const auto& unit : units) {
+      auto stamps = evenly(25, 850, 40, printed_ms);
+      for (FrameStamp& stamp : stamps) stamp.trigger_ms = *stamp.trigger_ms * unit.per_ms;
+      const auto timing = time_slice(stamps);
+      ASSERT_TRUE(timing);
+      EXPECT_TRUE(timing->by_trigger) << unit.name;
+      EXPECT_NE(timing->note.find(unit.name), std::string::npos) << timing->note;
+      EXPECT_EQ(timing->order, right->order);
+      EXPECT_NEAR(timing->rr_s, 0.85, 1e-9);
+      EXPECT_NEAR(timing->time_s.back(), right->time_s.back(), 1e-9);
+    }
+  }
+}
+
+TEST(SliceTiming, ProspectiveGatingIsNotTakenForAnotherUnit) {
+  for (const double reach : {0.4, 0.6, 0.85}) {
+    const auto timing = time_slice(evenly(20, 900 * reach, 10, 900));
+    EXPECT_EQ(timing->rr_s, 0.9);
+    EXPECT_TRUE(timing->note.empty()) << timing->note;
+  }
+}
+
+TEST(SliceTiming, OfSeveralBeatsTheFirstIsTaken) {
+  // Times run on over two and over three and a half beats.
+  for (const double beats : {2.0, 3.5}) {
+    const int frames = static_cast<int>(20 * beats);
+    const auto timing = time_slice(evenly(frames, 900 * beats, 5, 900));
+    ASSERT_TRUE(timing);
+    EXPECT_EQ(timing->order.size(), 20U);
+    EXPECT_NEAR(timing->rr_s, 0.9, 1e-9);
+    EXPECT_NE(timing->note.find("several beats"), std::string::npos) << timing->note;
+  }
+}
+
+TEST(SliceTiming, ACycleRecordedTwiceIsTakenOnce) {
+  for (const double later_ms : {0.0, 7.0}) {
+    std::vector<FrameStamp> stamps;
+    for (int i = 0; i < 40; ++i) {
+      stamps.push_back({.trigger_ms = i % 20 * 45.0 + (i < 20 ? 0 : later_ms),
+                        .rr_ms = 900.0,
+                        .instance = i + 1.0});
+    }
+    const auto timing = time_slice(stamps);
+    ASSERT_TRUE(timing);
+    EXPECT_EQ(timing->order.size(), 20U);
+    for (const int index : timing->order) EXPECT_LT(index, 20) << "of the first recording";
+    EXPECT_NE(timing->note.find("twice"), std::string::npos) << timing->note;
+  }
+  // One cycle whose numbering starts in its middle is one.
+  std::vector<FrameStamp> turned;
+  for (int i = 0; i < 20; ++i) {
+    turned.push_back({.trigger_ms = (i + 8) % 20 * 45.0, .rr_ms = 900.0, .instance = i + 1.0});
+  }
+  EXPECT_EQ(time_slice(turned)->order.size(), 20U);
+}
+
+TEST(SliceTiming, TimesThatStepByBeatsArePerfusion) {
+  for (const double step : {900.0, 1800.0, 2700.0}) {
+    const auto timing = time_slice(evenly(40, step * 40, 120, 900));
+    ASSERT_TRUE(timing);
+    EXPECT_TRUE(timing->many_beats);
+    EXPECT_FALSE(timing->by_trigger);
+  }
+  EXPECT_FALSE(time_slice(evenly(40, 900, 0, 900))->many_beats);
+}
+
+std::vector<FrameStamp> untimed(int frames) {
+  std::vector<FrameStamp> out(static_cast<std::size_t>(frames));
+  for (int i = 0; i < frames; ++i) {
+    out[static_cast<std::size_t>(i)].instance = frames - i;  // against the order of the beat
+    out[static_cast<std::size_t>(i)].rr_ms = 900;
+  }
+  return out;
+}
+
+TEST(SliceTiming, OrderIsTakenFromTheMostTrustedField) {
+  auto stamps = untimed(20);
+  const auto first = [&] { return time_slice(stamps)->order.front(); };
+  EXPECT_EQ(first(), 19) << "InstanceNumber";
+  for (std::size_t i = 0; i < 20; ++i) stamps[i].content_s = 100 + 0.04 * static_cast<double>(i);
+  EXPECT_EQ(time_slice(stamps)->source, "ContentTime");
+  EXPECT_EQ(first(), 0);
+  for (std::size_t i = 0; i < 20; ++i) {
+    stamps[i].acquisition_s = 100 + 0.04 * static_cast<double>((i + 1) % 20);
+  }
+  EXPECT_EQ(time_slice(stamps)->source, "AcquisitionTime");
+  EXPECT_EQ(first(), 19);
+  for (std::size_t i = 0; i < 20; ++i)
+    stamps[i].temporal_position = static_cast<double>((i + 2) % 20);
+  EXPECT_EQ(first(), 18);
+  for (std::size_t i = 0; i < 20; ++i)
+    stamps[i].elapsed_ms = static_cast<double>((i + 3) % 20) * 45;
+  EXPECT_EQ(first(), 17);
+  EXPECT_TRUE(time_slice(stamps)->timed);
+  for (std::size_t i = 0; i < 20; ++i)
+    stamps[i].trigger_ms = static_cast<double>((i + 4) % 20) * 45;
+  EXPECT_EQ(first(), 16);
+}
+
+TEST(SliceTiming, ClockTimesThatJumpOrderNothing) {
+  auto stamps = untimed(20);
+  for (std::size_t i = 0; i < 20; ++i) {
+    stamps[i].acquisition_s = 100 + (i < 10 ? 0.04 : 0.3) * static_cast<double>(i);
+  }
+  EXPECT_EQ(time_slice(stamps)->source, "InstanceNumber");
+}
+
+TEST(SliceTiming, FrameTimePlacesFramesInTheBeat) {
+  auto stamps = untimed(20);
+  for (FrameStamp& stamp : stamps) stamp.frame_time_ms = 35;  // 700 of 900 ms
+  const auto timing = time_slice(stamps);
+  EXPECT_TRUE(timing->timed);
+  EXPECT_NEAR(phases_of(*timing, 0)[19], 19 * 35 / 900.0, 1e-9);
+  for (FrameStamp& stamp : stamps) stamp.frame_time_ms = 90;  // two beats
+  EXPECT_EQ(time_slice(stamps)->order.size(), 10U);
+  for (FrameStamp& stamp : stamps) stamp.frame_time_ms = 3;  // a TR, no frame's
+  EXPECT_FALSE(time_slice(stamps)->timed);
+  for (FrameStamp& stamp : stamps) {
+    stamp.frame_time_ms = 40;
+    stamp.rr_ms.reset();
+  }
+  EXPECT_NEAR(time_slice(stamps)->rr_s, 0.8, 1e-9);
+}
+
+TEST(SliceTiming, GivenTimesKeepTheOrder) {
+  const auto timing = with_times(*time_slice(untimed(3)), {0.1, 0.2, 0.5}, 0);
+  EXPECT_EQ(timing.order, (std::vector<int>{2, 1, 0}));
+  EXPECT_EQ(timing.time_s, (std::vector<double>{0.1, 0.2, 0.5}));
+  EXPECT_EQ(timing.rr_s, 0.9);
+  EXPECT_EQ(with_times(timing, {0.1, 0.2, 0.5}, 2.0).rr_s, 2.0);
+  EXPECT_NEAR(with_times(timing, {0, 0.6, 1.2}, 0).rr_s, 1.8, 1e-12) << "beyond what is recorded";
+}
+
+TEST(SliceTiming, UnseenShareIsTheGapLessOneStep) {
+  EXPECT_NEAR(unseen_share({0, 0.1, 0.2, 0.3, 0.4}), 0.5, 1e-12);
+  EXPECT_EQ(unseen_share({0, 0.2, 0.4, 0.6, 0.8}), 0);
+  EXPECT_NEAR(unseen_share({0.8, 0.9, 0, 0.1}), 0.6, 1e-12);
 }
 
 TEST(SliceTiming, LargestGapGoesAroundTheCycle) {

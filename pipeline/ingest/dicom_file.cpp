@@ -1,0 +1,337 @@
+#include "pipeline/ingest/dicom_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+
+#include <vtkDICOMParser.h>
+#include <vtkDICOMUtilities.h>
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include "pipeline/ingest/dicom_attributes.h"
+#include "pipeline/ingest/dicom_words.h"
+#include "pipeline/ingest/inflated_file.h"
+#include "pipeline/ingest/vtk_silence.h"
+
+namespace beatlas::ingest {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kCosineTolerance = 0.02;    // about one degree; beyond it nothing can be trusted
+constexpr double kStraightTolerance = 1e-4;  // six printed digits give 1e-6
+constexpr int kMostFrames = 100000;
+constexpr const char* kDeflated = ".1.99";
+
+/// The nearest pair of orthonormal vectors, both turned by the same angle.
+bool orthonormalise(Vec3& row, Vec3& column, bool& straightened) {
+  const double row_length = row.norm();
+  const double column_length = column.norm();
+  if (!(std::abs(row_length - 1) < kCosineTolerance) ||
+      !(std::abs(column_length - 1) < kCosineTolerance) ||
+      !(std::abs(row.dot(column)) < kCosineTolerance)) {
+    return false;
+  }
+  straightened = std::abs(row_length - 1) > kStraightTolerance ||
+                 std::abs(column_length - 1) > kStraightTolerance ||
+                 std::abs(row.dot(column)) > kStraightTolerance;
+  row /= row_length;
+  column /= column_length;
+  const Vec3 sum = (row + column).normalized();
+  const Vec3 difference = (row - column).normalized();
+  row = (sum + difference) * std::sqrt(0.5);
+  column = (sum - difference) * std::sqrt(0.5);
+  return true;
+}
+
+bool is_magnitude(const Attributes& attributes) {
+  for (const vtkDICOMTag tag : {vtkDICOMTag(DC::ImageType), vtkDICOMTag(DC::FrameType)}) {
+    const vtkDICOMValue& value = attributes.get(tag);
+    if (!value.IsValid()) continue;
+    for (std::size_t i = 2; i < value.GetNumberOfValues(); ++i) {
+      const std::string token = value.GetString(i);
+      for (const char* other :
+           {"P", "PHASE", "PHASE MAP", "VELOCITY", "R", "REAL", "I", "IMAGINARY"}) {
+        if (token == other) return false;
+      }
+    }
+  }
+  return true;
+}
+
+FrameStamp stamp_of(const Attributes& attributes, int frame, int frames) {
+  FrameStamp out;
+  out.trigger_ms = attributes.first({DC::TriggerTime, DC::NominalCardiacTriggerDelayTime});
+  out.rr_ms = attributes.first({DC::NominalInterval, DC::RRIntervalTimeNominal});
+  if (!out.rr_ms || *out.rr_ms <= 0) {
+    const auto rate = attributes.number(DC::HeartRate);
+    if (rate && *rate > 0) out.rr_ms = 60000.0 / *rate;
+  }
+  out.frame_time_ms = attributes.number(DC::FrameTime);
+  const vtkDICOMValue& steps = attributes.get(DC::FrameTimeVector);
+  if (frames > 1 && steps.IsValid() &&
+      steps.GetNumberOfValues() == static_cast<std::size_t>(frames)) {
+    double elapsed = 0;
+    for (int i = 1; i <= frame; ++i) {
+      elapsed += attributes.number(DC::FrameTimeVector, static_cast<std::size_t>(i)).value_or(0);
+    }
+    out.elapsed_ms = elapsed;
+  }
+  out.temporal_position =
+      attributes.first({DC::TemporalPositionIdentifier, DC::TemporalPositionIndex});
+  out.acquisition_s = attributes.time_of_day_s(
+      frames > 1 ? vtkDICOMTag(DC::FrameAcquisitionDateTime) : vtkDICOMTag(DC::AcquisitionTime));
+  if (frames == 1) out.content_s = attributes.time_of_day_s(DC::ContentTime);
+  out.instance =
+      frames > 1 ? std::optional<double>(frame + 1) : attributes.number(DC::InstanceNumber);
+  return out;
+}
+
+/// One spelling: upper case, no spaces or empty parts at the ends.
+std::string one_spelling(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const bool gap = c == ' ' || c == '^' || c == '=';
+    if (gap && (out.empty() || out.back() == ' ')) continue;
+    out += gap ? ' ' : c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  }
+  while (!out.empty() && out.back() == ' ') out.pop_back();
+  return out;
+}
+
+std::string patient_of(vtkDICOMMetaData& meta) {
+  const std::string id = one_spelling(meta.Get(0, DC::PatientID).AsUTF8String());
+  const std::string name = one_spelling(meta.Get(0, DC::PatientName).AsUTF8String());
+  return id.empty() && name.empty() ? std::string() : id + '\n' + name;
+}
+
+/// Whether every fragment of encapsulated pixels is there, up to the delimiter.
+bool fragments_complete(const fs::path& file, std::int64_t offset) {
+  std::ifstream in(file, std::ios::binary);
+  in.seekg(offset);
+  std::array<unsigned char, 8> head{};
+  while (in.read(reinterpret_cast<char*>(head.data()), head.size())) {
+    if (head[0] != 0xFE || head[1] != 0xFF || head[3] != 0xE0) return false;
+    if (head[2] == 0xDD) return true;
+    if (head[2] != 0x00) return false;
+    std::int64_t length = 0;
+    for (std::size_t i = 8; i > 4; --i) length = length << 8 | head[i - 1];
+    in.seekg(length, std::ios::cur);
+  }
+  return false;
+}
+
+class FileReader {
+ public:
+  FileReader(const fs::path& file, IdentityWords& words) : file_(file), words_(words) {}
+
+  FileHeader read() {
+    if (!vtkDICOMUtilities::IsDICOMFile(file_.c_str())) return std::move(out_);
+    out_.kind = sort_out();
+    if (out_.kind == FileHeader::Kind::Image) add_frames();
+    return std::move(out_);
+  }
+
+ private:
+  using Kind = FileHeader::Kind;
+
+  bool parse(const std::string& path) {
+    meta_ = vtkSmartPointer<vtkDICOMMetaData>::New();
+    vtkNew<vtkDICOMParser> parser;
+    silence(parser);
+    parser->SetFileName(path.c_str());
+    parser->SetMetaData(meta_);
+    parser->Update();
+    has_pixels_ = parser->GetPixelDataFound();
+    offset_ = parser->GetFileOffset();
+    held_ = parser->GetFileSize() - offset_;
+    return parser->GetErrorCode() == 0;
+  }
+
+  Kind sort_out() {
+    bool good = parse(file_.string());
+    const std::string family = "1.2.840.10008.1.2";
+    const std::string syntax = meta_->Get(0, DC::TransferSyntaxUID).AsString();
+    syntax_ = syntax.rfind(family, 0) == 0 ? syntax.substr(family.size()) : std::string();
+    if (syntax_ == kDeflated) {
+      const InflatedFile inflated(file_);
+      good = inflated.good() && parse(inflated.path());
+    }
+    add_words(*meta_, words_);
+    out_.instance_uid = text(DC::SOPInstanceUID);
+    out_.modality = text(DC::Modality);
+    const Attributes whole(meta_, 0, 1);
+    out_.series_number =
+        static_cast<int>(std::clamp(whole.number(DC::SeriesNumber).value_or(0), -1e9, 1e9));
+    out_.instance = whole.number(DC::InstanceNumber).value_or(0);
+    const bool directory = text(DC::MediaStorageSOPClassUID) == "1.2.840.10008.1.3.10";
+    if (!good) return Kind::Damaged;
+    if (directory || !meta_->Has(DC::Rows) || !meta_->Has(DC::Columns)) {
+      // A header cut off before its image would look like a report: those never say MR or rows.
+      return out_.modality == "MR" && image_class() ? Kind::Damaged : Kind::NotImage;
+    }
+    if (!has_pixels_) return Kind::Damaged;
+    if (syntax_.rfind(".4.10", 0) == 0) return Kind::NotImage;  // video
+    if (!syntax.empty() && syntax.rfind(family, 0) != 0) return Kind::Damaged;
+    return find_layout();
+  }
+
+  Kind find_layout() {
+    const auto whole = [this](vtkDICOMTag tag, int otherwise) {
+      return meta_->Has(tag) ? meta_->Get(0, tag).AsInt() : otherwise;
+    };
+    columns_ = whole(DC::Columns, 0);
+    rows_ = whole(DC::Rows, 0);
+    layout_.frames = std::clamp(whole(DC::NumberOfFrames, 1), 1, kMostFrames);
+    layout_.offset = offset_;
+    layout_.bits_allocated = whole(DC::BitsAllocated, 16);
+    layout_.bits_stored = whole(DC::BitsStored, layout_.bits_allocated);
+    layout_.high_bit = whole(DC::HighBit, layout_.bits_stored - 1);
+    layout_.is_signed = whole(DC::PixelRepresentation, 0) == 1;
+    layout_.big_endian = syntax_ == ".2";
+    layout_.deflated = syntax_ == kDeflated;
+    const bool real = meta_->Has(DC::FloatPixelData) || meta_->Has(DC::DoubleFloatPixelData);
+    const bool plain = syntax_.empty() || syntax_ == ".1" || syntax_ == ".2" || layout_.deflated;
+    if (real) layout_.bits_allocated = meta_->Has(DC::DoubleFloatPixelData) ? 64 : 32;
+    if (!plain && syntax_ != ".5" && syntax_.rfind(".4.", 0) != 0) return Kind::Damaged;
+    const int samples = std::max(1, whole(DC::SamplesPerPixel, 1));
+    if (plain) {
+      const double needed = static_cast<double>(rows_) * columns_ * samples * layout_.frames *
+                            layout_.bits_allocated / 8;
+      if (needed > static_cast<double>(held_)) return Kind::Damaged;
+    } else if (!fragments_complete(file_, offset_)) {
+      return Kind::Damaged;
+    }
+    const std::string kind = text(DC::PhotometricInterpretation);
+    layout_.inverted = kind == "MONOCHROME1";
+    if (samples > 1 || !(layout_.inverted || kind == "MONOCHROME2" || kind.empty())) {
+      return Kind::NotGrey;
+    }
+    const int bits = layout_.bits_allocated;
+    const bool words = bits == 16 || bits == 32 || (bits == 8 && !layout_.big_endian);
+    const bool fits = layout_.bits_stored >= 1 && layout_.high_bit < bits &&
+                      layout_.high_bit + 1 >= layout_.bits_stored;
+    if (real) {
+      layout_.kind = PixelLayout::Kind::Float;
+    } else if (!plain || !words || !fits) {
+      layout_.kind = PixelLayout::Kind::Packed;
+    }
+    return Kind::Image;
+  }
+
+  void add_frames() {
+    for (int frame = 0; frame < layout_.frames; ++frame) {
+      add(frame);
+      if (out_.kind == Kind::Wrong) return;
+    }
+  }
+
+  /// Says why the geometry of an MR image is none; other images may be anything.
+  void wrong(const char* why) {
+    if (out_.modality != "MR" && !image_class()) {
+      ++out_.without_place;
+      return;
+    }
+    out_.kind = Kind::Wrong;
+    out_.problem = why;
+  }
+
+  void add(int frame) {
+    const Attributes attributes(meta_, frame, layout_.frames);
+    if (!attributes.has(DC::ImagePositionPatient) || !attributes.has(DC::ImageOrientationPatient) ||
+        !attributes.has(DC::PixelSpacing)) {
+      ++out_.without_place;
+      return;
+    }
+    const auto position = attributes.vector(DC::ImagePositionPatient, 0);
+    const auto row = attributes.vector(DC::ImageOrientationPatient, 0);
+    const auto column = attributes.vector(DC::ImageOrientationPatient, 3);
+    const double row_step = attributes.number(DC::PixelSpacing, 0).value_or(0);
+    const double column_step = attributes.number(DC::PixelSpacing, 1).value_or(0);
+    if (!(row_step > 0) || !(column_step > 0)) {
+      return wrong("its pixel spacing is zero, negative or no number");
+    }
+    if (!position) return wrong("its position is no number");
+    DicomImage image;
+    bool straightened = false;
+    image.row_lps = row.value_or(Vec3::Zero());
+    image.column_lps = column.value_or(Vec3::Zero());
+    if (!orthonormalise(image.row_lps, image.column_lps, straightened)) {
+      return wrong("its direction cosines are not of unit length and at right angles");
+    }
+    if (rows_ < 1 || columns_ < 1) return wrong("it has no pixel");
+    out_.straightened += straightened ? 1 : 0;
+    image.file = file_;
+    image.frame = frame;
+    image.rows = rows_;
+    image.columns = columns_;
+    image.position_lps = *position;
+    image.row_step_mm = row_step;
+    image.column_step_mm = column_step;
+    image.thickness_mm = attributes.number(DC::SliceThickness).value_or(0);
+    image.rescale_slope = attributes.number(DC::RescaleSlope).value_or(1);
+    if (image.rescale_slope == 0) image.rescale_slope = 1;
+    image.rescale_intercept = attributes.number(DC::RescaleIntercept).value_or(0);
+    image.layout = layout_;
+    image.layout.offset +=
+        static_cast<std::int64_t>(frame) * rows_ * columns_ * (layout_.bits_allocated / 8);
+    image.stamp = stamp_of(attributes, frame, layout_.frames);
+    image.series_number = out_.series_number;
+    image.series_uid = text(DC::SeriesInstanceUID);
+    if (image.series_uid.empty()) image.series_uid = std::to_string(image.series_number);
+    image.patient = patient_of(*meta_);
+    image.study_uid = text(DC::StudyInstanceUID);
+    image.frame_of_reference_uid = text(DC::FrameOfReferenceUID);
+    image.echo_ms = attributes.first({DC::EchoTime, DC::EffectiveEchoTime}).value_or(0);
+    image.inversion_ms = attributes.number(DC::InversionTime).value_or(0);
+    image.sequence = text(DC::ScanningSequence) + '\n' + text(DC::SequenceVariant);
+    image.magnitude = is_magnitude(attributes);
+    out_.images.push_back(std::move(image));
+  }
+
+  [[nodiscard]] std::string text(vtkDICOMTag tag) const { return meta_->Get(0, tag).AsString(); }
+
+  [[nodiscard]] bool image_class() const {
+    const std::string uid = text(DC::SOPClassUID);
+    return uid == "1.2.840.10008.5.1.4.1.1.4" || uid == "1.2.840.10008.5.1.4.1.1.4.1";
+  }
+
+  fs::path file_;
+  IdentityWords& words_;
+  FileHeader out_;
+  vtkSmartPointer<vtkDICOMMetaData> meta_;
+  std::string syntax_;  ///< what follows the family of the standard's transfer syntaxes
+  PixelLayout layout_;
+  bool has_pixels_ = false;
+  std::int64_t offset_ = 0;
+  std::int64_t held_ = 0;  ///< bytes from offset_ on
+  int rows_ = 0;
+  int columns_ = 0;
+};
+
+}  // namespace
+
+FileHeader read_header(const fs::path& file, IdentityWords& words) {
+  return FileReader(file, words).read();
+}
+
+bool is_modality_code(const std::string& text) {
+  static constexpr std::array kCodes = {
+      "ANN",        "AR",       "ASMT",       "AU",         "BDUS",   "BI",    "BMD",
+      "CFM",        "CR",       "CT",         "CTPROTOCOL", "DMS",    "DG",    "DOC",
+      "DX",         "ECG",      "EEG",        "EMG",        "EOG",    "EPS",   "ES",
+      "FID",        "GM",       "HC",         "HD",         "IO",     "IOL",   "IVOCT",
+      "IVUS",       "KER",      "KO",         "LEN",        "LS",     "M3D",   "MG",
+      "MR",         "NM",       "OAM",        "OCT",        "OP",     "OPM",   "OPT",
+      "OPTBSV",     "OPTENF",   "OPV",        "OSS",        "OT",     "PA",    "PLAN",
+      "POS",        "PR",       "PT",         "PX",         "REG",    "RESP",  "RF",
+      "RG",         "RTDOSE",   "RTIMAGE",    "RTINTENT",   "RTPLAN", "RTRAD", "RTRECORD",
+      "RTSEGANN",   "RTSTRUCT", "RWV",        "SEG",        "SM",     "SMR",   "SR",
+      "SRF",        "STAIN",    "TEXTUREMAP", "TG",         "US",     "VA",    "XA",
+      "XAPROTOCOL", "XC"};
+  return std::find(kCodes.begin(), kCodes.end(), text) != kCodes.end();
+}
+
+}  // namespace beatlas::ingest

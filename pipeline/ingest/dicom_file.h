@@ -1,0 +1,38 @@
+#pragma once
+/// The header of one DICOM file.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/ingest/dicom_scan.h"
+
+namespace beatlas::ingest {
+
+struct FileHeader {
+  enum class Kind {
+    NotDicom,
+    NotImage,  ///< DICOMDIR, reports, videos
+    NotGrey,
+    Image,  ///< also if none of its frames has a place
+    Damaged,
+    Wrong,  ///< an MR image whose geometry is no geometry; `problem` says what
+  };
+  Kind kind = Kind::NotDicom;
+  std::string problem;  ///< a clause without a full stop
+  std::string instance_uid;
+  std::string modality;  ///< as the file says; never shown unless it is a code of the standard
+  int series_number = 0;
+  double instance = 0;
+  int without_place = 0;  ///< frames
+  int straightened = 0;   ///< frames
+  std::vector<DicomImage> images;
+};
+
+/// Reads one file; what its text attributes say goes into `words`. Never throws for bad input.
+[[nodiscard]] FileHeader read_header(const std::filesystem::path& file, IdentityWords& words);
+
+/// Whether a text is one of the modality codes of the standard (PS3.3 C.7.3.1.1.1).
+[[nodiscard]] bool is_modality_code(const std::string& text);
+
+}  // namespace beatlas::ingest

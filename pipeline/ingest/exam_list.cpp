@@ -1,0 +1,260 @@
+#include "pipeline/ingest/exam_list.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "pipeline/ingest/series_list.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::ingest {
+namespace {
+
+constexpr std::size_t kMostListed = 12;
+
+/// What decides to which exam an image belongs.
+struct Origin {
+  std::string patient;
+  std::string study;
+  std::string frame;
+  auto operator<=>(const Origin&) const = default;
+};
+
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  [[nodiscard]] std::size_t of(std::size_t i) const {
+    while (parent_[i] != i) i = parent_[i];
+    return i;
+  }
+  void join(std::size_t a, std::size_t b) {
+    const std::size_t root_a = of(a);
+    const std::size_t root_b = of(b);
+    parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+bool linked(const Origin& a, const Origin& b) {
+  return (!a.study.empty() && a.study == b.study) || (!a.frame.empty() && a.frame == b.frame);
+}
+
+/// Joins origins; the result does not depend on their order.
+Sets joined(const std::vector<Origin>& origins) {
+  Sets out(origins.size());
+  const std::size_t count = origins.size();
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = a + 1; b < count; ++b) {
+      if (origins[a].patient == origins[b].patient && linked(origins[a], origins[b])) {
+        out.join(a, b);
+      }
+    }
+  }
+  // Without a study's UID: to the only exam that the patient has otherwise.
+  std::map<std::string, std::vector<std::size_t>> loose;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (origins[i].study.empty()) loose[origins[i].patient].push_back(i);
+  }
+  for (const auto& [patient, members] : loose) {
+    std::set<std::size_t> named;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (origins[i].patient == patient && !origins[i].study.empty()) named.insert(out.of(i));
+    }
+    if (named.size() > 1) continue;
+    for (const std::size_t i : members) out.join(i, named.empty() ? members[0] : *named.begin());
+  }
+  // Without a patient: to the only patient of the study or frame of reference.
+  const Sets before = out;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!origins[i].patient.empty()) continue;
+    std::set<std::string> patients;
+    std::set<std::size_t> hosts;
+    for (std::size_t j = 0; j < count; ++j) {
+      if (origins[j].patient.empty()) continue;
+      for (std::size_t k = 0; k < count; ++k) {
+        if (before.of(k) != before.of(i) || !linked(origins[k], origins[j])) continue;
+        patients.insert(origins[j].patient);
+        hosts.insert(before.of(j));
+      }
+    }
+    if (patients.size() == 1 && hosts.size() == 1) out.join(i, *hosts.begin());
+  }
+  return out;
+}
+
+std::set<int> series_of(const std::vector<DicomImage>& images, const std::vector<int>& members) {
+  std::set<int> out;
+  for (const int i : members) out.insert(images[static_cast<std::size_t>(i)].series_number);
+  return out;
+}
+
+std::string told(const std::vector<DicomImage>& images, const ExamGroup& exam) {
+  std::map<std::pair<int, int>, int> sizes;
+  std::set<std::string> series;
+  for (const int i : exam.images) {
+    const DicomImage& image = images[static_cast<std::size_t>(i)];
+    ++sizes[{image.columns, image.rows}];
+    series.insert(image.series_uid);
+  }
+  const auto usual = std::max_element(
+      sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  std::string out = std::to_string(exam.images.size());
+  out += exam.images.size() == 1 ? " image of " : " images of ";
+  out += series_list(series_of(images, exam.images));
+  if (series.size() > 1) out += " (" + std::to_string(series.size()) + " in all)";
+  out += sizes.size() > 1 ? ", mostly " : ", ";
+  out += std::to_string(usual->first.first) + " x " + std::to_string(usual->first.second);
+  return out + " pixels";
+}
+
+std::string list(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& exams) {
+  std::string out;
+  for (std::size_t e = 0; e < exams.size() && e < kMostListed; ++e) {
+    out += (e == 0 ? "" : "; ") + std::to_string(e + 1) + ". " + told(images, exams[e]);
+  }
+  if (exams.size() > kMostListed) {
+    out += "; " + std::to_string(exams.size() - kMostListed) + " more";
+  }
+  return out;
+}
+
+std::vector<DicomImage> taken(const std::vector<DicomImage>& images,
+                              const std::vector<int>& members) {
+  std::vector<DicomImage> out;
+  out.reserve(members.size());
+  for (const int i : members) out.push_back(images[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+[[noreturn]] void ask(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& exams) {
+  std::set<std::string> patients;
+  for (const ExamGroup& exam : exams) patients.insert(exam.patient);
+  throw_invalid("it holds " + std::to_string(exams.size()) + " exams" +
+                (patients.size() > 1 ? " of different patients" : " of one patient") +
+                ", choose one with --exam N: " + list(images, exams));
+}
+
+/// Takes images of other series out of the exams; exams keep their numbers.
+void keep_series(const std::vector<DicomImage>& images, const std::vector<int>& series,
+                 std::vector<ExamGroup>& exams) {
+  if (series.empty()) return;
+  bool any = false;
+  std::set<int> exist;
+  for (ExamGroup& exam : exams) {
+    exist.merge(series_of(images, exam.images));
+    std::erase_if(exam.images, [&](int i) {
+      return std::count(series.begin(), series.end(),
+                        images[static_cast<std::size_t>(i)].series_number) == 0;
+    });
+    any = any || !exam.images.empty();
+  }
+  if (!any) {
+    throw_invalid("no image is of the series asked for (--series): there are " +
+                  series_list(exist));
+  }
+}
+
+/// Of several studies of one patient: which to take.
+ExamChoice choose_study(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& all,
+                        const std::vector<std::size_t>& left,
+                        const std::function<bool(const std::vector<DicomImage>&)>& holds_stack) {
+  ExamChoice out;
+  std::vector<std::size_t> holding;
+  std::vector<int> together;
+  for (const std::size_t e : left) {
+    if (holds_stack(taken(images, all[e].images))) holding.push_back(e);
+    together.insert(together.end(), all[e].images.begin(), all[e].images.end());
+  }
+  if (holding.size() == 1) {
+    out.images = taken(images, all[holding.front()].images);
+    out.decisions.push_back("There are " + std::to_string(left.size()) +
+                            " studies of one patient; only one holds a stack and was taken: " +
+                            told(images, all[holding.front()]) + '.');
+    return out;
+  }
+  std::sort(together.begin(), together.end());
+  if (holding.empty()) {
+    out.images = taken(images, together);
+    if (holds_stack(out.images)) {
+      out.decisions.push_back(
+          "Warning: there are " + std::to_string(left.size()) +
+          " studies of one patient, none of which holds a stack; they were taken together.");
+      return out;
+    }
+  }
+  ask(images, all);
+}
+
+}  // namespace
+
+std::vector<ExamGroup> list_exams(const std::vector<DicomImage>& images) {
+  std::map<Origin, std::vector<int>> by_origin;
+  for (int i = 0; i < static_cast<int>(images.size()); ++i) {
+    const DicomImage& image = images[static_cast<std::size_t>(i)];
+    by_origin[{image.patient, image.study_uid, image.frame_of_reference_uid}].push_back(i);
+  }
+  std::vector<Origin> origins;
+  origins.reserve(by_origin.size());
+  for (const auto& [origin, members] : by_origin) origins.push_back(origin);
+  const Sets sets = joined(origins);
+  std::map<std::size_t, ExamGroup> groups;
+  for (std::size_t o = 0; o < origins.size(); ++o) {
+    ExamGroup& group = groups[sets.of(o)];
+    const auto& members = by_origin[origins[o]];
+    group.images.insert(group.images.end(), members.begin(), members.end());
+    if (group.patient.empty()) group.patient = origins[o].patient;
+  }
+  std::vector<ExamGroup> out;
+  for (auto& [root, group] : groups) {
+    std::sort(group.images.begin(), group.images.end());
+    out.push_back(std::move(group));
+  }
+  const auto rank = [&](const ExamGroup& group) {
+    const DicomImage& first = images[static_cast<std::size_t>(group.images.front())];
+    return std::make_tuple(-static_cast<long>(group.images.size()), first.series_number,
+                           first.series_uid, first.study_uid, group.patient);
+  };
+  std::sort(out.begin(), out.end(),
+            [&](const ExamGroup& a, const ExamGroup& b) { return rank(a) < rank(b); });
+  return out;
+}
+
+ExamChoice choose_exam(const std::vector<DicomImage>& images, int exam,
+                       const std::vector<int>& series,
+                       const std::function<bool(const std::vector<DicomImage>&)>& holds_stack) {
+  const std::vector<ExamGroup> all = list_exams(images);
+  if (exam > static_cast<int>(all.size())) {
+    throw_invalid("there is no exam " + std::to_string(exam) + " (--exam), only " +
+                  list(images, all));
+  }
+  std::vector<ExamGroup> wanted = all;
+  if (exam > 0) wanted = {all[static_cast<std::size_t>(exam) - 1]};
+  keep_series(images, series, wanted);
+  std::vector<std::size_t> left;
+  std::set<std::string> patients;
+  for (std::size_t e = 0; e < wanted.size(); ++e) {
+    if (wanted[e].images.empty()) continue;
+    left.push_back(e);
+    patients.insert(wanted[e].patient);
+  }
+  if (left.size() > 1) {
+    if (patients.size() > 1 || patients.count("") > 0) ask(images, all);
+    return choose_study(images, wanted, left, holds_stack);
+  }
+  ExamChoice out;
+  out.images = taken(images, wanted[left.front()].images);
+  if (exam > 0 && all.size() > 1) {
+    out.decisions.push_back("Exam " + std::to_string(exam) + " of " + std::to_string(all.size()) +
+                            " was taken, as asked.");
+  }
+  return out;
+}
+
+}  // namespace beatlas::ingest

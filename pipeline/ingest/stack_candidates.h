@@ -1,0 +1,41 @@
+#pragma once
+/// The possible stacks of an exam, best first.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/ingest/plane_groups.h"
+
+namespace beatlas::ingest {
+
+/// A possible stack: one image set a place, before its geometry is looked at closely.
+struct Candidate {
+  const Plane* plane = nullptr;
+  std::vector<std::pair<const Place*, const ImageSet*>> slices;  ///< along the plane's normal
+  bool ordinary = false;  ///< cines of the beating heart, neither flow nor perfusion
+  bool good = false;      ///< trigger times, and frames enough to blend
+  bool uniform = false;   ///< one pulse sequence and echo time
+  bool one_series = false;
+  int phases = 0;         ///< what most slices have
+  double spacing_mm = 0;  ///< median gap
+
+  /// "6 slices x 25 phases, 17.70 mm apart, oblique (series 1, 2)".
+  [[nodiscard]] std::string told() const;
+};
+
+inline constexpr std::size_t kLeastSlices = 3;
+
+/// All possible stacks, of kLeastSlices slices and more: of each plane the best set of every place,
+/// the best of one contrast, and each series alone. Ranked by: ordinary cine; trigger times and 8
+/// phases; number of slices; one contrast; one series; number of phases; the scan's order.
+[[nodiscard]] std::vector<Candidate> find_candidates(const std::vector<Plane>& planes);
+
+/// Why the first of two candidates comes before the second; a clause.
+[[nodiscard]] std::string why_before(const Candidate& first, const Candidate& second);
+
+/// "1 slice", "2 slices".
+[[nodiscard]] std::string counted(std::size_t count, const std::string& one,
+                                  const std::string& many);
+
+}  // namespace beatlas::ingest

@@ -1,0 +1,25 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/ingest/slice_timing.h"
+
+namespace beatlas::ingest {
+
+/// What came of looking at trigger times.
+struct TriggerReading {
+  std::optional<SliceTiming> timing;  ///< if they can be believed
+  std::string why_not;                ///< else: a clause
+  bool many_beats = false;
+};
+
+/// @param printed_s the R-R interval that the images print, 0 if they do not
+[[nodiscard]] TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double printed_s);
+
+/// Whether an R-R interval is one of a living heart.
+[[nodiscard]] inline bool plausible_rr(double rr_s) {
+  return rr_s >= kLeastRrS && rr_s <= kMostRrS;
+}
+
+}  // namespace beatlas::ingest

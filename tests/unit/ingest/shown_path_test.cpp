@@ -1,0 +1,90 @@
+#include "pipeline/ingest/shown_path.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/formats/python_run.h"
+
+namespace beatlas::ingest {
+namespace {
+
+TEST(ShownPath, PlainNamesAreShownAsTheyAre) {
+  const IdentityWords none;
+  for (const char* name :
+       {"IM000123.dcm", "exam", "cine-sax_12", "series 4", "0000000042", "a.b"}) {
+    EXPECT_FALSE(none.identify(name)) << name;
+  }
+  EXPECT_EQ(shown_path("/no/such/IM000123.dcm"), "/no/such/IM000123.dcm");
+  EXPECT_EQ(shown_path("exam/x"), "exam/x");
+  EXPECT_EQ(shown_path("../exam/"), "../exam/");
+}
+
+TEST(ShownPath, DatesIdsCaretsAndForeignLettersAreNoPlainNames) {
+  const IdentityWords none;
+  for (const char* name :
+       {"20230517", "scan-12345.dcm", "1.2.840.10008.5", "DOE^JOHN", "M\xC3\xBCller", "0012345"}) {
+    EXPECT_TRUE(none.identify(name)) << name;
+  }
+}
+
+TEST(ShownPath, WordsOfTheTextsAreFoundHoweverTheyAreWritten) {
+  IdentityWords words;
+  words.add_text("Doe^John");
+  words.add_text("P4711A");
+  words.add_text("St. Mary cine series");
+  for (const char* name : {"doe", "JOHN-1.dcm", "x_Doe_y", "johndoe", "MyJohn7", "doe2", "4711",
+                           "p4711a", "IM04711", "mary"}) {
+    EXPECT_TRUE(words.identify(name)) << name;
+  }
+  for (const char* name : {"dome", "jo", "471", "st", "cine_series", "47110"}) {
+    EXPECT_EQ(words.identify(name), std::string(name) == "47110") << name;
+  }
+}
+
+TEST(ShownPath, NumbersOfUidsCountAsWholeWordsOnly) {
+  IdentityWords words;
+  words.add_uid("1.3.6.777.123");
+  EXPECT_TRUE(words.identify("777"));
+  EXPECT_FALSE(words.identify("IM000123.dcm"));
+  EXPECT_FALSE(words.identify("slice_0777"));
+}
+
+TEST(ShownPath, MergingKnowsWhatBothKnew) {
+  IdentityWords a;
+  IdentityWords b;
+  a.add_text("Miller");
+  b.add_text("Smith 9876");
+  a.merge(b);
+  EXPECT_TRUE(a.identify("miller"));
+  EXPECT_TRUE(a.identify("smith"));
+  EXPECT_TRUE(a.identify("img9876"));
+}
+
+TEST(ShownPath, MaskedFilesAndFoldersCanBeFoundByTheirNumber) {
+  const beatlas::test::Folder folder;
+  for (const char* name : {"A", "Doe_John", "Z"}) {
+    std::filesystem::create_directory(folder / name);
+  }
+  for (const char* name : {"a.dcm", "doe.DCM", "john", "z.dcm"}) {
+    std::ofstream(folder / "Doe_John" / name) << 'x';
+  }
+  std::filesystem::create_directory(folder / "Doe_John/m");  // a folder does not count as a file
+  IdentityWords words;
+  words.add_text("DOE^JOHN");
+  const std::string start = shown_path(folder.path(), words);
+  EXPECT_EQ(shown_path(folder / "Doe_John/doe.DCM", words),
+            start + "/[folder 2 of 3 by name]/[file 2 of 4 by name].dcm");
+  EXPECT_EQ(shown_path(folder / "Doe_John/john", words),
+            start + "/[folder 2 of 3 by name]/[file 3 of 4 by name]");
+  EXPECT_EQ(shown_path(folder / "Doe_John/m", words), start + "/[folder 2 of 3 by name]/m");
+  EXPECT_EQ(shown_path(folder / "Doe_John/doe_absent.dcm", words),
+            start + "/[folder 2 of 3 by name]/[name not shown].dcm");
+  EXPECT_EQ(shown_path(folder / "Doe_John/doe.surname", words),
+            start + "/[folder 2 of 3 by name]/[name not shown]")
+      << "an extension that is no file format may be a name";
+}
+
+}  // namespace
+}  // namespace beatlas::ingest

@@ -1,0 +1,210 @@
+#include "pipeline/ingest/stack_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "runtime/base/error.h"
+#include "tests/unit/ingest/made_images.h"
+
+namespace beatlas::ingest {
+namespace {
+
+using test::append;
+using test::joined;
+using test::made_stack;
+using test::no_files;
+using test::told;
+
+Choice choose(const std::vector<DicomImage>& images, const IngestOptions& options = {}) {
+  return choose_stack(images, options, no_files());
+}
+
+std::string refusal(const std::vector<DicomImage>& images, const IngestOptions& options = {}) {
+  try {
+    (void)choose(images, options);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+    return error.what();
+  }
+  return "was chosen";
+}
+
+/// A plane of another orientation.
+test::MadeStack oblique(test::MadeStack made) {
+  made.row = Vec3(std::sqrt(0.5), std::sqrt(0.5), 0);
+  made.column = Vec3(0, 0, -1);
+  return made;
+}
+
+TEST(StackChoice, MostSlicesWinAndTheListSaysWhy) {
+  auto images = made_stack({.slices = 4, .phases = 30});
+  append(images, made_stack(oblique({.slices = 9, .first_series = 50, .gap_mm = 10})));
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 9U);
+  EXPECT_TRUE(told(choice.decisions,
+                   "Possible stacks: 1. 9 slices x 10 phases, 10.00 mm apart, oblique (series "
+                   "50-58), chosen because it has most parallel slices; 2. 4 slices x 30 phases, "
+                   "8.00 mm apart, axial (series 1-4)."))
+      << joined(choice.decisions);
+}
+
+TEST(StackChoice, AnotherStackIsTakenIfAskedFor) {
+  auto images = made_stack({.slices = 4, .phases = 30});
+  append(images, made_stack(oblique({.slices = 9, .first_series = 50})));
+  const Choice choice = choose(images, {.stack = 2});
+  EXPECT_EQ(choice.stack.slices.size(), 4U);
+  EXPECT_EQ(choice.phases, 30);
+  EXPECT_TRUE(told(choice.decisions, "(series 1-4), chosen as asked")) << joined(choice.decisions);
+  const std::string message = refusal(images, {.stack = 3});
+  EXPECT_NE(message.find("there is no stack 3"), std::string::npos) << message;
+  EXPECT_NE(message.find("2. 4 slices"), std::string::npos) << message;
+}
+
+TEST(StackChoice, OrientationsAreNamed) {
+  const Vec3 x = Vec3::UnitX();
+  const Vec3 y = Vec3::UnitY();
+  const Vec3 z = Vec3::UnitZ();
+  EXPECT_TRUE(told(choose(made_stack({.row = x, .column = y})).decisions, "axial"));
+  EXPECT_TRUE(told(choose(made_stack({.row = x, .column = -z})).decisions, "coronal"));
+  EXPECT_TRUE(told(choose(made_stack({.row = y, .column = -z})).decisions, "sagittal"));
+}
+
+TEST(StackChoice, FlowIsNeverPreferredOverACine) {
+  // More slices, more phases, magnitude and velocity in one series or in two.
+  for (const int velocity_series : {50, 51}) {
+    auto images = made_stack({.slices = 4});
+    test::MadeStack flow = oblique(
+        {.slices = 8, .phases = 20, .first_series = 50, .series_per_slice = false, .echo_ms = 2.5});
+    append(images, made_stack(flow));
+    flow.first_series = velocity_series;
+    flow.magnitude = false;
+    append(images, made_stack(flow));
+    const Choice choice = choose(images);
+    EXPECT_EQ(choice.stack.slices.size(), 4U) << joined(choice.decisions);
+    EXPECT_TRUE(told(choice.decisions, "oblique, flow (series 50)")) << joined(choice.decisions);
+    EXPECT_TRUE(choice.views.empty());
+    EXPECT_EQ(choose(images, {.stack = 2}).stack.slices.size(), 8U);
+  }
+}
+
+TEST(StackChoice, PerfusionIsNeverPreferredOverACine) {
+  auto images = made_stack({.slices = 3, .phases = 8});
+  append(images,
+         made_stack(oblique({.slices = 4, .phases = 60, .first_series = 50, .step_ms = 900})));
+  // Constant trigger times, but the clock says one image a beat.
+  auto clocked = made_stack({.slices = 5,
+                             .phases = 40,
+                             .first_series = 70,
+                             .row = Vec3::UnitY(),
+                             .column = Vec3::UnitZ()});
+  for (DicomImage& image : clocked) {
+    image.stamp.trigger_ms = 100;
+    image.stamp.acquisition_s = 36000 + 0.9 * *image.stamp.instance;
+  }
+  append(images, clocked);
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 3U) << joined(choice.decisions);
+  EXPECT_TRUE(told(choice.decisions, "one image a beat (series 50-53)"))
+      << joined(choice.decisions);
+  EXPECT_TRUE(told(choice.decisions, "one image a beat (series 70-74)"))
+      << joined(choice.decisions);
+}
+
+TEST(StackChoice, SlicesOfOneContrastAreNotMixedWithAnother) {
+  // A later series of tagged images at three of the places.
+  auto images = made_stack({.slices = 9});
+  append(images, made_stack({.slices = 3,
+                             .first_series = 50,
+                             .origin = {0, 0, 16},
+                             .echo_ms = 3.8,
+                             .sequence = "GR\nSP"}));
+  const Choice choice = choose(images);
+  ASSERT_EQ(choice.stack.slices.size(), 9U) << joined(choice.decisions);
+  for (const ImageSet& set : choice.stack.slices) EXPECT_LT(set.series_number, 10);
+  EXPECT_TRUE(told(choice.decisions, "because its slices have one contrast"))
+      << joined(choice.decisions);
+}
+
+TEST(StackChoice, WithoutMagnitudeImagesItSaysSo) {
+  EXPECT_NE(refusal(made_stack({.magnitude = false})).find("velocity) images only"),
+            std::string::npos);
+}
+
+TEST(StackChoice, LargestAndSmallestStacksAreRead) {
+  const Choice large =
+      choose(made_stack({.slices = 300, .phases = 100, .gap_mm = 1, .pixels = 1024}));
+  EXPECT_EQ(large.stack.grid.size, (Index3{1024, 1024, 300}));
+  EXPECT_EQ(large.phases, 100);
+  const Choice small = choose(made_stack({.slices = 3, .phases = 2}));
+  EXPECT_EQ(small.stack.grid.size, (Index3{64, 64, 3}));
+  EXPECT_EQ(small.phases, 2);
+}
+
+TEST(StackChoice, TheOddImageOfASliceIsNamed) {
+  for (const std::size_t odd : {0U, 5U, 9U}) {
+    auto images = made_stack({.slices = 3});
+    images[odd].columns = 32;
+    const std::string message = refusal(images);
+    EXPECT_EQ(message.rfind(images[odd].file.string() + ": it has 32 x 64 pixels", 0), 0U)
+        << message;
+  }
+}
+
+TEST(StackChoice, GivenTimesReplaceTheSources) {
+  std::vector<double> times;
+  for (int p = 0; p < 10; ++p) times.push_back(0.02 + 0.07 * p + 0.001 * p * p);
+  auto images = made_stack({});
+  append(images, made_stack(oblique({.slices = 1, .phases = 12, .first_series = 50})));
+  const Choice choice = choose(images, {.rr_interval_s = 1.0, .frame_times_s = times});
+  for (const ImageSet& set : choice.stack.slices) EXPECT_EQ(set.timing.time_s, times);
+  EXPECT_EQ(choice.stack.rr_s, 1.0);
+  EXPECT_TRUE(told(choice.decisions, "1 view has another number of frames than times"))
+      << joined(choice.decisions);
+  EXPECT_TRUE(told(choice.decisions, "by the times given")) << joined(choice.decisions);
+  // 9 times for 10 frames; times beyond the R-R interval.
+  const std::string counts =
+      refusal(images, {.frame_times_s = {0, .1, .2, .3, .4, .5, .6, .7, .8}});
+  EXPECT_NE(counts.find("9 frame times are given, but a slice of series 1 has 10 frames"),
+            std::string::npos)
+      << counts;
+  const std::string span = refusal(images, {.rr_interval_s = 0.5, .frame_times_s = times});
+  EXPECT_NE(span.find("span 0.711 s, but the R-R interval is 0.500 s"), std::string::npos) << span;
+}
+
+TEST(StackChoice, TheUnseenShareOfTheCycleIsTold) {
+  // 20 frames of 30 ms in 900 ms: one third is never seen, less one step.
+  const Choice choice = choose(made_stack({.phases = 20, .step_ms = 30}));
+  EXPECT_TRUE(told(choice.decisions, "Warning: 33 % of the cycle was never imaged"))
+      << joined(choice.decisions);
+  EXPECT_FALSE(told(choose(made_stack({.phases = 20})).decisions, "never imaged"));
+}
+
+TEST(StackChoice, DoubledFramesWithoutTimesCountOnce) {
+  // Every phase stored twice; the contents tell.
+  auto images = made_stack({.slices = 4, .phases = 20, .with_trigger = false});
+  ImageFiles files = no_files();
+  files.fingerprint = [](const DicomImage& image) {
+    return std::to_string((static_cast<int>(*image.stamp.instance) - 1) / 2);
+  };
+  const Choice choice = choose_stack(images, {}, files);
+  EXPECT_EQ(choice.phases, 10);
+  EXPECT_TRUE(told(choice.decisions, "10 images equal to another were left"))
+      << joined(choice.decisions);
+  // The whole cycle again; and a beat that is the same forwards and backwards is no doubled one.
+  files.fingerprint = [](const DicomImage& image) {
+    return std::to_string((static_cast<int>(*image.stamp.instance) - 1) % 10);
+  };
+  EXPECT_EQ(choose_stack(images, {}, files).phases, 10);
+  files.fingerprint = [](const DicomImage& image) {
+    return std::to_string(std::abs(static_cast<int>(*image.stamp.instance) - 11));
+  };
+  EXPECT_EQ(choose_stack(images, {}, files).phases, 20);
+  // Slices in which nothing moves are not doubled.
+  files.fingerprint = [](const DicomImage&) { return std::string("same"); };
+  EXPECT_EQ(choose_stack(images, {}, files).phases, 20);
+}
+
+}  // namespace
+}  // namespace beatlas::ingest
