@@ -49,8 +49,7 @@ def pixel_format(dataset, pixels, bits=16, stored=None, signed=False):
     kind = ("i" if signed else "u") + str(bits // 8)
     data = whole.astype(f"<{kind}").tobytes()
     d.PixelData = data + b"\0" * (len(data) % 2)
-    if bits == 8:
-        d["PixelData"].VR = "OB"
+    d["PixelData"].VR = "OB" if bits == 8 else "OW"
 
 
 def new_dataset(sop_class, number):
