@@ -19,11 +19,13 @@ RR_S = [0.863, 0.860, 0.829, 0.776, 0.814, 0.831]
 
 
 def exam_copy(folder, name="exam"):
-    shutil.copytree(shared_data("cine-exam"), folder / name)
+    """The short axis and two of the five views, to be damaged."""
+    for series in (*SHORT_AXIS, "Se6", "Se8"):
+        shutil.copytree(shared_data("cine-exam") / series, folder / name / series)
     return folder / name
 
 
-def expect_whole(exam, views=5, slices=6):
+def expect_whole(exam, views=2, slices=6):
     """The short axis of 6 slices and 25 phases, where the files' own positions say."""
     stack = exam.stack
     assert stack.size == (256, 208, slices), (stack.size, exam.decisions)
@@ -56,8 +58,8 @@ def expect_pixels(exam, series, k, exact=True):
 @case
 def whole_folder(folder):
     exam = imported(folder / "study", shared_data("cine-exam"))
-    expect_whole(exam)
-    for k, series in enumerate(("Se5", "Se4", "Se3", "Se2", "Se1", "Se11")):
+    expect_whole(exam, views=5)
+    for k, series in enumerate(SHORT_AXIS):
         expect_pixels(exam, series, k, exact=False)
     text = "\n".join(exam.decisions) + exam.said
     for word in ("SAMPLE", "cine_trufi", "Siemens", "Vida"):
@@ -189,12 +191,13 @@ def an_image_of_another_study_in_it(folder):
 @case
 def a_file_cut_short(folder):
     """In its pixels, in its header, in the stack and in a view."""
-    for n, (series, share) in enumerate((("Se3", 0.7), ("Se3", 0.015), ("Se8", 0.999), ("Se1", 0.01))):
-        source = exam_copy(folder, f"exam{n}")
-        cut(source / series / "07.dcm", share)
-        refused(folder, source, rf"{series}/07\.dcm", "truncated|damaged|cut short|incomplete",
-                commands=("import",) if n else ("import", "build"))
-        shutil.rmtree(source)
+    source = exam_copy(folder)
+    for series, share in (("Se3", 0.7), ("Se3", 0.015), ("Se8", 0.999), ("Se1", 0.01)):
+        file = source / series / "07.dcm"
+        whole = file.read_bytes()
+        cut(file, share)
+        refused(folder, source, rf"{series}/07\.dcm", "truncated|damaged|cut short|incomplete")
+        file.write_bytes(whole)
 
 
 @case
@@ -237,13 +240,13 @@ def a_whole_slice_missing(folder):
 
 @case
 def a_file_twice_under_another_name(folder):
-    imported(folder / "plain", shared_data("cine-exam"))
     source = exam_copy(folder)
+    imported(folder / "plain", source)
     shutil.copyfile(source / "Se3" / "07.dcm", source / "Se1" / "copy of 07.dcm")
     exam = imported(folder / "study", source)
     expect_whole(exam)
     exam.expect_told("cop(y|ies)|duplicate|twice")
-    for name in ("stack.nii.gz", "view_00.nii.gz", "view_04.nii.gz"):
+    for name in ("stack.nii.gz", "view_00.nii.gz", "view_01.nii.gz"):
         a, b = (folder / study / "exam" / name for study in ("plain", "study"))
         assert a.read_bytes() == b.read_bytes(), name
 
@@ -251,8 +254,8 @@ def a_file_twice_under_another_name(folder):
 @case
 def a_file_twice_with_a_new_uid(folder):
     """An archive that anonymised twice: the same image of another name and UID."""
-    plain = imported(folder / "plain", shared_data("cine-exam"))
     source = exam_copy(folder)
+    plain = imported(folder / "plain", source)
     d = pydicom.dcmread(source / "Se3" / "07.dcm")
     own(d, 6, series=d.SeriesNumber)
     d.SeriesInstanceUID = pydicom.dcmread(source / "Se3" / "08.dcm").SeriesInstanceUID
@@ -342,8 +345,8 @@ def without_intervals(folder):
 @case
 def compressed_by_an_archive(folder):
     """JPEG-LS and implicit little endian: the same exam, byte by byte."""
-    imported(folder / "plain", shared_data("cine-exam"))
     source = exam_copy(folder)
+    imported(folder / "plain", source)
     for series, syntax in (("Se1", "jpeg_ls"), ("Se2", "implicit_little_endian"), ("Se3", "rle"),
                            ("Se8", "jpeg_lossless")):
         convert(source / series, syntax)

@@ -174,8 +174,11 @@ def one_sentence(done, *patterns, code=3):
     return lines[0]
 
 
-def refused(folder, sources, *patterns, options=(), commands=("import", "build"), never=()):
-    """Import and build say one sentence with every pattern in it, exit 3 and leave nothing."""
+def refused(folder, sources, *patterns, options=(), never=()):
+    """Import, and the first time build too, says one sentence with every pattern in it, exits with
+    3 and leaves nothing."""
+    commands = ("import",) if refused.built else ("import", "build")
+    refused.built = True
     if not isinstance(sources, (list, tuple)):
         sources = [sources]
     before = set(pathlib.Path(folder).rglob("*"))
@@ -191,6 +194,4 @@ def refused(folder, sources, *patterns, options=(), commands=("import", "build")
     return said
 
 
-def quoted(*parts):
-    """A pattern that matches a file's name in a message."""
-    return r"[/\\]".join(re.escape(str(part)) for part in parts)
+refused.built = False

@@ -19,7 +19,14 @@ PERSON, GIVEN = "MKQ90001ZX", "MKQ90002ZX"  # in PatientName, and in names of fi
 ID_DIGITS = "77703339"  # in every UID and number of a patient
 BIRTH, CLOCK, AGE, WEIGHT = "19170923", "031741.591827", "097Y", "83.719246"
 NUMBER = "5550666777123"  # a long run of digits in a file's name
-WORDS = re.compile(rb"mkq\d{5}zx|77703339\d*|19170923|591827|83\.719246|5550666777123", re.IGNORECASE)
+# In lower case; a literal beginning each, which is quick to search for.
+WORDS = [re.compile(pattern) for pattern in (
+    rb"mkq\d{5}zx", rb"77703339\d*", rb"19170923", rb"591827", rb"83\.719246", rb"5550666777123")]
+WIDE_WORDS = [re.compile(pattern) for pattern in (
+    rb"m\0k\0q\0(?:\d\0){5}z\0x", rb"7\x007\x007\x000\x003\x003\x003\x009(?:\0\d)*",
+    rb"1\x009\x001\x007\x000\x009\x002\x003", rb"5\x009\x001\x008\x002\x007",
+    rb"8\x003\0\.\x007\x001\x009\x002\x004\x006",
+    rb"5\x005\x005\x000\x006\x006\x006\x007\x007\x007\x001\x002\x003")]
 
 PRINTABLE = bytes(range(32, 127)) + b"\n\r\t"
 
@@ -141,7 +148,7 @@ def save_planted(dataset, path):
 def text_count(dataset):
     """How many values of a data set hold a planted word, those of sequences counted too."""
     return sum(1 for element in dataset.iterall()
-               if WORDS.search(str(element.value).encode("utf-8", "replace")))
+               if plain_words(str(element.value).encode("utf-8", "replace")))
 
 
 def unzstd(content):
@@ -179,10 +186,17 @@ def layers(name, content):
             at += size + 12
 
 
+def plain_words(content):
+    """Planted words as they are and in UTF-16."""
+    low = content.lower()
+    seen = {hit for pattern in WORDS for hit in pattern.findall(low)}
+    wide = {hit for pattern in WIDE_WORDS for hit in pattern.findall(low)}
+    return seen | {hit.replace(b"\0", b"") for hit in wide}
+
+
 def found_in(content):
     """Planted words in bytes: as they are, in UTF-16, in base64, in hexadecimal digits."""
-    seen = set(WORDS.findall(content))
-    seen |= set(WORDS.findall(content.replace(b"\0", b"")))
+    seen = plain_words(content)
     printable = len(content) - len(content.translate(None, PRINTABLE))
     if printable > 0.9 * len(content):  # codes of letters stand in texts
         for run in re.findall(rb"[A-Za-z0-9+/_-]{12,}", content):
@@ -190,13 +204,11 @@ def found_in(content):
             for start in range(4):
                 part = run[start:]
                 part = part[: len(part) - (len(part) % 4 == 1)]
-                part = base64.b64decode(part + b"=" * (-len(part) % 4))
-                seen |= set(WORDS.findall(part)) | set(WORDS.findall(part.replace(b"\0", b"")))
+                seen |= plain_words(base64.b64decode(part + b"=" * (-len(part) % 4)))
         for run in re.findall(rb"[0-9A-Fa-f]{16,}", content):
             for start in range(2):
                 part = run[start:]
-                part = bytes.fromhex(part[: len(part) // 2 * 2].decode())
-                seen |= set(WORDS.findall(part))
+                seen |= plain_words(bytes.fromhex(part[: len(part) // 2 * 2].decode()))
     return seen
 
 

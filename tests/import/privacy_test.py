@@ -257,7 +257,7 @@ def write_planted(folder, data):
             ("PatientName", f"{PERSON}^{GIVEN}"), ("0010|0030", BIRTH), (word(90084), "1"),
             ("PatientID", ID_DIGITS + "0000123"))
     fields = (f"content: {PERSON} {word(90085)}", f"# {word(90086)}",
-              f'labels: "{word(90087)}" "" "" "time"', 'units: "mm" "mm" "mm" "s"')
+              f'labels: "{word(90087)}" "" "" "time"', 'units: "" "" "" "s"')
     listed = {"list_axis": 3, "keys": keys, "fields": fields, "dtype": "float32"}
     comment = (f"Comment = {PERSON} {word(90088)}", f"PatientName = {PERSON}^{GIVEN}",
                f"PatientID = {ID_DIGITS}0000123", "ID = 1", f"Name = {word(90089)}",

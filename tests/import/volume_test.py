@@ -156,7 +156,7 @@ def nifti_list_of_volumes(folder):
     data = truth.array()
     files = [nifti(folder / "list" / f"phase_{p + 1}.nii.gz", data[..., p], truth.lps, 0)
              for p in range(10)]
-    refused(folder, files, "--rr", commands=("import",))
+    refused(folder, files, "--rr")
     by_shell = sorted(files)  # phase_1, phase_10, phase_2, ...
     assert by_shell != files
     for order in (files, by_shell, files[::-1]):
@@ -209,13 +209,13 @@ def nifti_alone_in_a_folder(folder):
 
 def slicer(truth, axis, unit="s"):
     """What Slicer writes of a sequence's times."""
-    labels, units = ['""'] * 3, ['"mm"'] * 3
+    labels, units = ['""'] * 3, ['""'] * 3
     labels.insert(axis, '"time"')
     units.insert(axis, f'"{unit}"')
     factor = {"s": 1, "ms": 1000}[unit]
     values = " ".join(f"{t * factor:.9g}" for t in truth.times_s())
     return {"fields": ("labels: " + " ".join(labels), "units: " + " ".join(units),
-                       "measurement frame: (1,0,0) (0,1,0) (0,0,1)"),
+                       'space units: "mm" "mm" "mm"', "measurement frame: (1,0,0) (0,1,0) (0,0,1)"),
             "keys": (("DataNodeClassName", "vtkMRMLScalarVolumeNode"),
                      (f"axis {axis} index type", "numeric"),
                      (f"axis {axis} index values", values))}
@@ -240,7 +240,7 @@ def nrrd_slicer_sequence_that_only_counts(folder):
     keys = (("axis 0 index type", "numeric"), ("axis 0 index values", " ".join(map(str, range(10)))))
     file = nrrd(folder / "cine.seq.nrrd", truth.array(), truth.lps, list_axis=0, keys=keys,
                 fields=('labels: "frame" "" "" ""',))
-    refused(folder, file, r"cine\.seq\.nrrd", "--rr", commands=("import",))
+    refused(folder, file, r"cine\.seq\.nrrd", "--rr")
     check(folder, file, truth, "--rr", "0.8437")
 
 
