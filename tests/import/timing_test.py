@@ -86,7 +86,7 @@ def frames_sent_twice(folder):
     save_all(folder / "dicom", images, names="random")
     exam = read(folder)
     expect_object(exam, truth)
-    exam.expect_told(r"twice|copies|share|doubled|repeat|same trigger")
+    exam.expect_told(r"twice|copies|share|doubled|repeat|equal|same trigger")
 
 
 @case
