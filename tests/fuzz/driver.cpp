@@ -17,7 +17,7 @@ extern "C" const char* __asan_default_options();
 // A reader that asks for more than this for an input of some kB has not checked a count.
 extern "C" const char* __asan_default_options() {
   return "max_allocation_size_mb=600:allocator_may_return_null=0:detect_leaks=1:"
-         "hard_rss_limit_mb=3000:abort_on_error=0";
+         "hard_rss_limit_mb=3000:handle_abort=1";
 }
 
 namespace {
