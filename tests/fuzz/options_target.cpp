@@ -6,10 +6,14 @@
 
 namespace beatlas::fuzz {
 std::vector<std::string> seeds() {
-  return {"r" + cli::recipe_to_json({}).dump(1), "r{}",
-          R"(s{"seeds": [{"structure": "lv_blood", "phase": 0, "lps_mm": [1, -2.5, 3]},
-              {"label": "background", "phase": 1, "lps_mm": [1, 2, 3], "radius_mm": 4}]})",
-          R"(c{"content": "palpation", "stiffness_n_per_m": 200})"};
+  const auto drawn = nlohmann::json::parse(
+      R"({"seeds": [{"label": 3, "lps_mm": [1, -2.5, 3], "phase": 0},
+                    {"label": 0, "lps_mm": [10, 20, 30], "radius_mm": 4, "phase": -1}]})");
+  const auto scene =
+      nlohmann::json::parse(R"({"content": "palpation", "material": {"stiffness_n_per_m": 200}})");
+  (void)cli::seeds_from_json(drawn);  // they must be sound, or most of a reader is never reached
+  (void)cli::scene_from_json(scene);
+  return {"r" + cli::recipe_to_json({}).dump(1), "r{}", "s" + drawn.dump(1), "c" + scene.dump(1)};
 }
 std::vector<std::string> tokens() {
   return {"{", "}", "[", "]", "\"", ":", ",", "null", "1e400", "-0", "[[[[[[[[", "\\ud800"};
