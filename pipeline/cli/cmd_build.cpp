@@ -67,7 +67,8 @@ void add_build(CLI::App& app, Run& run) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("build", "Build an atlas from the images of an exam");
   command->footer(
-      "SOURCE is a DICOM folder (a whole exam, mixed series are fine) or one 4-D NIfTI file.\n"
+      "SOURCE is a DICOM folder (a whole exam, mixed series are fine), one 4-D NIfTI, NRRD or\n"
+      "MetaImage file, or 3-D ones in the order of their phases.\n"
       "An existing package is replaced at once, when the new one is complete.\n"
       "Example: beatlas build exam/ -o heart.beatlas --scene palpation");
   command->add_option("SOURCE", arguments->sources,

@@ -23,7 +23,7 @@ struct Exam {
   Cine stack;
   std::vector<Cine> views;             ///< long-axis and other cine views; may be empty
   std::vector<std::string> decisions;  ///< what was chosen, left and why; one sentence each
-  std::string source_format;           ///< "dicom" or "nifti"
+  std::string source_format;           ///< "dicom", "nifti", "nrrd" or "metaimage"
 };
 
 }  // namespace beatlas

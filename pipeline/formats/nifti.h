@@ -1,38 +1,34 @@
 #pragma once
-/// 4-D NIfTI-1 in and out (niftilib). Our grids are LPS; the file's sform and qform are RAS; the
-/// conversion happens in this room (nifti_geometry) and nowhere else.
+/// NIfTI in (versions 1 and 2, one file or .hdr beside .img) and out (version 1). Our grids are
+/// LPS; the file's sform and qform are RAS; the conversion happens in this room (nifti_geometry)
+/// and nowhere else.
 
 #include <filesystem>
 #include <string>
 
-#include "pipeline/core/grid.h"
+#include "pipeline/formats/image_file.h"
 
 namespace beatlas::formats {
 
-/// What a file says beside its voxels.
-struct NiftiHeader {
-  /// pixdim[4] in seconds by the unit the file names, or as it stands if it names none; 0 if there
-  /// is one image only or pixdim[4] is no positive number. Not judged for plausibility here.
-  double frame_interval_s = 0;
-  bool has_time_axis = false;  ///< more than one image along dimension 4 and its unit is time
-  std::string note;            ///< what was odd and how it was resolved; empty if nothing was
-};
-
-/// Reads .nii or .nii.gz, any real scalar type, applying scl_slope and scl_inter. One phase per
-/// image along dimension 4; voxel order is the file's, the grid LPS of either handedness.
+/// Reads any real scalar type, applying scl_slope and scl_inter (a slope of 0 or no number: none).
+/// One phase per image along dimension 4; voxel order is the file's, the grid LPS of either
+/// handedness. Packed or not is seen from the bytes, not from the name.
 ///
 /// Geometry: the sform if its edge lengths agree with pixdim, else the qform (whose lengths are
 /// pixdim by definition), else the sform's directions with the lengths of pixdim, or the sform as
 /// it is where pixdim is the one that was left at 1 mm. Every such choice is told in the note.
 ///
-/// @throws Error{InvalidInput} naming the file and the reason: not there, no NIfTI-1, truncated,
-///         colour or complex, a value that is no number, more than four dimensions, no usable
-///         voxel size, a sheared grid.
+/// Frames: pixdim[4] by the unit in xyzt_units; Hz, ppm and rad/s, and intents that name vectors or
+/// statistics, are no time.
+///
+/// @throws Error{InvalidInput} naming the file and the reason: not there, no NIfTI, Analyze 7.5,
+///         truncated, damaged, colour or complex, a value that is no number, more than four
+///         dimensions, no usable voxel size, a sheared grid.
 [[nodiscard]] ImageCycle<float> read_nifti(const std::filesystem::path& file,
-                                           NiftiHeader* header = nullptr);
+                                           ImageFileHeader* header = nullptr);
 /// The same for label images. @throws Error{InvalidInput} if a value is no whole number 0..255.
 [[nodiscard]] ImageCycle<std::uint8_t> read_nifti_labels(const std::filesystem::path& file,
-                                                         NiftiHeader* header = nullptr);
+                                                         ImageFileHeader* header = nullptr);
 
 enum class NiftiStorage {
   Int16,  ///< whole numbers as they are; else scaled if rounding would lose 1/1000 of range

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/formats/grid_axes.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::formats {
@@ -10,13 +11,10 @@ namespace {
 
 constexpr double kSameLength = 0.01;      // relative: headers are rounded to a few digits
 constexpr double kSameDirection = 0.02;   // difference of unit vectors, about one degree
-constexpr double kSquare = 0.02;          // cosine between two axes of a usable grid
 constexpr double kPlaceholderMm = 1.0;    // what tools write where they know no size
 constexpr double kPlaceholderTol = 1e-6;  // float32 holds 1 exactly
 
 Vec3 edges(const Affine& affine) { return affine.linear().colwise().norm().transpose(); }
-
-bool usable(const Vec3& edges_mm) { return edges_mm.allFinite() && edges_mm.minCoeff() > 1e-6; }
 
 bool same_lengths(const Vec3& a, const Vec3& b) {
   return ((a - b).array().abs() <= kSameLength * b.array().abs()).all();
@@ -32,17 +30,6 @@ Affine with_lengths(const Affine& affine, const Vec3& lengths) {
   return out;
 }
 
-bool square(const Affine& affine) {
-  const Eigen::Matrix3d u = affine.linear().colwise().normalized();
-  return std::abs(u.col(0).dot(u.col(1))) < kSquare && std::abs(u.col(0).dot(u.col(2))) < kSquare &&
-         std::abs(u.col(1).dot(u.col(2))) < kSquare;
-}
-
-void add(std::string& note, const std::string& sentence) {
-  if (!note.empty()) note += ' ';
-  note += sentence;
-}
-
 }  // namespace
 
 Affine flip_lps_ras(const Affine& mm_from_index) {
@@ -51,29 +38,33 @@ Affine flip_lps_ras(const Affine& mm_from_index) {
 
 Affine lps_from_index(const NiftiGeometry& geometry, std::string& note) {
   const Vec3 pixdim(geometry.pixdim_mm[0], geometry.pixdim_mm[1], geometry.pixdim_mm[2]);
-  const bool pixdim_ok = usable(pixdim);
+  const bool pixdim_ok = usable_edges(pixdim);
   const bool qform_ok = geometry.has_qform && pixdim_ok && geometry.qform_ras.matrix().allFinite();
   bool sform_ok = geometry.has_sform && geometry.sform_ras.matrix().allFinite() &&
-                  usable(edges(geometry.sform_ras));
-  if (!pixdim_ok && !sform_ok) throw_invalid("the header holds no usable voxel size");
+                  usable_edges(edges(geometry.sform_ras));
+  if (!pixdim_ok && !sform_ok)
+    throw_invalid(
+        "the header holds no usable voxel size (pixdim is zero, negative or no number); correct "
+        "it");
 
   Affine ras = Affine::Identity();
   if (sform_ok) {
     const Vec3 sform_edges = edges(geometry.sform_ras);
     if (!pixdim_ok) {
       ras = geometry.sform_ras;
-      add(note, "The voxel sizes in pixdim are unusable, those of the sform were taken.");
+      add_sentence(note, "The voxel sizes in pixdim are unusable, those of the sform were taken.");
     } else if (same_lengths(sform_edges, pixdim)) {
       ras = geometry.sform_ras;
     } else if (placeholder(pixdim) && !placeholder(sform_edges)) {
       ras = geometry.sform_ras;
-      add(note, "pixdim was left at 1 mm, the voxel sizes of the sform were taken.");
+      add_sentence(note, "pixdim was left at 1 mm, the voxel sizes of the sform were taken.");
     } else if (qform_ok) {
       ras = geometry.qform_ras;
-      add(note, "The sform contradicts the voxel sizes in pixdim, the qform was taken.");
+      add_sentence(note, "The sform contradicts the voxel sizes in pixdim, the qform was taken.");
     } else {
       ras = with_lengths(geometry.sform_ras, pixdim);
-      add(note,
+      add_sentence(
+          note,
           "The sform contradicts the voxel sizes in pixdim, its directions were taken with the "
           "sizes of pixdim.");
     }
@@ -81,17 +72,17 @@ Affine lps_from_index(const NiftiGeometry& geometry, std::string& note) {
       const Eigen::Matrix3d difference = geometry.sform_ras.linear().colwise().normalized() -
                                          geometry.qform_ras.linear().colwise().normalized();
       if (difference.colwise().norm().maxCoeff() > kSameDirection) {
-        add(note, "sform and qform point in different directions, the sform was taken.");
+        add_sentence(note, "sform and qform point in different directions, the sform was taken.");
       }
     }
   } else if (qform_ok) {
     ras = geometry.qform_ras;
   } else {
     ras.linear() = pixdim.asDiagonal();
-    add(note, "The file holds no orientation, its axes were taken as right, anterior, superior.");
+    add_sentence(
+        note, "The file holds no orientation, its axes were taken as right, anterior, superior.");
   }
-  if (!square(ras)) throw_invalid("the axes of its grid are not at right angles");
-  return flip_lps_ras(ras);
+  return checked_axes(flip_lps_ras(ras), note);
 }
 
 }  // namespace beatlas::formats

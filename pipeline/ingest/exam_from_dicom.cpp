@@ -242,12 +242,15 @@ Exam exam_from_dicom(const std::vector<std::filesystem::path>& sources,
             return shown_path(file, scan.words);
           },
       .fingerprint = [&](const DicomImage& image) { return pixels.fingerprint(image); }};
+  const std::string shown = shown_path(sources.front(), scan.words) +
+                            (sources.size() > 1 ? " and the other sources" : "");
   try {
-    return exam_of(scan, options, access, context);
+    Exam exam = exam_of(scan, options, access, context);
+    exam.shown_source = shown;
+    return exam;
   } catch (const Error& error) {
     if (names_file || error.code() != ErrorCode::InvalidInput) throw;
-    throw error.with_context(shown_path(sources.front(), scan.words) +
-                             (sources.size() > 1 ? " and the other sources" : ""));
+    throw error.with_context(shown);
   }
 }
 

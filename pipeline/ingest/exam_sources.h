@@ -14,8 +14,9 @@ namespace beatlas::ingest {
                                    const std::vector<std::filesystem::path>& files, bool named,
                                    const IngestOptions& options, StageContext& context);
 
-[[nodiscard]] Exam exam_from_nifti(const std::filesystem::path& file, const IngestOptions& options,
-                                   StageContext& context);
+/// @param files image files other than DICOM, at least one: one 4-D file, or 3-D ones, a phase each
+[[nodiscard]] Exam exam_from_images(const std::vector<std::filesystem::path>& files, bool named,
+                                    const IngestOptions& options, StageContext& context);
 
 /// @throws Error{InvalidInput} if a phase of the stack shows nothing (one value everywhere).
 void check_signal(const ImageCycle<float>& images);

@@ -26,7 +26,8 @@ struct IngestOptions {
 };
 
 /// Reads DICOM folders and files (a whole mixed exam, each slice its own series, any order, any
-/// file names), or one 4-D NIfTI file, into an Exam.
+/// file names), or image files: one 4-D NIfTI, NRRD or MetaImage file, or 3-D ones, a phase each,
+/// named one by one or all the image files of a folder, in the natural order of their names.
 ///
 /// DICOM: the stack is the one with most parallel slices (at least 3), then most phases; cines in
 /// which every image has a trigger time of its own and which have 8 phases or more come first.
@@ -37,8 +38,11 @@ struct IngestOptions {
 /// not blended: a blend of two far phases shows two hearts.
 /// Views: other cines of one or two parallel slices, one Cine a slice, the same number of phases.
 ///
-/// NIfTI: frames are taken as uniform in the R-R interval, R-R = frames x pixdim[4]; voxel order
-/// is the file's. No views.
+/// Image files: voxel order is the file's, the grid LPS of either handedness; no views. Frames are
+/// even in the R-R interval (R-R = frames x interval) unless the file names the time of each or
+/// `frame_times_s` does: then they are resampled as those of DICOM. A file that tells no time, as
+/// no list of files does, needs `rr_interval_s` or `frame_times_s`; one that says that its fourth
+/// axis is no time is refused. A folder that holds DICOM too is read as DICOM.
 ///
 /// What was chosen, what was left and why is in Exam::decisions; series numbers and counts appear
 /// there, never text from the files.

@@ -3,7 +3,9 @@
 
 #include "pipeline/ingest/exam_sources.h"
 #include "pipeline/ingest/ingest.h"
+#include "pipeline/ingest/shown_path.h"
 #include "pipeline/ingest/slice_timing.h"
+#include "pipeline/ingest/source_files.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -11,45 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool ends_with(const fs::path& file, const std::string& end) {
-  std::string name = file.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return name.size() >= end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
-}
-
-bool is_nifti(const fs::path& file) {
-  return ends_with(file, ".nii") || ends_with(file, ".nii.gz");
-}
-
-void refuse_unknown(const fs::path& file) {
-  for (const char* end : {".mha", ".mhd", ".nrrd", ".nhdr"}) {
-    if (ends_with(file, end)) {
-      throw_invalid(file.string() +
-                    ": MetaImage and NRRD are not read yet; convert it to 4-D NIfTI");
-    }
-  }
-  for (const char* end : {".zip", ".tar", ".tgz", ".tar.gz", ".7z"}) {
-    if (ends_with(file, end)) {
-      throw_invalid(file.string() + ": unpack the archive and name the folder");
-    }
-  }
-}
-
-void add_folder(const fs::path& folder, std::vector<fs::path>& files, StageContext& context) {
-  std::error_code error;
-  auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied,
-                                             error);
-  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
-    context.check_cancelled();
-    std::error_code ignored;
-    if (it->is_regular_file(ignored)) files.push_back(it->path());
-  }
-  if (error) throw_invalid(folder.string() + ": the folder cannot be read");
-}
-
-void check(const std::vector<fs::path>& sources, const IngestOptions& options) {
-  if (sources.empty()) throw_invalid("no source is named: name a DICOM folder or a 4-D NIfTI file");
+void check(const IngestOptions& options) {
   if (options.rr_interval_s != 0 &&
       !(options.rr_interval_s >= kLeastRrS && options.rr_interval_s <= kMostRrS)) {
     throw_invalid("the R-R interval must be 0.2 to 3 s");
@@ -73,37 +37,50 @@ void check_signal(const ImageCycle<float>& images) {
   }
 }
 
+namespace {
+
+/// The same error with paths as messages may show them.
+Error with_shown_paths(const Error& error, const std::vector<fs::path>& paths) {
+  std::string message = error.what();
+  for (const fs::path& path : paths) {
+    const std::string plain = path.string();
+    const std::string shown = shown_path(path);
+    if (plain.empty() || shown == plain) continue;
+    for (std::size_t at = message.find(plain); at != std::string::npos;
+         at = message.find(plain, at + shown.size())) {
+      message.replace(at, plain.size(), shown);
+    }
+  }
+  return {error.code(), message};
+}
+
+}  // namespace
+
 Exam read_exam(const std::vector<fs::path>& sources, const IngestOptions& options,
                StageContext& context) {
-  check(sources, options);
-  std::vector<fs::path> files;
-  bool named = true;
-  for (const fs::path& source : sources) {
-    std::error_code ignored;
-    if (!fs::exists(source, ignored)) throw_invalid(source.string() + ": no such file or folder");
-    if (fs::is_directory(source, ignored)) {
-      add_folder(source, files, context);
-      named = false;
-    } else {
-      refuse_unknown(source);
-      files.push_back(source);
+  check(options);
+  SourceFiles files;
+  Exam exam;
+  try {
+    files = find_files(sources, context);
+    if (!files.images.empty()) {
+      exam = exam_from_images(files.images, files.named, options, context);
+      exam.shown_source = shown_path(sources.front());
     }
+  } catch (const Error& error) {
+    std::vector<fs::path> paths = files.images;  // before the folders that hold them
+    paths.insert(paths.end(), sources.begin(), sources.end());
+    throw with_shown_paths(error, paths);
   }
-  if (std::any_of(sources.begin(), sources.end(), is_nifti)) {
-    if (sources.size() > 1) {
-      throw_invalid(sources.front().string() +
-                    ": name one 4-D NIfTI file, or DICOM folders, not both");
-    }
-    if (named) return exam_from_nifti(sources.front(), options, context);
+  if (files.images.empty()) {
+    return exam_from_dicom(sources, files.dicom, files.named, options, context);
   }
-  const std::string name =
-      sources.front().string() + (sources.size() > 1 ? " and the other sources" : "");
-  const bool no_dicom = std::none_of(files.begin(), files.end(),
-                                     [](const fs::path& file) { return !is_nifti(file); });
-  if (!files.empty() && no_dicom) {
-    throw_invalid(name + ": the folder holds NIfTI files only; name the 4-D file itself");
+  if (files.left > 0) {
+    exam.decisions.push_back(std::to_string(files.left) + (files.left == 1
+                                                               ? " other file was left."
+                                                               : " other files were left."));
   }
-  return exam_from_dicom(sources, files, named, options, context);
+  return exam;
 }
 
 }  // namespace beatlas::ingest

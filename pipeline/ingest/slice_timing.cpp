@@ -201,7 +201,8 @@ std::vector<double> phases_of(const SliceTiming& timing, double rr_s) {
   if (std::abs(start) <= kRoundingMs * 1e-3) start = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const double phase = even ? start / rr + static_cast<double>(i) / count : timing.time_s[i] / rr;
-    out[i] = phase - std::floor(phase);
+    const double part = phase - std::floor(phase);
+    out[i] = part < 1 ? part : 0;  // of -1e-20 it is 1
   }
   return out;
 }

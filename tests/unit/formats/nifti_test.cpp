@@ -93,7 +93,7 @@ class NiftiGeometryCases : public testing::TestWithParam<const char*> {};
 TEST_P(NiftiGeometryCases, VoxelsLieWhereTheOtherToolPutThem) {
   const Folder folder;
   const auto told = write_variant(folder, "a.nii", GetParam());
-  NiftiHeader header;
+  ImageFileHeader header;
   const auto images = read_nifti(folder / "a.nii", &header);
   EXPECT_TRUE(images.grid.mm_from_index.isApprox(lps_of(told["true_affine"]), 1e-5))
       << images.grid.mm_from_index.matrix();
@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Forms, NiftiGeometryCases,
 TEST(Nifti, WithoutOrientationAxesAreRightAnteriorSuperior) {
   const Folder folder;
   write_variant(folder, "a.nii", "none");
-  NiftiHeader header;
+  ImageFileHeader header;
   const auto images = read_nifti(folder / "a.nii", &header);
   Affine expected = Affine::Identity();
   expected.linear().diagonal() << -1.25, -1.5, 6.0;
@@ -134,26 +134,26 @@ TEST(Nifti, TimeIsInSecondsWhateverTheUnit) {
   const Folder folder;
   for (const char* variant : {"plain", "msec"}) {
     write_variant(folder, "a.nii", variant);
-    NiftiHeader header;
+    ImageFileHeader header;
     (void)read_nifti(folder / "a.nii", &header);
-    EXPECT_TRUE(header.has_time_axis);
+    EXPECT_EQ(header.frame_axis, FrameAxis::Time);
     EXPECT_NEAR(header.frame_interval_s, 0.15, 1e-7);
   }
   write_variant(folder, "b.nii", "no_unit");
-  NiftiHeader header;
+  ImageFileHeader header;
   (void)read_nifti(folder / "b.nii", &header);
-  EXPECT_FALSE(header.has_time_axis);
+  EXPECT_EQ(header.frame_axis, FrameAxis::Untold);
   write_variant(folder, "c.nii", "three_d");
   EXPECT_EQ(read_nifti(folder / "c.nii", &header).phase_count(), 1);
-  EXPECT_FALSE(header.has_time_axis);
+  EXPECT_EQ(header.frame_axis, FrameAxis::Absent);
   EXPECT_EQ(header.frame_interval_s, 0);
 }
 
 TEST(Nifti, BadFilesAreRefusedWithTheirReason) {
   const Folder folder;
   const std::pair<const char*, const char*> cases[] = {
-      {"nan", "no numbers"},       {"rgb", "colour"},   {"five_d", "four dimensions"},
-      {"sheared", "right angles"}, {"text", "NIfTI-1"}, {"truncated", "truncated"}};
+      {"nan", "no numbers"},       {"rgb", "colour"},    {"five_d", "four dimensions"},
+      {"sheared", "right angles"}, {"text", "no NIfTI"}, {"truncated", "truncated"}};
   for (const auto& [variant, reason] : cases) {
     for (const char* end : {".nii", ".nii.gz"}) {
       const std::string name = variant + std::string(end);

@@ -1,0 +1,286 @@
+#include "pipeline/formats/voxel_data.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "pipeline/formats/byte_source.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::formats {
+namespace {
+
+constexpr std::int64_t kPiece = std::int64_t{1} << 16;          // values converted at a time
+constexpr std::int64_t kMostVoxels = std::int64_t{1} << 40;     // products below stay in range
+constexpr std::size_t kMostPadding = std::size_t{1} << 24;      // bytes looked at behind the data
+constexpr std::int64_t kDeflateRatio = 1040;                    // deflate packs at most 1032:1
+constexpr std::int64_t kReserveUnseen = std::int64_t{1} << 22;  // values, where nothing bounds them
+
+/// All parts as one stream.
+class Chain {
+ public:
+  explicit Chain(const VoxelLayout& layout) : layout_(layout) {}
+
+  std::size_t read(std::byte* bytes, std::size_t count) {
+    std::size_t done = 0;
+    while (done < count) {
+      if (!source_ && !open_next()) break;
+      done += source_->read(bytes + done, count - done);
+      if (done < count) source_.reset();
+    }
+    return done;
+  }
+  /// Reads on to where the packed data end, so that their check sum is seen.
+  void check_end() {
+    std::array<std::byte, 4096> more;
+    for (std::size_t passed = 0; source_ && passed < kMostPadding;) {
+      const std::size_t got = source_->read(more.data(), more.size());
+      if (got == 0) break;
+      passed += got;
+    }
+  }
+
+ private:
+  bool open_next() {
+    if (next_ == layout_.parts.size()) return false;
+    const DataPart& part = layout_.parts[next_++];
+    std::int64_t offset = part.offset;
+    if (offset == DataPart::kAtTheEnd) {
+      const std::int64_t needed = layout_.fast * layout_.frames * layout_.slow *
+                                  bytes_of(layout_.type) /
+                                  static_cast<std::int64_t>(layout_.parts.size());
+      offset = size_of_file(part.file) - needed;
+    }
+    source_ = open_bytes(part.file, std::max<std::int64_t>(offset, 0), layout_.packing);
+    std::array<std::byte, 4096> passed;
+    for (std::int64_t left = layout_.skip; left > 0;) {
+      const auto want = static_cast<std::size_t>(
+          std::min<std::int64_t>(left, static_cast<std::int64_t>(passed.size())));
+      if (source_->read(passed.data(), want) != want) break;
+      left -= static_cast<std::int64_t>(want);
+    }
+    return true;
+  }
+
+  const VoxelLayout& layout_;
+  std::size_t next_ = 0;
+  std::unique_ptr<ByteSource> source_;
+};
+
+/// Stored numbers, whatever their type or packing.
+class Numbers {
+ public:
+  explicit Numbers(const VoxelLayout& layout)
+      : layout_(layout), chain_(layout), size_(static_cast<std::size_t>(bytes_of(layout.type))) {}
+
+  /// The next `count` (at most kPiece) numbers; fewer at the end.
+  const std::vector<double>& next(std::int64_t count) {
+    values_.clear();
+    if (layout_.packing == Packing::Text) {
+      for (double value = 0; std::ssize(values_) < count && word(value);) values_.push_back(value);
+      return values_;
+    }
+    bytes_.resize(static_cast<std::size_t>(count) * size_);
+    bytes_.resize(chain_.read(bytes_.data(), bytes_.size()) / size_ * size_);
+    if (layout_.big_endian == (std::endian::native == std::endian::little) && size_ > 1) {
+      for (std::size_t at = 0; at < bytes_.size(); at += size_) {
+        std::reverse(bytes_.data() + at, bytes_.data() + at + size_);
+      }
+    }
+    convert();
+    return values_;
+  }
+  void check_end() { chain_.check_end(); }
+
+ private:
+  template <class Stored>
+  void convert_as() {
+    values_.resize(bytes_.size() / sizeof(Stored));
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      Stored stored;
+      std::memcpy(&stored, bytes_.data() + i * sizeof(Stored), sizeof(Stored));
+      values_[i] = static_cast<double>(stored);
+    }
+  }
+  void convert() {
+    switch (layout_.type) {
+      case ScalarType::Int8:
+        return convert_as<std::int8_t>();
+      case ScalarType::UInt8:
+        return convert_as<std::uint8_t>();
+      case ScalarType::Int16:
+        return convert_as<std::int16_t>();
+      case ScalarType::UInt16:
+        return convert_as<std::uint16_t>();
+      case ScalarType::Int32:
+        return convert_as<std::int32_t>();
+      case ScalarType::UInt32:
+        return convert_as<std::uint32_t>();
+      case ScalarType::Int64:
+        return convert_as<std::int64_t>();
+      case ScalarType::UInt64:
+        return convert_as<std::uint64_t>();
+      case ScalarType::Float32:
+        return convert_as<float>();
+      case ScalarType::Float64:
+        return convert_as<double>();
+    }
+  }
+
+  int character() {
+    if (at_ == bytes_.size()) {
+      bytes_.resize(kPiece);
+      bytes_.resize(chain_.read(bytes_.data(), bytes_.size()));
+      at_ = 0;
+      if (bytes_.empty()) return -1;
+    }
+    return static_cast<int>(bytes_[at_++]);
+  }
+  bool word(double& value) {
+    const auto between = [](int c) {
+      return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == ',' || c == '\f' || c == '\v';
+    };
+    int c = character();
+    while (between(c)) c = character();
+    std::string text;
+    constexpr std::size_t kLongestWord = 64;
+    for (; c >= 0 && !between(c) && text.size() < kLongestWord; c = character()) {
+      text.push_back(static_cast<char>(c));
+    }
+    if (text.empty()) return false;
+    std::string_view digits = text;
+    if (digits.starts_with('+')) digits.remove_prefix(1);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || end != digits.data() + digits.size()) {
+      throw_invalid("its data hold a word that is no number");
+    }
+    return true;
+  }
+
+  const VoxelLayout& layout_;
+  Chain chain_;
+  std::size_t size_;
+  std::vector<std::byte> bytes_;
+  std::size_t at_ = 0;  ///< in bytes_, of text
+  std::vector<double> values_;
+};
+
+[[noreturn]] void truncated() {
+  throw_invalid("it is truncated: its header names more voxels than the file holds");
+}
+
+/// Refuses sizes that cannot be, and what the files are too short for, before memory is asked for.
+/// @return values a frame to make room for at once
+std::int64_t check_size(const VoxelLayout& layout) {
+  std::int64_t values = 1;
+  for (const std::int64_t factor : {layout.fast, layout.frames, layout.slow}) {
+    if (factor < 1) throw_invalid("its header names an image without voxels");
+    if (factor > kMostVoxels / values) truncated();
+    values *= factor;
+  }
+  std::int64_t held = 0;
+  for (const DataPart& part : layout.parts) {
+    held += size_of_file(part.file) - std::max<std::int64_t>(part.offset, 0);
+  }
+  const std::int64_t bytes = values * bytes_of(layout.type);
+  const std::int64_t skipped = layout.skip * static_cast<std::int64_t>(layout.parts.size());
+  if (layout.packing == Packing::Raw && held - skipped < bytes) truncated();
+  if (layout.packing == Packing::Deflate && held < bytes / kDeflateRatio) truncated();
+  if (layout.packing == Packing::Text && held < 2 * values - 1) truncated();
+  const std::int64_t frame = layout.fast * layout.slow;
+  return layout.packing == Packing::Bzip2 ? std::min(frame, kReserveUnseen / layout.frames) : frame;
+}
+
+template <class Value, class Checked>
+std::vector<std::vector<Value>> read_all(const VoxelLayout& layout, Checked&& checked) {
+  const std::int64_t room = check_size(layout);
+  std::vector<std::vector<Value>> out;
+  const auto frame_of = [&](std::int64_t frame) -> std::vector<Value>& {
+    // Of images one after the other none is begun before its data are there.
+    while (std::ssize(out) <= frame) {
+      out.emplace_back();
+      out.back().reserve(static_cast<std::size_t>(room));
+    }
+    return out[static_cast<std::size_t>(frame)];
+  };
+  Numbers numbers(layout);
+  std::int64_t left = layout.slow * layout.frames * layout.fast;
+  std::int64_t row = 0;     // of `fast` values, all of one frame
+  std::int64_t inside = 0;  // values of the row that are read
+  while (left > 0) {
+    const std::int64_t want = std::min(left, kPiece);
+    const std::vector<double>& piece = numbers.next(want);
+    left -= std::ssize(piece);
+    for (std::size_t at = 0; at < piece.size();) {
+      std::vector<Value>& frame = frame_of(row % layout.frames);
+      const auto count = std::min<std::int64_t>(std::ssize(piece) - static_cast<std::int64_t>(at),
+                                                layout.fast - inside);
+      for (std::int64_t i = 0; i < count; ++i) {
+        frame.push_back(checked(piece[at++] * layout.slope + layout.intercept));
+      }
+      inside += count;
+      if (inside == layout.fast) {
+        inside = 0;
+        ++row;
+      }
+    }
+    if (std::ssize(piece) < want) {
+      if (layout.slow > 1 || layout.frames == 1) truncated();
+      throw_invalid("it is truncated: image " + std::to_string(row + 1) + " of " +
+                    std::to_string(layout.frames) + " is incomplete");
+    }
+  }
+  numbers.check_end();
+  return out;
+}
+
+}  // namespace
+
+int bytes_of(ScalarType type) noexcept {
+  switch (type) {
+    case ScalarType::Int8:
+    case ScalarType::UInt8:
+      return 1;
+    case ScalarType::Int16:
+    case ScalarType::UInt16:
+      return 2;
+    case ScalarType::Int32:
+    case ScalarType::UInt32:
+    case ScalarType::Float32:
+      return 4;
+    case ScalarType::Int64:
+    case ScalarType::UInt64:
+    case ScalarType::Float64:
+      return 8;
+  }
+  return 1;
+}
+
+std::vector<std::vector<float>> read_voxels(const VoxelLayout& layout) {
+  return read_all<float>(layout, [](double value) {
+    if (!(std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max()))) {
+      throw_invalid("it holds values that are no numbers (NaN or infinite)");
+    }
+    return static_cast<float>(value);
+  });
+}
+
+std::vector<std::vector<std::uint8_t>> read_labels(const VoxelLayout& layout) {
+  return read_all<std::uint8_t>(layout, [](double value) {
+    constexpr double kRounding = 1e-3;  // a label stored with a slope comes back inexact
+    const double whole = std::round(value);
+    if (!(std::abs(value - whole) <= kRounding) || whole < 0 || whole > 255) {
+      throw_invalid("it is no label image: it holds a value that is no whole number 0..255");
+    }
+    return static_cast<std::uint8_t>(whole);
+  });
+}
+
+}  // namespace beatlas::formats

@@ -1,0 +1,147 @@
+#include "pipeline/ingest/source_files.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <string>
+
+#include "pipeline/formats/image_file.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::ingest {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Whether DICOM's mark stands behind the preamble. Files without one exist, but not under the
+/// names of image files.
+bool has_dicom_mark(const fs::path& file) {
+  std::array<char, 132> start{};
+  std::ifstream in(file, std::ios::binary);
+  return in.read(start.data(), start.size()) && std::string_view(&start[128], 4) == "DICM";
+}
+
+bool is_archive(const fs::path& file) {
+  std::string name = file.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  for (const char* end :
+       {".zip", ".tar", ".tgz", ".tar.gz", ".tar.bz2", ".tar.xz", ".7z", ".rar"}) {
+    if (name.ends_with(end)) return true;
+  }
+  return false;
+}
+
+bool is_image(const fs::path& file) {
+  if (!formats::format_of(file)) return false;
+  // Some archives name DICOM images .img.
+  return !formats::may_be_voxels_of_another(file) || !has_dicom_mark(file);
+}
+
+void add_folder(const fs::path& folder, std::vector<fs::path>& files, StageContext& context) {
+  std::error_code error;
+  auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied,
+                                             error);
+  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    context.check_cancelled();
+    std::error_code ignored;
+    if (it->is_regular_file(ignored)) files.push_back(it->path());
+  }
+  if (error) throw_invalid(folder.string() + ": the folder cannot be read");
+}
+
+/// Of the files of some folders: images if there are any and nothing is DICOM.
+void sort_out(const std::vector<fs::path>& files, SourceFiles& out) {
+  std::vector<fs::path> images;
+  bool dicom = false;
+  for (const fs::path& file : files) {
+    if (formats::may_be_voxels_of_another(file) && is_image(file)) continue;  // a header's
+    if (is_image(file)) {
+      images.push_back(file);
+    } else if (!dicom) {
+      dicom = has_dicom_mark(file);
+    }
+  }
+  if (images.empty() || dicom) {
+    out.dicom = files;
+    return;
+  }
+  std::sort(images.begin(), images.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.string(), b.string());
+  });
+  for (const fs::path& file : files) {
+    const bool hidden = file.filename().string().starts_with('.');
+    if (!hidden && !is_image(file) && !formats::may_be_voxels_of_another(file)) ++out.left;
+  }
+  out.images = std::move(images);
+}
+
+}  // namespace
+
+bool natural_less(const std::string& a, const std::string& b) {
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (digit(a[i]) && digit(b[j])) {
+      const std::size_t i0 = std::min(a.find_first_not_of('0', i), a.size());
+      const std::size_t j0 = std::min(b.find_first_not_of('0', j), b.size());
+      std::size_t i1 = i0;
+      std::size_t j1 = j0;
+      while (i1 < a.size() && digit(a[i1])) ++i1;
+      while (j1 < b.size() && digit(b[j1])) ++j1;
+      if (i1 - i0 != j1 - j0) return i1 - i0 < j1 - j0;
+      if (const int order = a.compare(i0, i1 - i0, b, j0, j1 - j0); order != 0) return order < 0;
+      i = i1;
+      j = j1;
+    } else {
+      if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+      ++i;
+      ++j;
+    }
+  }
+  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
+  return a < b;  // alike but for zeros in front of numbers
+}
+
+SourceFiles find_files(const std::vector<fs::path>& sources, StageContext& context) {
+  if (sources.empty()) {
+    throw_invalid(
+        "no source is named: name a DICOM folder, a 4-D image file or a list of 3-D ones");
+  }
+  SourceFiles out;
+  std::vector<fs::path> files;
+  for (const fs::path& source : sources) {
+    std::error_code ignored;
+    if (!fs::exists(source, ignored)) throw_invalid(source.string() + ": no such file or folder");
+    if (fs::is_directory(source, ignored)) {
+      add_folder(source, files, context);
+      out.named = false;
+    } else if (is_archive(source)) {
+      throw_invalid(source.string() + ": unpack the archive and name the folder");
+    } else {
+      files.push_back(source);
+    }
+  }
+  const auto named_image = std::find_if(sources.begin(), sources.end(), [](const fs::path& source) {
+    std::error_code ignored;
+    return !fs::is_directory(source, ignored) && is_image(source);
+  });
+  if (named_image != sources.end()) {
+    if (!out.named || !std::all_of(files.begin(), files.end(), is_image)) {
+      throw_invalid(named_image->string() +
+                    ": name image files (NIfTI, NRRD, MetaImage) or DICOM, not both");
+    }
+    out.images = std::move(files);
+    return out;
+  }
+  if (!files.empty() && std::all_of(files.begin(), files.end(), is_archive)) {
+    throw_invalid(sources.front().string() +
+                  ": it holds archives only; unpack them and name the folder");
+  }
+  sort_out(files, out);
+  return out;
+}
+
+}  // namespace beatlas::ingest

@@ -1,0 +1,30 @@
+#pragma once
+/// Which files a source is, and of what kind.
+
+#include <filesystem>
+#include <vector>
+
+#include "pipeline/core/stage_context.h"
+
+namespace beatlas::ingest {
+
+struct SourceFiles {
+  /// Either image files (NIfTI, NRRD, MetaImage), in the order to read them, or empty.
+  std::vector<std::filesystem::path> images;
+  /// Else every file, to look for DICOM in.
+  std::vector<std::filesystem::path> dicom;
+  bool named = true;  ///< the user named each file; false: some were found in folders
+  int left = 0;       ///< files beside the images that are none
+};
+
+/// Looks into folders, however deep. Image files are taken only if nothing is DICOM: named ones in
+/// their order, found ones in the natural order of their names (phase_2 before phase_10).
+/// @throws Error{InvalidInput} if a source is not there, an archive, or image files and others are
+///         named together
+[[nodiscard]] SourceFiles find_files(const std::vector<std::filesystem::path>& sources,
+                                     StageContext& context);
+
+/// Whether `a` comes before `b`: runs of digits compare as numbers. A strict total order.
+[[nodiscard]] bool natural_less(const std::string& a, const std::string& b);
+
+}  // namespace beatlas::ingest

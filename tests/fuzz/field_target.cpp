@@ -1,0 +1,32 @@
+// fields/*.field.zst, unpacked: the input is packed again before it is read.
+#include <zstd.h>
+
+#include "runtime/atlas/field_payload.h"
+#include "runtime/atlas/zip_archive.h"
+#include "runtime/atlas/zstd_frame.h"
+#include "tests/fuzz/fuzz_target.h"
+
+namespace beatlas::fuzz {
+std::vector<std::string> seeds() {
+  const atlas::ZipArchive zip(BEATLAS_GOLDEN_PACKAGE);
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < zip.entries().size(); ++i) {
+    if (!zip.entries()[i].name.ends_with(".field.zst")) continue;
+    const auto bytes = atlas::zstd_unpack(zip.read(i));
+    out.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  return out;
+}
+std::vector<std::string> tokens() { return {std::string(atlas::kFieldMagic)}; }
+}  // namespace beatlas::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace beatlas;
+  atlas::Bytes packed(ZSTD_compressBound(size));
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), data, size, 1));
+  fuzz::only_errors([&] { atlas::check_field(atlas::decode_field(packed, Structure::Heart)); });
+  // And as it stands, for the frame's own header.
+  fuzz::only_errors(
+      [&] { (void)atlas::decode_field(std::as_bytes(std::span(data, size)), Structure::Heart); });
+  return 0;
+}

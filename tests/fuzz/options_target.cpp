@@ -1,0 +1,39 @@
+// JSON that users write: recipes, seeds, scenes. The first byte says which.
+#include "pipeline/cli/recipe.h"
+#include "pipeline/cli/scene.h"
+#include "pipeline/cli/seeds.h"
+#include "tests/fuzz/fuzz_target.h"
+
+namespace beatlas::fuzz {
+std::vector<std::string> seeds() {
+  const auto drawn = nlohmann::json::parse(
+      R"({"seeds": [{"label": 3, "lps_mm": [1, -2.5, 3], "phase": 0},
+                    {"label": 0, "lps_mm": [10, 20, 30], "radius_mm": 4, "phase": -1}]})");
+  const auto scene =
+      nlohmann::json::parse(R"({"content": "palpation", "material": {"stiffness_n_per_m": 200}})");
+  (void)cli::seeds_from_json(drawn);  // they must be sound, or most of a reader is never reached
+  (void)cli::scene_from_json(scene);
+  return {"r" + cli::recipe_to_json({}).dump(1), "r{}", "s" + drawn.dump(1), "c" + scene.dump(1)};
+}
+std::vector<std::string> tokens() {
+  return {"{", "}", "[", "]", "\"", ":", ",", "null", "1e400", "-0", "[[[[[[[[", "\\ud800"};
+}
+}  // namespace beatlas::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace beatlas;
+  if (size == 0) return 0;
+  static const fuzz::MemoryFolder folder;
+  const auto file = folder.write("a.json", fuzz::text(data + 1, size - 1));
+  fuzz::only_errors([&] {
+    if (data[0] == 'r') {
+      const cli::Recipe recipe = cli::read_recipe(file);
+      (void)cli::recipe_from_json(cli::recipe_to_json(recipe));
+    } else if (data[0] == 's') {
+      (void)cli::seeds_from_json(cli::seeds_to_json(cli::read_seeds(file)));
+    } else {
+      (void)cli::read_scene(file.string());
+    }
+  });
+  return 0;
+}
