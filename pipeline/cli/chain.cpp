@@ -266,7 +266,15 @@ void Chain::import(const std::vector<fs::path>& sources) {
 void Chain::segment() {
   if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
     console_.stage("segment", [&](StageContext& context) {
-      segmentation_ = segment::segment_exam(exam(), orders_.seeds, orders_.recipe.segment, context);
+      const Exam& images = exam();
+      try {
+        segmentation_ =
+            segment::segment_exam(images, orders_.seeds, orders_.recipe.segment, context);
+      } catch (const Error& error) {
+        if (error.kind() != ErrorKind::InvalidInput) throw;
+        throw error.with_context(images.shown_source.empty() ? study_->folder().string()
+                                                             : images.shown_source);
+      }
       leave(Stage::Segment, new_record(Stage::Segment), [&] {
         return study::write_segmentation(study_->folder(), *segmentation_,
                                          frame_interval_s(exam().stack));

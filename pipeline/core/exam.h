@@ -24,6 +24,7 @@ struct Exam {
   std::vector<Cine> views;             ///< long-axis and other cine views; may be empty
   std::vector<std::string> decisions;  ///< what was chosen, left and why; one sentence each
   std::string source_format;           ///< "dicom", "nifti", "nrrd" or "metaimage"
+  std::string shown_source;            ///< the source as messages may show it; never stored
 };
 
 }  // namespace beatlas

@@ -167,8 +167,9 @@ class FileReader {
         static_cast<int>(std::clamp(whole.number(DC::SeriesNumber).value_or(0), -1e9, 1e9));
     out_.instance = whole.number(DC::InstanceNumber).value_or(0);
     const bool directory = text(DC::MediaStorageSOPClassUID) == "1.2.840.10008.1.3.10";
+    if (directory) return Kind::NotImage;
     if (!good) return Kind::Damaged;
-    if (directory || !meta_->Has(DC::Rows) || !meta_->Has(DC::Columns)) {
+    if (!meta_->Has(DC::Rows) || !meta_->Has(DC::Columns)) {
       // A header cut off before its image would look like a report: those never say MR or rows.
       return out_.modality == "MR" && image_class() ? Kind::Damaged : Kind::NotImage;
     }

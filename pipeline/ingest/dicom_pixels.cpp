@@ -4,11 +4,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
-#include <fstream>
+#include <cstdint>
 #include <optional>
-#include <span>
+#include <type_traits>
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <vtkDICOMReader.h>
 #include <vtkExecutive.h>
 #include <vtkImageData.h>
@@ -36,13 +37,13 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 template <class Stored>
-void as_float(const void* data, std::size_t first, std::vector<float>& out) {
+void as_float(const void* data, std::size_t first, std::span<float> out) {
   const auto* begin = static_cast<const Stored*>(data) + first;
   std::transform(begin, begin + out.size(), out.begin(),
                  [](Stored value) { return static_cast<float>(value); });
 }
 
-bool as_float(int type, const void* data, std::size_t first, std::vector<float>& out) {
+bool as_float(int type, const void* data, std::size_t first, std::span<float> out) {
   switch (type) {
     case VTK_UNSIGNED_CHAR:
       as_float<unsigned char>(data, first, out);
@@ -81,67 +82,83 @@ Word turned(Word word) {
   return std::bit_cast<Word>(bytes);
 }
 
-/// Whole numbers of `Word`'s width: the stored bits, sign extended if they are signed.
+/// Reads `count` words from the file's byte `offset` on; false if it ends before.
 template <class Word>
-void whole_numbers(const std::vector<char>& bytes, const PixelLayout& layout,
-                   std::vector<float>& out) {
-  const int down = layout.high_bit + 1 - layout.bits_stored;
-  const auto bits = static_cast<unsigned>(layout.bits_stored);
-  const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
-  const std::uint64_t sign = std::uint64_t{1} << (bits - 1);
-  const char* at = bytes.data();
-  for (float& value : out) {
-    Word word;
-    std::memcpy(&word, at, sizeof(Word));
-    at += sizeof(Word);
-    if (layout.big_endian) word = turned(word);
-    const std::uint64_t stored = (static_cast<std::uint64_t>(word) >> down) & mask;
-    value = layout.is_signed && (stored & sign) != 0
-                ? static_cast<float>(static_cast<std::int64_t>(stored | ~mask))
-                : static_cast<float>(stored);
+bool read_words(const std::string& file, std::int64_t offset, std::size_t count,
+                std::vector<Word>& out) {
+  out.resize(count);
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  char* at = reinterpret_cast<char*>(out.data());
+  std::size_t left = count * sizeof(Word);
+  while (left > 0) {
+    const ssize_t got = ::pread(descriptor, at, left, offset);
+    if (got <= 0) break;
+    at += got;
+    offset += got;
+    left -= static_cast<std::size_t>(got);
   }
+  ::close(descriptor);
+  return left == 0;
 }
 
-template <class Real>
-void real_numbers(const std::vector<char>& bytes, bool big_endian, std::vector<float>& out) {
-  const char* at = bytes.data();
-  for (float& value : out) {
-    Real real;
-    std::memcpy(&real, at, sizeof(Real));
-    at += sizeof(Real);
-    if (big_endian) {
-      using Word = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
-      real = std::bit_cast<Real>(turned(std::bit_cast<Word>(real)));
+/// The stored bits of words, sign extended if they are signed, as `Whole` wide as `Word`.
+template <class Whole, class Word>
+void whole_numbers(const std::vector<Word>& words, const PixelLayout& layout,
+                   std::span<float> out) {
+  constexpr int kBits = 8 * static_cast<int>(sizeof(Word));
+  const int up = kBits - 1 - layout.high_bit;
+  const int down = kBits - layout.bits_stored;
+  if (up == 0 && down == 0) {
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      out[i] = static_cast<float>(static_cast<Whole>(words[i]));
     }
-    value = static_cast<float>(real);
+    return;
+  }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto raised = static_cast<Whole>(static_cast<Word>(words[i] << up));
+    out[i] = static_cast<float>(static_cast<Whole>(raised >> down));
   }
 }
 
-bool read_plain(const DicomImage& image, std::vector<float>& out) {
+template <class Word>
+bool read_whole(const std::string& file, const PixelLayout& layout, std::span<float> out) {
+  thread_local std::vector<Word> words;  // one a thread: a buffer an image would cost page faults
+  if (!read_words(file, layout.offset, out.size(), words)) return false;
+  if (layout.big_endian) {
+    for (Word& word : words) word = turned(word);
+  }
+  if (layout.is_signed) {
+    whole_numbers<std::make_signed_t<Word>>(words, layout, out);
+  } else {
+    whole_numbers<Word>(words, layout, out);
+  }
+  return true;
+}
+
+template <class Real, class Word>
+bool read_real(const std::string& file, const PixelLayout& layout, std::span<float> out) {
+  std::vector<Word> words;
+  if (!read_words(file, layout.offset, out.size(), words)) return false;
+  std::transform(words.begin(), words.end(), out.begin(), [&](Word word) {
+    return static_cast<float>(std::bit_cast<Real>(layout.big_endian ? turned(word) : word));
+  });
+  return true;
+}
+
+bool read_plain(const DicomImage& image, std::span<float> out) {
   const PixelLayout& layout = image.layout;
   std::optional<InflatedFile> inflated;
   if (layout.deflated) inflated.emplace(image.file);
   if (inflated && !inflated->good()) return false;
-  std::ifstream in;
-  in.rdbuf()->pubsetbuf(nullptr, 0);  // one read, straight into place
-  in.open(inflated ? std::filesystem::path(inflated->path()) : image.file, std::ios::binary);
-  std::vector<char> bytes(out.size() * static_cast<std::size_t>(layout.bits_allocated / 8));
-  in.seekg(layout.offset);
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return false;
+  const std::string file = inflated ? inflated->path() : image.file.string();
   if (layout.kind == PixelLayout::Kind::Float) {
-    if (layout.bits_allocated == 64) {
-      real_numbers<double>(bytes, layout.big_endian, out);
-    } else {
-      real_numbers<float>(bytes, layout.big_endian, out);
-    }
-  } else if (layout.bits_allocated == 8) {
-    whole_numbers<std::uint8_t>(bytes, layout, out);
-  } else if (layout.bits_allocated == 16) {
-    whole_numbers<std::uint16_t>(bytes, layout, out);
-  } else {
-    whole_numbers<std::uint32_t>(bytes, layout, out);
+    return layout.bits_allocated == 64 ? read_real<double, std::uint64_t>(file, layout, out)
+                                       : read_real<float, std::uint32_t>(file, layout, out);
   }
-  return true;
+  if (layout.bits_allocated == 8) return read_whole<std::uint8_t>(file, layout, out);
+  if (layout.bits_allocated == 16) return read_whole<std::uint16_t>(file, layout, out);
+  return read_whole<std::uint32_t>(file, layout, out);
 }
 
 /// Stored value v of an inverted image counts as this less v.
@@ -196,9 +213,8 @@ void DicomPixels::prepare(const DicomImage& image) {
   decode(image, held_->data, held_->slice_of_frame);
 }
 
-PixelState DicomPixels::read(const DicomImage& image, std::vector<float>& out) const {
-  const auto count = static_cast<std::size_t>(image.columns) * static_cast<std::size_t>(image.rows);
-  out.resize(count);
+PixelState DicomPixels::read(const DicomImage& image, std::span<float> out) const {
+  const std::size_t count = out.size();
   if (image.layout.kind != PixelLayout::Kind::Packed) {
     if (!read_plain(image, out)) return PixelState::Damaged;
   } else {
@@ -219,18 +235,28 @@ PixelState DicomPixels::read(const DicomImage& image, std::vector<float>& out) c
       return PixelState::Damaged;
     }
   }
-  const bool inverted = image.layout.inverted && image.layout.kind != PixelLayout::Kind::Float;
-  const double sum = inversion_sum(image.layout);
-  for (float& value : out) {
-    const double upright = inverted ? sum - static_cast<double>(value) : value;
-    value = static_cast<float>(upright * image.rescale_slope + image.rescale_intercept);
-    if (!std::isfinite(value)) return PixelState::NoNumber;
+  const bool real = image.layout.kind == PixelLayout::Kind::Float;
+  if (image.layout.inverted && !real) {
+    const double sum = inversion_sum(image.layout);
+    for (float& value : out) value = static_cast<float>(sum - static_cast<double>(value));
   }
-  return PixelState::Good;
+  const double slope = image.rescale_slope;
+  const double intercept = image.rescale_intercept;
+  if (slope != 1 || intercept != 0) {
+    for (float& value : out) {
+      value = static_cast<float>(static_cast<double>(value) * slope + intercept);
+    }
+  } else if (!real) {
+    return PixelState::Good;  // whole numbers are numbers
+  }
+  const bool numbers =
+      std::all_of(out.begin(), out.end(), [](float value) { return std::isfinite(value); });
+  return numbers ? PixelState::Good : PixelState::NoNumber;
 }
 
 std::string DicomPixels::fingerprint(const DicomImage& image) const {
-  std::vector<float> values;
+  std::vector<float> values(static_cast<std::size_t>(image.columns) *
+                            static_cast<std::size_t>(image.rows));
   if (read(image, values) != PixelState::Good) return {};
   return sha256_hex(std::as_bytes(std::span<const float>(values)));
 }

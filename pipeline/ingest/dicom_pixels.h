@@ -2,6 +2,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,10 +26,10 @@ class DicomPixels {
   /// until another file is prepared; does nothing for other images. Not for two threads at a time.
   void prepare(const DicomImage& image);
 
-  /// rows x columns values in the units of the file's rescale, columns fastest, first row first;
-  /// inverted images (MONOCHROME1) upright: stored value v counts as lowest + highest - v of what
-  /// its bits can hold. Any number of threads at a time.
-  [[nodiscard]] PixelState read(const DicomImage& image, std::vector<float>& out) const;
+  /// Fills `out` with rows x columns values in the units of the file's rescale, columns fastest,
+  /// first row first; inverted images (MONOCHROME1) upright: stored value v counts as lowest +
+  /// highest - v of what its bits can hold. Any number of threads at a time.
+  [[nodiscard]] PixelState read(const DicomImage& image, std::span<float> out) const;
 
   /// The SHA-256 of an image's values; empty if they cannot be read.
   [[nodiscard]] std::string fingerprint(const DicomImage& image) const;

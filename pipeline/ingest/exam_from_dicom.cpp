@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -102,6 +103,7 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
   out.images.grid = chosen.grid;
   out.rr_interval_s = chosen.rr_s;
   std::vector<std::pair<int, PixelState>> bad;
+  std::vector<std::vector<float>> frames;  // of a slice that is blended
   const std::size_t slices = chosen.slices.size();
   for (std::size_t k = 0; k < slices; ++k) {
     const ImageSet& set = chosen.slices[k];
@@ -111,28 +113,38 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
     };
     for (std::size_t f = 0; f < set.images.size(); ++f) reading.pixels.prepare(image(f));
     if (out.images.phases.empty()) {  // not before: what a decoder needs on its way is free now
-      out.images.phases.assign(static_cast<std::size_t>(phases),
-                               std::vector<float>(chosen.grid.count()));
+      out.images.phases.resize(static_cast<std::size_t>(phases));
+      parallel_for(out.images.phases.size(),
+                   [&](std::size_t p) { out.images.phases[p].resize(chosen.grid.count()); });
     }
-    std::vector<std::vector<float>> frames(set.images.size());
-    std::vector<PixelState> states(frames.size());
-    parallel_for(frames.size(),
-                 [&](std::size_t f) { states[f] = reading.pixels.read(image(f), frames[f]); });
-    bool good = true;
-    for (std::size_t f = 0; f < frames.size(); ++f) {
-      if (states[f] == PixelState::Good) continue;
-      bad.emplace_back(set.images[f], states[f]);
-      good = false;
+    const std::size_t count = chosen.grid.slice_count();
+    const auto taps = resample_phases(phases_of(set.timing, chosen.rr_s), phases);
+    const bool copies =
+        std::all_of(taps.begin(), taps.end(), [](const PhaseTaps& tap) { return tap.count == 1; });
+    const auto place = [&](std::size_t p) {
+      return std::span(out.images.phases[p]).subspan(k * count, count);
+    };
+    std::vector<PixelState> states(copies ? taps.size() : set.images.size());
+    if (copies) {
+      parallel_for(taps.size(), [&](std::size_t p) {
+        states[p] =
+            reading.pixels.read(image(static_cast<std::size_t>(taps[p].frame[0])), place(p));
+      });
+    } else {
+      frames.resize(set.images.size());
+      parallel_for(frames.size(), [&](std::size_t f) {
+        frames[f].resize(count);
+        states[f] = reading.pixels.read(image(f), frames[f]);
+      });
+    }
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      const std::size_t f = copies ? static_cast<std::size_t>(taps[i].frame[0]) : i;
+      if (states[i] != PixelState::Good) bad.emplace_back(set.images[f], states[i]);
     }
     reading.done += set.frames();
     reading.context.progress(0.4 + 0.6 * reading.done / reading.total);
-    if (!good) continue;
-    const auto taps = resample_phases(phases_of(set.timing, chosen.rr_s), phases);
-    parallel_for(taps.size(), [&](std::size_t p) {
-      blend_to(
-          frames, taps[p],
-          out.images.phases[p].data() + static_cast<std::ptrdiff_t>(k * chosen.grid.slice_count()));
-    });
+    if (copies || !bad.empty()) continue;
+    parallel_for(taps.size(), [&](std::size_t p) { blend_to(frames, taps[p], place(p).data()); });
   }
   refuse_bad(bad, reading.images, reading.files);
   // The slice nearest the middle speaks for the stack, of those with a frame a phase if there are.

@@ -28,8 +28,7 @@ void check(const IngestOptions& options) {
 void check_signal(const ImageCycle<float>& images) {
   for (std::size_t p = 0; p < images.phases.size(); ++p) {
     const auto& phase = images.phases[p];
-    const auto [low, high] = std::minmax_element(phase.begin(), phase.end());
-    if (*low == *high) {
+    if (std::all_of(phase.begin(), phase.end(), [&](float v) { return v == phase.front(); })) {
       throw_invalid("phase " + std::to_string(p + 1) + " of " +
                     std::to_string(images.phases.size()) +
                     " shows nothing: all its voxels have one value");

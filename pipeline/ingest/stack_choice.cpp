@@ -110,7 +110,8 @@ Vec3 drop_offset(Candidate& candidate, std::vector<std::string>& decisions) {
         "the slices of the stack are shifted against each other within their plane by up "
         "to " +
         with_digits("%.2f", worst) +
-        " mm (a sheared stack): export the slices with one common field of view");
+        " mm (a sheared stack, as a tilted gantry makes): export the slices with one common field "
+        "of view");
   }
   decisions.push_back("Warning: " + counted(count - best.size(), "slice lies", "slices lie") +
                       " beside the axis of the stack and " +
@@ -143,6 +144,11 @@ double mean_rr_s(const std::vector<ImageSet>& slices, double otherwise_s) {
 void give_times(Candidate& candidate, const IngestOptions& options, std::deque<ImageSet>& store) {
   const std::vector<double>& times = options.frame_times_s;
   if (times.empty()) return;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!std::isfinite(times[i]) || (i > 0 && times[i] <= times[i - 1])) {
+      throw_invalid("the frame times given must be numbers that ascend");
+    }
+  }
   for (auto& [place, set] : candidate.slices) {
     if (set->images.size() != times.size()) {
       throw_invalid(std::to_string(times.size()) +

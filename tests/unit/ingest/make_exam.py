@@ -172,6 +172,16 @@ def put_others(w):
         delattr(report, key)
     report.Modality, report.SOPClassUID = "SR", "1.2.840.10008.5.1.4.1.1.88.11"
     report.save_as(path)
+    # The exporter's directory.
+    meta = FileMetaDataset()
+    meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = "1.2.840.10008.1.3.10", ROOT + "8"
+    meta.TransferSyntaxUID = ExplicitVRLittleEndian
+    directory = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+    directory.is_little_endian, directory.is_implicit_VR = True, False
+    record = Dataset()
+    record.DirectoryRecordType, record.PatientName = "PATIENT", SECRET
+    directory.FileSetID, directory.DirectoryRecordSequence = "SECRETSET", [record]
+    directory.save_as(os.path.join(w.out, "DICOMDIR"), write_like_original=False)
     # A perfusion-like series: three slices, many images, trigger times over many beats.
     for k in range(3):
         for p in range(40):

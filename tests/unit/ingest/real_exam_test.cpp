@@ -1,6 +1,10 @@
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <iterator>
+#include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -58,6 +62,167 @@ TEST(RealExam, TwoPhaseSeriesGivesItsFourCompletePositions) {
       << all(exam);
   EXPECT_TRUE(decided(exam, "Too few frames a cycle to blend")) << all(exam);
   std::cout << all(exam);
+}
+
+/// Copies of the exam's images under names without meaning, in an order of their own.
+class Copied {
+ public:
+  Copied() {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(shared("cine-exam"))) {
+      if (entry.is_regular_file() && entry.path().filename() != "LICENSE") {
+        files.push_back(entry.path());
+      }
+    }
+    std::sort(files.begin(), files.end());
+    std::shuffle(files.begin(), files.end(), std::mt19937(3));  // NOLINT: the same every time
+    for (const auto& file : files) add(file);
+  }
+  std::filesystem::path add(const std::filesystem::path& file) {
+    std::string name = "x";
+    for (int rest = count_++; rest > 0; rest /= 26) name += static_cast<char>('a' + rest % 26);
+    std::filesystem::copy_file(file, folder_ / name);
+    return folder_ / name;
+  }
+  /// Names and contents, for changes.
+  [[nodiscard]] std::vector<std::filesystem::path> files() const {
+    std::vector<std::filesystem::path> out;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+      out.push_back(entry.path());
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+  }
+  [[nodiscard]] Exam read(const IngestOptions& options = {}) const {
+    StageContext context;
+    return read_exam({folder_.path()}, options, context);
+  }
+  [[nodiscard]] std::string refusal(const IngestOptions& options = {}) const {
+    try {
+      (void)read(options);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+      return error.what();
+    }
+    return "was read";
+  }
+
+ private:
+  beatlas::test::Folder folder_;
+  int count_ = 0;
+};
+
+const Exam& undisturbed() {
+  static const Exam exam = [] {
+    StageContext context;
+    return read_exam({shared("cine-exam")}, {}, context);
+  }();
+  return exam;
+}
+
+void expect_same(const Exam& exam) {
+  EXPECT_EQ(exam.stack.images.phases, undisturbed().stack.images.phases) << all(exam);
+  EXPECT_TRUE(exam.stack.grid() == undisturbed().stack.grid());
+  EXPECT_EQ(exam.stack.frame_times_s, undisturbed().stack.frame_times_s);
+  ASSERT_EQ(exam.views.size(), undisturbed().views.size());
+  for (std::size_t v = 0; v < exam.views.size(); ++v) {
+    EXPECT_EQ(exam.views[v].images.phases, undisturbed().views[v].images.phases);
+  }
+}
+
+TEST(RealExam, NamesOrderAndCopiesDoNotMatter) {
+  SKIP_WITHOUT("cine-exam");
+  Copied copied;
+  expect_same(copied.read());
+  copied.add(copied.files()[17]);
+  const Exam doubled = copied.read();
+  expect_same(doubled);
+  EXPECT_TRUE(decided(doubled, "ignored 1 copies")) << all(doubled);
+}
+
+TEST(RealExam, AFileCutShortIsNamed) {
+  SKIP_WITHOUT("cine-exam");
+  const Copied copied;
+  const auto bad = copied.files()[40];
+  std::filesystem::resize_file(bad, std::filesystem::file_size(bad) - 1000);
+  const std::string message = copied.refusal();
+  const std::string end =
+      bad.filename().string() + ": the file is truncated or damaged; copy it again";
+  EXPECT_NE(message.find(end), std::string::npos) << message;
+}
+
+TEST(RealExam, AMissingFileIsBridgedAndTold) {
+  SKIP_WITHOUT("cine-exam");
+  const Copied copied;
+  // Whichever it is: of the stack it is bridged, of a view the view has fewer frames.
+  std::filesystem::remove(copied.files()[40]);
+  const Exam exam = copied.read();
+  EXPECT_EQ(exam.stack.grid().size, undisturbed().stack.grid().size) << all(exam);
+  EXPECT_EQ(exam.stack.phase_count(), 25);
+  EXPECT_EQ(exam.views.size(), 5U);
+  EXPECT_TRUE(decided(exam, "Read 274 images")) << all(exam);
+}
+
+TEST(RealExam, AForeignImageIsAQuestion) {
+  SKIP_WITHOUT("cine-exam");
+  SKIP_WITHOUT("two-phase-ge");
+  Copied copied;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(shared("two-phase-ge/dicom"))) {
+    if (!entry.is_regular_file()) continue;
+    copied.add(entry.path());
+    break;
+  }
+  const std::string message = copied.refusal();
+  EXPECT_NE(message.find("choose one with --exam N: 1. 275 images of series"), std::string::npos)
+      << message;
+  EXPECT_NE(message.find("; 2. 1 image of series"), std::string::npos) << message;
+  IngestOptions first;
+  first.exam = 1;
+  expect_same(copied.read(first));
+}
+
+TEST(RealExam, WithoutTriggerTimesTheOrderIsKept) {
+  SKIP_WITHOUT("cine-exam");
+  const Copied copied;
+  for (const auto& file : copied.files()) {
+    std::ifstream in(file, std::ios::binary);
+    std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    const std::size_t at =
+        content.find(std::string("\x18\0\x60\x10"
+                                 "DS",
+                                 6));
+    ASSERT_NE(at, std::string::npos);
+    const auto length = static_cast<std::size_t>(static_cast<unsigned char>(content[at + 6]));
+    content.replace(at + 8, length, length, ' ');
+    std::ofstream(file, std::ios::binary) << content;
+  }
+  const Exam exam = copied.read();
+  EXPECT_TRUE(decided(exam, "not every image has a trigger time")) << all(exam);
+  ASSERT_EQ(exam.stack.grid().size, undisturbed().stack.grid().size) << all(exam);
+  ASSERT_EQ(exam.stack.phase_count(), 25);
+  // Frames that were copied to their phases before lie at the same phases now, but for a cycle that
+  // does not start with its first frame.
+  int same = 0;
+  for (std::size_t p = 0; p < 25; ++p) {
+    same += exam.stack.images.phases[p] == undisturbed().stack.images.phases[p] ? 1 : 0;
+  }
+  EXPECT_GE(same, 20) << all(exam);
+}
+
+TEST(RealExam, OneSeriesIsNoStack) {
+  SKIP_WITHOUT("cine-exam");
+  StageContext context;
+  IngestOptions options;
+  options.series = {7001};
+  try {
+    (void)read_exam({shared("cine-exam")}, options, context);
+    FAIL() << "was read";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("at most 1 parallel slice has several phases"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 }  // namespace

@@ -170,6 +170,10 @@ TEST(StackChoice, GivenTimesReplaceTheSources) {
             std::string::npos)
       << counts;
   const std::string span = refusal(images, {.rr_interval_s = 0.5, .frame_times_s = times});
+  std::vector<double> down = times;
+  std::swap(down[3], down[4]);
+  EXPECT_NE(refusal(images, {.frame_times_s = down}).find("must be numbers that ascend"),
+            std::string::npos);
   EXPECT_NE(span.find("span 0.711 s, but the R-R interval is 0.500 s"), std::string::npos) << span;
 }
 
