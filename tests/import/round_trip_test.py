@@ -25,7 +25,8 @@ def check(folder, source, truth, *options, **expected):
 
 def classic(folder, truth=None, syntax=None, names="plain", name="dicom", **how):
     """Writes a classic exam and reads it back."""
-    truth = truth or BeatingObject()
+    if truth is None:  # a tool runs once a file: fewer of them
+        truth = BeatingObject(size=(36, 28, 4), phases=8) if syntax else BeatingObject()
     save_all(folder / name, classic_exam(truth, **how), names)
     if syntax:
         convert(folder / name, syntax)
