@@ -271,7 +271,7 @@ void Chain::segment() {
         segmentation_ =
             segment::segment_exam(images, orders_.seeds, orders_.recipe.segment, context);
       } catch (const Error& error) {
-        if (error.kind() != ErrorKind::InvalidInput) throw;
+        if (error.code() != ErrorCode::InvalidInput) throw;
         throw error.with_context(images.shown_source.empty() ? study_->folder().string()
                                                              : images.shown_source);
       }
