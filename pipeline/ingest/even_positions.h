@@ -21,7 +21,7 @@ struct EvenStack {
 };
 
 /// The longest run of evenly spaced positions, the narrower of two as long.
-/// @param positions_mm ascending
+/// @param positions_mm ascending, no two alike
 /// @throws Error{InvalidInput} if it has fewer than 3 members or leaves a fifth of the positions
 ///         or more: then a slice is missing or the slices are spaced unevenly.
 [[nodiscard]] EvenStack find_even_stack(const std::vector<double>& positions_mm);

@@ -12,9 +12,9 @@ namespace beatlas::study {
 /// What a stage would be run with.
 struct Wanted {
   std::string version;
-  nlohmann::json options;
-  bool with_surfaces = true;                ///< see sources_of
-  std::optional<std::string> source_files;  ///< of Import: hash of the files named now, if any
+  nlohmann::json options = nlohmann::json::object();
+  bool with_surfaces = true;                     ///< see sources_of
+  std::optional<std::string> source_files = {};  ///< of Import: hash of the files named now, if any
 };
 
 struct StageState {

@@ -45,12 +45,16 @@ void stamps(std::uint8_t what, Values& values) {
     if (what & 4) stamp.frame_time_ms = values.take<double>();
     if (what & 8) stamp.temporal_position = values.take<double>();
     if (what & 16) stamp.instance = values.take<double>();
-    if ((what & 31) == 0) (void)values.take<double>();
+    if (what & 32) stamp.elapsed_ms = values.take<double>();
+    if (what & 64) stamp.acquisition_s = values.take<double>();
+    if (what & 128) stamp.content_s = values.take<double>();
+    if (what == 0) (void)values.take<double>();
     // The scan hands on finite numbers alone.
     for (const auto member :
          {&ingest::FrameStamp::trigger_ms, &ingest::FrameStamp::rr_ms,
           &ingest::FrameStamp::frame_time_ms, &ingest::FrameStamp::temporal_position,
-          &ingest::FrameStamp::instance}) {
+          &ingest::FrameStamp::elapsed_ms, &ingest::FrameStamp::acquisition_s,
+          &ingest::FrameStamp::content_s, &ingest::FrameStamp::instance}) {
       if (stamp.*member && !std::isfinite(*(stamp.*member))) (stamp.*member).reset();
     }
     out.push_back(stamp);
@@ -87,8 +91,9 @@ std::vector<std::string> seeds() {
     even.push_back(p * 0.04);
     stamped.insert(stamped.end(), {p * 40.0, 800.0});
   }
-  return {numbers(0, 3, stamped), numbers(0, 1, even), numbers(0, 16, even),
-          numbers(1, 1, even),    numbers(1, 7, even), numbers(2, 0, {0, 8, 16, 24, 33})};
+  return {numbers(0, 3, stamped), numbers(0, 1, even),  numbers(0, 16, even),
+          numbers(0, 32, even),   numbers(0, 64, even), numbers(0, 130, stamped),
+          numbers(1, 1, even),    numbers(1, 7, even),  numbers(2, 0, {0, 8, 16, 24, 33})};
 }
 std::vector<std::string> tokens() {
   return {std::string(8, '\0'), std::string("\0\0\0\0\0\0\xf8\x7f", 8),

@@ -60,7 +60,8 @@ TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
     const Exam exam{cine({7, 5, 4}, whole),
                     {cine({4, 6, 1}, whole), cine({3, 3, 1}, whole)},
                     {"Took \"this\", left that."},
-                    "dicom"};
+                    "dicom",
+                    {}};
     const FileList files = write_exam(folder.path(), exam);
     for (const std::string& file : files) EXPECT_TRUE(fs::exists(folder.path() / file)) << file;
     const Exam again = read_exam(folder.path());
