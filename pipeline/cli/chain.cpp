@@ -268,6 +268,11 @@ void Chain::segment() {
     console_.stage("segment", [&](StageContext& context) {
       const Exam& images = exam();
       try {
+        segment::check_seeds(orders_.seeds, images.stack.grid(), images.stack.phase_count());
+      } catch (const Error& error) {
+        throw error.with_context(orders_.seeds_from);
+      }
+      try {
         segmentation_ =
             segment::segment_exam(images, orders_.seeds, orders_.recipe.segment, context);
       } catch (const Error& error) {

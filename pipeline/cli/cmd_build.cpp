@@ -31,7 +31,7 @@ int build(const Arguments& arguments) {
   Orders orders;
   // Bad words are told before a study is waited for or made.
   if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
-  if (!arguments.seeds.empty()) orders.seeds = seeds_of(arguments.seeds);
+  if (!arguments.seeds.empty()) take_seeds(arguments.seeds, orders);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   std::optional<study::Study> study;
@@ -39,7 +39,10 @@ int build(const Arguments& arguments) {
     study = study_to_write(arguments.study, console, arguments.sources.empty());
     Orders before = orders_of(*study);
     if (arguments.common.recipe.empty()) orders.recipe = before.recipe;
-    if (arguments.seeds.empty()) orders.seeds = std::move(before.seeds);
+    if (arguments.seeds.empty()) {
+      orders.seeds = std::move(before.seeds);
+      orders.seeds_from = std::move(before.seeds_from);
+    }
   }
   apply(arguments.words, orders.recipe.import);
   orders.discard_edits = arguments.discard_edits;

@@ -21,7 +21,7 @@ void add_segment(CLI::App& app, Run& run) {
       return run_stage(
           arguments->stage, study::Stage::Import, [](Chain& chain) { chain.segment(); },
           [&](Orders& orders) {
-            if (!arguments->seeds.empty()) orders.seeds = seeds_of(arguments->seeds);
+            if (!arguments->seeds.empty()) take_seeds(arguments->seeds, orders);
           });
     };
   });

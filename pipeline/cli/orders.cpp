@@ -19,9 +19,10 @@ Orders orders_of(const study::Study& study) {
     throw error.with_context(index + ": /recipe");
   }
   try {
+    out.seeds_from = index + ": /seeds";
     if (study.seeds()) out.seeds = seeds_from_json(*study.seeds());
   } catch (const Error& error) {
-    throw error.with_context(index + ": /seeds");
+    throw error.with_context(out.seeds_from);
   }
   return out;
 }
@@ -31,8 +32,9 @@ void keep_orders(const Orders& orders, study::Study& study) {
   study.set_seeds(orders.seeds.empty() ? std::nullopt : std::optional(seeds_to_json(orders.seeds)));
 }
 
-std::vector<segment::Seed> seeds_of(const std::string& word) {
-  return word == "none" ? std::vector<segment::Seed>{} : read_seeds(word);
+void take_seeds(const std::string& word, Orders& orders) {
+  orders.seeds = word == "none" ? std::vector<segment::Seed>{} : read_seeds(word);
+  orders.seeds_from = word;
 }
 
 study::Wanted wanted_of(Stage stage, const Orders& orders) {

@@ -14,6 +14,7 @@ namespace beatlas::cli {
 struct Orders {
   Recipe recipe;
   std::vector<segment::Seed> seeds;
+  std::string seeds_from;      ///< where they are written, for messages
   bool discard_edits = false;  ///< make anew what was edited by hand
 };
 
@@ -22,8 +23,8 @@ struct Orders {
 /// Keeps recipe and seeds in the study, for later commands.
 void keep_orders(const Orders& orders, study::Study& study);
 
-/// `word` as given to --seeds: a file, or "none" for no seeds though the study has some.
-[[nodiscard]] std::vector<segment::Seed> seeds_of(const std::string& word);
+/// Takes `word` as given to --seeds: a file, or "none" for no seeds though the study has some.
+void take_seeds(const std::string& word, Orders& orders);
 
 /// What a stage would be run with; of Pack without scene and quality, see pack_options.
 [[nodiscard]] study::Wanted wanted_of(study::Stage stage, const Orders& orders);

@@ -12,7 +12,8 @@ namespace beatlas {
 struct Cine {
   ImageCycle<float> images;
   double rr_interval_s = 0;           ///< mean over slices, > 0
-  std::vector<double> frame_times_s;  ///< the source's frame times, one per phase, as recorded
+  std::vector<double> frame_times_s;  ///< of the source's frames, ascending, as recorded; of as
+                                      ///< many as there are phases unless those were resampled
 
   [[nodiscard]] const Grid& grid() const { return images.grid; }
   [[nodiscard]] int phase_count() const { return images.phase_count(); }

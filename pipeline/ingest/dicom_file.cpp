@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 
 #include <vtkDICOMParser.h>
 #include <vtkDICOMUtilities.h>
@@ -11,6 +10,7 @@
 #include <vtkSmartPointer.h>
 
 #include "pipeline/ingest/dicom_attributes.h"
+#include "pipeline/ingest/dicom_end.h"
 #include "pipeline/ingest/dicom_words.h"
 #include "pipeline/ingest/inflated_file.h"
 #include "pipeline/ingest/vtk_silence.h"
@@ -107,22 +107,6 @@ std::string patient_of(vtkDICOMMetaData& meta) {
   return id.empty() && name.empty() ? std::string() : id + '\n' + name;
 }
 
-/// Whether every fragment of encapsulated pixels is there, up to the delimiter.
-bool fragments_complete(const fs::path& file, std::int64_t offset) {
-  std::ifstream in(file, std::ios::binary);
-  in.seekg(offset);
-  std::array<unsigned char, 8> head{};
-  while (in.read(reinterpret_cast<char*>(head.data()), head.size())) {
-    if (head[0] != 0xFE || head[1] != 0xFF || head[3] != 0xE0) return false;
-    if (head[2] == 0xDD) return true;
-    if (head[2] != 0x00) return false;
-    std::int64_t length = 0;
-    for (std::size_t i = 8; i > 4; --i) length = length << 8 | head[i - 1];
-    in.seekg(length, std::ios::cur);
-  }
-  return false;
-}
-
 class FileReader {
  public:
   FileReader(const fs::path& file, IdentityWords& words) : file_(file), words_(words) {}
@@ -198,11 +182,15 @@ class FileReader {
     if (real) layout_.bits_allocated = meta_->Has(DC::DoubleFloatPixelData) ? 64 : 32;
     if (!plain && syntax_ != ".5" && syntax_.rfind(".4.", 0) != 0) return Kind::Damaged;
     const int samples = std::max(1, whole(DC::SamplesPerPixel, 1));
-    if (plain) {
-      const double needed = static_cast<double>(rows_) * columns_ * samples * layout_.frames *
-                            layout_.bits_allocated / 8;
-      if (needed > static_cast<double>(held_)) return Kind::Damaged;
-    } else if (!fragments_complete(file_, offset_)) {
+    const double needed = static_cast<double>(rows_) * columns_ * samples * layout_.frames *
+                          layout_.bits_allocated / 8;
+    if (plain && needed > static_cast<double>(held_)) return Kind::Damaged;
+    // What is deflated was found whole on inflating it; without a meta header it is not known how
+    // elements are written.
+    const DicomEncoding encoding{
+        .packed = !plain, .implicit = syntax_.empty(), .big_endian = layout_.big_endian};
+    if (meta_->Has(DC::TransferSyntaxUID) && !layout_.deflated &&
+        !goes_on_to_its_end(file_, offset_, needed, encoding)) {
       return Kind::Damaged;
     }
     const std::string kind = text(DC::PhotometricInterpretation);

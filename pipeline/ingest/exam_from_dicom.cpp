@@ -156,7 +156,14 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
     if (!found || std::abs(k - middle) < std::abs(best - middle)) best = k;
     found = true;
   }
-  out.frame_times_s = chosen.slices[static_cast<std::size_t>(best)].timing.time_s;
+  const SliceTiming& timing = chosen.slices[static_cast<std::size_t>(best)].timing;
+  out.frame_times_s = timing.time_s;
+  if (!timing.timed && timing.rr_s == 0) {
+    for (std::size_t f = 0; f < out.frame_times_s.size(); ++f) {
+      out.frame_times_s[f] =
+          chosen.rr_s * static_cast<double>(f) / static_cast<double>(out.frame_times_s.size());
+    }
+  }
   return out;
 }
 

@@ -119,8 +119,8 @@ Exam to_exam(formats::ImageFile&& file, const IngestOptions& options) {
 
 }  // namespace
 
-Exam exam_from_images(const std::vector<fs::path>& files, bool named, const IngestOptions& options,
-                      StageContext& context) {
+Exam exam_from_images(const std::vector<fs::path>& files, bool as_given,
+                      const IngestOptions& options, StageContext& context) {
   formats::ImageFile read =
       files.size() == 1 ? formats::read_image_file(files[0]) : read_list(files, context);
   context.check_cancelled();
@@ -136,7 +136,7 @@ Exam exam_from_images(const std::vector<fs::path>& files, bool named, const Inge
     exam.decisions.insert(exam.decisions.begin(),
                           "The " + std::to_string(files.size()) +
                               " files were taken as phases, one each, in the order " +
-                              (named ? "given." : "of their names."));
+                              (as_given ? "given." : "of their numbers."));
   }
   context.progress(1);
   return exam;

@@ -156,8 +156,8 @@ void keep_series(const std::vector<DicomImage>& images, const std::vector<int>& 
     any = any || !exam.images.empty();
   }
   if (!any) {
-    throw_invalid("no image is of the series asked for (--series): there are " +
-                  series_list(exist));
+    throw_invalid("no image is of " + series_list({series.begin(), series.end()}) +
+                  " as --series asks: there are " + series_list(exist));
   }
 }
 

@@ -15,7 +15,7 @@ namespace beatlas::ingest {
                                    const IngestOptions& options, StageContext& context);
 
 /// @param files image files other than DICOM, at least one: one 4-D file, or 3-D ones, a phase each
-[[nodiscard]] Exam exam_from_images(const std::vector<std::filesystem::path>& files, bool named,
+[[nodiscard]] Exam exam_from_images(const std::vector<std::filesystem::path>& files, bool as_given,
                                     const IngestOptions& options, StageContext& context);
 
 /// @throws Error{InvalidInput} if a phase of the stack shows nothing (one value everywhere).

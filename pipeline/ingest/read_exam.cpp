@@ -63,7 +63,7 @@ Exam read_exam(const std::vector<fs::path>& sources, const IngestOptions& option
   try {
     files = find_files(sources, context);
     if (!files.images.empty()) {
-      exam = exam_from_images(files.images, files.named, options, context);
+      exam = exam_from_images(files.images, files.named && !files.reordered, options, context);
       exam.shown_source = shown_path(sources.front());
     }
   } catch (const Error& error) {

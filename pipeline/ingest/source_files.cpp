@@ -52,6 +52,24 @@ void add_folder(const fs::path& folder, std::vector<fs::path>& files, StageConte
   if (error) throw_invalid(folder.string() + ": the folder cannot be read");
 }
 
+bool naturally_less(const fs::path& a, const fs::path& b) {
+  return natural_less(a.string(), b.string());
+}
+
+bool text_less(const fs::path& a, const fs::path& b) { return a.string() < b.string(); }
+
+/// Whether the files are numbered: nobody lists 1, 10, 2 but a shell.
+bool only_numbers_differ(const std::vector<fs::path>& files) {
+  const auto without_digits = [](const fs::path& file) {
+    std::string name = file.string();
+    std::erase_if(name, digit);
+    return name;
+  };
+  const std::string first = without_digits(files.front());
+  return std::all_of(files.begin(), files.end(),
+                     [&](const fs::path& file) { return without_digits(file) == first; });
+}
+
 /// Of the files of some folders: images if there are any and nothing is DICOM.
 void sort_out(const std::vector<fs::path>& files, SourceFiles& out) {
   std::vector<fs::path> images;
@@ -68,9 +86,7 @@ void sort_out(const std::vector<fs::path>& files, SourceFiles& out) {
     out.dicom = files;
     return;
   }
-  std::sort(images.begin(), images.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.string(), b.string());
-  });
+  std::sort(images.begin(), images.end(), naturally_less);
   for (const fs::path& file : files) {
     const bool hidden = file.filename().string().starts_with('.');
     if (!hidden && !is_image(file) && !formats::may_be_voxels_of_another(file)) ++out.left;
@@ -132,6 +148,11 @@ SourceFiles find_files(const std::vector<fs::path>& sources, StageContext& conte
     if (!out.named || !std::all_of(files.begin(), files.end(), is_image)) {
       throw_invalid(named_image->string() +
                     ": name image files (NIfTI, NRRD, MetaImage) or DICOM, not both");
+    }
+    if (only_numbers_differ(files) && std::is_sorted(files.begin(), files.end(), text_less) &&
+        !std::is_sorted(files.begin(), files.end(), naturally_less)) {
+      std::sort(files.begin(), files.end(), naturally_less);
+      out.reordered = true;
     }
     out.images = std::move(files);
     return out;

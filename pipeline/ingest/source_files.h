@@ -13,12 +13,14 @@ struct SourceFiles {
   std::vector<std::filesystem::path> images;
   /// Else every file, to look for DICOM in.
   std::vector<std::filesystem::path> dicom;
-  bool named = true;  ///< the user named each file; false: some were found in folders
-  int left = 0;       ///< files beside the images that are none
+  bool named = true;       ///< the user named each file; false: some were found in folders
+  bool reordered = false;  ///< named in the order of a shell, taken in that of their numbers
+  int left = 0;            ///< files beside the images that are none
 };
 
 /// Looks into folders, however deep. Image files are taken only if nothing is DICOM: named ones in
-/// their order, found ones in the natural order of their names (phase_2 before phase_10).
+/// their order, found ones in the natural order of their names (phase_2 before phase_10), and named
+/// ones too if they stand as a shell lists them (phase_10 before phase_2).
 /// @throws Error{InvalidInput} if a source is not there, an archive, or image files and others are
 ///         named together
 [[nodiscard]] SourceFiles find_files(const std::vector<std::filesystem::path>& sources,

@@ -18,7 +18,9 @@
 namespace beatlas::ingest {
 namespace {
 
-constexpr double kToldUnseen = 0.05;    // a missing frame of 25 is 0.04 and told as such
+constexpr double kToldUnseen = 0.05;  // a missing frame of 25 is 0.04 and told as such
+constexpr double kMostUnseen =
+    1.0 / 3;                            // prospective gating leaves out a tenth or two of the cycle
 constexpr std::size_t kMostListed = 9;  // possible stacks told in full
 
 std::string with_digits(const char* format, double value) {
@@ -256,6 +258,10 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
   std::size_t stills = 0;
   std::size_t incomplete = 0;
   std::size_t own_times = 0;
+  const std::vector<ImageSet>& slices = choice.stack.slices;
+  const bool all_many_beats = std::all_of(slices.begin(), slices.end(), [](const ImageSet& set) {
+    return set.timing.many_beats && !set.flow;
+  });
   for (const Plane& plane : planes) {
     std::size_t cines = 0;
     for (const Place& place : plane.places) cines += place.cines.empty() ? 0 : 1;
@@ -275,7 +281,8 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
         }
       }
       if (used.count(set.images.front()) > 0) continue;
-      const bool usable = set.ordinary() &&
+      // Trigger times of a clock that runs on make every cine look like perfusion.
+      const bool usable = (set.ordinary() || (all_many_beats && !set.flow)) &&
                           (!good || (set.timing.by_trigger && set.frames() >= kLeastFramesToBlend));
       if (&plane == &stack_plane || cines > 2 || !usable) {
         left_cines.insert(set.series_number);
@@ -366,6 +373,12 @@ void tell_timing(const ChosenCine& stack, int frames, std::vector<std::string>& 
   for (const auto& [note, series] : notes) {
     decisions.push_back("Warning: timing of the stack (" + series_list(series) + "): " + note +
                         ".");
+  }
+  if (unseen > kMostUnseen) {
+    throw_invalid(
+        with_digits("%.0f", 100 * unseen) +
+        " % of the cycle has no frames: the images stop long before the R-R interval of " + high +
+        " ms ends; export all phases, or give the interval with --rr");
   }
   if (unseen >= kToldUnseen) {
     decisions.push_back("Warning: " + with_digits("%.0f", 100 * unseen) +

@@ -344,13 +344,22 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
   return seeds;
 }
 
+void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases) {
+  for (const Seed& seed : seeds) {
+    check_seed(seed);
+    if (seed.phase < -1 || seed.phase >= phases) {
+      throw_invalid("seed phase " + std::to_string(seed.phase) + " is not known; use 0 to " +
+                    std::to_string(phases - 1) + ", or -1 for every phase");
+    }
+    if (voxels_of(grid, seed).empty()) refuse_outside(seed);
+  }
+}
+
 Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
   constexpr double kMarginMm = 20;
   Box out = box;
   std::erase_if(seeds, [&](const Seed& seed) {
-    check_seed(seed);
     const std::vector<std::size_t> voxels = voxels_of(grid, seed);
-    if (voxels.empty()) refuse_outside(seed);
     Index3 low = grid.size;
     Index3 high{-1, -1, -1};
     bool reaches = false;
@@ -384,17 +393,10 @@ Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
 }
 
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images) {
-  for (const Seed& seed : seeds) {
-    check_seed(seed);
-    if (seed.phase < -1 || seed.phase >= static_cast<int>(images.size())) {
-      throw_invalid("seed phase " + std::to_string(seed.phase) + " is not known; use 0 to " +
-                    std::to_string(images.size() - 1) + ", or -1 for every phase");
-    }
-  }
+  check_seeds(seeds, grid, static_cast<int>(images.size()));
   const auto for_each_place = [&](const auto& visit) {
     for (const Seed& seed : seeds) {
       const std::vector<std::size_t> voxels = voxels_of(grid, seed);
-      if (voxels.empty()) refuse_outside(seed);
       for (std::size_t p = 0; p < images.size(); ++p) {
         if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
         for (std::size_t v : voxels) visit(seed, p, v);

@@ -56,6 +56,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
   }
+  check_seeds(given, stack.grid, stack.phase_count());
   const TemporalStats whole = temporal_stats(stack);
   std::vector<Seed> drawn = given;
   const Box box = box_with_seeds(stack.grid, find_moving_box(stack.grid, whole), drawn);

@@ -31,6 +31,10 @@ struct SegmentOptions {
   double tricuspid_excursion_mm = 22;
 };
 
+/// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase, or a
+/// radius that is not within 0..50 mm.
+void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases);
+
 /// @param seeds empty = automatic: the heart is what moves at the heart rate
 /// @throws Error{InvalidInput} if no heart is found, saying what was looked for.
 [[nodiscard]] Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& seeds,

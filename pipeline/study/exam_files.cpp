@@ -13,6 +13,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
+constexpr int kMostPhases = 1 << 12;
+
 double frame_interval_s(const Cine& cine) {
   return cine.rr_interval_s / std::max(1, cine.phase_count());
 }
@@ -21,6 +23,7 @@ json write_cine(const fs::path& folder, const std::string& name, const Cine& cin
   write_images(folder / name, cine.images, cine.grid(), frame_interval_s(cine));
   return {{"file", name},
           {"grid", grid_to_json(cine.grid())},
+          {"phases", cine.phase_count()},
           {"rr_interval_s", cine.rr_interval_s},
           {"frame_times_s", cine.frame_times_s}};
 }
@@ -33,11 +36,12 @@ Cine read_cine(const fs::path& folder, const json& value, const std::string& nam
   object.read("file", file);
   if (file != name) throw_invalid(path + "/file must be " + name);
   const Grid grid = grid_from_json(object.at("grid"), path + "/grid");
+  int phases = 0;
+  object.read("phases", phases, 1, kMostPhases);
   object.read("rr_interval_s", cine.rr_interval_s, 1e-3, 1e3);
   cine.frame_times_s = numbers_from_json(object.at("frame_times_s"), path + "/frame_times_s");
   object.finish();
-  cine.images =
-      read_images(folder / name, {grid, grid, static_cast<int>(cine.frame_times_s.size())});
+  cine.images = read_images(folder / name, {grid, grid, phases});
   return cine;
 }
 

@@ -109,6 +109,7 @@ def expect_object(exam, truth, error=0.51, rr_error_s=0.6e-3, times=True, phases
     # DICOM's nominal interval is whole milliseconds.
     assert abs(cine.rr_s - truth.rr_ms / 1e3) < rr_error_s, f"R-R {cine.rr_s} of {truth.rr_ms} ms"
     if times:
+        assert len(cine.times_s) == phases, (len(cine.times_s), phases)
         miss = np.abs(np.array(cine.times_s) - truth.times_s()).max()
         assert miss < rr_error_s, f"times {cine.times_s} of {truth.times_s()}"
 

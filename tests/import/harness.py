@@ -75,7 +75,7 @@ class Cine:
         self.lps = np.array(entry["grid"]["mm_from_index"], float).reshape(-1, 4)
         self.lps = np.vstack([self.lps, [0, 0, 0, 1]])[:4]
         assert tuple(entry["grid"]["size"]) == self.size, (entry["grid"]["size"], self.size)
-        assert len(self.times_s) == self.phases, (len(self.times_s), self.phases)
+        assert entry["phases"] == self.phases, (entry["phases"], self.phases)
         in_file = LPS_FROM_RAS @ image.affine
         far = np.abs(self.corners(in_file) - self.corners(self.lps)).max()
         assert far < 0.01, f"exam.json and {entry['file']} lie {far:.4f} mm apart"

@@ -1,6 +1,7 @@
 """Words, dates and numbers that name nobody and occur nowhere by chance; planted in a source, then
 searched for in all that a program left and said."""
 import base64
+import copy
 import ctypes
 import ctypes.util
 import gzip
@@ -125,7 +126,7 @@ class Texts:
         """What an image needs stays, what names somebody is replaced; the rest comes on saving."""
         for keyword in ("PatientName", "PatientID", "StudyID", "StudyDate", "StudyTime",
                         "AccessionNumber", "ContentDate", "ContentTime"):
-            dataset[keyword] = self.dataset[keyword]
+            dataset[keyword] = copy.copy(self.dataset[keyword])
         plant_header(dataset)
         dataset._texts = self
         return dataset

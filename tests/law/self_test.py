@@ -84,7 +84,8 @@ class TextLaws(House):
         examples = {"VTK": "vtkImageData.h", "OpenCV": "opencv2/core.hpp",
                     "OpenVDB": "openvdb/openvdb.h", "CGAL": "CGAL/Surface_mesh.h",
                     "OpenMesh": "OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh",
-                    "Draco": "draco/mesh/mesh.h", "niftilib": "nifti/nifti1_io.h"}
+                    "Draco": "draco/mesh/mesh.h", "niftilib": "nifti/nifti1_io.h",
+                    "GDCM": "gdcmTrace.h"}
         self.assertEqual(set(examples), set(rules.LIBRARIES))
         for name, header in examples.items():
             with self.subTest(name):

@@ -1,0 +1,22 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+
+namespace beatlas::ingest {
+
+/// How the data set of a file is written.
+struct DicomEncoding {
+  bool packed = false;      ///< pixels lie in fragments
+  bool implicit = false;    ///< elements do not tell their kind
+  bool big_endian = false;  ///< only of explicit, plain ones
+};
+
+/// Whether a file goes on to the end of its last element: fragments of packed pixels are all there,
+/// and what lies behind the pixels (private groups, signatures, padding) is not cut off. Where that
+/// is written in a way not known here, the file counts as whole.
+/// @param pixels where the value of PixelData begins, in bytes
+/// @param pixels_needed what plain pixels take at least, in bytes
+[[nodiscard]] bool goes_on_to_its_end(const std::filesystem::path& file, std::int64_t pixels,
+                                      double pixels_needed, const DicomEncoding& encoding);
+
+}  // namespace beatlas::ingest
