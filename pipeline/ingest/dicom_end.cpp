@@ -11,6 +11,10 @@ namespace beatlas::ingest {
 namespace {
 
 constexpr std::int64_t kUndefined = 0xFFFFFFFF;
+constexpr std::int64_t kItem = 0xE000;
+constexpr std::int64_t kItemEnd = 0xE00D;
+constexpr std::int64_t kSequenceEnd = 0xE0DD;
+constexpr int kDeepest = 32;
 
 class Walk {
  public:
@@ -23,12 +27,12 @@ class Walk {
   /// Where the fragments that begin at `at` end; nothing if they do not.
   std::optional<std::int64_t> end_of_fragments(std::int64_t at) {
     while (const auto item = bytes<8>(at)) {
-      if (number(*item, 0, 2) != 0xFFFE) return std::nullopt;
+      if (number(*item, 0, 2, false) != 0xFFFE) return std::nullopt;
       at += 8;
-      const std::int64_t kind = number(*item, 2, 2);
-      if (kind == 0xE0DD) return at;
-      if (kind != 0xE000) return std::nullopt;
-      at += number(*item, 4, 4);
+      const std::int64_t kind = number(*item, 2, 2, false);
+      if (kind == kSequenceEnd) return at;
+      if (kind != kItem) return std::nullopt;
+      at += number(*item, 4, 4, false);
     }
     return std::nullopt;
   }
@@ -37,39 +41,36 @@ class Walk {
   std::optional<std::int64_t> end_of_plain(std::int64_t at, double needed) {
     const auto length = bytes<4>(at - 4);
     if (!length) return std::nullopt;
-    const std::int64_t end = at + number(*length, 0, 4);
+    const std::int64_t told = number(*length, 0, 4, encoding_.big_endian);
     // A writer that tells another length has its own idea of what follows.
-    if (static_cast<double>(end - at) < needed || number(*length, 0, 4) == kUndefined) {
-      return size_;
+    if (static_cast<double>(told) < needed || told == kUndefined) return size_;
+    return at + told;
+  }
+
+  /// Where the data set begins: behind the preamble and the meta header. 0: not to be told.
+  std::int64_t start() {
+    std::int64_t at = 128;
+    const auto mark = bytes<4>(at);
+    if (!mark || std::string_view(reinterpret_cast<const char*>(mark->data()), 4) != "DICM") {
+      return 0;
     }
-    return end;
+    at += 4;
+    const DicomEncoding meta;
+    for (auto head = bytes<8>(at); head && (*head)[0] == 2 && (*head)[1] == 0;
+         head = bytes<8>(at)) {
+      const auto next = after_element(at, meta, 0);
+      if (!next) return at;
+      at = *next;
+    }
+    return at;
   }
 
   /// Whether the elements that begin at `at` fill the file.
   bool whole_from(std::int64_t at) {
     while (at < size_) {
-      const auto tag = bytes<8>(at);
-      // Some archives fill files up with zeros.
-      const std::int64_t rest = size_ - at;
-      if (!tag) return zeros(at, rest);
-      if (number(*tag, 0, 2) == 0) return true;
-      std::int64_t length = number(*tag, 4, 4);
-      at += 8;
-      if (!encoding_.implicit) {
-        const std::string_view kind(reinterpret_cast<const char*>(tag->data()) + 4, 2);
-        if (!std::all_of(kind.begin(), kind.end(), [](char c) { return c >= 'A' && c <= 'Z'; })) {
-          return true;
-        }
-        length = number(*tag, 6, 2);
-        if (is_long(kind)) {
-          const auto words = bytes<4>(at);
-          if (!words) return false;
-          length = number(*words, 0, 4);
-          at += 4;
-        }
-      }
-      if (length == kUndefined) return true;  // a sequence: its end is not looked for
-      at += length;
+      const auto next = after_element(at, encoding_, 0);
+      if (!next) return false;
+      at = *next;
     }
     return at == size_;
   }
@@ -84,19 +85,82 @@ class Walk {
   }
 
   template <std::size_t N>
-  std::int64_t number(const std::array<unsigned char, N>& from, std::size_t first,
-                      std::size_t count) const {
+  static std::int64_t number(const std::array<unsigned char, N>& from, std::size_t first,
+                             std::size_t count, bool big_endian) {
     std::int64_t out = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      out = out << 8 | from[first + (encoding_.big_endian ? i : count - 1 - i)];
+      out = out << 8 | from[first + (big_endian ? i : count - 1 - i)];
     }
     return out;
   }
 
-  bool zeros(std::int64_t at, std::int64_t count) {
+  /// Where the element that begins at `at` ends; the file's end where that cannot be told; nothing
+  /// if the file ends before.
+  std::optional<std::int64_t> after_element(std::int64_t at, DicomEncoding encoding, int depth) {
+    const auto head = bytes<8>(at);
+    const bool big = encoding.big_endian;
+    // Some archives fill files up with zeros.
+    if (!head) return zeros(at) ? std::optional(size_) : std::nullopt;
+    if (number(*head, 0, 2, big) == 0) return size_;
+    std::int64_t length = number(*head, 4, 4, big);
+    at += 8;
+    if (!encoding.implicit) {
+      const std::string_view kind(reinterpret_cast<const char*>(head->data()) + 4, 2);
+      if (!std::all_of(kind.begin(), kind.end(), [](char c) { return c >= 'A' && c <= 'Z'; })) {
+        return size_;
+      }
+      length = number(*head, 6, 2, big);
+      if (is_long(kind)) {
+        const auto words = bytes<4>(at);
+        if (!words) return std::nullopt;
+        length = number(*words, 0, 4, big);
+        at += 4;
+      }
+      if (kind == "UN" && length == kUndefined) encoding = {.implicit = true};
+    }
+    if (length == kUndefined) return after_items(at, encoding, depth + 1);
+    return at + length <= size_ ? std::optional(at + length) : std::nullopt;
+  }
+
+  /// The same of the items of a sequence that does not tell its length.
+  std::optional<std::int64_t> after_items(std::int64_t at, const DicomEncoding& encoding,
+                                          int depth) {
+    if (depth > kDeepest) return size_;
+    while (at < size_) {
+      const auto head = bytes<8>(at);
+      if (!head) return std::nullopt;
+      const bool big = encoding.big_endian;
+      const std::int64_t kind = number(*head, 2, 2, big);
+      if (number(*head, 0, 2, big) != 0xFFFE) return size_;
+      at += 8;
+      if (kind == kSequenceEnd) return at;
+      if (kind != kItem) return size_;
+      const std::int64_t length = number(*head, 4, 4, big);
+      if (length != kUndefined) {
+        at += length;
+        continue;
+      }
+      for (bool open = true; open;) {
+        const auto inner = bytes<8>(at);
+        if (!inner) return std::nullopt;
+        if (number(*inner, 0, 2, big) == 0xFFFE && number(*inner, 2, 2, big) == kItemEnd) {
+          at += 8;
+          open = false;
+        } else if (const auto next = after_element(at, encoding, depth)) {
+          at = *next;
+          open = at < size_;
+        } else {
+          return std::nullopt;
+        }
+      }
+    }
+    return at == size_ ? std::optional(at) : std::nullopt;
+  }
+
+  bool zeros(std::int64_t at) {
     in_.clear();
     in_.seekg(at);
-    for (std::int64_t i = 0; i < count; ++i) {
+    for (; at < size_; ++at) {
       if (in_.get() != 0) return false;
     }
     return true;
@@ -121,6 +185,12 @@ bool goes_on_to_its_end(const std::filesystem::path& file, std::int64_t pixels,
   const auto end =
       encoding.packed ? walk.end_of_fragments(pixels) : walk.end_of_plain(pixels, pixels_needed);
   return end && walk.whole_from(*end);
+}
+
+bool is_whole(const std::filesystem::path& file, const DicomEncoding& encoding) {
+  Walk walk(file, encoding);
+  const std::int64_t start = walk.start();
+  return start == 0 || walk.whole_from(start);
 }
 
 }  // namespace beatlas::ingest

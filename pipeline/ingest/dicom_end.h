@@ -19,4 +19,7 @@ struct DicomEncoding {
 [[nodiscard]] bool goes_on_to_its_end(const std::filesystem::path& file, std::int64_t pixels,
                                       double pixels_needed, const DicomEncoding& encoding);
 
+/// The same of a file without pixels, from its first element.
+[[nodiscard]] bool is_whole(const std::filesystem::path& file, const DicomEncoding& encoding);
+
 }  // namespace beatlas::ingest

@@ -154,8 +154,11 @@ class FileReader {
     if (directory) return Kind::NotImage;
     if (!good) return Kind::Damaged;
     if (!meta_->Has(DC::Rows) || !meta_->Has(DC::Columns)) {
-      // A header cut off before its image would look like a report: those never say MR or rows.
-      return out_.modality == "MR" && image_class() ? Kind::Damaged : Kind::NotImage;
+      // A header cut off before its image looks like a report.
+      const bool cut =
+          syntax != family + kDeflated && !syntax.empty() &&
+          !is_whole(file_, {.implicit = syntax_.empty(), .big_endian = syntax_ == ".2"});
+      return cut || (out_.modality == "MR" && image_class()) ? Kind::Damaged : Kind::NotImage;
     }
     if (!has_pixels_) return Kind::Damaged;
     if (syntax_.rfind(".4.10", 0) == 0) return Kind::NotImage;  // video

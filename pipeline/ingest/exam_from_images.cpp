@@ -136,7 +136,7 @@ Exam exam_from_images(const std::vector<fs::path>& files, bool as_given,
     exam.decisions.insert(exam.decisions.begin(),
                           "The " + std::to_string(files.size()) +
                               " files were taken as phases, one each, in the order " +
-                              (as_given ? "given." : "of their numbers."));
+                              (as_given ? "given." : "of their names."));
   }
   context.progress(1);
   return exam;

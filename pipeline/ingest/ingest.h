@@ -8,8 +8,9 @@
 namespace beatlas::ingest {
 
 struct IngestOptions {
-  /// [s] 0.2..3, or 0 for the source's. Sets the exam's R-R interval; the phase of a DICOM frame
-  /// still comes from its own slice's R-R interval where the source names one.
+  /// [s] 0.2..3, or 0 for the source's. Sets the exam's R-R interval; those of DICOM slices
+  /// that have their own keep their proportions. Recorded times that fill a slice's own interval
+  /// stretch with it; others stay and must lie within it.
   double rr_interval_s = 0;
   /// [s] when each frame of a slice was taken, ascending, one a frame in the order of the cycle;
   /// empty: the source's. They replace whatever times the source names, of every slice; a view

@@ -181,6 +181,17 @@ SliceTiming with_times(SliceTiming timing, const std::vector<double>& times_s, d
   return timing;
 }
 
+std::optional<SliceTiming> with_rr(SliceTiming timing, double rr_s) {
+  const bool shares =
+      timing.rr_s > 0 && (!timing.timed || unseen_share(phases_of(timing, timing.rr_s)) == 0);
+  if (!shares && timing.time_s.back() - timing.time_s.front() >= rr_s) return std::nullopt;
+  if (shares) {
+    for (double& at : timing.time_s) at *= rr_s / timing.rr_s;
+  }
+  timing.rr_s = rr_s;
+  return timing;
+}
+
 std::vector<double> phases_of(const SliceTiming& timing, double rr_s) {
   const auto count = static_cast<double>(timing.order.size());
   const double rr = timing.rr_s > 0 ? timing.rr_s : rr_s;

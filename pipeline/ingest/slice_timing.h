@@ -56,6 +56,12 @@ inline constexpr double kMostRrS = 3.0;
 [[nodiscard]] SliceTiming with_times(SliceTiming timing, const std::vector<double>& times_s,
                                      double rr_s);
 
+/// Replaces the R-R interval of a slice. Times made up from the order stretch with it, and so do
+/// recorded ones that fill the slice's own interval evenly: retrospective gating makes them shares
+/// of it. Others stay as recorded.
+/// @return nothing if those do not lie within the interval
+[[nodiscard]] std::optional<SliceTiming> with_rr(SliceTiming timing, double rr_s);
+
 /// The phase of every frame, in [0, 1), in the order of timing.order (so it may wrap once).
 /// Evenly spaced times, printed in whole ms, are taken as even.
 /// @param rr_s used where timing.rr_s is 0 and the times are recorded ones; > 0

@@ -18,9 +18,8 @@
 namespace beatlas::ingest {
 namespace {
 
-constexpr double kToldUnseen = 0.05;  // a missing frame of 25 is 0.04 and told as such
-constexpr double kMostUnseen =
-    1.0 / 3;                            // prospective gating leaves out a tenth or two of the cycle
+constexpr double kToldUnseen = 0.05;    // a missing frame of 25 is 0.04 and told as such
+constexpr double kMostUnseen = 0.4;     // prospective gating leaves out a tenth or two of the cycle
 constexpr std::size_t kMostListed = 9;  // possible stacks told in full
 
 std::string with_digits(const char* format, double value) {
@@ -141,11 +140,30 @@ double mean_rr_s(const std::vector<ImageSet>& slices, double otherwise_s) {
   return sum / static_cast<double>(slices.size());
 }
 
+/// The R-R interval that was given is the stack's mean: slices differ as they did before.
+/// @return what every slice's own is to be multiplied with
+double give_rr(Candidate& candidate, double given_s, std::deque<ImageSet>& store) {
+  const double share = given_s / mean_rr_s(candidate, {.rr_interval_s = given_s});
+  for (auto& [place, set] : candidate.slices) {
+    if (set->timing.rr_s <= 0) continue;
+    const auto timing = with_rr(set->timing, set->timing.rr_s * share);
+    if (!timing) {
+      throw_invalid("the frames of a slice span " +
+                    with_digits("%.3f", set->timing.time_s.back() - set->timing.time_s.front()) +
+                    " s, more than the R-R interval given, " + with_digits("%.3f", given_s) +
+                    " s: give the interval in seconds, or the frame times too (--times)");
+    }
+    store.push_back(*set);
+    store.back().timing = *timing;
+    set = &store.back();
+  }
+  return share;
+}
+
 /// Puts the frame times that were given in place of the candidate's own; the sets that takes live
 /// in `store`.
 void give_times(Candidate& candidate, const IngestOptions& options, std::deque<ImageSet>& store) {
   const std::vector<double>& times = options.frame_times_s;
-  if (times.empty()) return;
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!std::isfinite(times[i]) || (i > 0 && times[i] <= times[i - 1])) {
       throw_invalid("the frame times given must be numbers that ascend");
@@ -176,7 +194,12 @@ void give_times(Candidate& candidate, const IngestOptions& options, std::deque<I
 ChosenCine build(Candidate candidate, const IngestOptions& options,
                  std::vector<std::string>& decisions) {
   std::deque<ImageSet> retimed;
-  give_times(candidate, options, retimed);
+  double rr_share = 1;
+  if (!options.frame_times_s.empty()) {
+    give_times(candidate, options, retimed);
+  } else if (options.rr_interval_s > 0) {
+    rr_share = give_rr(candidate, options.rr_interval_s, retimed);
+  }
   const std::size_t found = candidate.slices.size();
   const double rr_s = mean_rr_s(candidate, options);
   drop_incomplete(candidate, rr_s, decisions);
@@ -206,6 +229,7 @@ ChosenCine build(Candidate candidate, const IngestOptions& options,
   const auto slices = static_cast<int>(out.slices.size());
   out.grid = grid_of(plane, first, even.spacing_mm, slices);
   out.rr_s = mean_rr_s(out.slices, rr_s);
+  out.rr_share = rr_share;
 
   decisions.push_back(
       "The stack is made of " + std::to_string(slices) + " parallel slices of " +
@@ -296,6 +320,7 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
       if (options.frame_times_s.size() == set.images.size()) {
         timing = with_times(timing, options.frame_times_s, options.rr_interval_s);
       } else {
+        timing = with_rr(timing, timing.rr_s * choice.stack.rr_share).value_or(timing);
         own_times += options.frame_times_s.empty() ? 0 : 1;
       }
       view.rr_s = mean_rr_s(view.slices, choice.stack.rr_s);

@@ -15,6 +15,7 @@ struct ChosenCine {
   Grid grid;                     ///< LPS [mm], determinant +1
   std::vector<ImageSet> slices;  ///< one a k of the grid
   double rr_s = 0;               ///< mean over the slices
+  double rr_share = 1;           ///< an R-R interval that was given, by the slices' own
 };
 
 struct Choice {

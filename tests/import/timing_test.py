@@ -234,8 +234,16 @@ def rr_replaces_what_is_recorded(folder):
     truth = BeatingObject()
     written(folder, truth, change=lambda k, p, d: setattr(d, "NominalInterval", 1500))
     exam = read(folder, "--rr", "0.8437")
-    assert abs(exam.stack.rr_s - 0.8437) < 1e-9
+    expect_object(exam, truth, rr_error_s=1e-3)
     exam.expect_told("given")
+    # Frames that fill the cycle are shares of it, whatever its length.
+    other = folder / "other"
+    save_all(other, classic_exam(truth), names="random")
+    for rr in (1.25, 0.5):
+        exam = imported(folder / f"study{rr}", other, "--rr", rr)
+        assert abs(exam.stack.rr_s - rr) < 1e-9
+        truth.rr_ms = 1e3 * rr
+        expect_object(exam, truth, rr_error_s=1e-3)
 
 
 @case

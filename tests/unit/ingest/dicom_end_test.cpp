@@ -58,13 +58,41 @@ TEST(DicomEnd, LiesBehindAllFragments) {
   expect_ends(packed + kShort, {32, 44}, {.packed = true});
 }
 
+TEST(DicomEnd, OfSequencesThatDoNotTellTheirLength) {
+  const std::string sequence = "\xE1\x7F\x10\0SQ\0\0\xFF\xFF\xFF\xFF"s;
+  const std::string item =
+      "\xFE\xFF\x00\xE0\xFF\xFF\xFF\xFF"s + kShort + "\xFE\xFF\x0D\xE0\0\0\0\0"s;
+  const std::string told = "\xFE\xFF\x00\xE0\x0C\0\0\0"s + kShort;
+  const std::string end = "\xFE\xFF\xDD\xE0\0\0\0\0"s;
+  const std::string content = kEightPixels + sequence + item + told + end + kShort;
+  const auto whole_at = content.size();
+  EXPECT_TRUE(whole(content));
+  EXPECT_TRUE(whole(content.substr(0, whole_at - kShort.size())));
+  for (const std::size_t cut : {1U, 11U, 13U, 19U}) {
+    EXPECT_FALSE(whole(content.substr(0, whole_at - cut))) << cut;
+  }
+}
+
+TEST(DicomEnd, OfAFileWithoutPixels) {
+  const std::string meta = std::string(128, '\0') + "DICM\x02\0\x10\0UI\x04\0"s + "1.2\0"s;
+  const std::string content = meta + kShort + kLong;
+  const study::TemporaryFolder folder;
+  const auto file = folder.path() / "report";
+  for (std::size_t size = meta.size(); size <= content.size(); ++size) {
+    std::ofstream(file, std::ios::binary) << content.substr(0, size);
+    const bool end =
+        size == meta.size() || size == meta.size() + kShort.size() || size == content.size();
+    EXPECT_EQ(is_whole(file, {}), end) << size;
+  }
+}
+
 TEST(DicomEnd, MayBeFilledUpWithZeros) {
   EXPECT_TRUE(whole(kEightPixels + std::string(5, '\0')));
   EXPECT_TRUE(whole(kEightPixels + kShort + std::string(500, '\0')));
 }
 
 TEST(DicomEnd, IsNotLookedForWhereThatIsNotKnown) {
-  EXPECT_TRUE(whole(kEightPixels + "\xE1\x7F\x10\0SQ\0\0\xFF\xFF\xFF\xFFitems"s));
+  EXPECT_TRUE(whole(kEightPixels + "\xE1\x7F\x10\0SQ\0\0\xFF\xFF\xFF\xFFnoitem.."s));
   EXPECT_TRUE(whole(kEightPixels + "\xE1\x7F\x10\0??\x04\0"s));
   EXPECT_TRUE(whole("\x04\0\0\0pixelsab\xE1\x7F"s)) << "a writer that tells another length";
 }
