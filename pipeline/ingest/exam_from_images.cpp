@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <span>
 #include <string>
 
 #include "pipeline/core/parallel.h"
@@ -67,11 +68,26 @@ formats::ImageFile read_list(const std::vector<fs::path>& files, StageContext& c
   return out;
 }
 
+/// In place, a run of voxels at a time: a second cycle would double the memory.
 void resample(ImageCycle<float>& images, const std::vector<double>& at, int phases) {
+  constexpr std::size_t kRun = 1 << 14;
   const auto taps = resample_phases(at, phases);
-  std::vector<std::vector<float>> out(taps.size());
-  parallel_for(taps.size(), [&](std::size_t p) { out[p] = blend(images.phases, taps[p]); });
-  images.phases = std::move(out);
+  const std::size_t frames = images.phases.size();
+  const std::size_t count = images.grid.count();
+  images.phases.resize(std::max(frames, taps.size()));
+  for (std::size_t p = frames; p < images.phases.size(); ++p) images.phases[p].resize(count);
+  parallel_for((count + kRun - 1) / kRun, [&](std::size_t run) {
+    const std::size_t first = run * kRun;
+    std::vector<std::vector<float>> recorded(frames);
+    for (std::size_t f = 0; f < frames; ++f) {
+      const auto from = std::span(images.phases[f]).subspan(first, std::min(kRun, count - first));
+      recorded[f].assign(from.begin(), from.end());
+    }
+    for (std::size_t p = 0; p < taps.size(); ++p) {
+      blend_to(recorded, taps[p], images.phases[p].data() + first);
+    }
+  });
+  images.phases.resize(taps.size());
 }
 
 void check_options(const IngestOptions& options) {

@@ -133,10 +133,4 @@ void blend_to(const std::vector<std::vector<float>>& frames, const PhaseTaps& ta
   }
 }
 
-std::vector<float> blend(const std::vector<std::vector<float>>& frames, const PhaseTaps& taps) {
-  std::vector<float> out(frames.front().size());
-  blend_to(frames, taps, out.data());
-  return out;
-}
-
 }  // namespace beatlas::ingest

@@ -26,11 +26,7 @@ inline constexpr double kSamePhase = 1e-3;
 /// @param phases of the frames, in [0, 1), all different, any order; at least one
 [[nodiscard]] std::vector<PhaseTaps> resample_phases(const std::vector<double>& phases, int count);
 
-/// The weighted sum of `frames[tap]`, all of one size.
-[[nodiscard]] std::vector<float> blend(const std::vector<std::vector<float>>& frames,
-                                       const PhaseTaps& taps);
-
-/// The same, written to `out`, which has room for one frame.
+/// The weighted sum of `frames[tap]`, all of one size, written to `out`, which has room for one.
 void blend_to(const std::vector<std::vector<float>>& frames, const PhaseTaps& taps, float* out);
 
 }  // namespace beatlas::ingest

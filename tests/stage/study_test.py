@@ -305,7 +305,7 @@ def kill(rounds):
             process.kill()
             process.wait()
             done += 1
-        stages = no_half_files(folder, package)
+        stages = no_half_files(folder, package, removed)
         lost = finished - stages
         # The one that was being written anew has no record; none that was finished is lost.
         assert not lost, f"finished before and gone now: {lost}"

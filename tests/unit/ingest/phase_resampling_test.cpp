@@ -17,6 +17,13 @@ std::vector<double> even(int count, double start) {
   return out;
 }
 
+/// Of frames of one voxel.
+float blended(const std::vector<std::vector<float>>& frames, const PhaseTaps& taps) {
+  float out = 0;
+  blend_to(frames, taps, &out);
+  return out;
+}
+
 double worst(const std::vector<double>& phases, int count,
              const std::function<double(double)>& signal) {
   std::vector<std::vector<float>> frames;
@@ -24,7 +31,7 @@ double worst(const std::vector<double>& phases, int count,
   const auto taps = resample_phases(phases, count);
   double out = 0;
   for (int p = 0; p < count; ++p) {
-    const double value = blend(frames, taps[static_cast<std::size_t>(p)])[0];
+    const double value = blended(frames, taps[static_cast<std::size_t>(p)]);
     out = std::max(out, std::abs(value - signal(static_cast<double>(p) / count)));
   }
   return out;
@@ -57,7 +64,7 @@ TEST(PhaseResampling, WeightsSumToOneOnUnevenFrames) {
   for (const double phase : phases) frames.push_back({static_cast<float>(phase)});
   const auto taps = resample_phases(phases, 10);
   for (std::size_t p = 3; p < 7; ++p) {
-    EXPECT_NEAR(blend(frames, taps[p])[0], static_cast<double>(p) / 10, 0.02);
+    EXPECT_NEAR(blended(frames, taps[p]), static_cast<double>(p) / 10, 0.02);
   }
 }
 
