@@ -238,10 +238,10 @@ Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFil
   }
   if (options.rr_interval_s > 0) {
     exam.stack.rr_interval_s = options.rr_interval_s;
-    exam.decisions.push_back("The R-R interval was given, not taken from the images.");
+    exam.decisions.emplace_back("The R-R interval was given, not taken from the images.");
   }
   if (!options.frame_times_s.empty()) {
-    exam.decisions.push_back("The frame times were given, not taken from the images.");
+    exam.decisions.emplace_back("The frame times were given, not taken from the images.");
   }
   return exam;
 }

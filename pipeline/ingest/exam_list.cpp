@@ -20,7 +20,10 @@ struct Origin {
   std::string patient;
   std::string study;
   std::string frame;
-  auto operator<=>(const Origin&) const = default;
+
+  bool operator<(const Origin& other) const {
+    return std::tie(patient, study, frame) < std::tie(other.patient, other.study, other.frame);
+  }
 };
 
 class Sets {

@@ -38,12 +38,12 @@ double stepped_rr(const std::vector<double>& times) {
 double unit_of(double rr, bool unit_known, std::vector<std::string>& decisions) {
   if (plausible(rr)) {
     if (!unit_known) {
-      decisions.push_back("Warning: the file names no unit of time, seconds were taken.");
+      decisions.emplace_back("Warning: the file names no unit of time, seconds were taken.");
     }
     return 1;
   }
   if (plausible(rr * 1e-3)) {
-    decisions.push_back(
+    decisions.emplace_back(
         "Warning: the times of the file make an R-R interval only as milliseconds, these were "
         "taken.");
     return 1e-3;
@@ -95,7 +95,7 @@ FrameTiming by_given_times(int frames, const IngestOptions& options) {
     throw_invalid("the given frame times do not lie within an R-R interval of " +
                   seconds(out.rr_s) + "; give them in seconds, and the interval with --rr SECONDS");
   }
-  out.decisions.push_back("The frame times were given, not taken from the file.");
+  out.decisions.emplace_back("The frame times were given, not taken from the file.");
   set_phases(out);
   return out;
 }
@@ -113,7 +113,7 @@ FrameTiming time_frames(const formats::ImageFileHeader& header, int frames,
   const double given_rr = options.rr_interval_s;
   std::vector<std::string> decisions;
   if (given_rr > 0) {
-    decisions.push_back("The R-R interval was given, not taken from the file.");
+    decisions.emplace_back("The R-R interval was given, not taken from the file.");
   }
   if (std::ssize(header.frame_times_s) == frames) {
     if (ascending(header.frame_times_s)) {
@@ -127,12 +127,12 @@ FrameTiming time_frames(const formats::ImageFileHeader& header, int frames,
           set_phases(out);
           return out;
         }
-        decisions.push_back(
+        decisions.emplace_back(
             "Warning: the frame times of the file do not fit into the given R-R interval; the "
             "phases were taken as even.");
       }
     } else {
-      decisions.push_back("Warning: the frame times of the file do not rise and were left.");
+      decisions.emplace_back("Warning: the frame times of the file do not rise and were left.");
     }
   }
   double rr = header.frame_interval_s * frames;

@@ -52,11 +52,12 @@ std::string standard_extension(const std::string& name) {
   std::string lower = name;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  for (const std::string end :
-       {".nii.gz", ".tar.gz", ".dcm", ".dicom", ".ima",  ".img",  ".hdr", ".nii",
-        ".nrrd",   ".nhdr",   ".mha", ".mhd",   ".raw",  ".zraw", ".gz",  ".zip",
-        ".tar",    ".tgz",    ".7z",  ".txt",   ".json", ".csv"}) {
-    if (lower.size() > end.size() && lower.ends_with(end)) return end;
+  constexpr std::array<std::string_view, 22> kEnds{
+      ".nii.gz", ".tar.gz", ".dcm", ".dicom", ".ima",  ".img",  ".hdr", ".nii",
+      ".nrrd",   ".nhdr",   ".mha", ".mhd",   ".raw",  ".zraw", ".gz",  ".zip",
+      ".tar",    ".tgz",    ".7z",  ".txt",   ".json", ".csv"};
+  for (const std::string_view end : kEnds) {
+    if (lower.size() > end.size() && lower.ends_with(end)) return std::string(end);
   }
   return {};
 }

@@ -96,6 +96,7 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
   std::vector<Candidate> out{all};
   out.insert(out.end(), by_contrast.begin(), by_contrast.end());
   std::vector<Candidate> singles;
+  singles.reserve(by_series.size());
   for (const auto& [uid, single] : by_series) singles.push_back(single);
   std::stable_sort(singles.begin(), singles.end(), [](const Candidate& a, const Candidate& b) {
     return a.slices.front().second->series_number < b.slices.front().second->series_number;
