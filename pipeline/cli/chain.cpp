@@ -60,13 +60,15 @@ bool Chain::keeps(Stage stage, const study::Wanted& wanted) {
   if (!study_) return false;
   const study::StageState state = study::state_of(*study_, stage, wanted);
   if (!state.ran) return false;
+  const std::vector<std::string> unused = study::edited_for_the_eye(*study_, stage);
+  if (!unused.empty() && orders_.discard_edits) return false;
   const std::string name(study::stage_name(stage));
   if (state.edited.empty() || orders_.discard_edits) {
     if (!state.up_to_date() || !state.edited.empty()) return false;
   } else {
     if (!state.missing.empty()) {
       throw_invalid("in the study " + study_->folder().string() + " the file " +
-                    state.missing.front() + " is gone while " + state.edited.front() +
+                    state.missing.front() + " is gone or changed while " + state.edited.front() +
                     " was edited by hand; put it back, or have all of " + name +
                     " made anew with --discard-edits");
     }
@@ -76,8 +78,10 @@ bool Chain::keeps(Stage stage, const study::Wanted& wanted) {
                   "; --discard-edits makes " + name + " anew");
   }
   if (stage == Stage::Register) {
-    for (const std::string& file : study::edited_for_the_eye(*study_, stage)) {
-      console_.warn(file + " was edited, but nothing is made from it; edit segment/labels.nii.gz");
+    for (const std::string& file : unused) {
+      console_.warn(file +
+                    " was edited, but nothing is made from it; edit segment/labels.nii.gz, " +
+                    "and have this made anew with --discard-edits");
     }
   }
   const study::StageRecord& record = *study_->find(stage);
@@ -133,9 +137,14 @@ void Chain::require(Stage stage) {
   const study::StageState state = study::state_of(*study_, stage, wanted_of(stage, orders_));
   if (state.edited.empty() && !state.up_to_date()) {
     const std::vector<std::string>& why = state.missing.empty() ? state.changed : state.missing;
-    throw_invalid("in the study " + folder.string() + " the stage " + name +
-                  " is older than what it was made from (" + why.front() +
-                  (state.missing.empty() ? " changed)" : " is gone)") + run);
+    const bool gone = !state.missing.empty();
+    if (stage == Stage::Import) {
+      throw_invalid("in the study " + folder.string() + " " + why.front() +
+                    (gone ? " is gone" : " changed since the import") +
+                    "; name the images again: beatlas build SOURCE... --study " + folder.string());
+    }
+    throw_invalid("in the study " + folder.string() + " the stage " + name + " must run again (" +
+                  why.front() + (gone ? " is gone)" : " changed)") + run);
   }
   (void)keeps(stage, wanted_of(stage, orders_));
   orders_.discard_edits = discard;
@@ -240,6 +249,15 @@ void Chain::refuse_another_source() const {
 void Chain::import(const std::vector<fs::path>& sources) {
   study::Wanted with = wanted_of(Stage::Import, orders_);
   if (sources.empty()) {
+    if (orders_.discard_edits && study_->find(Stage::Import)) {
+      const std::vector<std::string> edited = study::edited_outputs(*study_, Stage::Import);
+      if (!edited.empty()) {
+        throw_invalid("in the study " + study_->folder().string() + " " + edited.front() +
+                      " was edited by hand and can be made anew from the images only; name them: "
+                      "beatlas build SOURCE... --study " +
+                      study_->folder().string() + " --discard-edits");
+      }
+    }
     require(Stage::Import);
     return;
   }

@@ -18,6 +18,7 @@ void add_status(CLI::App& app, Run& run) {
       "done      as 'build' would make it\n"
       "edited    changed by hand; kept until --discard-edits\n"
       "stale     what it was made from has changed; runs again\n"
+      "running   is being made now by another beatlas\n"
       "stopped   was interrupted while it wrote; runs again\n"
       "open      has not run\n"
       "waits     done, but a stage before it will run again\n"

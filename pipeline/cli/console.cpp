@@ -65,6 +65,9 @@ void Console::stage(const std::string& name, const std::function<void(StageConte
   StageContext context;
   context.cancel = &cancel_requested;
   context.log_sink = [this, &name](std::string_view line) { log(name + ": " + std::string(line)); };
+  context.warn_sink = [this, &name](std::string_view line) {
+    warn(name + ": " + std::string(line));
+  };
   if (terminal_) {
     context.progress_sink = [this, &name](double share) { show_progress(name, share); };
     show_progress(name, 0);

@@ -13,7 +13,8 @@ StageStatus status_of(const study::Study& study, Stage stage, const Orders& orde
   out.stage = stage;
   const study::StageRecord* record = study.find(stage);
   if (!record) {
-    out.state = study.interrupted() == stage ? "stopped" : "open";
+    const bool writing = study.interrupted() == stage;
+    out.state = !writing ? "open" : study::Lock::held(study.folder()) ? "running" : "stopped";
     return out;
   }
   study::Wanted wanted = wanted_of(stage, orders);
@@ -24,6 +25,7 @@ StageStatus status_of(const study::Study& study, Stage stage, const Orders& orde
   }
   const study::StageState state = study::state_of(study, stage, wanted);
   out.edited = state.edited;
+  out.unused_edits = study::edited_for_the_eye(study, stage);
   out.missing = state.missing;
   out.changed = state.changed;
   out.state = !state.edited.empty() ? "edited" : state.up_to_date() ? "done" : "stale";
@@ -77,6 +79,9 @@ std::string to_text(const StudyStatus& status) {
       line += (stage.edited.empty() && stage.missing.empty() ? ": " : "; ") +
               joined(stage.changed) + " changed";
     }
+    if (!stage.unused_edits.empty()) {
+      line += "; " + joined(stage.unused_edits) + " changed by hand, but nothing is made from it";
+    }
     out += line + "\n";
   }
   if (status.in_use) out += "another beatlas writes in this study now\n";
@@ -89,6 +94,7 @@ nlohmann::json to_json(const StudyStatus& status) {
     stages.push_back({{"name", study::stage_name(stage.stage)},
                       {"state", stage.state},
                       {"edited", stage.edited},
+                      {"unused_edits", stage.unused_edits},
                       {"missing", stage.missing},
                       {"changed", stage.changed}});
   }

@@ -10,10 +10,11 @@ namespace beatlas::cli {
 
 struct StageStatus {
   study::Stage stage{};
-  std::string state;                 ///< done, edited, stale, stopped, open, waits; see cmd_status
-  std::vector<std::string> edited;   ///< files changed by hand
-  std::vector<std::string> missing;  ///< files that are gone
-  std::vector<std::string> changed;  ///< why it is stale
+  std::string state;                      ///< see cmd_status
+  std::vector<std::string> edited;        ///< files changed by hand
+  std::vector<std::string> unused_edits;  ///< files changed by hand that no stage reads
+  std::vector<std::string> missing;       ///< files that are gone
+  std::vector<std::string> changed;       ///< why it is stale
 };
 
 struct StudyStatus {

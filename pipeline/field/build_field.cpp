@@ -211,8 +211,7 @@ FieldCycle build_field(const ShapeCycle& shape, const FieldOptions& options,
   });
   for (std::size_t p = 0; p < phases; ++p) {
     if (touches_border(level_grid, shape.level.phases[p])) {
-      context.log("warning: " + phase_of(shape, p) +
-                  " reaches the border of its lattice and is cut flat there");
+      context.warn(phase_of(shape, p) + " reaches the border of its lattice and is cut flat there");
     }
   }
 

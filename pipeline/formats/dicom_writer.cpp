@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
-#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
@@ -55,9 +54,9 @@ std::string uid_of(const std::string& text) {
   std::string decimal = "0";  // most significant digit first
   for (const char c : hex) {
     int carry = c <= '9' ? c - '0' : c - 'a' + 10;
-    for (char& digit : std::ranges::reverse_view(decimal)) {
-      carry += (digit - '0') * 16;
-      digit = static_cast<char>('0' + carry % 10);
+    for (std::size_t i = decimal.size(); i-- > 0;) {
+      carry += (decimal[i] - '0') * 16;
+      decimal[i] = static_cast<char>('0' + carry % 10);
       carry /= 10;
     }
     for (; carry > 0; carry /= 10)

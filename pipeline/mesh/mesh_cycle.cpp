@@ -59,9 +59,9 @@ TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& s
   }
   LargestComponent kept = largest_component(raw);
   if (kept.components > 1) {
-    context.log("warning: " + name_of(field) + " falls into " + std::to_string(kept.components) +
-                " pieces; the largest is kept and " + fixed(kept.others_ml, 2) +
-                " ml in the others are left out");
+    context.warn(name_of(field) + " falls into " + std::to_string(kept.components) +
+                 " pieces; the largest is kept and " + fixed(kept.others_ml, 2) +
+                 " ml in the others are left out");
   }
   const int euler_before = inspect(kept.mesh.points.size(), kept.mesh.triangles).euler_number;
   TriangleMesh mesh = remeshed(kept.mesh, options.edge_mm);
@@ -73,8 +73,10 @@ TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& s
          " mm and does not stay a closed manifold; choose a smaller edge_mm");
   }
   if (after.euler_number != 2) {
-    context.log("warning: the surface of " + name_of(field) + " has " +
-                std::to_string((2 - after.euler_number) / 2) + " handles");
+    const int handles = (2 - after.euler_number) / 2;
+    context.warn("the surface of " + name_of(field) + " has " + std::to_string(handles) +
+                 (handles == 1 ? " handle" : " handles") +
+                 ": look for holes in thin places of its labels");
   }
   constexpr int kRelaxations = 5;
   for (Vec3& p : mesh.points) p = surface.project_to_zero(p, field.voxel_mm);
@@ -142,9 +144,9 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
   });
   for (std::size_t p = 0; p < phases; ++p) {
     if (off_mm[p] > kMeanOffSurfaceMm) {
-      context.log("warning: the mesh of " + name_of(field) + " lies " + fixed(off_mm[p], 2) +
-                  " mm off the surface of phase " + std::to_string(p) +
-                  " on average; its shape may differ too much from the reference phase's");
+      context.warn("the mesh of " + name_of(field) + " lies " + fixed(off_mm[p], 2) +
+                   " mm off the surface of phase " + std::to_string(p) +
+                   " on average; its shape may differ too much from the reference phase's");
     }
   }
   context.progress(1.0);

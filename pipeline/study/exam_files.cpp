@@ -88,7 +88,7 @@ Exam read_exam(const fs::path& study) {
     object.finish();
     return exam;
   } catch (const Error& error) {
-    throw error.with_context(index.string());
+    throw said_of(index, error);
   }
 }
 

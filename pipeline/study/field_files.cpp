@@ -49,7 +49,7 @@ std::vector<FieldCycle> read_fields(const fs::path& study) {
     object.finish();
     return fields;
   } catch (const Error& error) {
-    throw error.with_context(index.string());
+    throw said_of(index, error);
   }
 }
 

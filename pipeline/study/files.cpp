@@ -1,10 +1,10 @@
 #include "pipeline/study/files.h"
 
+#include <cstdint>
 #include <fstream>
 #include <set>
 #include <system_error>
 
-#include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas::study {
@@ -15,6 +15,15 @@ constexpr auto kPartialPrefix = ".partial-";
 
 [[noreturn]] void fail_machine(const std::string& message) {
   throw Error(ErrorCode::Machine, message);
+}
+
+/// While what could not be written whole still lies there.
+bool disk_is_full(const fs::path& file) {
+  constexpr std::uintmax_t kRoom = 1U << 16;
+  std::error_code failure;
+  const fs::space_info room =
+      fs::space(file.parent_path().empty() ? "." : file.parent_path(), failure);
+  return !failure && room.available < kRoom;
 }
 
 fs::path temporary_of(const fs::path& file) {
@@ -32,6 +41,13 @@ void replace_file(const fs::path& file, const std::function<void(const fs::path&
   std::error_code ignored;
   try {
     write(temporary);
+  } catch (const Error& error) {
+    const bool full = disk_is_full(temporary);
+    fs::remove(temporary, ignored);
+    if (error.code() != ErrorCode::Machine) throw;
+    fail_machine(file.string() + " cannot be written: " +
+                 (full ? "the disk is full; make room and build again"
+                       : "check the permissions and limits of its folder and disk"));
   } catch (...) {
     fs::remove(temporary, ignored);
     throw;
@@ -50,10 +66,7 @@ void write_bytes(const fs::path& file, std::span<const std::byte> bytes) {
     out.write(reinterpret_cast<const char*>(bytes.data()),
               static_cast<std::streamsize>(bytes.size()));
     out.close();
-    if (!out) {
-      fail_machine(file.string() +
-                   " cannot be written: is its folder writable and the disk not full?");
-    }
+    if (!out) fail_machine(file.string() + " cannot be written");
   });
 }
 
@@ -104,6 +117,12 @@ nlohmann::json read_json(const fs::path& file) {
   } catch (const nlohmann::json::exception&) {
     throw_invalid(file.string() + " is not valid JSON: a number is out of range");
   }
+}
+
+Error said_of(const fs::path& index, const Error& error) {
+  const std::string folder = index.parent_path().string() + "/";
+  return std::string_view(error.what()).starts_with(folder) ? error
+                                                            : error.with_context(index.string());
 }
 
 std::string sha256_of_file(const fs::path& file) { return sha256_hex(read_bytes(file)); }

@@ -11,11 +11,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/base/error.h"
+
 namespace beatlas::study {
 
 /// Calls write(temporary) with a name beside `file` that ends like it, then renames it to `file`,
 /// replacing what was there. If anything fails, the temporary is removed and `file` is untouched.
-/// @throws what `write` throws; Error{Machine} if the rename fails.
+/// @throws what `write` throws; Error{Machine} if that or the rename fails, naming `file` and
+/// whether the disk is full.
 void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 
@@ -33,6 +36,9 @@ void write_json(const std::filesystem::path& file, const nlohmann::json& json);
 /// @throws Error{InvalidInput} naming the file and where in it the JSON breaks off; a key that
 /// stands twice in one object is refused too.
 [[nodiscard]] nlohmann::json read_json(const std::filesystem::path& file);
+/// `error` of reading the files that `index` lists, with the index named unless the message begins
+/// with a file beside it.
+[[nodiscard]] Error said_of(const std::filesystem::path& index, const Error& error);
 [[nodiscard]] std::string sha256_of_file(const std::filesystem::path& file);
 
 /// Whether the file is there with this content.

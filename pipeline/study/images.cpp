@@ -1,6 +1,7 @@
 #include "pipeline/study/images.h"
 
 #include <cmath>
+#include <string>
 
 #include "pipeline/formats/nifti.h"
 #include "pipeline/study/files.h"
@@ -12,6 +13,16 @@ namespace {
 
 /// A viewer that saves a file again keeps its place to single precision.
 constexpr double kPlaceToleranceMm = 0.01;
+
+/// What helps where a file of the study was saved by another program.
+const std::string kSaveAgain =
+    "save it again on the grid it had, or have it made anew with --discard-edits";
+
+/// Of a file that cannot be read at all.
+Error with_advice(const Error& error) {
+  if (error.code() != ErrorCode::InvalidInput) return error;
+  return {error.code(), std::string(error.what()) + "; " + kSaveAgain};
+}
 
 bool fits_int16(const ImageCycle<float>& images) {
   for (const std::vector<float>& phase : images.phases) {
@@ -33,8 +44,8 @@ void check(const fs::path& file, const ImageCycle<T>& found, const ExpectedImage
                   std::to_string(found.grid.size[1]) + " x " + std::to_string(found.grid.size[2]) +
                   " voxels in " + std::to_string(found.phase_count()) + " phases, the study says " +
                   std::to_string(grid.size[0]) + " x " + std::to_string(grid.size[1]) + " x " +
-                  std::to_string(grid.size[2]) + " in " + std::to_string(expected.phases) +
-                  "; run the stage that wrote it again");
+                  std::to_string(grid.size[2]) + " in " + std::to_string(expected.phases) + "; " +
+                  kSaveAgain);
   }
   for (int corner = 0; corner < 8; ++corner) {
     const double i = (corner & 1) != 0 ? grid.size[0] - 1 : 0;
@@ -42,8 +53,9 @@ void check(const fs::path& file, const ImageCycle<T>& found, const ExpectedImage
     const double k = (corner & 4) != 0 ? grid.size[2] - 1 : 0;
     if (!((found.grid.mm(i, j, k) - grid.mm(i, j, k)).norm() <= kPlaceToleranceMm)) {
       throw_invalid(file.string() +
-                    " lies elsewhere in the patient than the study says; keep the geometry when "
-                    "saving an edited image, or run the stage that wrote it again");
+                    " has its voxels elsewhere in the patient than the study says (moved, turned "
+                    "or mirrored); " +
+                    kSaveAgain);
     }
   }
 }
@@ -71,14 +83,24 @@ void write_labels(const fs::path& file, const LabelCycle& labels, const Grid& lp
 }
 
 ImageCycle<float> read_images(const fs::path& file, const ExpectedImages& expected) {
-  ImageCycle<float> images = formats::read_nifti(file);
+  ImageCycle<float> images;
+  try {
+    images = formats::read_nifti(file);
+  } catch (const Error& error) {
+    throw with_advice(error);
+  }
   check(file, images, expected);
   images.grid = expected.grid;
   return images;
 }
 
 LabelCycle read_labels(const fs::path& file, const ExpectedImages& expected) {
-  LabelCycle labels = formats::read_nifti_labels(file);
+  LabelCycle labels;
+  try {
+    labels = formats::read_nifti_labels(file);
+  } catch (const Error& error) {
+    throw with_advice(error);
+  }
   check(file, labels, expected);
   labels.grid = expected.grid;
   return labels;

@@ -78,7 +78,7 @@ std::vector<SurfaceCycle> read_surfaces(const fs::path& study) {
     object.finish();
     return surfaces;
   } catch (const Error& error) {
-    throw error.with_context(index.string());
+    throw said_of(index, error);
   }
 }
 

@@ -80,7 +80,7 @@ Registration read_registration(const fs::path& study) {
     object.finish();
     return out;
   } catch (const Error& error) {
-    throw error.with_context(index.string());
+    throw said_of(index, error);
   }
 }
 
@@ -91,7 +91,7 @@ Affine read_workspace_from_lps(const fs::path& study) {
     return affine_from_json(JsonObject(content, "").at("workspace_from_lps"),
                             "/workspace_from_lps");
   } catch (const Error& error) {
-    throw error.with_context(index.string());
+    throw said_of(index, error);
   }
 }
 

@@ -1,5 +1,3 @@
-#include <system_error>
-
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/json_values.h"
@@ -85,14 +83,7 @@ StoredSegmentation read_segmentation(const fs::path& study) {
     int phases = 0;
     object.read("phases", phases, 1, 10000);
     stored.labels = read_labels(folder / "labels.nii.gz", {grid, grid, phases});
-    std::error_code ignored;
-    if (fs::is_regular_file(study / kLabelsAsMade, ignored)) {
-      out.labels = read_labels(study / kLabelsAsMade, {grid, grid, phases});
-    } else {
-      out.labels.grid = grid;
-      out.labels.phases.assign(static_cast<std::size_t>(phases),
-                               std::vector<std::uint8_t>(grid.count(), kLabelBackground));
-    }
+    out.labels = read_labels(study / kLabelsAsMade, {grid, grid, phases});
     out.coverage.grid = grid_from_json(object.at("coverage_grid"), "/coverage_grid");
     out.coverage.first = index_from_json(object.at("coverage_first"), "/coverage_first");
     for (Structure structure : structures_from_json(object.at("structures"), "/structures")) {
@@ -107,7 +98,7 @@ StoredSegmentation read_segmentation(const fs::path& study) {
     object.finish();
     return stored;
   } catch (const Error& error) {
-    throw error.with_context(index.string());
+    throw said_of(index, error);
   }
 }
 

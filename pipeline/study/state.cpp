@@ -27,10 +27,8 @@ StageState state_of(const Study& study, Stage stage, const Wanted& wanted) {
   out.ran = true;
   out.edited = edited_outputs(study, stage);
   for (const auto& [file, hash] : record->outputs) {
-    const bool spoiled =
-        file == kLabelsAsMade && out.edited.empty() && was_changed(study, file, hash);
-    const bool gone = !is_there(study, file) && (file != kLabelsAsMade || out.edited.empty());
-    if (spoiled || gone) out.missing.push_back(file);
+    const bool spoiled = file == kLabelsAsMade && was_changed(study, file, hash);
+    if (spoiled || !is_there(study, file)) out.missing.push_back(file);
   }
   if (record->version != wanted.version) out.changed.emplace_back("the program's version");
   if (record->options != wanted.options) out.changed.emplace_back("its options");

@@ -27,7 +27,7 @@ struct StageState {
 };
 
 /// Files for the eye do not count as edited. labels_as_made.nii.gz, if it is not what was written,
-/// counts as missing, but not where labels.nii.gz was edited: then all of that is an edit.
+/// counts as missing: without it no edit can be told.
 /// @pre the stages that `stage` reads have run; see Study::inputs_now
 [[nodiscard]] StageState state_of(const Study& study, Stage stage, const Wanted& wanted);
 

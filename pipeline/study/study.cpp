@@ -104,15 +104,25 @@ Study Study::open_to_write(const fs::path& folder, const Waiting& waiting) {
 }
 
 Study Study::open(const fs::path& folder) {
-  std::error_code ignored;
+  std::error_code failure;
   const fs::path index = folder / kIndexName;
-  if (!fs::is_regular_file(index, ignored)) {
+  const bool there = fs::is_regular_file(index, failure);
+  if (failure == std::errc::permission_denied) {
+    throw Error(ErrorCode::Machine, index.string() + " cannot be read: no permission");
+  }
+  if (!there) {
     throw_invalid("there is no study in " + folder.string() +
                   "; start one with: beatlas import SOURCE... --study " + folder.string());
   }
   Study study;
   study.folder_ = folder;
-  const json content = read_json(index);
+  json content;
+  try {
+    content = read_json(index);
+  } catch (const Error& error) {
+    throw Error(error.code(),
+                std::string(error.what()) + "; put a copy of it back, or build into a new folder");
+  }
   try {
     JsonObject object(content, "");
     int format = 0;

@@ -227,11 +227,70 @@ def edit_of_another():
     paint(eye, lambda labels: labels.fill(0))
     kept, made, said = again(folder, package)
     assert made == [] and "nothing is made from it" in said, said
-    # Labels that no editor should have left.
+    told = json.loads(beatlas("status", folder, "--json").stdout)["stages"]
+    assert ["register/labels.nii.gz"] in [stage["unused_edits"] for stage in told], told
+
+
+def edit_goes_wrong():
+    """Labels that no editor should have left; files that are gone; all of it can be given up."""
+    folder, package = built("edit_goes_wrong")
+    file = folder / "segment" / "labels.nii.gz"
+    whole = file.read_bytes()
+
+    def refused(*words, source=(EXAM,), code=3):
+        said = beatlas("build", *source, "-o", package, "--study", folder, *words, code=code).stderr
+        expect_same(PACKAGE, package)
+        return [line for line in said.splitlines() if "warning" not in line][-1]
+
     for value, word in ((9, "value 9"), (0, "no heart")):
-        paint(folder / "segment" / "labels.nii.gz", lambda labels: labels.fill(value))
-        said = beatlas("build", EXAM, "-o", package, "--study", folder, code=3).stderr
+        paint(file, lambda labels: labels.fill(value))
+        said = refused()
         assert word in said and "labels.nii.gz" in said, said
+    file.write_bytes(whole)
+    image = nibabel.load(file)
+    labels = numpy.asarray(image.dataobj)
+    shifted = image.affine.copy()
+    shifted[:3, 3] += 3
+    for edited in (nibabel.Nifti1Image(labels[:-1], image.affine),
+                   nibabel.Nifti1Image(labels, shifted),
+                   nibabel.Nifti1Image(labels + numpy.float32(0.5), image.affine)):
+        nibabel.save(edited, file)
+        said = refused()
+        assert said.startswith(f"beatlas: {file}") and "save it again" in said, said
+    for size in (0, len(whole) // 2):
+        file.write_bytes(whole[:size])
+        said = refused()
+        assert said.startswith(f"beatlas: {file}") and "save it again" in said, said
+    # Without what tells how they were made no edit can be told.
+    file.write_bytes(whole)
+    paint(file, add_block)
+    (folder / "segment" / "labels_as_made.nii.gz").unlink()
+    said = refused()
+    assert "labels_as_made.nii.gz is gone" in said and "--discard-edits" in said, said
+    paint(folder / "register" / "labels.nii.gz", lambda labels: labels.fill(0))
+    again(folder, package, "--discard-edits")
+    expect_same(PACKAGE, package)
+    assert set(states(folder).values()) == {"done"}, states(folder)
+    told = json.loads(beatlas("status", folder, "--json").stdout)["stages"]
+    assert not any(stage["unused_edits"] for stage in told), told
+
+    # Images that were changed or lost come back from the source alone.
+    stack = folder / "exam" / "stack.nii.gz"
+    paint(stack, lambda values: values[:2].fill(0))
+    said = refused("--discard-edits", source=())
+    assert "exam/stack.nii.gz was edited by hand" in said and "SOURCE" in said, said
+    again(folder, package, "--discard-edits")
+    expect_same(PACKAGE, package)
+    stack.unlink()
+    said = refused(source=())
+    assert "exam/stack.nii.gz is gone" in said and "SOURCE" in said, said
+    kept, made, said = again(folder, package)
+    assert made == ["import"], said
+    # The index is lost: what to do is said.
+    index = folder / "study.json"
+    index.write_bytes(index.read_bytes()[:500])
+    said = refused()
+    assert "study.json" in said and "new folder" in said, said
 
 
 def waits():

@@ -175,7 +175,7 @@ TEST(BuildField, AShapeCutByItsLatticeIsClosedThereAndSaidSo) {
   const Grid grid = lattice({-30, -30, -30}, {30, 30, 8}, 1.0);
   StageContext context;
   std::string log;
-  context.log_sink = [&](std::string_view line) { log += line; };
+  context.warn_sink = [&](std::string_view line) { log += line; };
   const FieldCycle field = build_field(
       one_phase(grid, sampled(grid, [&](const Vec3& x) { return e.distance_mm(x); })), {}, context);
   EXPECT_NE(log.find("border"), std::string::npos);

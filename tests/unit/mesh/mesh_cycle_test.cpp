@@ -156,7 +156,7 @@ TEST(MeshCycle, KeepsTheLargestPieceAndSaysSo) {
       2, {-28, -24, -24}, {34, 24, 24});
   StageContext context;
   std::string log;
-  context.log_sink = [&](std::string_view line) { log += line; };
+  context.warn_sink = [&](std::string_view line) { log += line; };
   const SurfaceCycle surface = mesh_cycle(field, {}, context);
   EXPECT_NE(log.find("2 pieces"), std::string::npos) << log;
   EXPECT_EQ(measure_quality(surface).euler_number, 2);
@@ -173,7 +173,7 @@ TEST(MeshCycle, ARingKeepsItsHandle) {
       4, {-34, -34, -16}, {34, 34, 16});
   StageContext context;
   std::string log;
-  context.log_sink = [&](std::string_view line) { log += line; };
+  context.warn_sink = [&](std::string_view line) { log += line; };
   const MeshQuality quality = measure_quality(mesh_cycle(field, {}, context));
   EXPECT_TRUE(quality.closed_manifold);
   EXPECT_EQ(quality.euler_number, 0);

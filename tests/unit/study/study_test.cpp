@@ -76,9 +76,10 @@ TEST_F(StudyTest, an_edit_is_told_from_what_the_stage_wrote) {
   StageState state = state_of(study, Stage::Segment, wanted_);
   EXPECT_EQ(state.edited, std::vector<std::string>{"segment/labels.nii.gz"});
   EXPECT_TRUE(state.up_to_date()) << "an edit is no reason to run again";
-  // Once labels are edited, what tells how they were made may be gone; without an edit not.
+  // Without what tells how they were made, no edit can be told.
   fs::remove(folder_.path() / kLabelsAsMade);
-  EXPECT_TRUE(state_of(study, Stage::Segment, wanted_).missing.empty());
+  EXPECT_EQ(state_of(study, Stage::Segment, wanted_).missing,
+            std::vector<std::string>{kLabelsAsMade});
   put("segment/labels.nii.gz", "segment/labels.nii.gz");
   EXPECT_EQ(state_of(study, Stage::Segment, wanted_).missing,
             std::vector<std::string>{kLabelsAsMade});
