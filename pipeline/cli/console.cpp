@@ -53,6 +53,18 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux counts KiB
 }
 
+std::string one_line(std::string_view text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const auto c = static_cast<unsigned char>(text[at]);
+    const auto next = static_cast<unsigned char>(at + 1 < text.size() ? text[at + 1] : ' ');
+    const bool in_two_bytes = c == 0xC2 && next >= 0x80 && next < 0xA0;  // U+0080..9F in UTF-8
+    if (in_two_bytes) ++at;
+    out += c < ' ' || c == 0x7F || in_two_bytes ? '?' : static_cast<char>(c);
+  }
+  return out;
+}
+
 void print_data(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     throw Error(ErrorCode::Machine, "the output cannot be written to stdout");
@@ -86,7 +98,7 @@ void Console::stage(const std::string& name, const std::function<void(StageConte
 }
 
 void Console::print(std::string_view line) {
-  const std::string text = "beatlas: " + std::string(line) + "\n";
+  const std::string text = "beatlas: " + one_line(line) + "\n";
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 

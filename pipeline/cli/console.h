@@ -60,6 +60,10 @@ void catch_interrupts();
 /// Highest resident memory of the process so far.
 [[nodiscard]] double peak_memory_mb();
 
+/// The text with '?' for control characters (a name of a file may hold some): it stays one line,
+/// and commands no terminal.
+[[nodiscard]] std::string one_line(std::string_view text);
+
 /// Writes to stdout. @throws Error{Machine} if it cannot be written, for example to a full disk.
 void print_data(std::string_view text);
 

@@ -8,6 +8,8 @@
 #include <system_error>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/stage_context.h"
+#include "pipeline/ingest/source_files.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
@@ -43,15 +45,15 @@ std::optional<std::string> files_sha256(const std::vector<fs::path>& sources) {
     std::error_code error;
     std::vector<fs::path> files;
     if (fs::is_directory(source, error)) {
-      for (auto it = fs::recursive_directory_iterator(source, error);
-           !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
-        std::error_code ignored;
-        if (it->is_regular_file(ignored)) files.push_back(it->path());
+      try {
+        StageContext context;
+        files = ingest::files_under(source, context).files;
+      } catch (const Error&) {
+        return std::nullopt;  // the reader says what is wrong
       }
     } else {
       files.push_back(source);
     }
-    if (error) return std::nullopt;
     std::vector<std::string> hashes(files.size());
     try {
       parallel_for(files.size(),

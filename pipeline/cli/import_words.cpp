@@ -2,10 +2,12 @@
 
 #include <charconv>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/ingest/shown_path.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
 
@@ -15,19 +17,67 @@ namespace {
 constexpr std::size_t kMostTimes = 1000;
 constexpr double kLatestS = 10;  // far beyond a heart beat: such times are no seconds
 
+constexpr double kLeastRrS = 0.2;
+constexpr double kMostRrS = 3;
+constexpr int kMostPhases = 200;
+
+template <class Number>
+std::optional<Number> number(const std::string& text) {
+  Number value{};
+  const char* const start = text.data() + (text.starts_with('+') ? 1 : 0);
+  const auto [end, error] = std::from_chars(start, text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// What is wrong with a word, for the parser, or nothing. The word is not repeated: it may be a
+// path.
+
+std::string wrong_rr(const std::string& text) {
+  const auto value = number<double>(text);
+  if (value && *value >= kLeastRrS && *value <= kMostRrS) return {};
+  return "give the R-R interval in seconds, 0.2 to 3";
+}
+
+std::string wrong_phases(const std::string& text) {
+  const auto value = number<int>(text);
+  if (value && (*value == 0 || (*value >= 2 && *value <= kMostPhases))) return {};
+  return "give 2 to 200 phases, or 0 for as many as the source has";
+}
+
+std::string wrong_series(const std::string& text) {
+  const auto value = number<int>(text);
+  if (value && *value >= 0) return {};
+  return "one of its words is no series number; separate numbers by commas, as in 7001,8001, and "
+         "name the source before it";
+}
+
+std::string empty_word(const std::string& text) {
+  return text.empty() ? "it is empty" : std::string();
+}
+
+/// Whether the text is meant as numbers; else it names a file.
+bool are_numbers(const std::string& text) {
+  if (text.find('/') != std::string::npos) return false;
+  return text.find_first_of(",;") != std::string::npos ||
+         text.find_first_not_of("0123456789+-.eE \t\r\n") == std::string::npos;
+}
+
 }  // namespace
 
 void add_import_words(CLI::App& command, ImportWords& words) {
+  if (CLI::Option* source = command.get_option_no_throw("SOURCE")) source->check(empty_word);
   command.add_option("--rr", words.rr_interval_s, "R-R interval [s], instead of the source's")
-      ->check(CLI::Range(0.2, 3.0))
+      ->check(wrong_rr)
       ->type_name("SECONDS");
   command
       .add_option("--times", words.times,
                   "When each frame of a slice was taken [s], instead of the source's times: "
                   "0,0.04,... or a file of such numbers")
+      ->check(empty_word)
       ->type_name("LIST|FILE");
   command.add_option("--phases", words.phases, "Phases to resample to; 0 = as many as there are")
-      ->check(CLI::Range(0, 200))
+      ->check(wrong_phases)
       ->type_name("N");
   command
       .add_option("--exam", words.exam,
@@ -36,7 +86,7 @@ void add_import_words(CLI::App& command, ImportWords& words) {
       ->type_name("N");
   command.add_option("--series", words.series, "Take images of these series numbers only")
       ->delimiter(',')
-      ->check(CLI::Range(0, 2147483647))
+      ->check(wrong_series)
       ->type_name("N,N,...");
   command
       .add_option("--stack", words.stack,
@@ -80,14 +130,22 @@ void apply(const ImportWords& words, ingest::IngestOptions& options) {
   if (!words.series.empty()) options.series = words.series;
   if (words.times.empty()) return;
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(words.times, ignored)) {
-    const std::vector<std::byte> bytes = study::read_bytes(words.times);
-    options.frame_times_s =
-        parse_times(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
-                    "the times in " + words.times);
-  } else {
+  const std::filesystem::path file = words.times;
+  const bool there = std::filesystem::exists(file, ignored);
+  if (!there && are_numbers(words.times)) {
     options.frame_times_s = parse_times(words.times, "the times of --times");
+    return;
   }
+  const std::string shown = ingest::shown_path(file);
+  if (!there) throw_invalid(shown + ": no such file; --times takes numbers or a file of them");
+  if (std::filesystem::is_directory(file, ignored)) {
+    throw_invalid(shown +
+                  ": no such file, it is a folder; --times takes numbers or a file of them");
+  }
+  const std::vector<std::byte> bytes = study::read_bytes(file);
+  options.frame_times_s =
+      parse_times(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
+                  "the times in " + shown);
 }
 
 }  // namespace beatlas::cli

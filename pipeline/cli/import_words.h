@@ -21,7 +21,8 @@ struct ImportWords {
   std::vector<int> series;  ///< empty: not given
 };
 
-/// Adds --rr, --times, --phases, --exam, --series, --stack.
+/// Adds --rr, --times, --phases, --exam, --series, --stack; to be called when the command has its
+/// SOURCE, which may not be empty either.
 void add_import_words(CLI::App& command, ImportWords& words);
 
 /// @throws Error{Usage} for times that are no ascending numbers; Error{InvalidInput} for their file

@@ -14,7 +14,7 @@ namespace {
 int exit_code(beatlas::ErrorCode code) { return static_cast<int>(code); }
 
 int fail(const char* message, beatlas::ErrorCode code) {
-  std::fprintf(stderr, "beatlas: %s\n", message);
+  std::fprintf(stderr, "beatlas: %s\n", beatlas::cli::one_line(message).c_str());
   return exit_code(code);
 }
 

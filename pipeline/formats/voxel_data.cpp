@@ -23,62 +23,35 @@ constexpr std::size_t kMostPadding = std::size_t{1} << 24;      // bytes looked 
 constexpr std::int64_t kDeflateRatio = 1040;                    // deflate packs at most 1032:1
 constexpr std::int64_t kReserveUnseen = std::int64_t{1} << 22;  // values, where nothing bounds them
 
-/// All parts as one stream.
-class Chain {
- public:
-  explicit Chain(const VoxelLayout& layout) : layout_(layout) {}
+/// [bytes] of voxels in each part: all hold alike much.
+std::int64_t share_of_a_part(const VoxelLayout& layout) {
+  return layout.fast * layout.frames * layout.slow * bytes_of(layout.type) /
+         std::ssize(layout.parts);
+}
 
-  std::size_t read(std::byte* bytes, std::size_t count) {
-    std::size_t done = 0;
-    while (done < count) {
-      if (!source_ && !open_next()) break;
-      done += source_->read(bytes + done, count - done);
-      if (done < count) source_.reset();
-    }
-    return done;
+/// A part, from its first voxel on.
+std::unique_ptr<ByteSource> open_part(const VoxelLayout& layout, std::size_t number) {
+  const DataPart& part = layout.parts[number];
+  std::int64_t offset = part.offset;
+  if (offset == DataPart::kAtTheEnd) offset = size_of_file(part.file) - share_of_a_part(layout);
+  auto source = open_bytes(part.file, std::max<std::int64_t>(offset, 0), layout.packing);
+  std::array<std::byte, 4096> passed;
+  for (std::int64_t left = layout.skip; left > 0;) {
+    const auto want = static_cast<std::size_t>(
+        std::min<std::int64_t>(left, static_cast<std::int64_t>(passed.size())));
+    if (source->read(passed.data(), want) != want) break;
+    left -= static_cast<std::int64_t>(want);
   }
-  /// Reads on to where the packed data end, so that their check sum is seen.
-  void check_end() {
-    std::array<std::byte, 4096> more;
-    for (std::size_t passed = 0; source_ && passed < kMostPadding;) {
-      const std::size_t got = source_->read(more.data(), more.size());
-      if (got == 0) break;
-      passed += got;
-    }
-  }
+  return source;
+}
 
- private:
-  bool open_next() {
-    if (next_ == layout_.parts.size()) return false;
-    const DataPart& part = layout_.parts[next_++];
-    std::int64_t offset = part.offset;
-    if (offset == DataPart::kAtTheEnd) {
-      const std::int64_t needed = layout_.fast * layout_.frames * layout_.slow *
-                                  bytes_of(layout_.type) /
-                                  static_cast<std::int64_t>(layout_.parts.size());
-      offset = size_of_file(part.file) - needed;
-    }
-    source_ = open_bytes(part.file, std::max<std::int64_t>(offset, 0), layout_.packing);
-    std::array<std::byte, 4096> passed;
-    for (std::int64_t left = layout_.skip; left > 0;) {
-      const auto want = static_cast<std::size_t>(
-          std::min<std::int64_t>(left, static_cast<std::int64_t>(passed.size())));
-      if (source_->read(passed.data(), want) != want) break;
-      left -= static_cast<std::int64_t>(want);
-    }
-    return true;
-  }
-
-  const VoxelLayout& layout_;
-  std::size_t next_ = 0;
-  std::unique_ptr<ByteSource> source_;
-};
-
-/// Stored numbers, whatever their type or packing.
+/// Stored numbers of a part, whatever their type or packing.
 class Numbers {
  public:
-  explicit Numbers(const VoxelLayout& layout)
-      : layout_(layout), chain_(layout), size_(static_cast<std::size_t>(bytes_of(layout.type))) {}
+  Numbers(const VoxelLayout& layout, std::size_t part)
+      : layout_(layout),
+        source_(open_part(layout, part)),
+        size_(static_cast<std::size_t>(bytes_of(layout.type))) {}
 
   /// The next `count` (at most kPiece) numbers; fewer at the end.
   const std::vector<double>& next(std::int64_t count) {
@@ -88,7 +61,7 @@ class Numbers {
       return values_;
     }
     bytes_.resize(static_cast<std::size_t>(count) * size_);
-    bytes_.resize(chain_.read(bytes_.data(), bytes_.size()) / size_ * size_);
+    bytes_.resize(source_->read(bytes_.data(), bytes_.size()) / size_ * size_);
     if (layout_.big_endian == (std::endian::native == std::endian::little) && size_ > 1) {
       for (std::size_t at = 0; at < bytes_.size(); at += size_) {
         std::reverse(bytes_.data() + at, bytes_.data() + at + size_);
@@ -97,7 +70,24 @@ class Numbers {
     convert();
     return values_;
   }
-  void check_end() { chain_.check_end(); }
+  /// Reads on to where packed data end, so that their check sum is seen.
+  void check_end() {
+    std::array<std::byte, 4096> more;
+    for (std::size_t passed = 0; passed < kMostPadding;) {
+      const std::size_t got = source_->read(more.data(), more.size());
+      if (got == 0) break;
+      passed += got;
+    }
+  }
+  /// Whether nothing is left.
+  bool at_end() {
+    if (layout_.packing == Packing::Text) {
+      double ignored = 0;
+      return !word(ignored);
+    }
+    std::byte more{};
+    return source_->read(&more, 1) == 0;
+  }
 
  private:
   template <class Stored>
@@ -137,7 +127,7 @@ class Numbers {
   int character() {
     if (at_ == bytes_.size()) {
       bytes_.resize(kPiece);
-      bytes_.resize(chain_.read(bytes_.data(), bytes_.size()));
+      bytes_.resize(source_->read(bytes_.data(), bytes_.size()));
       at_ = 0;
       if (bytes_.empty()) return -1;
     }
@@ -165,7 +155,7 @@ class Numbers {
   }
 
   const VoxelLayout& layout_;
-  Chain chain_;
+  std::unique_ptr<ByteSource> source_;
   std::size_t size_;
   std::vector<std::byte> bytes_;
   std::size_t at_ = 0;  ///< in bytes_, of text
@@ -176,6 +166,37 @@ class Numbers {
   throw_invalid("it is truncated: its header names more voxels than the file holds");
 }
 
+[[noreturn]] void wrong_share(const VoxelLayout& layout, std::size_t part, bool longer) {
+  throw_invalid("data file " + std::to_string(part + 1) + " of the " +
+                std::to_string(layout.parts.size()) + " that its header names is " +
+                (longer ? "longer" : "shorter") +
+                " than its share of the voxels; correct the header's list, or copy or export the "
+                "file again");
+}
+
+/// Several parts hold whole images or whole slices, all alike many.
+void check_count_of_parts(const VoxelLayout& layout, std::int64_t values) {
+  const std::int64_t parts = std::ssize(layout.parts);
+  const std::int64_t outer = layout.slow > 1 ? layout.slow : layout.frames;
+  if (values % parts == 0 && (outer % parts == 0 || parts % outer == 0)) return;
+  throw_invalid("its header names " + std::to_string(parts) + " data files for " +
+                std::to_string(layout.frames) + (layout.frames == 1 ? " image" : " images") +
+                ": they cannot hold alike much each; correct the header's list");
+}
+
+void check_raw_parts(const VoxelLayout& layout) {
+  const std::int64_t share = share_of_a_part(layout);
+  for (std::size_t part = 0; part < layout.parts.size(); ++part) {
+    const std::int64_t offset = layout.parts[part].offset;
+    const std::int64_t held =
+        size_of_file(layout.parts[part].file) - std::max<std::int64_t>(offset, 0) - layout.skip;
+    const bool any_start = offset == DataPart::kAtTheEnd;
+    if (held < share || (held > share && !any_start)) {
+      wrong_share(layout, part, held > share);
+    }
+  }
+}
+
 /// Refuses sizes that cannot be, and what the files are too short for, before memory is asked for.
 /// @return values a frame to make room for at once
 std::int64_t check_size(const VoxelLayout& layout) {
@@ -184,6 +205,10 @@ std::int64_t check_size(const VoxelLayout& layout) {
     if (factor < 1) throw_invalid("its header names an image without voxels");
     if (factor > kMostVoxels / values) truncated();
     values *= factor;
+  }
+  if (layout.parts.size() > 1) {
+    check_count_of_parts(layout, values);
+    if (layout.packing == Packing::Raw) check_raw_parts(layout);
   }
   std::int64_t held = 0;
   for (const DataPart& part : layout.parts) {
@@ -210,14 +235,24 @@ std::vector<std::vector<Value>> read_all(const VoxelLayout& layout, Checked&& ch
     }
     return out[static_cast<std::size_t>(frame)];
   };
-  Numbers numbers(layout);
+  const bool several = layout.parts.size() > 1;
   std::int64_t left = layout.slow * layout.frames * layout.fast;
+  const std::int64_t share = left / std::ssize(layout.parts);
+  std::size_t part = 0;
+  std::int64_t left_in_part = share;
+  auto numbers = std::make_unique<Numbers>(layout, part);
   std::int64_t row = 0;     // of `fast` values, all of one frame
   std::int64_t inside = 0;  // values of the row that are read
   while (left > 0) {
-    const std::int64_t want = std::min(left, kPiece);
-    const std::vector<double>& piece = numbers.next(want);
+    if (left_in_part == 0) {
+      if (!numbers->at_end()) wrong_share(layout, part, true);
+      numbers = std::make_unique<Numbers>(layout, ++part);
+      left_in_part = share;
+    }
+    const std::int64_t want = std::min(left_in_part, kPiece);
+    const std::vector<double>& piece = numbers->next(want);
     left -= std::ssize(piece);
+    left_in_part -= std::ssize(piece);
     for (std::size_t at = 0; at < piece.size();) {
       std::vector<Value>& frame = frame_of(row % layout.frames);
       const auto count = std::min<std::int64_t>(std::ssize(piece) - static_cast<std::int64_t>(at),
@@ -232,12 +267,14 @@ std::vector<std::vector<Value>> read_all(const VoxelLayout& layout, Checked&& ch
       }
     }
     if (std::ssize(piece) < want) {
+      if (several) wrong_share(layout, part, false);
       if (layout.slow > 1 || layout.frames == 1) truncated();
       throw_invalid("it is truncated: image " + std::to_string(row + 1) + " of " +
                     std::to_string(layout.frames) + " is incomplete");
     }
   }
-  numbers.check_end();
+  if (several && !numbers->at_end()) wrong_share(layout, part, true);
+  numbers->check_end();
   return out;
 }
 

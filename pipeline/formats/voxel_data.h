@@ -36,7 +36,8 @@ struct DataPart {
   std::int64_t offset = 0;  ///< bytes before the data; kAtTheEnd: the data end with the file (Raw)
 };
 
-/// The parts follow each other. Within them the order is slow x frame x fast, fast first: an image
+/// The parts follow each other; of several each holds the same number of voxels and nothing behind
+/// them. Within them the order is slow x frame x fast, fast first: an image
 /// after the other has slow = 1, all images' values of a voxel side by side fast = 1.
 struct VoxelLayout {
   ScalarType type{};
@@ -54,8 +55,9 @@ struct VoxelLayout {
 /// @return [frame][voxel]
 /// Memory is taken as data arrive, so a header that promises much costs nothing; beside the result
 /// only small buffers are held.
-/// @throws Error{InvalidInput} with a clause that follows "FILE: ": truncated, damaged, more voxels
-///         than can be, a value that is no finite float
+/// @throws Error{InvalidInput} with a clause that follows "FILE: ": truncated, damaged, parts that
+///         are not of one size (named by number), more voxels than can be, a value that is no
+///         finite float
 [[nodiscard]] std::vector<std::vector<float>> read_voxels(const VoxelLayout& layout);
 /// The same for labels. @throws Error{InvalidInput} also if a value is no whole number 0..255
 [[nodiscard]] std::vector<std::vector<std::uint8_t>> read_labels(const VoxelLayout& layout);

@@ -20,6 +20,12 @@ bool of_the_image(const vtkDICOMTag& tag) {
          tag == DC::PhotometricInterpretation;
 }
 
+/// What names a person, however short.
+bool of_the_person(const vtkDICOMTag& tag, const vtkDICOMVR& vr) {
+  return vr == vtkDICOMVR::PN || tag == DC::PatientID || tag == DC::OtherPatientIDs ||
+         tag == DC::AccessionNumber;
+}
+
 void add_value(const vtkDICOMTag& tag, const vtkDICOMValue& value, int depth, IdentityWords& words);
 
 void add_item(const vtkDICOMItem& item, int depth, IdentityWords& words) {
@@ -56,7 +62,11 @@ void add_value(const vtkDICOMTag& tag, const vtkDICOMValue& value, int depth,
     if (uid.rfind("1.2.840.10008.", 0) != 0) words.add_uid(uid);
   } else if (vr.HasTextValue() && vr != vtkDICOMVR::DS && vr != vtkDICOMVR::IS &&
              !of_the_image(tag)) {
-    words.add_text(value.AsUTF8String());
+    if (of_the_person(tag, vr)) {
+      words.add_identity(value.AsUTF8String());
+    } else {
+      words.add_text(value.AsUTF8String());
+    }
   }
 }
 

@@ -108,7 +108,8 @@ Exam to_exam(formats::ImageFile&& file, const IngestOptions& options) {
   }
   if (images.grid.size[2] < kLeastSlices) {
     throw_invalid("it holds " + std::to_string(images.grid.size[2]) +
-                  " parallel slices, at least 3 are needed");
+                  (images.grid.size[2] == 1 ? " slice" : " parallel slices") +
+                  ", at least 3 are needed");
   }
   if (!file.header.note.empty()) exam.decisions.push_back("Warning: " + file.header.note);
   FrameTiming timing = time_frames(file.header, frames, options);
@@ -144,8 +145,10 @@ Exam exam_from_images(const std::vector<fs::path>& files, bool as_given,
   try {
     exam = to_exam(std::move(read), options);
   } catch (const Error& error) {
-    throw error.with_context(files[0].string() +
-                             (files.size() > 1 ? " and the files after it" : ""));
+    const std::string first = files[0].string();
+    throw error.with_context(files.size() == 1 ? first
+                                               : "the list of " + std::to_string(files.size()) +
+                                                     " files that begins with " + first);
   }
   exam.source_format = formats::format_name(*formats::format_of(files[0]));
   if (files.size() > 1) {

@@ -14,6 +14,10 @@ namespace {
 constexpr double kEven = 1e-3;          // of a step: what rounded decimals differ by
 constexpr double kToldGap = 0.12;       // a pause of the images, as a share of the R-R interval
 constexpr double kSameInterval = 0.01;  // R-R intervals that agree
+// What tools write as a step of time where they know none, also in files that claim seconds.
+constexpr double kUntoldStep = 1;
+constexpr const char* kRrGiven = "The R-R interval was given, not taken from the file.";
+constexpr const char* kByRr = "the given R-R interval";
 
 bool plausible(double rr_s) { return rr_s >= kLeastRrS && rr_s <= kMostRrS; }
 
@@ -21,6 +25,12 @@ std::string seconds(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.4g s", value);
   return text;
+}
+
+/// Which time was believed, and the R-R interval that it makes.
+void tell(const std::string& from, FrameTiming& out, const std::string& more = "") {
+  out.decisions.push_back("Timing of the stack is by " + from + "; the R-R interval is " +
+                          std::to_string(std::lround(out.rr_s * 1e3)) + " ms" + more + ".");
 }
 
 bool ascending(const std::vector<double>& times) {
@@ -73,12 +83,14 @@ void set_phases(FrameTiming& out) {
   }
 }
 
-FrameTiming even_frames(double rr_s, int frames, std::vector<std::string> decisions) {
+FrameTiming even_frames(double rr_s, int frames, const std::string& from,
+                        std::vector<std::string> decisions) {
   FrameTiming out;
   out.rr_s = rr_s;
   out.decisions = std::move(decisions);
   for (int p = 0; p < frames; ++p) out.time_s.push_back(rr_s * p / frames);
   set_phases(out);
+  tell(from, out, ", the times of the frames were taken as even over it");
   return out;
 }
 
@@ -87,7 +99,8 @@ FrameTiming by_given_times(int frames, const IngestOptions& options) {
   out.time_s = options.frame_times_s;
   if (std::ssize(out.time_s) != frames) {
     throw_invalid("it holds " + std::to_string(frames) + " phases, but " +
-                  std::to_string(out.time_s.size()) + " frame times were given");
+                  std::to_string(out.time_s.size()) +
+                  (out.time_s.size() == 1 ? " frame time was given" : " frame times were given"));
   }
   if (!ascending(out.time_s)) throw_invalid("the given frame times do not rise");
   out.rr_s = options.rr_interval_s > 0 ? options.rr_interval_s : stepped_rr(out.time_s);
@@ -95,8 +108,10 @@ FrameTiming by_given_times(int frames, const IngestOptions& options) {
     throw_invalid("the given frame times do not lie within an R-R interval of " +
                   seconds(out.rr_s) + "; give them in seconds, and the interval with --rr SECONDS");
   }
+  if (options.rr_interval_s > 0) out.decisions.emplace_back(kRrGiven);
   out.decisions.emplace_back("The frame times were given, not taken from the file.");
   set_phases(out);
+  tell("the given frame times", out);
   return out;
 }
 
@@ -112,9 +127,7 @@ FrameTiming time_frames(const formats::ImageFileHeader& header, int frames,
 
   const double given_rr = options.rr_interval_s;
   std::vector<std::string> decisions;
-  if (given_rr > 0) {
-    decisions.emplace_back("The R-R interval was given, not taken from the file.");
-  }
+  if (given_rr > 0) decisions.emplace_back(kRrGiven);
   if (std::ssize(header.frame_times_s) == frames) {
     if (ascending(header.frame_times_s)) {
       FrameTiming out;
@@ -125,6 +138,7 @@ FrameTiming time_frames(const formats::ImageFileHeader& header, int frames,
         out.rr_s = given_rr > 0 ? given_rr : own_rr * unit;
         if (out.time_s.back() - out.time_s.front() < out.rr_s) {
           set_phases(out);
+          tell("the frame times of the file", out);
           return out;
         }
         decisions.emplace_back(
@@ -135,21 +149,26 @@ FrameTiming time_frames(const formats::ImageFileHeader& header, int frames,
       decisions.emplace_back("Warning: the frame times of the file do not rise and were left.");
     }
   }
-  double rr = header.frame_interval_s * frames;
-  if (!header.unit_known && header.frame_interval_s == 1) rr = 0;
+  const bool untold_step = header.frame_interval_s == kUntoldStep;
+  double rr = untold_step ? 0 : header.frame_interval_s * frames;
   if (rr > 0) {
     std::vector<std::string> more = decisions;
     if (const double unit = unit_of(rr, header.unit_known, more); unit > 0) {
       rr *= unit;
-      if (given_rr == 0) return even_frames(rr, frames, more);
+      if (given_rr == 0) return even_frames(rr, frames, "the frame interval of the file", more);
       if (std::abs(rr - given_rr) > kSameInterval * given_rr) {
         more.push_back("Warning: the file's frame interval makes an R-R interval of " +
                        seconds(rr) + "; the given one was taken, its phases as even.");
       }
-      return even_frames(given_rr, frames, more);
+      return even_frames(given_rr, frames, kByRr, more);
     }
   }
-  if (given_rr > 0) return even_frames(given_rr, frames, decisions);
+  if (given_rr > 0) return even_frames(given_rr, frames, kByRr, decisions);
+  if (untold_step) {
+    throw_invalid(
+        "its frame interval of 1 is what tools write where they know no time: give the R-R "
+        "interval with --rr SECONDS");
+  }
   throw_invalid((rr > 0 ? "its frame interval of " + seconds(header.frame_interval_s) + " times " +
                               std::to_string(frames) + " phases is no R-R interval (0.2 to 3 s)"
                         : "it does not tell the time between its phases") +

@@ -21,7 +21,9 @@ struct FrameTiming {
 /// Without any, the R-R interval in `options` and even frames. Times that an R-R interval in
 /// `options` cannot hold give way to even frames, as does an interval that contradicts it. Numbers
 /// without a unit, or that make no R-R interval as seconds, are tried as milliseconds, with a
-/// warning; an interval of 1 without a unit is what tools write where they know no time.
+/// warning; an interval of 1, in seconds or without a unit, is what
+/// tools write where they know no time, and tells nothing. The decisions always tell which time was
+/// believed and the R-R interval that it makes.
 /// @param frames at least 2
 /// @throws Error{InvalidInput} with a clause that follows "FILE: ": the frames are told to be no
 ///         phases, the given times are none, or nothing tells the R-R interval

@@ -72,7 +72,12 @@ Exam read_exam(const std::vector<fs::path>& sources, const IngestOptions& option
     throw with_shown_paths(error, paths);
   }
   if (files.images.empty()) {
-    return exam_from_dicom(sources, files.dicom, files.named, options, context);
+    exam = exam_from_dicom(sources, files.dicom, files.named, options, context);
+  }
+  if (files.studies > 0) {
+    exam.decisions.push_back(std::to_string(files.studies) +
+                             (files.studies == 1 ? " study in the folder was left."
+                                                 : " studies in the folder were left."));
   }
   if (files.left > 0) {
     exam.decisions.push_back(std::to_string(files.left) + (files.left == 1

@@ -12,6 +12,9 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLeastWord = 3;    // shorter ones are everywhere
 constexpr std::size_t kLeastWithin = 4;  // "johndoe" holds "john"; three letters occur by chance
 constexpr std::size_t kLongNumber = 5;   // a date, an ID; an image number has fewer digits
+constexpr std::size_t kLeastJoined = 4;  // characters of words that are written as one elsewhere
+constexpr std::size_t kMostJoined = 64;
+constexpr std::size_t kLeastShort = 2;  // an ID such as 42, a name such as Li
 
 /// Words that say what a file is; descriptions of series are full of them.
 constexpr std::array kTrade = {"dicom",  "dcm",   "image",   "images",  "series",  "slice",
@@ -43,8 +46,64 @@ std::vector<std::string> runs(std::string_view text, Wanted wanted) {
   return out;
 }
 
+/// A control character would break the line of a message, or command the terminal.
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; }, '?');
+  return text;
+}
+
 std::string without_zeros(const std::string& digits) {
   return digits.substr(std::min(digits.find_first_not_of('0'), digits.size()));
+}
+
+/// Neighbouring runs written as one, two and more at a time.
+template <class Found>
+bool any_joined(const std::vector<std::string>& parts, Found found) {
+  for (std::size_t first = 0; first + 1 < parts.size(); ++first) {
+    std::string joined = parts[first];
+    for (std::size_t last = first + 1; last < parts.size(); ++last) {
+      joined += parts[last];
+      if (joined.size() > kMostJoined) break;
+      if (joined.size() >= kLeastJoined && found(joined)) return true;
+    }
+  }
+  return false;
+}
+
+bool all_digits(const std::string& word) { return std::all_of(word.begin(), word.end(), digit); }
+
+/// Whether the text holds a date that is written apart: 1980-01-02, 02.01.1980.
+bool holds_parted_date(std::string_view text) {
+  for (std::size_t at = 0; at + 10 <= text.size(); ++at) {
+    const auto fits = [&](std::string_view form) {
+      if (at > 0 && digit(text[at - 1])) return false;
+      if (at + 10 < text.size() && digit(text[at + 10])) return false;
+      for (std::size_t i = 0; i < form.size(); ++i) {
+        if (form[i] == '0' ? !digit(text[at + i]) : alphanumeric(text[at + i])) return false;
+      }
+      return true;
+    };
+    if (fits("0000-00-00") || fits("00-00-0000")) return true;
+  }
+  return false;
+}
+
+/// Other ways to write a date of the form YYYYMMDD, in digits alone.
+std::vector<std::string> forms_of_date(const std::string& digits) {
+  if (digits.size() != 8) return {};
+  const std::string century = digits.substr(0, 2);
+  if (century < "18" || century > "21") return {};
+  const std::string year = digits.substr(2, 2);
+  const std::string month = digits.substr(4, 2);
+  const std::string day = digits.substr(6, 2);
+  if (month < "01" || month > "12" || day < "01" || day > "31") return {};
+  return {digits,
+          day + month + century + year,
+          month + day + century + year,
+          year + month + day,
+          day + month + year,
+          month + day + year};
 }
 
 /// ".dcm" of "a.dcm"; nothing if what follows the dot may be more than a file format.
@@ -101,7 +160,38 @@ void IdentityWords::add_text(std::string_view text) {
       const std::string number = without_zeros(part);
       if (number.size() >= kLeastWord) numbers_.insert(number);
     }
+    for (const std::string& form : forms_of_date(word)) numbers_.insert(without_zeros(form));
   }
+  add_joined(runs(text, alphanumeric));
+  for (std::size_t at = 0; at < text.size();) {  // of a name, each of its parts
+    const std::size_t end = std::min(text.find_first_of("^=\\", at), text.size());
+    add_joined(runs(text.substr(at, end - at), alphanumeric));
+    at = end + 1;
+  }
+}
+
+void IdentityWords::add_joined(const std::vector<std::string>& parts) {
+  std::string joined;
+  bool plain = true;  // of words of the trade and short numbers alone: "series 4"
+  for (const std::string& part : parts) {
+    joined += part;
+    plain = plain && (of_the_trade(part) || (all_digits(part) && part.size() < kLeastWord));
+  }
+  const bool number = all_digits(joined);
+  if (joined.size() < kLeastJoined || joined.size() > kMostJoined || (plain && !number)) return;
+  words_.insert(joined);
+  if (number) numbers_.insert(without_zeros(joined));
+}
+
+void IdentityWords::add_identity(std::string_view text) {
+  add_text(text);
+  const std::vector<std::string> parts = runs(text, alphanumeric);
+  for (const std::string& part : parts) {
+    if (part.size() >= kLeastShort) short_.insert(part);
+    const std::string number = all_digits(part) ? without_zeros(part) : std::string();
+    if (number.size() >= kLeastShort) short_.insert(number);
+  }
+  add_joined({parts.rbegin(), parts.rend()});  // "Li Wu" of "Wu^Li"
 }
 
 void IdentityWords::add_uid(std::string_view uid) {
@@ -114,6 +204,7 @@ void IdentityWords::merge(const IdentityWords& other) {
   words_.insert(other.words_.begin(), other.words_.end());
   letters_.insert(other.letters_.begin(), other.letters_.end());
   numbers_.insert(other.numbers_.begin(), other.numbers_.end());
+  short_.insert(other.short_.begin(), other.short_.end());
 }
 
 bool IdentityWords::identify(std::string_view name) const {
@@ -126,7 +217,16 @@ bool IdentityWords::identify(std::string_view name) const {
   const auto known = [this](const std::string& word) {
     return word.size() >= kLeastWord && words_.count(word) > 0 && !of_the_trade(word);
   };
-  for (const std::string& word : runs(name, alphanumeric)) {
+  const std::vector<std::string> words = runs(name, alphanumeric);
+  if (holds_parted_date(name)) return true;
+  const auto known_joined = [this](const std::string& joined) {
+    return words_.count(joined) > 0 ||
+           (all_digits(joined) && numbers_.count(without_zeros(joined)) > 0);
+  };
+  if (any_joined(words, known_joined)) return true;
+  for (const std::string& word : words) {
+    if (short_.count(word) > 0) return true;
+    if (all_digits(word) && short_.count(without_zeros(word)) > 0) return true;
     if (known(word)) return true;
     for (const std::string& part : runs(word, letter)) {
       if (known(part)) return true;
@@ -151,7 +251,7 @@ std::string shown_path(const fs::path& path, const IdentityWords& words) {
     }
     if (!out.empty() && out.back() != '/') out += '/';
     const bool plain = name == "." || name == ".." || !words.identify(name);
-    out += plain ? name : by_number(so_far);
+    out += plain ? printable(name) : by_number(so_far);
   }
   return out;
 }

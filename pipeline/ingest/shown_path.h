@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_set>
+#include <vector>
 
 namespace beatlas::ingest {
 
@@ -15,6 +16,9 @@ class IdentityWords {
   /// Takes in the words of a text: runs of ASCII letters and digits, in any case, and the letters
   /// and digits of a run that mixes both ("P4711" also counts as "4711").
   void add_text(std::string_view text);
+  /// The same for a text that is identity whatever it holds, a person's name or ID: its parts of 2
+  /// letters or digits count too, as whole words ("Li", 42).
+  void add_identity(std::string_view text);
   /// Takes in a UID: its numbers count only as whole words of a path.
   void add_uid(std::string_view uid);
   void merge(const IdentityWords& other);
@@ -23,20 +27,26 @@ class IdentityWords {
   /// - has a word (3 letters or digits and more) of the texts, or a run of letters that holds one
   /// of
   ///   4 and more; words of the trade ("cine", "series") do not count;
-  /// - has a number of 5 digits or more after leading zeros (a date, an ID, a UID), a '^' or a
-  ///   character beyond ASCII.
+  /// - has neighbouring words that are one word of the texts, or a text's words as one word, or a
+  ///   date of theirs in another order ("12-34-56" and "123456", "02.01.1980" and "19800102");
+  /// - has a number of 5 digits or more after leading zeros (a date, an ID, a UID), a date written
+  ///   apart, a '^' or a character beyond ASCII.
   [[nodiscard]] bool identify(std::string_view name) const;
 
  private:
   std::unordered_set<std::string> words_;    ///< lower case, of texts and UIDs
   std::unordered_set<std::string> letters_;  ///< words of texts that hold a letter, lower case
   std::unordered_set<std::string> numbers_;  ///< digits of texts, without leading zeros
+  std::unordered_set<std::string> short_;    ///< whole words of names and IDs, zeros as above
+
+  /// Takes in the runs of a text as one word.
+  void add_joined(const std::vector<std::string>& parts);
 };
 
 /// The path as messages may show it: a component that may carry identity (see IdentityWords)
 /// becomes "[file 12 of 25 by name]" or "[folder 2 of 3 by name]", counted among the files or
 /// folders of its folder in the order of their bytes, and keeps an extension like ".dcm";
-/// "[name not shown]" if the folder cannot be listed.
+/// "[name not shown]" if the folder cannot be listed. A control character becomes '?'.
 [[nodiscard]] std::string shown_path(const std::filesystem::path& path,
                                      const IdentityWords& words = {});
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include "pipeline/formats/image_file.h"
@@ -40,16 +41,21 @@ bool is_image(const fs::path& file) {
   return !formats::may_be_voxels_of_another(file) || !has_dicom_mark(file);
 }
 
-void add_folder(const fs::path& folder, std::vector<fs::path>& files, StageContext& context) {
-  std::error_code error;
-  auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied,
-                                             error);
-  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
-    context.check_cancelled();
-    std::error_code ignored;
-    if (it->is_regular_file(ignored)) files.push_back(it->path());
+bool is_hidden(const fs::path& file) { return file.filename().string().starts_with('.'); }
+
+/// Whether a build keeps its work in this folder.
+bool is_study(const fs::path& folder) {
+  std::ifstream in(folder / "study.json", std::ios::binary);
+  constexpr std::string_view kMark = "\"study_format\"";
+  std::string text;  // the end of the piece before, and a piece: the mark may lie across both
+  std::array<char, 4096> piece{};
+  while (in) {
+    in.read(piece.data(), piece.size());
+    text.append(piece.data(), static_cast<std::size_t>(in.gcount()));
+    if (text.find(kMark) != std::string::npos) return true;
+    if (text.size() > kMark.size()) text.erase(0, text.size() - kMark.size());
   }
-  if (error) throw_invalid(folder.string() + ": the folder cannot be read");
+  return false;
 }
 
 bool naturally_less(const fs::path& a, const fs::path& b) {
@@ -75,6 +81,7 @@ void sort_out(const std::vector<fs::path>& files, SourceFiles& out) {
   std::vector<fs::path> images;
   bool dicom = false;
   for (const fs::path& file : files) {
+    if (is_hidden(file) && formats::format_of(file)) continue;
     if (formats::may_be_voxels_of_another(file) && is_image(file)) continue;  // a header's
     if (is_image(file)) {
       images.push_back(file);
@@ -88,8 +95,7 @@ void sort_out(const std::vector<fs::path>& files, SourceFiles& out) {
   }
   std::sort(images.begin(), images.end(), naturally_less);
   for (const fs::path& file : files) {
-    const bool hidden = file.filename().string().starts_with('.');
-    if (!hidden && !is_image(file) && !formats::may_be_voxels_of_another(file)) ++out.left;
+    if (!is_hidden(file) && !is_image(file) && !formats::may_be_voxels_of_another(file)) ++out.left;
   }
   out.images = std::move(images);
 }
@@ -121,6 +127,27 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a < b;  // alike but for zeros in front of numbers
 }
 
+FolderFiles files_under(const fs::path& folder, StageContext& context) {
+  FolderFiles out;
+  std::error_code error;
+  auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied,
+                                             error);
+  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    context.check_cancelled();
+    std::error_code ignored;
+    if (it->is_directory(ignored)) {
+      if (!it->is_symlink(ignored) && is_study(it->path())) {
+        it.disable_recursion_pending();
+        ++out.studies;
+      }
+    } else if (it->is_regular_file(ignored) && !it->path().filename().string().starts_with("._")) {
+      out.files.push_back(it->path());
+    }
+  }
+  if (error) throw_invalid(folder.string() + ": the folder cannot be read");
+  return out;
+}
+
 SourceFiles find_files(const std::vector<fs::path>& sources, StageContext& context) {
   if (sources.empty()) {
     throw_invalid(
@@ -132,7 +159,10 @@ SourceFiles find_files(const std::vector<fs::path>& sources, StageContext& conte
     std::error_code ignored;
     if (!fs::exists(source, ignored)) throw_invalid(source.string() + ": no such file or folder");
     if (fs::is_directory(source, ignored)) {
-      add_folder(source, files, context);
+      FolderFiles found = files_under(source, context);
+      out.studies += found.studies;
+      files.insert(files.end(), std::make_move_iterator(found.files.begin()),
+                   std::make_move_iterator(found.files.end()));
       out.named = false;
     } else if (is_archive(source)) {
       throw_invalid(source.string() + ": unpack the archive and name the folder");

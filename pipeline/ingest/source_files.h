@@ -16,11 +16,25 @@ struct SourceFiles {
   bool named = true;       ///< the user named each file; false: some were found in folders
   bool reordered = false;  ///< named in the order of a shell, taken in that of their numbers
   int left = 0;            ///< files beside the images that are none
+  int studies = 0;         ///< studies of this program in the folders, which were left
 };
+
+struct FolderFiles {
+  std::vector<std::filesystem::path> files;
+  int studies = 0;  ///< studies of this program below the folder, none of whose files is in `files`
+};
+
+/// The regular files under a folder, however deep, that may be images of a source: not the files of
+/// a study below it (a folder whose study.json holds "study_format"), which a build may have left
+/// there itself, nor what macOS writes beside a file ("._name"). A folder that is a study or lies
+/// in one is looked into.
+/// @throws Error{InvalidInput} if the folder cannot be read
+[[nodiscard]] FolderFiles files_under(const std::filesystem::path& folder, StageContext& context);
 
 /// Looks into folders, however deep. Image files are taken only if nothing is DICOM: named ones in
 /// their order, found ones in the natural order of their names (phase_2 before phase_10), and named
-/// ones too if they stand as a shell lists them (phase_10 before phase_2).
+/// ones too if they stand as a shell lists them (phase_10 before phase_2). Hidden files (".name")
+/// that were found are no image files.
 /// @throws Error{InvalidInput} if a source is not there, an archive, or image files and others are
 ///         named together
 [[nodiscard]] SourceFiles find_files(const std::vector<std::filesystem::path>& sources,

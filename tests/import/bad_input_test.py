@@ -85,6 +85,41 @@ def nothing_there(folder):
 
 
 @case
+def words_that_cannot_be(folder):
+    """Usage, told by the option and what it takes; no word is repeated, it may be a path."""
+    source = dicom(folder)
+    for words, patterns in {("--rr", "nan"): ("--rr", "0.2 to 3"),
+                            ("--rr", "0"): ("--rr", "0.2 to 3"),
+                            ("--phases", "1"): ("--phases", "2 to 200", r"\b0\b"),
+                            ("--phases", "201"): ("--phases", "2 to 200"),
+                            ("--times", ""): ("--times", "empty"),
+                            ("--series", "7001-9001"): ("--series", "commas")}.items():
+        one_sentence(run("import", source, "--study", folder / "study", *words), *patterns, code=2)
+    done = run("build", "-o", folder / "x.beatlas", "--series", "7001", "8001", source)
+    said = one_sentence(done, "--series", "commas", code=2)
+    assert str(source) not in said, said
+    one_sentence(run("import", "", "--study", folder / "study"), "SOURCE", "empty", code=2)
+    assert not (folder / "study").exists()
+    for words in (("--times", folder / "none.txt"), ("--times", "none.txt"), ("--times", source)):
+        one_sentence(run("import", source, "--study", folder / "study", *words), "no such file")
+
+
+@case
+def names_that_break_a_line(folder):
+    """Control characters of names neither part a message nor reach a terminal."""
+    source = dicom(folder)
+    odd = source / "IM\n0 \x1b[31m"
+    (source / "IM000003").rename(odd)
+    cut(odd, 0.5)
+    said = refused(folder, source, r"IM\?0 \?\[31m")
+    assert "\x1b" not in said, said
+    file = nifti(folder / "a\nb.nii", TRUTH.array()[..., :1], TRUTH.lps, STEP)
+    refused(folder, file, r"a\?b\.nii: ")
+    refused(folder, folder / "no\nsuch", r"no\?such: no such file")
+    one_sentence(run("info", folder / "no\nsuch\x1b[31m.beatlas"), r"no\?such\?\[31m")
+
+
+@case
 def an_archive(folder):
     source = dicom(folder)
     with zipfile.ZipFile(folder / "exam.zip", "w") as archive:

@@ -173,6 +173,24 @@ def a_truncated_file_is_named_without_its_name(folder):
 
 
 @case
+def names_in_another_form_are_hidden(folder):
+    """The header's birth date, ID or name, written otherwise in the name of the folder."""
+    for n, (name, patient, number) in enumerate((
+            ("born 1980-01-02", "Miller^Jane", "123456"), ("02.01.80", "Miller^Jane", "123456"),
+            ("12-34-56", "Miller^Jane", "123456"), ("AB 12 CD", "Miller^Jane", "AB12CD"),
+            ("AB12CD", "Miller^Jane", "AB 12 CD"), ("Wu Li", "Wu^Li", "123456"),
+            ("of 42", "Miller^Jane", "42"))):
+        images = classic_exam(TRUTH)
+        for d in images:
+            d.PatientName, d.PatientID, d.PatientBirthDate = patient, number, "19800102"
+        for k, d in enumerate(images):
+            save(d, folder / str(n) / name / f"IM{k}.dcm")
+        cut(folder / str(n) / name / "IM7.dcm", 0.9)
+        said = one_sentence(run("import", folder / str(n) / name, "--study", folder / "study"))
+        assert name not in said and "[folder 1 of 1 by name]/IM7.dcm" in said, said
+
+
+@case
 def harmless_names_are_shown(folder):
     """A name that shows no one stays readable, so that the file can be found."""
     source = folder / "cine exam" / "Se3"

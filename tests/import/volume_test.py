@@ -4,8 +4,9 @@ import itertools
 import nibabel
 import numpy as np
 
+from dicom_writers import classic_exam, save_all
 from exam_object import BeatingObject, expect_object, turned
-from harness import case, imported, main, one_sentence, refused, run
+from harness import Exam, beatlas, case, imported, main, one_sentence, refused, run
 from volume_writers import metaimage, nifti, nrrd
 
 COUNT = itertools.count()
@@ -205,6 +206,48 @@ def nifti_alone_in_a_folder(folder):
         one_sentence(done, r"cine\.nii\.gz|name the")
 
 
+@case
+def nifti_interval_of_exactly_one_second(folder):
+    """What ITK writes for a cine whose spacing nobody set; 2 and 3 of them would be an R-R."""
+    truth = BeatingObject(size=(20, 16, 5))
+    for count in (2, 3, 10):
+        file = nifti(folder / "one.nii", truth.array()[..., :count], truth.lps, 1.0)
+        refused(folder, file, r"one\.nii", "--rr")
+    exam = check(folder, nifti(folder / "one.nii", truth.array(), truth.lps, 1.0), truth, "--rr",
+                 "0.8437")
+    exam.expect_told("given R-R interval; the R-R interval is 844 ms")
+    assert not exam.told("warning"), exam.decisions
+    exam = check(folder, written(folder, "cine.nii", truth), truth)
+    exam.expect_told("frame interval.*R-R interval is 844 ms.*taken as even")
+
+
+@case
+def a_study_within_the_source(folder):
+    """Its images are no part of the exam, and the source stays the same by it."""
+    truth = BeatingObject(size=(20, 16, 5))
+    for name, write in (("volume", lambda to: written(to, "cine.nii.gz", truth)),
+                        ("dicom", lambda to: save_all(to, classic_exam(truth)))):
+        write(folder / name)
+        first = beatlas("import", ".", "--study", "exam.study", cwd=folder / name)
+        record = (folder / name / "exam.study" / "exam" / "exam.json").stat().st_mtime_ns
+        again = beatlas("import", ".", "--study", "exam.study", cwd=folder / name)
+        assert "R-R interval" in first.err and "R-R interval" not in again.err, again.err
+        assert (folder / name / "exam.study" / "exam" / "exam.json").stat().st_mtime_ns == record
+        expect_object(Exam(folder / name / "exam.study"), truth, rr_error_s=1e-3)
+        exam = check(folder, folder / name, truth, rr_error_s=1e-3)
+        exam.expect_told("1 study in the folder was left")
+
+
+@case
+def hidden_files_beside_the_image(folder):
+    """What macOS leaves on foreign disks is no second image."""
+    truth = BeatingObject(size=(20, 16, 5))
+    written(folder / "mac", "cine.nii.gz", truth)
+    (folder / "mac" / "._cine.nii.gz").write_bytes(b"\0\5\x16\7\0\2\0\0Mac OS X" + bytes(4000))
+    (folder / "mac" / ".old.nii").write_bytes(b"x" * 400)
+    check(folder, folder / "mac", truth)
+
+
 # NRRD
 
 def slicer(truth, axis, unit="s"):
@@ -372,6 +415,36 @@ def metaimage_times(folder):
     file = metaimage(folder / "one.mha", truth.array(), truth.lps, 1.0)
     refused(folder, file, r"one\.mha", "--rr")
     check(folder, file, truth, "--rr", "0.8437")
+
+
+def in_parts(folder, truth, names, contents):
+    """A NRRD and a MetaImage header that list these files beside them."""
+    for name, content in zip(names, contents):
+        (folder / name).write_bytes(content)
+    files = [nrrd(folder / "cine.nhdr", truth.array(), truth.lps, list_axis=3, data_file="LIST",
+                  **slicer(truth, 3)),
+             metaimage(folder / "cine.mhd", truth.array(), truth.lps, step_s(truth),
+                       data_file="LIST")]
+    for file in files:
+        lines = [line for line in file.read_text().splitlines() if "LIST" not in line]
+        lines += [line for line in file.read_text().splitlines() if "LIST" in line]
+        file.write_text("\n".join([*lines, *names]) + "\n")
+    return files
+
+
+@case
+def lists_of_data_files(folder):
+    """Each part has its own size; one that is short shifts no other, a stray one is told."""
+    truth = BeatingObject(size=(20, 16, 5))
+    parts = [np.round(truth.array()[..., p]).astype("<i2").tobytes(order="F") for p in range(10)]
+    names = [f"part{p}.raw" for p in range(10)]
+    for file in in_parts(folder, truth, names, parts):
+        check(folder, file, truth)
+    shifted = [*parts[:3], parts[3][:-200], parts[4] + bytes(200), *parts[5:]]
+    for file in in_parts(folder, truth, names, shifted):
+        refused(folder, file, file.name.replace(".", r"\."), "data file 4 of the 10.*shorter")
+    for file in in_parts(folder, truth, ["stray.raw", *names], [parts[9], *parts]):
+        refused(folder, file, file.name.replace(".", r"\."), "11 data files for 10 images")
 
 
 @case

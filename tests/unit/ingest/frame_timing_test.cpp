@@ -33,7 +33,29 @@ TEST(FrameTiming, IntervalMakesTheRrInterval) {
   EXPECT_TRUE(timing.even);
   EXPECT_EQ(timing.phases[5], 0.25);
   EXPECT_NEAR(timing.time_s[5], 0.2, 1e-12);
-  EXPECT_TRUE(timing.decisions.empty());
+  ASSERT_EQ(timing.decisions.size(), 1U);
+  EXPECT_TRUE(told(timing,
+                   "by the frame interval of the file; the R-R interval is 800 ms, the "
+                   "times of the frames were taken as even"));
+}
+
+TEST(FrameTiming, IntervalOfOneSecondIsWhatToolsWriteWithoutKnowing) {
+  for (const bool unit_known : {false, true}) {
+    const ImageFileHeader header{.frame_axis = unit_known ? FrameAxis::Time : FrameAxis::Untold,
+                                 .frame_interval_s = 1,
+                                 .unit_known = unit_known};
+    for (const int frames : {2, 3, 20}) {
+      EXPECT_NE(refusal(header, frames).find("--rr SECONDS"), std::string::npos) << frames;
+      const auto timing = time_frames(header, frames, {.rr_interval_s = 0.9});
+      EXPECT_FALSE(told(timing, "Warning")) << "an interval that tells nothing contradicts nothing";
+      EXPECT_TRUE(told(timing, "by the given R-R interval; the R-R interval is 900 ms"));
+    }
+  }
+  EXPECT_NEAR(
+      time_frames({.frame_axis = FrameAxis::Time, .frame_interval_s = 0.99, .unit_known = true}, 2,
+                  {})
+          .rr_s,
+      1.98, 1e-12);
 }
 
 TEST(FrameTiming, NumbersWithoutAUnitAreTriedAsSecondsThenMilliseconds) {
@@ -74,6 +96,7 @@ TEST(FrameTiming, TimesThatTheFileNamesArePhasesOfTheRrInterval) {
   EXPECT_EQ(timing.phases[0], 0);
   EXPECT_NEAR(timing.phases[7], 0.65 / 0.8, 1e-12);
   EXPECT_EQ(timing.time_s[0], 0.1);
+  EXPECT_TRUE(told(timing, "by the frame times of the file; the R-R interval is 800 ms."));
   EXPECT_NEAR(time_frames(header, 8, {}).rr_s, 0.65 * 8 / 7, 1e-12);
   // An R-R interval that cannot hold them.
   timing = time_frames(header, 8, {.rr_interval_s = 0.6});
@@ -103,6 +126,9 @@ TEST(FrameTiming, GivenTimesReplaceTheFiles) {
       time_frames(header, 3, {.rr_interval_s = 0.9, .frame_times_s = {0, 0.2, 0.3}});
   EXPECT_EQ(timing.rr_s, 0.9);
   EXPECT_NEAR(timing.phases[2], 1.0 / 3, 1e-12);
+  EXPECT_TRUE(told(timing, "The R-R interval was given"));
+  EXPECT_TRUE(told(timing, "The frame times were given"));
+  EXPECT_TRUE(told(timing, "by the given frame times; the R-R interval is 900 ms."));
   EXPECT_NE(refusal(header, 4, {.frame_times_s = {0, 0.2, 0.3}}).find("4 phases, but 3"),
             std::string::npos);
   EXPECT_NE(refusal(header, 3, {.frame_times_s = {0, 0.3, 0.2}}).find("do not rise"),

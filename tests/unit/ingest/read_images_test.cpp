@@ -146,6 +146,32 @@ TEST_F(ReadImages, FolderOfThreeDimensionalFilesIsInNaturalOrder) {
   expect_object(exam);
 }
 
+TEST_F(ReadImages, StudyInTheFolderIsLeftAndTold) {
+  write("a.mha", meta_header(object_.grid, 10) + "ElementDataFile = LOCAL\n" +
+                     stored(object_.voxels(), "i2"));
+  fs::create_directory(folder_ / "exam.study");
+  write("exam.study/study.json", R"({"stages": {}, "study_format": 1})");
+  nrrd("exam.study/stack.nrrd", 0);
+  const Exam exam = read({folder_.path()});
+  EXPECT_TRUE(decided(exam, "1 study in the folder was left"));
+  EXPECT_TRUE(decided(exam, "the R-R interval is 900 ms"));
+  expect_object(exam);
+}
+
+TEST_F(ReadImages, NameThatBreaksALineIsShownInOne) {
+  const std::string said = refusal({nrrd("a\nb.nrrd", 0)});
+  EXPECT_NE(said.find("a?b.nrrd: it holds one image only"), std::string::npos) << said;
+}
+
+TEST_F(ReadImages, ListIsToldAsOne) {
+  object_.grid.size[2] = 1;
+  std::vector<fs::path> files;
+  for (const int p : {0, 1, 2}) files.push_back(nrrd(std::to_string(p) + ".nrrd", p));
+  const std::string said = refusal(files);
+  EXPECT_TRUE(said.starts_with("the list of 3 files that begins with ")) << said;
+  EXPECT_NE(said.find("0.nrrd: it holds 1 slice, at least 3"), std::string::npos) << said;
+}
+
 TEST_F(ReadImages, FolderWithOneFileIsThatFile) {
   write("a.mha", meta_header(object_.grid, 10) + "ElementDataFile = LOCAL\n" +
                      stored(object_.voxels(), "i2"));

@@ -51,6 +51,54 @@ TEST(ShownPath, NumbersOfUidsCountAsWholeWordsOnly) {
   EXPECT_FALSE(words.identify("slice_0777"));
 }
 
+TEST(ShownPath, WordsOfTheTextsAreFoundInAnotherForm) {
+  IdentityWords words;
+  words.add_text("19800102");
+  words.add_text("12-34-56");
+  words.add_text("AB12CD");
+  words.add_text("Mc Kay^Al");
+  words.add_text("EF 34 GH");
+  words.add_text("series 4");
+  for (const char* name :
+       {"born 1980-01-02", "02.01.1980", "01/02/1980", "80 01 02", "02.01.80", "12.34.56",
+        "x 12 34 56 y", "123456", "AB 12 CD", "ab-12-cd", "ab12-cd", "McKay", "mc_kay", "EF34GH"}) {
+    EXPECT_TRUE(words.identify(name)) << name;
+  }
+  for (const char* name : {"IM 1 2 3", "12 phases", "ab", "series 4", "cd 12", "12-34.dcm"}) {
+    EXPECT_FALSE(words.identify(name)) << name;
+  }
+}
+
+TEST(ShownPath, DatesWrittenApartAreNoPlainNames) {
+  const IdentityWords none;
+  for (const char* name : {"1980-01-02", "exam 02.01.1980", "x_2023_05_17_y"}) {
+    EXPECT_TRUE(none.identify(name)) << name;
+  }
+  for (const char* name : {"1980-01", "12-34-567", "100-01-02", "1980-01-023"}) {
+    EXPECT_FALSE(none.identify(name)) << name;
+  }
+}
+
+TEST(ShownPath, ShortNamesAndIdsCountAsWholeWords) {
+  IdentityWords words;
+  words.add_identity("Wu^Li");
+  words.add_identity("42");
+  words.add_identity("01");
+  IdentityWords merged;
+  merged.merge(words);
+  for (const char* name :
+       {"Wu Li", "li-wu", "LiWu", "wuli", "patient 42", "0042", "01", "x_wu_y"}) {
+    EXPECT_TRUE(merged.identify(name)) << name;
+  }
+  for (const char* name : {"lime", "IM42", "IM000042", "142", "series 1", "0"}) {
+    EXPECT_FALSE(merged.identify(name)) << name;
+  }
+}
+
+TEST(ShownPath, ControlCharactersReachNoMessage) {
+  EXPECT_EQ(shown_path("a\nb/IM\t0 \x1b[31m\x7f"), "a?b/IM?0 ?[31m?");
+}
+
 TEST(ShownPath, MergingKnowsWhatBothKnew) {
   IdentityWords a;
   IdentityWords b;

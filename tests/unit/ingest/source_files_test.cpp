@@ -59,6 +59,44 @@ TEST_F(Sources, FolderOfImagesIsAListInNaturalOrder) {
   EXPECT_EQ(found.left, 1) << "the .json";
 }
 
+TEST_F(Sources, FilesOfAStudyBelowTheFolderAreLeft) {
+  const std::string record =
+      R"({"stages": {)" + std::string(9000, ' ') + R"(}, "study_format": 1})";
+  touch("p1.nii");
+  touch("a/exam.study/study.json", record);
+  touch("a/exam.study/exam/stack.nii.gz");
+  touch("a/exam.study/deep/er/b", dicom_);
+  touch("b/study.json", R"({"another": "program's"})");
+  touch("b/p2.nii");
+  SourceFiles found = find({folder_.path()});
+  EXPECT_EQ(found.images, (std::vector{folder_ / "b/p2.nii", folder_ / "p1.nii"}));
+  EXPECT_EQ(found.studies, 1);
+  // The study itself, and what lies in it, if that is what the user named.
+  const std::vector stack{folder_ / "a/exam.study/exam/stack.nii.gz"};
+  EXPECT_EQ(find({folder_ / "a/exam.study/exam"}).images, stack);
+  EXPECT_EQ(find(stack).images, stack);
+  found = find({folder_ / "a/exam.study"});
+  EXPECT_EQ(found.dicom.size(), 3U);
+  EXPECT_EQ(found.studies, 0);
+  touch("c", dicom_);
+  found = find({folder_.path()});
+  EXPECT_EQ(found.dicom.size(), 4U) << "DICOM too";
+  EXPECT_EQ(found.studies, 1);
+}
+
+TEST_F(Sources, HiddenFilesThatWereFoundAreNoImages) {
+  touch("mac/cine.nii.gz");
+  touch("mac/._cine.nii.gz", "Mac OS X");
+  touch("mac/.old.nii.gz");
+  const SourceFiles found = find({folder_ / "mac"});
+  EXPECT_EQ(found.images, std::vector{folder_ / "mac/cine.nii.gz"});
+  EXPECT_EQ(found.left, 0);
+  EXPECT_EQ(find({folder_ / "mac/.old.nii.gz"}).images.size(), 1U) << "named, it is one";
+  touch("dicom/IM1", dicom_);
+  touch("dicom/._IM1", "Mac OS X");
+  EXPECT_EQ(find({folder_ / "dicom"}).dicom, std::vector{folder_ / "dicom/IM1"});
+}
+
 TEST_F(Sources, FolderWithDicomIsDicom) {
   touch("a.nii");
   touch("b", dicom_);
