@@ -38,7 +38,12 @@ int build(const Arguments& arguments) {
   if (!arguments.study.empty()) {
     study = study_to_write(arguments.study, console, arguments.sources.empty());
     Orders before = orders_of(*study);
-    if (arguments.common.recipe.empty()) orders.recipe = before.recipe;
+    if (arguments.common.recipe.empty()) {
+      orders.recipe = before.recipe;
+      if (!arguments.sources.empty()) {
+        warn_of_kept(arguments.words, orders.recipe.import, console);
+      }
+    }
     if (arguments.seeds.empty()) {
       orders.seeds = std::move(before.seeds);
       orders.seeds_from = std::move(before.seeds_from);

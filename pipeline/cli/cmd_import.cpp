@@ -19,7 +19,11 @@ int import_exam(const Arguments& arguments) {
   Console console(common.verbose);
   study::Study study = study_to_write(arguments.stage.study, console, false);
   Orders orders = orders_of(study);
-  if (!common.recipe.empty()) orders.recipe = read_recipe(common.recipe);
+  if (common.recipe.empty()) {
+    warn_of_kept(arguments.words, orders.recipe.import, console);
+  } else {
+    orders.recipe = read_recipe(common.recipe);
+  }
   apply(arguments.words, orders.recipe.import);
   orders.discard_edits = arguments.stage.discard_edits;
   keep_orders(orders, study);

@@ -1,6 +1,8 @@
 #include "pipeline/cli/import_words.h"
 
+#include <array>
 #include <charconv>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -20,6 +22,8 @@ constexpr double kLatestS = 10;  // far beyond a heart beat: such times are no s
 constexpr double kLeastRrS = 0.2;
 constexpr double kMostRrS = 3;
 constexpr int kMostPhases = 200;
+constexpr auto kAllSeries = "all";
+constexpr auto kNoTimes = "none";
 
 template <class Number>
 std::optional<Number> number(const std::string& text) {
@@ -35,8 +39,8 @@ std::optional<Number> number(const std::string& text) {
 
 std::string wrong_rr(const std::string& text) {
   const auto value = number<double>(text);
-  if (value && *value >= kLeastRrS && *value <= kMostRrS) return {};
-  return "give the R-R interval in seconds, 0.2 to 3";
+  if (value && (*value == 0 || (*value >= kLeastRrS && *value <= kMostRrS))) return {};
+  return "give the R-R interval in seconds, 0.2 to 3, or 0 for the source's";
 }
 
 std::string wrong_phases(const std::string& text) {
@@ -47,7 +51,7 @@ std::string wrong_phases(const std::string& text) {
 
 std::string wrong_series(const std::string& text) {
   const auto value = number<int>(text);
-  if (value && *value >= 0) return {};
+  if (text == kAllSeries || (value && *value >= 0)) return {};
   return "one of its words is no series number; separate numbers by commas, as in 7001,8001, and "
          "name the source before it";
 }
@@ -67,13 +71,15 @@ bool are_numbers(const std::string& text) {
 
 void add_import_words(CLI::App& command, ImportWords& words) {
   if (CLI::Option* source = command.get_option_no_throw("SOURCE")) source->check(empty_word);
-  command.add_option("--rr", words.rr_interval_s, "R-R interval [s], instead of the source's")
+  command
+      .add_option("--rr", words.rr_interval_s,
+                  "R-R interval [s], instead of the source's; 0 = the source's")
       ->check(wrong_rr)
       ->type_name("SECONDS");
   command
       .add_option("--times", words.times,
                   "When each frame of a slice was taken [s], instead of the source's times: "
-                  "0,0.04,... or a file of such numbers")
+                  "0,0.04,... or a file of such numbers; none = the source's")
       ->check(empty_word)
       ->type_name("LIST|FILE");
   command.add_option("--phases", words.phases, "Phases to resample to; 0 = as many as there are")
@@ -84,7 +90,9 @@ void add_import_words(CLI::App& command, ImportWords& words) {
                   "Which of several patients or studies in one folder, as the message lists them")
       ->check(CLI::Range(0, 100000))
       ->type_name("N");
-  command.add_option("--series", words.series, "Take images of these series numbers only")
+  command
+      .add_option("--series", words.series,
+                  "Take images of these series numbers only; all = of any")
       ->delimiter(',')
       ->check(wrong_series)
       ->type_name("N,N,...");
@@ -127,8 +135,18 @@ void apply(const ImportWords& words, ingest::IngestOptions& options) {
   if (words.phases) options.phases = *words.phases;
   if (words.exam) options.exam = *words.exam;
   if (words.stack) options.stack = *words.stack;
-  if (!words.series.empty()) options.series = words.series;
+  if (!words.series.empty()) options.series.clear();
+  for (const std::string& series : words.series) {
+    if (series == kAllSeries && words.series.size() > 1) {
+      throw Error(ErrorCode::Usage, "--series is either all or a list of numbers");
+    }
+    if (series != kAllSeries) options.series.push_back(*number<int>(series));
+  }
   if (words.times.empty()) return;
+  if (words.times == kNoTimes) {
+    options.frame_times_s.clear();
+    return;
+  }
   std::error_code ignored;
   const std::filesystem::path file = words.times;
   const bool there = std::filesystem::exists(file, ignored);
@@ -146,6 +164,29 @@ void apply(const ImportWords& words, ingest::IngestOptions& options) {
   options.frame_times_s =
       parse_times(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
                   "the times in " + shown);
+}
+
+void warn_of_kept(const ImportWords& words, const ingest::IngestOptions& kept, Console& console) {
+  std::string out;
+  const auto add = [&](const std::string& word) { out += (out.empty() ? "" : " ") + word; };
+  if (kept.rr_interval_s > 0 && !words.rr_interval_s) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "--rr %g", kept.rr_interval_s);
+    add(text.data());
+  }
+  if (!kept.frame_times_s.empty() && words.times.empty()) add("--times ...");
+  if (kept.phases > 0 && !words.phases) add("--phases " + std::to_string(kept.phases));
+  if (kept.exam > 0 && !words.exam) add("--exam " + std::to_string(kept.exam));
+  if (!kept.series.empty() && words.series.empty()) {
+    std::string list;
+    for (const int series : kept.series) list += (list.empty() ? "" : ",") + std::to_string(series);
+    add("--series " + list);
+  }
+  if (kept.stack > 0 && !words.stack) add("--stack " + std::to_string(kept.stack));
+  if (out.empty()) return;
+  console.warn("the images are taken as when this study was last built: " + out +
+               "; to change that give other words, or for the source's own --rr 0, --times none, "
+               "--phases 0, --exam 0, --series all, --stack 0");
 }
 
 }  // namespace beatlas::cli

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/cli/console.h"
 #include "pipeline/ingest/ingest.h"
 
 namespace CLI {
@@ -18,7 +19,7 @@ struct ImportWords {
   std::optional<int> phases;
   std::optional<int> exam;
   std::optional<int> stack;
-  std::vector<int> series;  ///< empty: not given
+  std::vector<std::string> series;  ///< numbers, or "all" alone; empty: not given
 };
 
 /// Adds --rr, --times, --phases, --exam, --series, --stack; to be called when the command has its
@@ -27,6 +28,10 @@ void add_import_words(CLI::App& command, ImportWords& words);
 
 /// @throws Error{Usage} for times that are no ascending numbers; Error{InvalidInput} for their file
 void apply(const ImportWords& words, ingest::IngestOptions& options);
+
+/// Warns of what stands of `kept`, the options of the study's last import, because `words` does not
+/// replace it.
+void warn_of_kept(const ImportWords& words, const ingest::IngestOptions& kept, Console& console);
 
 /// Numbers parted by commas, semicolons or white space. @throws Error{Usage} naming `what`.
 [[nodiscard]] std::vector<double> parse_times(const std::string& text, const std::string& what);

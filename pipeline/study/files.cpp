@@ -125,7 +125,20 @@ Error said_of(const fs::path& index, const Error& error) {
                                                             : error.with_context(index.string());
 }
 
-std::string sha256_of_file(const fs::path& file) { return sha256_hex(read_bytes(file)); }
+std::string sha256_of_file(const fs::path& file) {
+  std::error_code failure;
+  if (!fs::is_regular_file(file, failure)) throw_invalid(file.string() + " is not a file");
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw_invalid(file.string() + " cannot be opened for reading");
+  Sha256 hash;
+  std::vector<std::byte> piece(std::size_t{1} << 18);
+  while (in) {
+    in.read(reinterpret_cast<char*>(piece.data()), static_cast<std::streamsize>(piece.size()));
+    hash.add(std::span(piece).first(static_cast<std::size_t>(in.gcount())));
+  }
+  if (in.bad()) throw_invalid(file.string() + " cannot be read to its end");
+  return hash.hex();
+}
 
 bool holds(const fs::path& file, const std::string& sha256) {
   std::error_code ignored;

@@ -119,6 +119,16 @@ def resume():
     said = beatlas("build", moved, "--study", folder, "-o", package).stderr
     assert "nothing has changed" in said, said
 
+    # Words about the source stay until others are given, and that is said.
+    rr = json.loads(beatlas("info", package, "--json").stdout)["rr_interval_s"]
+    kept, made, _ = again(folder, package, "--rr", round(1.1 * rr, 3))
+    assert "import" in made, made
+    kept, made, said = again(folder, package)
+    assert made == [] and f"--rr {round(1.1 * rr, 3):g}" in said, said
+    kept, made, said = again(folder, package, "--rr", "0")
+    assert "import" in made and "last built" not in said, said
+    expect_same(PACKAGE, package)
+
     # Another mesh: the stages before stay. And back again to the same bytes.
     recipe = WORK / "resume.json"
     write_recipe(recipe, mesh={"edge_mm": 6})
