@@ -4,6 +4,7 @@
 #include <array>
 #include <fstream>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -14,6 +15,7 @@ constexpr std::int64_t kUndefined = 0xFFFFFFFF;
 constexpr std::int64_t kItem = 0xE000;
 constexpr std::int64_t kItemEnd = 0xE00D;
 constexpr std::int64_t kSequenceEnd = 0xE0DD;
+constexpr std::int64_t kPixelGroup = 0x7FE0;
 constexpr int kDeepest = 32;
 
 class Walk {
@@ -26,6 +28,8 @@ class Walk {
 
   /// Where the fragments that begin at `at` end; nothing if they do not.
   std::optional<std::int64_t> end_of_fragments(std::int64_t at) {
+    least_group_ = kPixelGroup;
+    int fragments = -1;  // the first item is a table
     while (const auto item = bytes<8>(at)) {
       if (number(*item, 0, 2, false) != 0xFFFE) return std::nullopt;
       at += 8;
@@ -33,12 +37,16 @@ class Walk {
       if (kind == kSequenceEnd) return at;
       if (kind != kItem) return std::nullopt;
       at += number(*item, 4, 4, false);
+      ++fragments;
     }
-    return std::nullopt;
+    // Only the mark behind the fragments is missing.
+    const bool all = encoding_.frames > 0 && fragments >= encoding_.frames && at == size_;
+    return all && fragments_close(fragments, at) ? std::optional(size_) : std::nullopt;
   }
 
   /// Where plain pixels that begin at `at` end: their length stands before them.
   std::optional<std::int64_t> end_of_plain(std::int64_t at, double needed) {
+    least_group_ = kPixelGroup;
     const auto length = bytes<4>(at - 4);
     if (!length) return std::nullopt;
     const std::int64_t told = number(*length, 0, 4, encoding_.big_endian);
@@ -100,8 +108,9 @@ class Walk {
     const auto head = bytes<8>(at);
     const bool big = encoding.big_endian;
     // Some archives fill files up with zeros.
-    if (!head) return zeros(at) ? std::optional(size_) : std::nullopt;
+    if (!head) return zeros(at) || padding(at, big) ? std::optional(size_) : std::nullopt;
     if (number(*head, 0, 2, big) == 0) return size_;
+    if (depth == 0 && number(*head, 0, 2, big) < least_group_) return size_;  // tags ascend
     std::int64_t length = number(*head, 4, 4, big);
     at += 8;
     if (!encoding.implicit) {
@@ -157,6 +166,28 @@ class Walk {
     return at == size_ ? std::optional(at) : std::nullopt;
   }
 
+  /// Whether the last fragment ends as a packed image does, or each is a frame of its own.
+  bool fragments_close(int fragments, std::int64_t end) {
+    if (fragments == encoding_.frames && encoding_.run_lengths) return true;
+    const auto tail = bytes<4>(end - 4);
+    if (!tail) return false;
+    constexpr std::array<unsigned char, 2> kEnd{0xFF, 0xD9};  // of JPEG, JPEG-LS and JPEG 2000
+    return std::search(tail->begin(), tail->end(), kEnd.begin(), kEnd.end()) != tail->end();
+  }
+
+  /// Whether the few bytes from `at` on cannot be the start of an element.
+  bool padding(std::int64_t at, bool big_endian) {
+    in_.clear();
+    in_.seekg(at);
+    std::string rest(static_cast<std::size_t>(size_ - at), '\0');
+    if (!in_.read(rest.data(), size_ - at)) return false;
+    if (rest.find_first_not_of(std::string_view(" \t\r\n\x1A\0", 6)) == std::string::npos) {
+      return true;
+    }
+    const auto group = bytes<2>(at);
+    return group && number(*group, 0, 2, big_endian) < least_group_;
+  }
+
   bool zeros(std::int64_t at) {
     in_.clear();
     in_.seekg(at);
@@ -175,6 +206,7 @@ class Walk {
   std::ifstream in_;
   DicomEncoding encoding_;
   std::int64_t size_ = 0;
+  std::int64_t least_group_ = 0;  ///< of the elements that may follow
 };
 
 }  // namespace

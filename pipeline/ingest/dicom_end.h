@@ -6,14 +6,18 @@ namespace beatlas::ingest {
 
 /// How the data set of a file is written.
 struct DicomEncoding {
-  bool packed = false;      ///< pixels lie in fragments
-  bool implicit = false;    ///< elements do not tell their kind
-  bool big_endian = false;  ///< only of explicit, plain ones
+  bool packed = false;       ///< pixels lie in fragments
+  bool implicit = false;     ///< elements do not tell their kind
+  bool big_endian = false;   ///< only of explicit, plain ones
+  bool run_lengths = false;  ///< packed as RLE: a fragment is a frame
+  int frames = 0;            ///< announced, of packed pixels; 0: not known
 };
 
 /// Whether a file goes on to the end of its last element: fragments of packed pixels are all there,
 /// and what lies behind the pixels (private groups, signatures, padding) is not cut off. Where that
-/// is written in a way not known here, the file counts as whole.
+/// is written in a way not known here, the file counts as whole; so it does if only the mark behind
+/// the fragments is missing, or if what lies behind the last element cannot be the start of another
+/// (a newline, say).
 /// @param pixels where the value of PixelData begins, in bytes
 /// @param pixels_needed what plain pixels take at least, in bytes
 [[nodiscard]] bool goes_on_to_its_end(const std::filesystem::path& file, std::int64_t pixels,

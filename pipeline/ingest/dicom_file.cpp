@@ -24,6 +24,24 @@ constexpr double kCosineTolerance = 0.02;    // about one degree; beyond it noth
 constexpr double kStraightTolerance = 1e-4;  // six printed digits give 1e-6
 constexpr int kMostFrames = 100000;
 constexpr const char* kDeflated = ".1.99";
+const std::string kStorage = "1.2.840.10008.5.1.4.1.1.";
+
+/// Whether objects of a SOP class are images (PS3.4 B.5); not spectra, raw data, waveforms,
+/// reports.
+bool is_image_class(const std::string& uid) {
+  if (uid.rfind(kStorage, 0) != 0) return false;
+  const std::string rest = uid.substr(kStorage.size());
+  const std::string family = rest.substr(0, rest.find('.'));
+  // Computed radiography, CT, ultrasound, secondary capture, X-ray, NM, parametric map, visible
+  // light, PET.
+  for (const char* images : {"1", "2", "3", "6", "7", "12", "13", "20", "30", "77", "128", "130"}) {
+    if (family == images) return true;
+  }
+  for (const char* images : {"4", "4.1", "4.3", "4.4", "66.4", "481.1", "481.2"}) {
+    if (rest == images) return true;
+  }
+  return false;
+}
 
 /// The nearest pair of orthonormal vectors, both turned by the same angle.
 bool orthonormalise(Vec3& row, Vec3& column, bool& straightened) {
@@ -47,6 +65,11 @@ bool orthonormalise(Vec3& row, Vec3& column, bool& straightened) {
 }
 
 bool is_magnitude(const Attributes& attributes) {
+  std::string component = attributes.text(DC::ComplexImageComponent);
+  component.erase(component.find_last_not_of(' ') + 1);
+  for (const char* other : {"PHASE", "REAL", "IMAGINARY"}) {
+    if (component == other) return false;
+  }
   for (const vtkDICOMTag tag : {vtkDICOMTag(DC::ImageType), vtkDICOMTag(DC::FrameType)}) {
     const vtkDICOMValue& value = attributes.get(tag);
     if (!value.IsValid()) continue;
@@ -84,6 +107,8 @@ FrameStamp stamp_of(const Attributes& attributes, int frame, int frames) {
   out.acquisition_s = attributes.time_of_day_s(
       frames > 1 ? vtkDICOMTag(DC::FrameAcquisitionDateTime) : vtkDICOMTag(DC::AcquisitionTime));
   if (frames == 1) out.content_s = attributes.time_of_day_s(DC::ContentTime);
+  out.acquisition_number = frames > 1 ? attributes.number(DC::FrameAcquisitionNumber)
+                                      : attributes.number(DC::AcquisitionNumber);
   out.instance =
       frames > 1 ? std::optional<double>(frame + 1) : attributes.number(DC::InstanceNumber);
   return out;
@@ -112,6 +137,11 @@ class FileReader {
   FileReader(const fs::path& file, IdentityWords& words) : file_(file), words_(words) {}
 
   FileHeader read() {
+    std::error_code ignored;
+    if (fs::file_size(file_, ignored) == 0 && !ignored) {
+      out_.kind = Kind::Empty;
+      return std::move(out_);
+    }
     if (!vtkDICOMUtilities::IsDICOMFile(file_.c_str())) return std::move(out_);
     out_.kind = sort_out();
     if (out_.kind == FileHeader::Kind::Image) add_frames();
@@ -152,18 +182,27 @@ class FileReader {
     out_.instance = whole.number(DC::InstanceNumber).value_or(0);
     const bool directory = text(DC::MediaStorageSOPClassUID) == "1.2.840.10008.1.3.10";
     if (directory) return Kind::NotImage;
-    if (!good) return Kind::Damaged;
+    private_ = !syntax.empty() && syntax.rfind(family, 0) != 0;
+    if (!good) return private_ ? Kind::Private : Kind::Damaged;
+    if (private_ && (!meta_->Has(DC::Rows) || !has_pixels_)) return Kind::Private;
     if (!meta_->Has(DC::Rows) || !meta_->Has(DC::Columns)) {
       // A header cut off before its image looks like a report.
-      const bool cut =
-          syntax != family + kDeflated && !syntax.empty() &&
-          !is_whole(file_, {.implicit = syntax_.empty(), .big_endian = syntax_ == ".2"});
-      return cut || (out_.modality == "MR" && image_class()) ? Kind::Damaged : Kind::NotImage;
+      const bool image = out_.modality == "MR" && mr_class();
+      return image || cut_off(syntax) ? Kind::Damaged : Kind::NotImage;
     }
-    if (!has_pixels_) return Kind::Damaged;
+    if (!has_pixels_) {
+      // Spectra and raw data have a matrix too.
+      const bool image = text(DC::SOPClassUID).empty() || is_image_class(text(DC::SOPClassUID));
+      return image || cut_off(syntax) ? Kind::Damaged : Kind::NotImage;
+    }
     if (syntax_.rfind(".4.10", 0) == 0) return Kind::NotImage;  // video
-    if (!syntax.empty() && syntax.rfind(family, 0) != 0) return Kind::Damaged;
     return find_layout();
+  }
+
+  /// A file without pixels that ends within an element.
+  [[nodiscard]] bool cut_off(const std::string& syntax) const {
+    return syntax_ != kDeflated && !syntax.empty() &&
+           !is_whole(file_, {.implicit = syntax_.empty(), .big_endian = syntax_ == ".2"});
   }
 
   Kind find_layout() {
@@ -181,18 +220,22 @@ class FileReader {
     layout_.big_endian = syntax_ == ".2";
     layout_.deflated = syntax_ == kDeflated;
     const bool real = meta_->Has(DC::FloatPixelData) || meta_->Has(DC::DoubleFloatPixelData);
-    const bool plain = syntax_.empty() || syntax_ == ".1" || syntax_ == ".2" || layout_.deflated;
+    const bool plain =
+        private_ || syntax_.empty() || syntax_ == ".1" || syntax_ == ".2" || layout_.deflated;
     if (real) layout_.bits_allocated = meta_->Has(DC::DoubleFloatPixelData) ? 64 : 32;
     if (!plain && syntax_ != ".5" && syntax_.rfind(".4.", 0) != 0) return Kind::Damaged;
     const int samples = std::max(1, whole(DC::SamplesPerPixel, 1));
     const double needed = static_cast<double>(rows_) * columns_ * samples * layout_.frames *
                           layout_.bits_allocated / 8;
-    if (plain && needed > static_cast<double>(held_)) return Kind::Damaged;
+    if (plain && !private_ && needed > static_cast<double>(held_)) return Kind::Damaged;
     // What is deflated was found whole on inflating it; without a meta header it is not known how
     // elements are written.
-    const DicomEncoding encoding{
-        .packed = !plain, .implicit = syntax_.empty(), .big_endian = layout_.big_endian};
-    if (meta_->Has(DC::TransferSyntaxUID) && !layout_.deflated &&
+    const DicomEncoding encoding{.packed = !plain,
+                                 .implicit = syntax_.empty(),
+                                 .big_endian = layout_.big_endian,
+                                 .run_lengths = syntax_ == ".5",
+                                 .frames = layout_.frames};
+    if (meta_->Has(DC::TransferSyntaxUID) && !layout_.deflated && !private_ &&
         !goes_on_to_its_end(file_, offset_, needed, encoding)) {
       return Kind::Damaged;
     }
@@ -205,7 +248,11 @@ class FileReader {
     const bool words = bits == 16 || bits == 32 || (bits == 8 && !layout_.big_endian);
     const bool fits = layout_.bits_stored >= 1 && layout_.high_bit < bits &&
                       layout_.high_bit + 1 >= layout_.bits_stored;
-    if (real) {
+    if (private_) {
+      layout_.kind = PixelLayout::Kind::Unknown;
+    } else if (!plain && layout_.high_bit + 1 != layout_.bits_stored) {
+      layout_.kind = PixelLayout::Kind::Unknown;  // the decoder cuts bits off
+    } else if (real) {
       layout_.kind = PixelLayout::Kind::Float;
     } else if (!plain || !words || !fits) {
       layout_.kind = PixelLayout::Kind::Packed;
@@ -222,7 +269,7 @@ class FileReader {
 
   /// Says why the geometry of an MR image is none; other images may be anything.
   void wrong(const char* why) {
-    if (out_.modality != "MR" && !image_class()) {
+    if (out_.modality != "MR" && !mr_class()) {
       ++out_.without_place;
       return;
     }
@@ -279,15 +326,17 @@ class FileReader {
     image.echo_ms = attributes.first({DC::EchoTime, DC::EffectiveEchoTime}).value_or(0);
     image.inversion_ms = attributes.number(DC::InversionTime).value_or(0);
     image.sequence = text(DC::ScanningSequence) + '\n' + text(DC::SequenceVariant);
+    image.kind = attributes.text(DC::FrameType);
+    if (image.kind.empty()) image.kind = attributes.text(DC::ImageType);
     image.magnitude = is_magnitude(attributes);
     out_.images.push_back(std::move(image));
   }
 
   [[nodiscard]] std::string text(vtkDICOMTag tag) const { return meta_->Get(0, tag).AsString(); }
 
-  [[nodiscard]] bool image_class() const {
+  [[nodiscard]] bool mr_class() const {
     const std::string uid = text(DC::SOPClassUID);
-    return uid == "1.2.840.10008.5.1.4.1.1.4" || uid == "1.2.840.10008.5.1.4.1.1.4.1";
+    return uid == kStorage + "4" || uid == kStorage + "4.1" || uid == kStorage + "4.4";
   }
 
   fs::path file_;
@@ -296,6 +345,7 @@ class FileReader {
   vtkSmartPointer<vtkDICOMMetaData> meta_;
   std::string syntax_;  ///< what follows the family of the standard's transfer syntaxes
   PixelLayout layout_;
+  bool private_ = false;  ///< the transfer syntax
   bool has_pixels_ = false;
   std::int64_t offset_ = 0;
   std::int64_t held_ = 0;  ///< bytes from offset_ on

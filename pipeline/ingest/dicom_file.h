@@ -12,9 +12,11 @@ namespace beatlas::ingest {
 struct FileHeader {
   enum class Kind {
     NotDicom,
+    Empty,     ///< without a byte
     NotImage,  ///< DICOMDIR, reports, videos
     NotGrey,
-    Image,  ///< also if none of its frames has a place
+    Image,    ///< also if none of its frames has a place
+    Private,  ///< of a transfer syntax that is not of the standard, and cannot be looked into
     Damaged,
     Wrong,  ///< an MR image whose geometry is no geometry; `problem` says what
   };

@@ -5,10 +5,14 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
+#include <iterator>
 #include <optional>
+#include <string_view>
 #include <type_traits>
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <unistd.h>
 #include <vtkDICOMReader.h>
 #include <vtkExecutive.h>
@@ -25,10 +29,10 @@
 
 namespace beatlas::ingest {
 
-/// A file as the decoder gave it.
+/// A file as the decoder, or inflating it, gave it.
 struct DicomPixels::Decoded {
-  std::filesystem::path file;
-  vtkSmartPointer<vtkImageData> data;  ///< null if it could not be decoded
+  std::unique_ptr<InflatedFile> inflated;  ///< of a deflated file
+  vtkSmartPointer<vtkImageData> data;      ///< null if it could not be decoded
   std::vector<int> slice_of_frame;
 };
 
@@ -146,10 +150,12 @@ bool read_real(const std::string& file, const PixelLayout& layout, std::span<flo
   return true;
 }
 
-bool read_plain(const DicomImage& image, std::span<float> out) {
+/// @param held the file if it is inflated already, or null
+bool read_plain(const DicomImage& image, const InflatedFile* held, std::span<float> out) {
   const PixelLayout& layout = image.layout;
-  std::optional<InflatedFile> inflated;
-  if (layout.deflated) inflated.emplace(image.file);
+  std::optional<InflatedFile> own;
+  if (layout.deflated && !held) own.emplace(image.file);
+  const InflatedFile* inflated = own ? &*own : held;
   if (inflated && !inflated->good()) return false;
   const std::string file = inflated ? inflated->path() : image.file.string();
   if (layout.kind == PixelLayout::Kind::Float) {
@@ -167,13 +173,13 @@ double inversion_sum(const PixelLayout& layout) {
 }
 
 /// Decodes a whole file; leaves `data` null if that fails.
-void decode(const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
+void decode(const std::string& file, const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
             std::vector<int>& slice_of_frame) {
   silence_decoder();
   vtkNew<vtkDICOMReader> reader;
   silence(reader);
   silence(reader->GetExecutive());
-  reader->SetFileName(image.file.c_str());
+  reader->SetFileName(file.c_str());
   reader->SortingOff();
   reader->TimeAsVectorOff();
   reader->AutoRescaleOff();
@@ -199,27 +205,67 @@ void decode(const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
   data = decoded;
 }
 
+/// The same; a file that only lacks the mark behind its last fragment is read as if it had it.
+void decode(const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
+            std::vector<int>& slice_of_frame) {
+  decode(image.file.string(), image, data, slice_of_frame);
+  if (data) return;
+  constexpr std::string_view kMark("\xFE\xFF\xDD\xE0\0\0\0\0", 8);
+  std::ifstream in(image.file, std::ios::binary);
+  std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (content.ends_with(kMark)) return;
+  content += kMark;
+  const int memory = ::memfd_create("marked", MFD_CLOEXEC);
+  if (memory < 0) return;
+  std::size_t done = 0;
+  while (done < content.size()) {
+    const ssize_t wrote = ::write(memory, content.data() + done, content.size() - done);
+    if (wrote <= 0) break;
+    done += static_cast<std::size_t>(wrote);
+  }
+  if (done == content.size()) {
+    decode("/proc/self/fd/" + std::to_string(memory), image, data, slice_of_frame);
+  }
+  ::close(memory);
+}
+
 }  // namespace
 
 DicomPixels::DicomPixels() = default;
 DicomPixels::~DicomPixels() = default;
 
-void DicomPixels::prepare(const DicomImage& image) {
-  if (image.layout.kind != PixelLayout::Kind::Packed || image.layout.frames < 2) return;
-  if (held_ && held_->file == image.file) return;
-  held_.reset();  // before the next is decoded: never two at a time
-  held_ = std::make_unique<Decoded>();
-  held_->file = image.file;
-  decode(image, held_->data, held_->slice_of_frame);
+void DicomPixels::prepare(const DicomImage& image, double most_bytes) {
+  const PixelLayout& layout = image.layout;
+  const bool packed = layout.kind == PixelLayout::Kind::Packed;
+  if (layout.frames < 2 || !(packed || layout.deflated) || held_.count(image.file) > 0) return;
+  const double bytes = static_cast<double>(image.rows) * image.columns * layout.frames *
+                       ((layout.bits_allocated + 7) / 8);
+  if (held_bytes_ + bytes > most_bytes) release();
+  held_bytes_ += bytes;
+  auto& decoded = held_[image.file] = std::make_unique<Decoded>();
+  if (packed) {
+    decode(image, decoded->data, decoded->slice_of_frame);
+  } else {
+    decoded->inflated = std::make_unique<InflatedFile>(image.file);
+  }
+}
+
+void DicomPixels::release() {
+  held_.clear();
+  held_bytes_ = 0;
 }
 
 PixelState DicomPixels::read(const DicomImage& image, std::span<float> out) const {
   const std::size_t count = out.size();
+  if (image.layout.kind == PixelLayout::Kind::Unknown) return PixelState::Damaged;
+  const auto held = held_.find(image.file);
+  const Decoded* decoded = held != held_.end() ? held->second.get() : nullptr;
   if (image.layout.kind != PixelLayout::Kind::Packed) {
-    if (!read_plain(image, out)) return PixelState::Damaged;
+    if (!read_plain(image, decoded ? decoded->inflated.get() : nullptr, out)) {
+      return PixelState::Damaged;
+    }
   } else {
     Decoded own;
-    const Decoded* decoded = held_ && held_->file == image.file ? held_.get() : nullptr;
     if (!decoded) {
       const std::lock_guard lock(decoder_);
       decode(image, own.data, own.slice_of_frame);
@@ -231,7 +277,8 @@ PixelState DicomPixels::read(const DicomImage& image, std::span<float> out) cons
       return PixelState::Damaged;
     }
     const auto first = static_cast<std::size_t>(decoded->slice_of_frame[frame]) * count;
-    if (!as_float(decoded->data->GetScalarType(), decoded->data->GetScalarPointer(), first, out)) {
+    const int type = decoded->data->GetScalarType();
+    if (!as_float(type, decoded->data->GetScalarPointer(), first, out)) {
       return PixelState::Damaged;
     }
   }
@@ -254,7 +301,8 @@ PixelState DicomPixels::read(const DicomImage& image, std::span<float> out) cons
   return numbers ? PixelState::Good : PixelState::NoNumber;
 }
 
-std::string DicomPixels::fingerprint(const DicomImage& image) const {
+std::string DicomPixels::fingerprint(const DicomImage& image) {
+  prepare(image, 0);
   std::vector<float> values(static_cast<std::size_t>(image.columns) *
                             static_cast<std::size_t>(image.rows));
   if (read(image, values) != PixelState::Good) return {};

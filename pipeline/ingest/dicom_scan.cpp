@@ -10,6 +10,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/ingest/dicom_file.h"
+#include "pipeline/ingest/dicom_pixels.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -22,7 +23,7 @@ constexpr std::size_t kBlock = 64;  // files between two looks at `cancel`
 using Content = std::tuple<int, std::optional<double>, int, const std::string&, const std::string&,
                            const std::string&, std::optional<double>, std::optional<double>,
                            std::optional<double>, std::array<double, 9>, std::array<double, 4>,
-                           std::array<int, 3>>;
+                           std::array<int, 3>, const std::string&, std::optional<double>>;
 
 /// All that an image says of itself but where it lies.
 Content content(const DicomImage& image) {
@@ -41,7 +42,9 @@ Content content(const DicomImage& image) {
           stamp.acquisition_s,
           {p[0], p[1], p[2], r[0], r[1], r[2], c[0], c[1], c[2]},
           {image.row_step_mm, image.column_step_mm, image.echo_ms, image.inversion_ms},
-          {image.rows, image.columns, image.magnitude ? 1 : 0}};
+          {image.rows, image.columns, image.magnitude ? 1 : 0},
+          image.kind,
+          stamp.acquisition_number};
 }
 
 auto key(const FileHeader& header) {
@@ -77,7 +80,8 @@ void refuse_broken(const std::vector<fs::path>& files, const std::vector<FileHea
   std::vector<std::size_t> bad;
   for (std::size_t i = 0; i < headers.size(); ++i) {
     const Kind kind = headers[i].kind;
-    if (kind == Kind::Damaged || kind == Kind::Wrong || (named && kind == Kind::NotDicom)) {
+    if (kind == Kind::Damaged || kind == Kind::Wrong ||
+        (named && (kind == Kind::NotDicom || kind == Kind::Empty))) {
       bad.push_back(i);
     }
   }
@@ -93,7 +97,9 @@ void refuse_broken(const std::vector<fs::path>& files, const std::vector<FileHea
         return headers[i].kind == first.kind && headers[i].problem == first.problem;
       }));
   std::string sentence = shown_path(files[bad.front()], words) + ": ";
-  if (first.kind == Kind::NotDicom) {
+  if (first.kind == Kind::Empty) {
+    sentence += "the file is empty; copy it again";
+  } else if (first.kind == Kind::NotDicom) {
     sentence += "it is no image that can be read";
   } else if (first.kind == Kind::Damaged) {
     sentence += "the file is truncated or damaged; copy it again or take it out of the folder";
@@ -107,10 +113,26 @@ void refuse_broken(const std::vector<fs::path>& files, const std::vector<FileHea
   throw_invalid(sentence);
 }
 
+/// Throws unless two files that say the same of themselves show the same.
+void check_pixels(const FileHeader& one, const FileHeader& other, DicomPixels& pixels,
+                  const IdentityWords& words) {
+  const auto shown = [&](const FileHeader& header) {
+    std::vector<std::string> out;
+    for (const DicomImage& image : header.images) out.push_back(pixels.fingerprint(image));
+    return out;
+  };
+  if (shown(one) == shown(other)) return;
+  throw_invalid(shown_path(one.images.front().file, words) + " and " +
+                shown_path(other.images.front().file, words) +
+                ": they are one image by their headers but differ in their pixels; take the wrong "
+                "one out of the folder");
+}
+
 void count(const FileHeader& header, DicomScan& scan) {
   using Kind = FileHeader::Kind;
   scan.not_dicom += header.kind == Kind::NotDicom ? 1 : 0;
   scan.not_image += header.kind == Kind::NotImage ? 1 : 0;
+  scan.not_standard += header.kind == Kind::Private ? 1 : 0;
   scan.not_grey += header.kind == Kind::NotGrey ? 1 : 0;
   if (header.kind != Kind::Image) return;
   scan.without_place += header.without_place;
@@ -143,6 +165,11 @@ DicomScan scan_dicom(const std::vector<fs::path>& files, bool named, StageContex
     }
     return files[a] < files[b];
   });
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (headers[i].kind == FileHeader::Kind::Empty) out.empty.push_back(files[i]);
+  }
+  std::sort(out.empty.begin(), out.empty.end());
+  DicomPixels pixels;
   std::unordered_map<std::string, std::vector<std::size_t>> met;  // by instance UID
   std::vector<std::size_t> kept;
   for (const std::size_t i : order) {
@@ -151,10 +178,11 @@ DicomScan scan_dicom(const std::vector<fs::path>& files, bool named, StageContex
     if (header.images.empty()) continue;
     if (!header.instance_uid.empty()) {
       auto& others = met[header.instance_uid];
-      const bool copy = std::any_of(others.begin(), others.end(), [&](std::size_t other) {
+      const auto copy = std::find_if(others.begin(), others.end(), [&](std::size_t other) {
         return same_content(headers[other], header);
       });
-      if (copy) {
+      if (copy != others.end()) {
+        check_pixels(headers[*copy], header, pixels, out.words);
         ++out.copies;
         continue;
       }

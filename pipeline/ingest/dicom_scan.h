@@ -18,9 +18,10 @@ namespace beatlas::ingest {
 /// How the pixels of an image lie in its file.
 struct PixelLayout {
   enum class Kind {
-    Plain,   ///< whole numbers, one after another from `offset`
-    Float,   ///< 32- or 64-bit IEEE numbers from `offset`
-    Packed,  ///< a decoder is needed
+    Plain,    ///< whole numbers, one after another from `offset`
+    Float,    ///< 32- or 64-bit IEEE numbers from `offset`
+    Packed,   ///< a decoder is needed
+    Unknown,  ///< no decoder is known that gets them right
   };
   Kind kind = Kind::Plain;
   std::int64_t offset = 0;  ///< of the first pixel of the frame, in the file as inflated
@@ -60,6 +61,7 @@ struct DicomImage {
   double echo_ms = 0;
   double inversion_ms = 0;
   std::string sequence;   ///< kind and variant of the pulse sequence; never shown
+  std::string kind;       ///< ImageType or FrameType; never shown
   bool magnitude = true;  ///< false: a phase (velocity), real or imaginary image
 };
 
@@ -67,8 +69,10 @@ struct DicomScan {
   std::vector<DicomImage> images;  ///< by series number, instance number, ...: never by file name
   int files = 0;                   ///< all that were looked at
   int not_dicom = 0;
-  int not_image = 0;      ///< DICOMDIR, reports, presentation states
-  int not_grey = 0;       ///< colour
+  std::vector<std::filesystem::path> empty;  ///< files without a byte, in order
+  int not_image = 0;                         ///< DICOMDIR, reports, presentation states
+  int not_grey = 0;                          ///< colour
+  int not_standard = 0;                      ///< of a transfer syntax that is not of the standard
   int without_place = 0;  ///< no position, orientation or pixel spacing (screenshots)
   int copies = 0;         ///< of an image already met
   int shared_uids = 0;    ///< images that differ from another of the same UID

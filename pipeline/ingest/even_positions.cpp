@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "runtime/base/error.h"
 
@@ -28,19 +29,8 @@ std::vector<int> run_from(const std::vector<double>& positions, int a, int b) {
   return out;
 }
 
-std::string listed(const std::vector<double>& positions) {
-  std::string out;
-  for (std::size_t i = 1; i < positions.size(); ++i) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%s%.2f", i > 1 ? ", " : "", positions[i] - positions[i - 1]);
-    out += text;
-  }
-  return out;
-}
-
-}  // namespace
-
-EvenStack find_even_stack(const std::vector<double>& positions_mm) {
+/// The longest of all, the narrower of two as long.
+std::vector<int> longest_run(const std::vector<double>& positions_mm) {
   const int count = static_cast<int>(positions_mm.size());
   std::vector<int> best;
   double best_step = 0;
@@ -55,6 +45,24 @@ EvenStack find_even_stack(const std::vector<double>& positions_mm) {
       }
     }
   }
+  return best;
+}
+
+std::string listed(const std::vector<double>& positions) {
+  std::string out;
+  for (std::size_t i = 1; i < positions.size(); ++i) {
+    char text[32];
+    std::snprintf(text, sizeof(text), "%s%.2f", i > 1 ? ", " : "", positions[i] - positions[i - 1]);
+    out += text;
+  }
+  return out;
+}
+
+}  // namespace
+
+EvenStack find_even_stack(const std::vector<double>& positions_mm) {
+  const auto count = static_cast<double>(positions_mm.size());
+  const std::vector<int> best = longest_run(positions_mm);
   if (best.size() < 3 || static_cast<double>(best.size()) <= kLeastKept * count) {
     throw_invalid("the slices of the stack are unevenly spaced, with gaps of " +
                   listed(positions_mm) + " mm: a slice is missing or its series is incomplete");
@@ -86,6 +94,38 @@ EvenStack find_even_stack(const std::vector<double>& positions_mm) {
   for (std::size_t m = 0; m < best.size(); ++m) sum += at(m) - median * static_cast<double>(m);
   out.first_mm = sum / static_cast<double>(best.size());
   return out;
+}
+
+std::vector<std::vector<int>> even_parts(const std::vector<double>& positions_mm) {
+  std::vector<std::vector<int>> out;
+  std::vector<int> left(positions_mm.size());
+  std::iota(left.begin(), left.end(), 0);
+  const auto at = [&](int i) { return positions_mm[static_cast<std::size_t>(i)]; };
+  const auto step = [&](const std::vector<int>& part) {
+    return (at(part.back()) - at(part.front())) / static_cast<double>(part.size() - 1);
+  };
+  while (!left.empty()) {
+    std::vector<double> positions;
+    for (const int i : left) positions.push_back(at(i));
+    std::vector<int> part;
+    for (const int i : longest_run(positions)) part.push_back(left[static_cast<std::size_t>(i)]);
+    if (part.size() < 3) return {};
+    std::erase_if(left, [&](int i) { return std::count(part.begin(), part.end(), i) > 0; });
+    if (!out.empty()) {
+      const std::vector<int>& main = out.front();
+      const double spacing = step(main);
+      const double over =
+          std::min(at(main.back()), at(part.back())) - std::max(at(main.front()), at(part.front()));
+      const double offset = (at(part.front()) - at(main.front())) / spacing;
+      const bool between = std::abs(offset - std::round(offset)) > kMostUneven;
+      if (std::abs(step(part) - spacing) > kMostUneven * spacing || !between ||
+          2 * over < at(part.back()) - at(part.front())) {
+        return {};
+      }
+    }
+    out.push_back(std::move(part));
+  }
+  return out.size() > 1 ? out : std::vector<std::vector<int>>();
 }
 
 }  // namespace beatlas::ingest

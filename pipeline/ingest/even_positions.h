@@ -26,4 +26,10 @@ struct EvenStack {
 ///         or more: then a slice is missing or the slices are spaced unevenly.
 [[nodiscard]] EvenStack find_even_stack(const std::vector<double>& positions_mm);
 
+/// The even stacks that interleave: two or more of 3 positions and more, of one spacing, that lie
+/// over each other and between each other's positions, and to which all positions belong. None
+/// where positions are not of that kind: parts on both sides of a hole are no stacks.
+/// @param positions_mm ascending, no two alike
+[[nodiscard]] std::vector<std::vector<int>> even_parts(const std::vector<double>& positions_mm);
+
 }  // namespace beatlas::ingest

@@ -27,19 +27,28 @@ std::string told(const DicomScan& scan) {
   std::string out = "Read " + counted(static_cast<int>(scan.images.size()), "image", "images") +
                     " of " + counted(static_cast<int>(series.size()), "series", "series") +
                     " from " + counted(scan.files, "file", "files");
-  const auto add = [&out](int count, const std::string& what) {
-    if (count > 0) out += ", ignored " + std::to_string(count) + ' ' + what;
+  const auto add = [&out](int count, const std::string& one, const std::string& many) {
+    if (count > 0) out += ", ignored " + counted(count, one, many);
   };
-  add(scan.not_dicom, "that are no DICOM");
-  add(scan.not_image, "DICOM files without an image");
-  add(scan.not_grey, "colour images");
-  add(scan.without_place, "images without position, orientation or pixel spacing");
-  add(scan.copies, "copies of an image already read");
+  add(scan.not_dicom, "that is no DICOM", "that are no DICOM");
+  add(static_cast<int>(scan.empty.size()), "empty file", "empty files");
+  add(scan.not_image, "DICOM file without an image", "DICOM files without an image");
+  add(scan.not_standard, "file of a private transfer syntax", "files of a private transfer syntax");
+  add(scan.not_grey, "colour image", "colour images");
+  add(scan.without_place, "image without position, orientation or pixel spacing",
+      "images without position, orientation or pixel spacing");
+  add(scan.copies, "copy of an image already read", "copies of an image already read");
   return out + '.';
 }
 
 /// What of the files is unusual, if it is part of what was taken.
 void tell_oddities(const DicomScan& scan, std::vector<std::string>& decisions) {
+  if (!scan.empty.empty()) {
+    const auto more = static_cast<int>(scan.empty.size()) - 1;
+    decisions.push_back("Warning: " + shown_path(scan.empty.front(), scan.words) + " is empty" +
+                        (more > 0 ? " (so " + counted(more, "other is", "others are") + ")" : "") +
+                        "; if it was an image, copy it again.");
+  }
   const auto images = [](int count) { return counted(count, "image has", "images have"); };
   if (scan.straightened > 0) {
     decisions.push_back("Warning: " + images(scan.straightened) +
@@ -91,7 +100,7 @@ struct Reading {
   const std::vector<DicomImage>& images;
   const ImageFiles& files;
   StageContext& context;
-  DicomPixels pixels = {};
+  DicomPixels& pixels;
   int done = 0;
   int total = 0;
 };
@@ -105,13 +114,17 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
   std::vector<std::pair<int, PixelState>> bad;
   std::vector<std::vector<float>> frames;  // of a slice that is blended
   const std::size_t slices = chosen.slices.size();
+  // What several slices share is decoded once, unless that takes more than the result.
+  const double most_bytes =
+      0.8 * sizeof(float) * static_cast<double>(chosen.grid.count()) * std::max(phases, 1);
   for (std::size_t k = 0; k < slices; ++k) {
     const ImageSet& set = chosen.slices[k];
     reading.context.check_cancelled();
     const auto image = [&](std::size_t f) -> const DicomImage& {
       return reading.images[static_cast<std::size_t>(set.images[f])];
     };
-    for (std::size_t f = 0; f < set.images.size(); ++f) reading.pixels.prepare(image(f));
+    for (std::size_t f = 0; f < set.images.size(); ++f)
+      reading.pixels.prepare(image(f), most_bytes);
     if (out.images.phases.empty()) {  // not before: what a decoder needs on its way is free now
       out.images.phases.resize(static_cast<std::size_t>(phases));
       parallel_for(out.images.phases.size(),
@@ -146,6 +159,7 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
     if (copies || !bad.empty()) continue;
     parallel_for(taps.size(), [&](std::size_t p) { blend_to(frames, taps[p], place(p).data()); });
   }
+  reading.pixels.release();
   refuse_bad(bad, reading.images, reading.files);
   // The slice nearest the middle speaks for the stack, of those with a frame a phase if there are.
   const int middle = static_cast<int>(slices) / 2;
@@ -197,7 +211,8 @@ std::string resampling_told(const Choice& choice) {
   }
   if (copied == slices) return "All frames lie on common phases of their R-R interval.";
   return counted(slices - copied, "slice was", "slices were") +
-         " resampled to common phases of the R-R interval, the others' frames lie on them.";
+         " resampled to common phases of the R-R interval" +
+         (copied > 0 ? ", the others' frames lie on them." : ".");
 }
 
 bool holds_stack(const std::vector<DicomImage>& images, const IngestOptions& options,
@@ -214,7 +229,7 @@ bool holds_stack(const std::vector<DicomImage>& images, const IngestOptions& opt
 }
 
 Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFiles& files,
-             StageContext& context) {
+             DicomPixels& pixels, StageContext& context) {
   if (scan.images.empty()) nothing_found(scan);
   const ExamChoice chosen = choose_exam(
       scan.images, options.exam, options.series,
@@ -229,7 +244,7 @@ Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFil
   exam.decisions.insert(exam.decisions.end(), choice.decisions.begin(), choice.decisions.end());
   exam.decisions.push_back(resampling_told(choice));
 
-  Reading reading{chosen.images, files, context};
+  Reading reading{chosen.images, files, context, pixels};
   reading.total = image_count(choice);
   exam.stack = read_cine(choice.stack, choice.phases, reading);
   check_signal(exam.stack.images);
@@ -238,7 +253,14 @@ Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFil
   }
   if (options.rr_interval_s > 0) {
     exam.stack.rr_interval_s = options.rr_interval_s;
-    exam.decisions.emplace_back("The R-R interval was given, not taken from the images.");
+    const auto& all = choice.stack.slices;
+    const bool own = std::any_of(all.begin(), all.end(), [&](const ImageSet& set) {
+      return set.timing.rr_s > 0 && std::abs(set.timing.rr_s - options.rr_interval_s) > 0.5e-3;
+    });
+    exam.decisions.emplace_back(own ? "The R-R interval was given, not taken from the images: it "
+                                      "is the mean of the slices, "
+                                      "whose own intervals keep their proportions."
+                                    : "The R-R interval was given, not taken from the images.");
   }
   if (!options.frame_times_s.empty()) {
     exam.decisions.emplace_back("The frame times were given, not taken from the images.");
@@ -252,7 +274,7 @@ Exam exam_from_dicom(const std::vector<std::filesystem::path>& sources,
                      const std::vector<std::filesystem::path>& files, bool named,
                      const IngestOptions& options, StageContext& context) {
   const DicomScan scan = scan_dicom(files, named, context);
-  const DicomPixels pixels;
+  DicomPixels pixels;
   bool names_file = false;  // a message that names its file needs no folder
   const ImageFiles access{
       .shown =
@@ -264,7 +286,7 @@ Exam exam_from_dicom(const std::vector<std::filesystem::path>& sources,
   const std::string shown = shown_path(sources.front(), scan.words) +
                             (sources.size() > 1 ? " and the other sources" : "");
   try {
-    Exam exam = exam_of(scan, options, access, context);
+    Exam exam = exam_of(scan, options, access, pixels, context);
     exam.shown_source = shown;
     return exam;
   } catch (const Error& error) {

@@ -49,6 +49,30 @@ bool linked(const Origin& a, const Origin& b) {
   return (!a.study.empty() && a.study == b.study) || (!a.frame.empty() && a.frame == b.frame);
 }
 
+/// What a patient is called where a part, ID or name, is blank: as the only patient of the same
+/// study or frame of reference is that agrees in the other part.
+std::vector<std::string> full_patients(const std::vector<Origin>& origins) {
+  const auto parts = [](const std::string& patient) {
+    const auto gap = patient.find('\n');
+    return gap == std::string::npos ? std::pair(patient, std::string())
+                                    : std::pair(patient.substr(0, gap), patient.substr(gap + 1));
+  };
+  std::vector<std::string> out;
+  for (const Origin& origin : origins) {
+    out.push_back(origin.patient);
+    const auto [id, name] = parts(origin.patient);
+    if (id.empty() == name.empty()) continue;
+    std::set<std::string> full;
+    for (const Origin& other : origins) {
+      const auto [other_id, other_name] = parts(other.patient);
+      if (other_id.empty() || other_name.empty() || !linked(origin, other)) continue;
+      if (id.empty() ? name == other_name : id == other_id) full.insert(other.patient);
+    }
+    if (full.size() == 1) out.back() = *full.begin();
+  }
+  return out;
+}
+
 /// Joins origins; the result does not depend on their order.
 Sets joined(const std::vector<Origin>& origins) {
   Sets out(origins.size());
@@ -206,13 +230,16 @@ std::vector<ExamGroup> list_exams(const std::vector<DicomImage>& images) {
   std::vector<Origin> origins;
   origins.reserve(by_origin.size());
   for (const auto& [origin, members] : by_origin) origins.push_back(origin);
-  const Sets sets = joined(origins);
+  const std::vector<std::string> patients = full_patients(origins);
+  std::vector<Origin> resolved = origins;
+  for (std::size_t o = 0; o < origins.size(); ++o) resolved[o].patient = patients[o];
+  const Sets sets = joined(resolved);
   std::map<std::size_t, ExamGroup> groups;
   for (std::size_t o = 0; o < origins.size(); ++o) {
     ExamGroup& group = groups[sets.of(o)];
     const auto& members = by_origin[origins[o]];
     group.images.insert(group.images.end(), members.begin(), members.end());
-    if (group.patient.empty()) group.patient = origins[o].patient;
+    if (group.patient.empty()) group.patient = patients[o];
   }
   std::vector<ExamGroup> out;
   for (auto& [root, group] : groups) {

@@ -17,9 +17,10 @@ struct ExamGroup {
 
 /// Sorts images into exams; those with most images first, then by series number and UID, whatever
 /// the files' names. Images are of one exam if they are of one patient (ID and name) and share the
-/// study's UID or the frame of reference's: some anonymisers give every series a study of its own.
-/// Images that do not name a study belong to their patient's only one; images that do not name a
-/// patient belong to the patient whose study or frame of reference they share, if it is one.
+/// study's UID or the frame of reference's (a blank ID or name contradicts none): some anonymisers
+/// give every series a study of its own. Images that do not name a study belong to their patient's
+/// only one; images that do not name a patient belong to the patient whose study or frame of
+/// reference they share, if it is one.
 [[nodiscard]] std::vector<ExamGroup> list_exams(const std::vector<DicomImage>& images);
 
 /// The images to choose a stack from.

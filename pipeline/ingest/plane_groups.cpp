@@ -7,6 +7,7 @@
 #include <set>
 #include <tuple>
 
+#include "pipeline/ingest/image_runs.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -108,22 +109,22 @@ std::vector<int> without_doubles(const std::vector<int>& indices,
 }
 
 std::optional<SliceTiming> timing_of(const std::vector<int>& indices,
-                                     const std::vector<DicomImage>& images) {
+                                     const std::vector<DicomImage>& images, double given_rr_s) {
   std::vector<FrameStamp> stamps;
   stamps.reserve(indices.size());
   for (const int index : indices) stamps.push_back(images[static_cast<std::size_t>(index)].stamp);
-  return time_slice(stamps);
+  return time_slice(stamps, given_rr_s);
 }
 
 /// Puts the images in the order of the cycle; false if they have none.
 bool set_time(ImageSet& set, const std::vector<DicomImage>& images, const ImageFiles& files) {
-  auto timing = timing_of(set.images, images);
+  auto timing = timing_of(set.images, images, files.given_rr_s);
   if (!timing || !timing->timed) {
     const std::vector<int> once = without_doubles(set.images, images, files);
     if (once.size() < set.images.size()) {
       const std::size_t left = set.images.size() - once.size();
       set.images = once;
-      timing = timing_of(once, images);
+      timing = timing_of(once, images, files.given_rr_s);
       if (timing) {
         timing->note += ", " + std::to_string(left) + " images equal to another were left";
       }
@@ -138,6 +139,31 @@ bool set_time(ImageSet& set, const std::vector<DicomImage>& images, const ImageF
   set.images = ordered;
   set.timing = std::move(*timing);
   return true;
+}
+
+/// The same of one acquisition, if there are several.
+bool time_one_run(ImageSet& set, const std::vector<DicomImage>& images, const ImageFiles& files) {
+  const auto runs = acquisitions_of(set.images, images);
+  const std::size_t all = set.images.size();
+  set.images = runs[most_complete(runs)];
+  if (!set_time(set, images, files)) return false;
+  if (runs.size() > 1) {
+    set.timing.note +=
+        (set.timing.note.empty() ? "the slice was acquired " : ", it was acquired ") +
+        std::to_string(runs.size()) +
+        " times, the most complete acquisition (of equals the last) was taken, " +
+        std::to_string(all - runs[most_complete(runs)].size()) + " images of others were left";
+  }
+  return true;
+}
+
+std::string most_common_kind(const std::vector<int>& members,
+                             const std::vector<DicomImage>& images) {
+  std::map<std::string, int> counts;
+  for (const int index : members) ++counts[images[static_cast<std::size_t>(index)].kind];
+  return std::max_element(counts.begin(), counts.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
 }
 
 std::vector<ImageSet> cines_of(const std::vector<int>& indices,
@@ -160,12 +186,21 @@ std::vector<ImageSet> cines_of(const std::vector<int>& indices,
   std::vector<ImageSet> out;
   std::map<std::pair<double, double>, ImageSet> singles;  // by contrast
   for (auto& [contrast, set] : sets) {
-    if (set.images.size() == 1) {
+    const auto kinds = kinds_of(set.images, images);
+    if (kinds.size() > 1) {
+      for (const std::vector<int>& members : kinds) {
+        ImageSet one = set;
+        one.images = members;
+        one.kind = most_common_kind(members, images);
+        one.kinds = static_cast<int>(kinds.size());
+        if (time_one_run(one, images, files)) out.push_back(std::move(one));
+      }
+    } else if (set.images.size() == 1) {
       ImageSet& merged = singles[{std::get<1>(contrast), std::get<2>(contrast)}];
       const int index = set.images.front();
       add(merged, index, images[static_cast<std::size_t>(index)]);
       merged.merged = true;
-    } else if (set_time(set, images, files)) {
+    } else if (time_one_run(set, images, files)) {
       out.push_back(std::move(set));
     }
   }

@@ -11,13 +11,16 @@
 
 namespace beatlas::ingest {
 
-/// What grouping needs of the files beyond their headers.
+/// What grouping needs beyond the headers.
 struct ImageFiles {
   /// A file's name as messages may show it.
   std::function<std::string(const std::filesystem::path&)> shown;
   /// Equal for images of equal pixels, "" for unreadable ones; may be empty: then frames that were
   /// stored twice without telling times are not recognised.
   std::function<std::string(const DicomImage&)> fingerprint;
+  /// The R-R interval that the user gave, 0 if none: it tells several beats apart where the images
+  /// name no interval.
+  double given_rr_s = 0;
 };
 
 /// Images of one place that can be the phases of one cine: one series, one contrast.
@@ -28,12 +31,16 @@ struct ImageSet {
   int series_number = 0;
   double echo_ms = 0;
   std::string sequence;  ///< of the pulses, as DicomImage has it
+  std::string kind;      ///< as DicomImage has it
+  int kinds = 1;         ///< in which its series holds the images of this place
   bool merged = false;   ///< each image came from a series of its own
   bool flow = false;     ///< phase (velocity) images were made with these
 
   [[nodiscard]] int frames() const { return static_cast<int>(images.size()); }
   /// A cine of the beating heart: neither flow nor one image a beat.
-  [[nodiscard]] bool ordinary() const { return !flow && !timing.many_beats; }
+  [[nodiscard]] bool ordinary() const {
+    return !flow && !timing.many_beats && !timing.beat_unknown;
+  }
 };
 
 /// One slice position.

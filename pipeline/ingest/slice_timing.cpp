@@ -81,7 +81,46 @@ bool beats_by_clock(const std::vector<FrameStamp>& stamps) {
   return steps.median >= kBeatStepS && steps.most <= kMostUnevenStep * steps.median;
 }
 
-std::optional<SliceTiming> by_elapsed(const std::vector<FrameStamp>& stamps, double printed_s) {
+/// Times that go on for several beats: keeps the first, if it is known how long one is.
+/// @return whether they do
+bool one_beat(SliceTiming& timing, double beat_s) {
+  const auto count = static_cast<double>(timing.time_s.size());
+  const double step_s = (timing.time_s.back() - timing.time_s.front()) / (count - 1);
+  if (!ordinary_step(1e3 * step_s)) return false;
+  if (beat_s <= 0) {
+    timing.beat_unknown = step_s * count > kMostRrS;
+    return timing.beat_unknown;
+  }
+  const auto beat = static_cast<std::size_t>(beat_s / step_s + 0.02);
+  if (step_s * count < kSeveralBeats * beat_s || beat < kLeastOfMany) return false;
+  timing.order.resize(beat);
+  timing.time_s.resize(beat);
+  timing.rr_s = beat_s;
+  timing.note += ", several beats were recorded, the first was taken";
+  return true;
+}
+
+/// Frames whose clock goes on for several beats.
+std::optional<SliceTiming> by_clock_of_beats(const std::vector<FrameStamp>& stamps, double beat_s) {
+  const auto order = ordered_by(stamps, &FrameStamp::acquisition_s);
+  if (!order || order->size() < kLeastOfMany) return std::nullopt;
+  const Steps steps = steps_of(stamps, *order, &FrameStamp::acquisition_s);
+  if (steps.most > kMostUnevenStep * steps.median) return std::nullopt;
+  SliceTiming out;
+  out.order = *order;
+  const double start_s = *stamps[static_cast<std::size_t>(order->front())].acquisition_s;
+  for (const int i : *order) {
+    out.time_s.push_back(*stamps[static_cast<std::size_t>(i)].acquisition_s - start_s);
+  }
+  if (!one_beat(out, beat_s)) return std::nullopt;
+  out.timed = true;
+  out.source = "AcquisitionTime";
+  out.note = ", AcquisitionTime gives the times" + out.note;
+  return out;
+}
+
+std::optional<SliceTiming> by_elapsed(const std::vector<FrameStamp>& stamps, double printed_s,
+                                      double beat_s) {
   const auto order = ordered_by(stamps, &FrameStamp::elapsed_ms);
   if (!order) return std::nullopt;
   SliceTiming out;
@@ -93,9 +132,10 @@ std::optional<SliceTiming> by_elapsed(const std::vector<FrameStamp>& stamps, dou
   const auto count = static_cast<double>(order->size());
   const double stepped = span / (count - 1) * count;
   out.rr_s = printed_s > span ? printed_s : stepped;
-  if (!plausible_rr(stepped)) return std::nullopt;
   out.timed = true;
   out.source = "FrameTimeVector";
+  if (one_beat(out, beat_s)) return out;
+  if (!plausible_rr(stepped)) return std::nullopt;
   return out;
 }
 
@@ -121,9 +161,14 @@ std::optional<SliceTiming> by_order(const std::vector<FrameStamp>& stamps) {
 }
 
 /// Gives ordered frames their times: steps of FrameTime where they fit, else even ones.
-void space_out(SliceTiming& timing, double frame_time_s, double printed_s) {
-  timing.rr_s = printed_s;
+void space_out(SliceTiming& timing, double frame_time_s, double printed_s, double given_s) {
   const double total = frame_time_s * static_cast<double>(timing.order.size());
+  if (printed_s == 0 && ordinary_step(1e3 * frame_time_s) &&
+      (given_s > 0 ? total >= kSeveralBeats * given_s : total > kMostRrS)) {
+    timing.beat_unknown = given_s <= 0;
+    printed_s = given_s;
+  }
+  timing.rr_s = printed_s;
   const bool stepped = frame_time_s > 0 && printed_s > 0 && total >= kLeastOfRr * printed_s;
   if (stepped && total >= kSeveralBeats * printed_s) {
     const auto beat = static_cast<std::size_t>(printed_s / frame_time_s + 0.02);
@@ -145,21 +190,24 @@ void space_out(SliceTiming& timing, double frame_time_s, double printed_s) {
 
 }  // namespace
 
-std::optional<SliceTiming> time_slice(const std::vector<FrameStamp>& stamps) {
+std::optional<SliceTiming> time_slice(const std::vector<FrameStamp>& stamps, double given_rr_s) {
   if (stamps.size() < 2) return std::nullopt;
   const double printed_s = printed_rr_s(stamps);
-  TriggerReading triggers = read_triggers(stamps, printed_s);
+  TriggerReading triggers = read_triggers(stamps, printed_s, given_rr_s);
   if (triggers.timing) return triggers.timing;
 
   const bool many_beats = triggers.many_beats || beats_by_clock(stamps);
-  auto out = by_elapsed(stamps, printed_s);
+  const double beat_s = printed_s > 0 ? printed_s : given_rr_s;
+  auto out = by_elapsed(stamps, printed_s, beat_s);
   if (out) {
-    out->note = triggers.why_not + ", FrameTimeVector gives the times";
+    out->note = triggers.why_not + ", FrameTimeVector gives the times" + out->note;
+  } else if ((out = by_clock_of_beats(stamps, beat_s))) {
+    out->note = triggers.why_not + out->note;
   } else {
     out = by_order(stamps);
     if (!out) return std::nullopt;
     out->note = triggers.why_not + ", frames were ordered by " + out->source;
-    space_out(*out, stamps.front().frame_time_ms.value_or(0) * 1e-3, printed_s);
+    space_out(*out, stamps.front().frame_time_ms.value_or(0) * 1e-3, printed_s, given_rr_s);
   }
   out->many_beats = many_beats;
   return out;

@@ -17,6 +17,7 @@ struct FrameStamp {
   std::optional<double> acquisition_s = {};      ///< of the day
   std::optional<double> content_s = {};          ///< of the day
   std::optional<double> instance = {};           ///< order
+  std::optional<double> acquisition_number = {};
 };
 
 /// The frames of one slice in the order of the cycle.
@@ -26,6 +27,7 @@ struct SliceTiming {
   double rr_s = 0;             ///< R-R interval of this slice; 0 if nothing tells it
   bool timed = false;          ///< time_s are recorded times, not an even spread
   bool by_trigger = false;     ///< they are trigger times
+  bool beat_unknown = false;   ///< several beats, and nothing tells how long one is: no cine yet
   bool many_beats = false;     ///< about one image a beat: perfusion, not a cine
   std::string source;          ///< the attribute that gives time or order
   std::string note;            ///< what was odd, a clause without a full stop; may be empty
@@ -38,9 +40,10 @@ inline constexpr double kMostRrS = 3.0;
 /// Orders the images of a slice.
 /// - Trigger times are believed if they differ and lie within an R-R interval, in ms or, if they
 ///   fit only then, in seconds, tenths of a millisecond or microseconds. Of images that share a
-///   trigger time the first is kept. Of several beats, told by times that start again or go on for
-///   1.8 R-R intervals and more, the first is kept. Times that step by whole beats are no times of
-///   a cine.
+///   trigger time the first is kept. Times in ms that step as frames of a cine do (10 to 150 ms)
+///   are in ms, however many beats they span. Of several beats, told by times that start again or
+///   go on for 1.8 R-R intervals and more, the first is kept; so it is of other recorded times.
+///   Times that step by whole beats are no times of a cine.
 /// - Else FrameTimeVector gives the times; else the order is that of TemporalPosition, then of
 ///   AcquisitionTime and ContentTime if they step evenly within a beat, then of InstanceNumber, in
 ///   steps of FrameTime if they fit the R-R interval, else evenly over it.
@@ -48,7 +51,9 @@ inline constexpr double kMostRrS = 3.0;
 ///   is absent, frames x mean step. NominalInterval is printed in whole ms: even steps that agree
 ///   with it to rounding give the finer value.
 /// @return nothing if the images have no order at all, or are fewer than two.
-[[nodiscard]] std::optional<SliceTiming> time_slice(const std::vector<FrameStamp>& stamps);
+/// @param given_rr_s how long a beat is if the images do not print it; 0: not known
+[[nodiscard]] std::optional<SliceTiming> time_slice(const std::vector<FrameStamp>& stamps,
+                                                    double given_rr_s = 0);
 
 /// Replaces the times of a slice's frames. R-R: `rr_s` if it is given, else the slice's own if the
 /// times lie within it, else frames x mean step.

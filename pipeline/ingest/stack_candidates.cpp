@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "pipeline/ingest/even_positions.h"
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
 
@@ -16,11 +17,14 @@ namespace {
 
 constexpr double kAlikeCount = 0.9;  // share of the common number of frames that still counts as it
 constexpr double kAlikeEcho = 0.1;   // scanners trim echo times slice by slice
+constexpr double kOneRate = 1.15;    // R-R intervals of one acquisition
+constexpr int kNextSeries = 3;       // series of one acquisition follow each other
 constexpr double kAlongAxis = 0.966;  // cosine of 15 degrees
 
 auto rank(const Candidate& candidate) {
   return std::make_tuple(candidate.ordinary, candidate.good, candidate.slices.size(),
-                         candidate.uniform, candidate.one_series, candidate.phases);
+                         candidate.uniform, !candidate.mixed, candidate.one_series,
+                         candidate.phases);
 }
 
 /// The number of frames that most slices have, weighed by how much of the cycle it shows.
@@ -42,7 +46,8 @@ int common_count(const Candidate& candidate) {
 }
 
 bool same_contrast(const ImageSet& a, const ImageSet& b) {
-  return a.sequence == b.sequence &&
+  const bool same_kind = a.kinds == 1 || b.kinds == 1 || a.kind == b.kind;
+  return a.sequence == b.sequence && same_kind &&
          std::abs(a.echo_ms - b.echo_ms) <= kAlikeEcho * std::max(a.echo_ms, b.echo_ms);
 }
 
@@ -62,6 +67,17 @@ void finish(Candidate& candidate) {
   candidate.one_series = series.size() == 1;
   candidate.good =
       2 * by_trigger > candidate.slices.size() && candidate.phases >= kLeastFramesToBlend;
+  double shortest = 0;
+  double longest = 0;
+  bool choice = false;
+  for (const auto& [place, set] : candidate.slices) {
+    choice = choice || place->cines.size() > 1;
+    const double rr_s = set->timing.rr_s;
+    if (rr_s <= 0) continue;
+    shortest = shortest > 0 ? std::min(shortest, rr_s) : rr_s;
+    longest = std::max(longest, rr_s);
+  }
+  candidate.mixed = choice && !candidate.one_series && longest > kOneRate * shortest;
   std::vector<double> gaps;
   for (std::size_t i = 1; i < candidate.slices.size(); ++i) {
     gaps.push_back(candidate.slices[i].first->along_mm - candidate.slices[i - 1].first->along_mm);
@@ -78,14 +94,108 @@ void add(Candidate& candidate, const Place& place, const ImageSet& set) {
   }
 }
 
+int latest_series(const Candidate& candidate) {
+  int out = candidate.slices.front().second->series_number;
+  for (const auto& [place, set] : candidate.slices) out = std::max(out, set->series_number);
+  return out;
+}
+
+int first_series(const Candidate& candidate) {
+  int out = candidate.slices.front().second->series_number;
+  for (const auto& [place, set] : candidate.slices) out = std::min(out, set->series_number);
+  return out;
+}
+
+/// Series that follow each other in number at one heart rate: of a place that they imaged twice the
+/// later set, unless it has fewer frames.
+std::vector<Candidate> acquisitions(const Plane& plane) {
+  std::vector<std::pair<const Place*, const ImageSet*>> all;
+  for (const Place& place : plane.places) {
+    for (const ImageSet& set : place.cines) {
+      if (!set.merged && set.timing.rr_s > 0) all.emplace_back(&place, &set);
+    }
+  }
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.second->series_number < b.second->series_number;
+  });
+  std::vector<Candidate> out;
+  double mean_s = 0;
+  int count = 0;
+  int last = 0;
+  for (const auto& [place, set] : all) {
+    const double rr_s = set->timing.rr_s;
+    const bool next = !out.empty() && set->series_number - last <= kNextSeries &&
+                      rr_s <= kOneRate * mean_s && mean_s <= kOneRate * rr_s;
+    if (!next) {
+      out.emplace_back();
+      count = 0;
+      mean_s = 0;
+    }
+    mean_s = (mean_s * count + rr_s) / (count + 1);
+    ++count;
+    last = set->series_number;
+    auto& slices = out.back().slices;
+    const auto had = std::find_if(slices.begin(), slices.end(),
+                                  [place = place](const auto& one) { return one.first == place; });
+    if (had == slices.end()) {
+      slices.emplace_back(place, set);
+    } else if (set->frames() >= had->second->frames() &&
+               set->series_number > had->second->series_number) {
+      had->second = set;
+    }
+  }
+  for (Candidate& candidate : out) {
+    std::sort(candidate.slices.begin(), candidate.slices.end(),
+              [](const auto& a, const auto& b) { return a.first < b.first; });
+  }
+  return out;
+}
+
+/// The even stacks that interleave in a candidate.
+std::vector<Candidate> interleaved(const Candidate& candidate) {
+  std::vector<double> positions;
+  positions.reserve(candidate.slices.size());
+  for (const auto& [place, set] : candidate.slices) positions.push_back(place->along_mm);
+  std::vector<Candidate> out;
+  for (const std::vector<int>& part : even_parts(positions)) {
+    Candidate one;
+    for (const int i : part) one.slices.push_back(candidate.slices[static_cast<std::size_t>(i)]);
+    out.push_back(std::move(one));
+  }
+  // One after the other: slices of one series are one stack.
+  std::vector<std::pair<int, int>> series;
+  for (const Candidate& one : out) {
+    series.emplace_back(first_series(one), latest_series(one));
+  }
+  std::sort(series.begin(), series.end());
+  for (std::size_t i = 1; i < series.size(); ++i) {
+    if (series[i].first <= series[i - 1].second) return {};
+  }
+  return out;
+}
+
 std::vector<Candidate> candidates_of(const Plane& plane) {
   Candidate all;
   std::vector<Candidate> by_contrast;
-  std::map<std::string, Candidate> by_series;
+  std::map<std::string, std::set<std::string>> kinds;  // of series that hold images in several
+  for (const Place& place : plane.places) {
+    for (const ImageSet& set : place.cines) {
+      if (set.kinds > 1) kinds[set.series_uid].insert(set.kind);
+    }
+  }
+  std::map<std::pair<std::string, std::string>, Candidate> by_series;  // and kind
   for (const Place& place : plane.places) {
     for (const ImageSet& set : place.cines) {
       add(all, place, set);
-      if (!set.merged) add(by_series[set.series_uid], place, set);
+      if (!set.merged && set.kinds > 1) {
+        add(by_series[{set.series_uid, set.kind}], place, set);
+      } else if (!set.merged && kinds.count(set.series_uid) > 0) {
+        for (const std::string& kind : kinds[set.series_uid]) {
+          add(by_series[{set.series_uid, kind}], place, set);
+        }
+      } else if (!set.merged) {
+        add(by_series[{set.series_uid, ""}], place, set);
+      }
       auto alike = std::find_if(by_contrast.begin(), by_contrast.end(), [&](const Candidate& one) {
         return same_contrast(*one.slices.front().second, set);
       });
@@ -102,6 +212,10 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
     return a.slices.front().second->series_number < b.slices.front().second->series_number;
   });
   out.insert(out.end(), singles.begin(), singles.end());
+  for (std::size_t i = 0, wholes = 1 + by_contrast.size(); i < wholes; ++i) {
+    for (Candidate& part : interleaved(out[i])) out.push_back(std::move(part));
+  }
+  for (Candidate& one : acquisitions(plane)) out.push_back(std::move(one));
   std::vector<Candidate> different;
   for (Candidate& candidate : out) {
     if (candidate.slices.size() < kLeastSlices) continue;
@@ -113,6 +227,9 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
     finish(candidate);
     different.push_back(std::move(candidate));
   }
+  std::stable_sort(different.begin(), different.end(), [](const Candidate& a, const Candidate& b) {
+    return latest_series(a) > latest_series(b);
+  });
   return different;
 }
 
@@ -160,13 +277,24 @@ std::vector<Candidate> find_candidates(const std::vector<Plane>& planes) {
 }
 
 std::string why_before(const Candidate& first, const Candidate& second) {
-  if (first.ordinary != second.ordinary) return "it is a cine, the next is flow or perfusion";
+  if (first.ordinary != second.ordinary)
+    return "it is a cine, the next is flow, perfusion or several beats of unknown length";
   if (first.good != second.good) return "it has trigger times and 8 phases or more";
   if (first.slices.size() != second.slices.size()) return "it has most parallel slices";
   if (first.uniform != second.uniform) return "its slices have one contrast";
+  if (first.mixed != second.mixed) return "its slices have one heart rate";
   if (first.one_series != second.one_series) return "its slices are one series";
   if (first.phases != second.phases) return "it has as many slices and most phases";
-  return "it is equal to the next and comes first in the order of series";
+  if (first.plane != second.plane) {
+    return "it is equal to the next and its plane comes first in the order of series";
+  }
+  if (latest_series(first) != latest_series(second)) {
+    return "it is equal to the next and of a later series";
+  }
+  if (first.slices.front().second->kind != second.slices.front().second->kind) {
+    return "it is equal to the next and its kind (ImageType) comes first in the alphabet";
+  }
+  return "it is equal to the next and comes first in the order of images";
 }
 
 }  // namespace beatlas::ingest

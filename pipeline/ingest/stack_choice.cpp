@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 #include <map>
 #include <optional>
@@ -13,20 +12,11 @@
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
 #include "pipeline/ingest/stack_candidates.h"
+#include "pipeline/ingest/stack_telling.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
 namespace {
-
-constexpr double kToldUnseen = 0.05;    // a missing frame of 25 is 0.04 and told as such
-constexpr double kMostUnseen = 0.4;     // prospective gating leaves out a tenth or two of the cycle
-constexpr std::size_t kMostListed = 9;  // possible stacks told in full
-
-std::string with_digits(const char* format, double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
-}
 
 double mean_rr_s(const Candidate& candidate, const IngestOptions& options) {
   double sum = 0;
@@ -190,9 +180,22 @@ void give_times(Candidate& candidate, const IngestOptions& options, std::deque<I
   }
 }
 
+/// Frames of several beats need to know how long one is.
+void check_beats(const Candidate& candidate) {
+  for (const auto& [place, set] : candidate.slices) {
+    const SliceTiming& timing = set->timing;
+    if (!timing.beat_unknown) continue;
+    const double span_s = timing.time_s.empty() ? 0 : timing.time_s.back() - timing.time_s.front();
+    throw_invalid("the frames of a slice of series " + std::to_string(set->series_number) +
+                  " go on for " + (span_s > 0 ? with_digits("%.1f", span_s) + " s, " : "") +
+                  "several heart beats, and name no R-R interval: give it (--rr)");
+  }
+}
+
 /// @throws Error{InvalidInput} if the candidate's geometry makes no stack.
 ChosenCine build(Candidate candidate, const IngestOptions& options,
                  std::vector<std::string>& decisions) {
+  if (options.frame_times_s.empty()) check_beats(candidate);
   std::deque<ImageSet> retimed;
   double rr_share = 1;
   if (!options.frame_times_s.empty()) {
@@ -306,7 +309,8 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
       }
       if (used.count(set.images.front()) > 0) continue;
       // Trigger times of a clock that runs on make every cine look like perfusion.
-      const bool usable = (set.ordinary() || (all_many_beats && !set.flow)) &&
+      const bool usable = !set.timing.beat_unknown &&
+                          (set.ordinary() || (all_many_beats && !set.flow)) &&
                           (!good || (set.timing.by_trigger && set.frames() >= kLeastFramesToBlend));
       if (&plane == &stack_plane || cines > 2 || !usable) {
         left_cines.insert(set.series_number);
@@ -362,79 +366,32 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
   }
 }
 
-void tell_timing(const ChosenCine& stack, int frames, std::vector<std::string>& decisions) {
-  std::map<std::string, std::set<int>> notes;
-  std::set<std::string> sources;
-  double shortest = stack.rr_s;
-  double longest = stack.rr_s;
-  double unseen = 0;
-  for (const ImageSet& set : stack.slices) {
-    const SliceTiming& timing = set.timing;
-    sources.insert(timing.source);
-    if (timing.rr_s > 0) {
-      shortest = std::min(shortest, timing.rr_s);
-      longest = std::max(longest, timing.rr_s);
-    }
-    if (set.frames() >= kLeastFramesToBlend) {
-      unseen = std::max(unseen, unseen_share(phases_of(timing, stack.rr_s)));
-    }
-    if (set.frames() < frames) {
-      notes["fewer frames than other slices have"].insert(set.series_number);
-    }
-    if (!timing.note.empty()) notes[timing.note].insert(set.series_number);
-    if (timing.many_beats) {
-      notes["the images seem to be of one beat each, not the phases of one"].insert(
-          set.series_number);
-    }
-    if (set.flow) notes["these are magnitudes of a flow measurement"].insert(set.series_number);
-    if (set.merged) notes["the phases came from a series each"].insert(set.series_number);
-  }
-  std::string from;
-  for (const std::string& source : sources) from += (from.empty() ? "" : " and ") + source;
-  const std::string low = with_digits("%.0f", 1e3 * shortest);
-  const std::string high = with_digits("%.0f", 1e3 * longest);
-  decisions.push_back("Timing of the stack is by " + from + "; the R-R interval is " + low +
-                      (low == high ? "" : " to " + high) + " ms.");
-  for (const auto& [note, series] : notes) {
-    decisions.push_back("Warning: timing of the stack (" + series_list(series) + "): " + note +
-                        ".");
-  }
-  if (unseen > kMostUnseen) {
-    throw_invalid(
-        with_digits("%.0f", 100 * unseen) +
-        " % of the cycle has no frames: the images stop long before the R-R interval of " + high +
-        " ms ends; export all phases, or give the interval with --rr");
-  }
-  if (unseen >= kToldUnseen) {
-    decisions.push_back("Warning: " + with_digits("%.0f", 100 * unseen) +
-                        " % of the cycle was never imaged (in one gap, of the slice that lacks "
-                        "most); it is bridged by a smooth curve from the frames around it.");
-  }
-}
-
-/// The list of possible stacks, and why one of them was taken.
-std::string listed(const std::vector<Candidate>& candidates, std::size_t chosen, bool asked) {
-  std::string out = "Possible stacks: ";
-  for (std::size_t i = 0; i < candidates.size() && (i < kMostListed || i <= chosen); ++i) {
-    if (i >= kMostListed && i != chosen) continue;
-    out += (i == 0 ? "" : "; ") + std::to_string(i + 1) + ". " + candidates[i].told();
-    if (i == chosen) out += ", chosen";
-    if (i == chosen && asked) out += " as asked";
-    if (i == chosen && !asked && i == 0 && candidates.size() > 1) {
-      out += " because " + why_before(candidates[0], candidates[1]);
+/// The candidate that was asked for alone; else the best, others of its plane (one series may do
+/// where the union of all does not), then those of other planes that are as good in kind.
+std::vector<std::size_t> order_of_trial(const std::vector<Candidate>& candidates, std::size_t first,
+                                        bool asked) {
+  if (asked) return {first};
+  std::vector<std::size_t> out;
+  for (const bool same_plane : {true, false}) {
+    for (std::size_t i = first; i < candidates.size(); ++i) {
+      const Candidate& candidate = candidates[i];
+      const Candidate& best = candidates[first];
+      if ((candidate.plane == best.plane) != same_plane) continue;
+      if (same_plane || (candidate.ordinary == best.ordinary && candidate.good == best.good)) {
+        out.push_back(i);
+      }
     }
   }
-  if (candidates.size() > kMostListed) {
-    out += "; " + std::to_string(candidates.size() - kMostListed) + " lesser ones";
-  }
-  return out + '.';
+  return out;
 }
 
 }  // namespace
 
 Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& options,
                     const ImageFiles& files) {
-  const std::vector<Plane> planes = group_planes(images, files);
+  ImageFiles asked = files;
+  asked.given_rr_s = options.rr_interval_s;
+  const std::vector<Plane> planes = group_planes(images, asked);
   const std::vector<Candidate> candidates = find_candidates(planes);
   if (candidates.empty()) no_stack(planes, images);
   if (options.stack > static_cast<int>(candidates.size())) {
@@ -443,11 +400,10 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
   }
   const std::size_t first = options.stack > 0 ? static_cast<std::size_t>(options.stack) - 1 : 0;
 
+  std::vector<std::size_t> passed_over;
   std::optional<Error> first_error;
-  for (std::size_t i = first; i < candidates.size(); ++i) {
-    // Of the planes the best counts, but in it one series may do where the union of all does not.
+  for (const std::size_t i : order_of_trial(candidates, first, options.stack > 0)) {
     const Candidate& candidate = candidates[i];
-    if (candidate.plane != candidates[first].plane) continue;
     Choice choice;
     choice.decisions.push_back(listed(candidates, i, options.stack > 0));
     try {
@@ -457,16 +413,19 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
       if (!first_error) first_error = error;
       continue;
     }
-    if (i > first) {
+    if (i != first) {
       choice.decisions.push_back("Warning: possible stack " + std::to_string(first + 1) +
                                  " was passed over: " + first_error->what() + '.');
     }
     choice.phases = options.phases > 0 ? options.phases : candidate.phases;
     tell_timing(choice.stack, candidate.phases, choice.decisions);
+    if (candidate.mixed) choice.decisions.push_back(mixed_told());
     choose_views(planes, *candidate.plane, candidate.good, options, choice);
     return choice;
   }
-  throw Error(*first_error);
+  if (candidates.size() == 1) throw Error(*first_error);
+  throw_invalid(std::string(first_error->what()) + "; choose another with --stack or --series. " +
+                listed(candidates, candidates.size(), false, kListedInErrors));
 }
 
 }  // namespace beatlas::ingest

@@ -129,7 +129,8 @@ bool keep_first_beat(Reading& reading, double printed_ms) {
 
 }  // namespace
 
-TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double printed_s) {
+TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double printed_s,
+                             double given_s) {
   TriggerReading out;
   std::vector<int> all(stamps.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
@@ -155,7 +156,11 @@ TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double print
     out.why_not = "the trigger times step by whole beats";
     return out;
   }
-  for (std::size_t u = 1; !sure && u < kUnits.size(); ++u) {
+  const double beat_ms = printed_s > 0 ? printed_ms : given_s * 1e3;
+  const bool beats = differ && ordinary_step(median_step(reading)) &&
+                     (beat_ms > 0 ? reading.stepped() >= kSeveralBeats * beat_ms
+                                  : !plausible_rr(reading.stepped() * 1e-3));
+  for (std::size_t u = 1; !sure && !beats && u < kUnits.size(); ++u) {
     Reading other = read_in(stamps, sorted, kUnits[u].ms);
     if (!distinct(other, sorted.size()) || !fits(other, printed_ms, kLeastInUnit)) continue;
     reading = std::move(other);
@@ -167,21 +172,24 @@ TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double print
     return out;
   }
   const std::size_t shared = sorted.size() - reading.ms.size();
-  if (!sure && keep_first_beat(reading, printed_ms)) {
+  if ((!sure || (printed_s == 0 && beats)) && keep_first_beat(reading, beat_ms)) {
     add_note(timing.note, "several beats were recorded, the first was taken");
   }
   const double stepped_s = reading.stepped() * 1e-3;
   timing.rr_s = printed_s;
   if (printed_s == 0 || reading.span() >= printed_ms) {
-    if (!plausible_rr(stepped_s)) {
+    if (beats && beat_ms <= 0) {
+      timing.beat_unknown = true;
+    } else if (!plausible_rr(stepped_s)) {
       out.why_not = "the trigger times do not lie within one R-R interval";
       return out;
     }
-    add_note(timing.note, printed_s == 0
+    add_note(timing.note, timing.beat_unknown ? "several beats were recorded"
+                          : printed_s == 0
                               ? "no R-R interval is recorded, frames x step was taken"
                               : "the trigger times reach beyond the recorded R-R interval, "
                                 "frames x step was taken");
-    timing.rr_s = stepped_s;
+    timing.rr_s = timing.beat_unknown ? 0 : stepped_s;
   } else if (std::abs(stepped_s - printed_s) <= kRoundingMs * 1e-3) {
     timing.rr_s = stepped_s;
   }

@@ -15,11 +15,17 @@ struct TriggerReading {
 };
 
 /// @param printed_s the R-R interval that the images print, 0 if they do not
-[[nodiscard]] TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double printed_s);
+/// @param given_s of the user, 0 if it is not known; only tells several beats where nothing else
+/// does
+[[nodiscard]] TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double printed_s,
+                                           double given_s);
 
 /// Whether an R-R interval is one of a living heart.
 [[nodiscard]] inline bool plausible_rr(double rr_s) {
   return rr_s >= kLeastRrS && rr_s <= kMostRrS;
 }
+
+/// Whether frames of a cine may be this far apart.
+[[nodiscard]] inline bool ordinary_step(double ms) { return ms >= 10 && ms <= 150; }
 
 }  // namespace beatlas::ingest

@@ -460,5 +460,69 @@ def two_kinds_of_source_at_once(folder):
     refused(folder, [file, metaimage(folder / "cine.mha", TRUTH.array(), TRUTH.lps, STEP)], "cine")
 
 
+@case
+def two_files_of_one_image_that_differ(folder):
+    """One UID and header, other pixels: no guess, whatever the names."""
+    for name in ("A", "Z"):
+        source = dicom(folder, name=f"dicom{name}")
+        image = pydicom.dcmread(source / "IM000003")
+        image.PixelData = bytes(len(image.PixelData))
+        image.save_as(source / name)
+        refused(folder, source, "IM000003", rf"{name}\b.*differ in their pixels")
+
+
+@case
+def what_lies_behind_the_last_element_is_no_damage(folder):
+    source = dicom(folder)
+    file = source / "IM000003"
+    file.write_bytes(file.read_bytes() + b"\n")
+    expect_object(imported(folder / "study", source), TRUTH)
+
+
+@case
+def packed_pixels_without_their_last_mark(folder):
+    for syntax in ("rle", "jpeg_2000"):
+        source = dicom(folder, name=syntax)
+        convert(source, syntax)
+        file = source / "IM000003"
+        whole = file.read_bytes()
+        file.write_bytes(whole[:-8])
+        expect_object(imported(folder / f"study-{syntax}", source), TRUTH)
+        file.write_bytes(whole[:-12])
+        refused(folder, source, "IM000003", "damaged")
+
+
+@case
+def a_private_encoding_in_a_series_that_is_not_used(folder):
+    source = dicom(folder)
+    other = classic_exam(TRUTH)[0]
+    other.SOPInstanceUID = other.file_meta.MediaStorageSOPInstanceUID = "1.2.3.4"
+    other.SeriesInstanceUID, other.SeriesNumber = "1.2.3.5", 99
+    other.file_meta.TransferSyntaxUID = "1.2.3.4.5.6"
+    other.save_as(source / "other")
+    expect_object(imported(folder / "study", source), TRUTH)
+
+
+@case
+def bits_at_the_top_of_packed_words(folder):
+    """Right if they are plain; no decoder gets them right if they are packed: refused."""
+    def left(k, p, d):
+        d.PixelData = (np.frombuffer(d.PixelData, "<u2") << 4).astype("<u2").tobytes()
+        d.HighBit = 15
+    source = dicom(folder, stored=12, change=left)
+    expect_object(imported(folder / "study", source), TRUTH)
+    convert(source, "rle")
+    refused(folder, source, "IM000001", "not supported")
+
+
+@case
+def an_empty_file_is_named(folder):
+    source = dicom(folder)
+    (source / "IM999999").write_bytes(b"")
+    exam = imported(folder / "study", source)
+    expect_object(exam, TRUTH)
+    exam.expect_warning(r"file 51 of 51 by name\] is empty")
+
+
 if __name__ == "__main__":
     main()

@@ -6,7 +6,8 @@ import shutil
 import numpy as np
 
 import exam_object
-from dicom_writers import ROOT, classic_exam, save_all, set_number
+from dicom_writers import (ROOT, classic_exam, convert, enhanced_image, new_dataset, save, save_all,
+                           set_number)
 from exam_object import BeatingObject, expect_object, expect_places
 from harness import case, expect_same_exam, imported, main, refused
 
@@ -199,6 +200,92 @@ def a_flow_series_among_the_slices_is_left(folder):
     exam = imported(folder / "study", save_exam(folder / "dicom", images + speed + magnitude))
     expect_object(exam, truth)
     expect_places(exam.stack, truth)
+
+
+@case
+def frames_marked_as_phase_are_no_magnitude(folder):
+    """ComplexImageComponent alone marks velocity frames, in an object of their own or among the
+    others."""
+    truth = BeatingObject(size=(28, 24, 5))
+    frames = [(k, p) for k in range(5) for p in range(10)]
+    noise = np.random.default_rng(0)
+
+    def velocity(group):
+        group.MRImageFrameTypeSequence[0].ComplexImageComponent = "PHASE"
+    good, bad = enhanced_image(truth, frames), enhanced_image(truth, frames, number=2)
+    bad.SeriesNumber, bad.SeriesInstanceUID = 2, ROOT + "3.2"
+    bad.PixelData = noise.integers(0, 4096, len(frames) * 24 * 28).astype("<u2").tobytes()
+    for group in bad.PerFrameFunctionalGroupsSequence:
+        velocity(group)
+    save(good, folder / "two" / "a")
+    save(bad, folder / "two" / "b")
+    expect_object(imported(folder / "s", folder / "two"), truth)
+    save(bad, folder / "alone" / "b")
+    refused(folder, folder / "alone", "phase .velocity. images only")
+    both = enhanced_image(truth, frames + frames)
+    for group in both.PerFrameFunctionalGroupsSequence[len(frames):]:
+        velocity(group)
+    pixels = np.frombuffer(both.PixelData, "<u2").copy()
+    pixels[pixels.size // 2:] = noise.integers(0, 4096, pixels.size // 2)
+    both.PixelData = pixels.tobytes()
+    save(both, folder / "one" / "x")
+    expect_object(imported(folder / "t", folder / "one"), truth)
+
+
+@case
+def spectra_are_no_images(folder):
+    """They have rows and columns, and by definition no pixels."""
+    truth = BeatingObject(size=(28, 24, 5))
+    source = save_exam(folder / "dicom", series(truth, 10))
+    spectrum = new_dataset("1.2.840.10008.5.1.4.1.1.4.2", 9999)
+    spectrum.SeriesNumber, spectrum.SeriesInstanceUID = 77, ROOT + "3.77"
+    spectrum.Rows = spectrum.Columns = spectrum.DataPointRows = 1
+    spectrum.DataPointColumns, spectrum.NumberOfFrames = 4, 1
+    spectrum.SpectroscopyData = np.zeros(8, "<f4").tobytes()
+    save(spectrum, source / "spectrum")
+    exam = imported(folder / "s", source)
+    expect_object(exam, truth)
+    exam.expect_told("ignored 1 DICOM file without an image")
+    del spectrum.SpectroscopyData
+    spectrum.SOPClassUID = spectrum.file_meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.4"
+    save(spectrum, source / "spectrum")
+    refused(folder, source, "spectrum", "damaged")
+
+
+@case
+def a_series_of_two_kinds_gives_one(folder):
+    """Every image with and without a correction, in no fixed order."""
+    truth = BeatingObject(**SAX)
+    kinds = {name: series(BeatingObject(**SAX, offset=offset), 5)
+             for name, offset in (("ND", 0), ("NORM", 800))}
+    for name, images in kinds.items():
+        for d in images:
+            d.ImageType = ["ORIGINAL", "PRIMARY", "M", "RETRO", name]
+    images = []
+    for n, pair in enumerate(zip(kinds["ND"], kinds["NORM"])):
+        images += pair if n % 2 else pair[::-1]
+    for n, d in enumerate(images):
+        d.InstanceNumber = n + 1
+    exam = imported(folder / "s", save_exam(folder / "dicom", images))
+    level = exam.stack.values.mean() - truth.array().mean()
+    expect_object(exam, BeatingObject(**SAX, offset=800) if level > 400 else truth)
+    exam.expect_warning(r"2 kinds .ImageType.")
+    assert not exam.told("NORM|RETRO")
+
+
+@case
+def packed_objects_of_a_phase_each(folder):
+    """Every slice needs all files; also one deflated file."""
+    truth = BeatingObject(size=(20, 16, 24), phases=12)
+    for p in range(12):
+        save(enhanced_image(truth, [(k, p) for k in range(24)], number=p + 1),
+             folder / "dicom" / f"{p}")
+    convert(folder / "dicom", "jpeg_2000")
+    expect_object(imported(folder / "s", folder / "dicom"), truth)
+    whole = enhanced_image(truth, [(k, p) for p in range(12) for k in range(24)])
+    save(whole, folder / "deflated" / "x")
+    convert(folder / "deflated", "deflated")
+    expect_object(imported(folder / "t", folder / "deflated"), truth)
 
 
 if __name__ == "__main__":

@@ -97,5 +97,22 @@ TEST(DicomEnd, IsNotLookedForWhereThatIsNotKnown) {
   EXPECT_TRUE(whole("\x04\0\0\0pixelsab\xE1\x7F"s)) << "a writer that tells another length";
 }
 
+TEST(DicomEnd, MayBeFollowedByWhatIsNoElement) {
+  EXPECT_TRUE(whole(kEightPixels + "\n"));
+  EXPECT_TRUE(whole(kEightPixels + kShort + "\r\n"));
+  EXPECT_TRUE(whole(kEightPixels + "end\n"));
+  EXPECT_FALSE(whole(kEightPixels + "\xE1\x7F\x10"s)) << "the start of a private element";
+}
+
+TEST(DicomEnd, MayLackTheMarkBehindAllFragments) {
+  const std::string table = "\xFF\xFF\xFF\xFF\xFE\xFF\x00\xE0\0\0\0\0"s;
+  const std::string fragment = "\xFE\xFF\x00\xE0\x04\0\0\0jp\xFF\xD9"s;
+  const std::string open = "\xFE\xFF\x00\xE0\x04\0\0\0jpeg"s;
+  EXPECT_TRUE(whole(table + fragment, {.packed = true, .frames = 1}));
+  EXPECT_FALSE(whole(table + fragment, {.packed = true, .frames = 2}));
+  EXPECT_FALSE(whole(table + open, {.packed = true, .frames = 1}));
+  EXPECT_TRUE(whole(table + open, {.packed = true, .run_lengths = true, .frames = 1}));
+}
+
 }  // namespace
 }  // namespace beatlas::ingest

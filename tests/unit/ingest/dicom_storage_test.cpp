@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "pipeline/ingest/dicom_pixels.h"
+#include "pipeline/ingest/dicom_scan.h"
 #include "tests/unit/ingest/made_exam.h"
 
 namespace beatlas::ingest {
@@ -57,6 +59,27 @@ TEST(Storage, OfTwoPatientsOneMustBeChosen) {
   EXPECT_EQ(exam.stack.phase_count(), 10);
   EXPECT_LE(made.worst_error(exam.stack), kRounding);
   EXPECT_FALSE(decided(exam, "SECRET")) << all(exam);
+}
+
+TEST(Storage, PackedFilesOfManyFramesAreDecodedOnce) {
+  // What is kept needs its file no more.
+  const MadeExam made("multi_jpeg_ls");
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(made.path())) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  StageContext context;
+  const auto images = scan_dicom(files, false, context).images;
+  ASSERT_FALSE(images.empty());
+  DicomPixels pixels;
+  for (const DicomImage& image : images) pixels.prepare(image, 1e9);
+  for (const auto& file : files) std::filesystem::remove(file);
+  std::vector<float> values(static_cast<std::size_t>(images[0].columns * images[0].rows));
+  for (const DicomImage& image : images) {
+    EXPECT_EQ(pixels.read(image, values), PixelState::Good);
+  }
+  pixels.release();
+  EXPECT_EQ(pixels.read(images[0], values), PixelState::Damaged);
 }
 
 TEST(Storage, ImagesAreTakenFromTheSeriesAskedFor) {

@@ -39,5 +39,13 @@ TEST(EvenPositions, UnevenWithinATenthTakesTheMedian) {
   EXPECT_NEAR(stack.first_mm, 0.3, 1e-12) << "off by nothing on average";
 }
 
+TEST(EvenPositions, StacksThatInterleaveArePartsPartsOfOneAreNot) {
+  using Parts = std::vector<std::vector<int>>;
+  EXPECT_EQ(even_parts({0, 3, 8, 11, 16, 19}), (Parts{{0, 2, 4}, {1, 3, 5}}));
+  EXPECT_EQ(even_parts({0, 8, 16, 24}), Parts());
+  EXPECT_EQ(even_parts({0, 8, 16, 32, 40, 48}), Parts()) << "a hole";
+  EXPECT_EQ(even_parts({0, 3, 8, 11, 16}), Parts()) << "two are no stack";
+}
+
 }  // namespace
 }  // namespace beatlas::ingest

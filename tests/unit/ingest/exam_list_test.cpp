@@ -127,5 +127,19 @@ TEST(ExamList, SeriesThatDoNotExistAreAnsweredWithThoseThatDo) {
   EXPECT_NE(refusal(images, 0, {77}).find("there are series 1-6"), std::string::npos);
 }
 
+TEST(ExamList, ABlankNameContradictsNone) {
+  auto images = made_stack({});
+  for (DicomImage& image : images) {
+    if (image.series_number == 3) image.patient = "ID\n";
+    if (image.series_number == 4) image.patient = "\nNAME";
+  }
+  EXPECT_EQ(list_exams(images).size(), 1U);
+  // Of two names under one ID it may be either: no guess.
+  for (DicomImage& image : images) {
+    if (image.series_number > 4) image.patient = "ID\nOTHER";
+  }
+  EXPECT_EQ(list_exams(images).size(), 3U);
+}
+
 }  // namespace
 }  // namespace beatlas::ingest

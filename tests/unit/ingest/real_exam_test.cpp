@@ -137,7 +137,7 @@ TEST(RealExam, NamesOrderAndCopiesDoNotMatter) {
   copied.add(copied.files()[17]);
   const Exam doubled = copied.read();
   expect_same(doubled);
-  EXPECT_TRUE(decided(doubled, "ignored 1 copies")) << all(doubled);
+  EXPECT_TRUE(decided(doubled, "ignored 1 copy")) << all(doubled);
 }
 
 TEST(RealExam, AFileCutShortIsNamed) {

@@ -227,5 +227,31 @@ TEST(SliceTiming, LargestGapGoesAroundTheCycle) {
   EXPECT_EQ(largest_gap({0.25}), 1);
 }
 
+TEST(SliceTiming, OfSeveralBeatsOnTheClockTheFirstIsTaken) {
+  std::vector<FrameStamp> stamps(96);
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    stamps[i].acquisition_s = 43200 + 0.05 * static_cast<double>(i);
+    stamps[i].rr_ms = 800;
+  }
+  const auto timing = time_slice(stamps);
+  ASSERT_TRUE(timing);
+  EXPECT_EQ(timing->order.size(), 16U);
+  EXPECT_EQ(timing->source, "AcquisitionTime");
+  EXPECT_NEAR(phases_of(*timing, 0)[8], 0.5, 1e-6);
+  for (FrameStamp& stamp : stamps) stamp.rr_ms.reset();
+  EXPECT_TRUE(time_slice(stamps)->beat_unknown);
+  EXPECT_EQ(time_slice(stamps, 0.8)->order.size(), 16U);
+}
+
+TEST(SliceTiming, TimesOfSeveralBeatsAreNotAnotherUnit) {
+  std::vector<FrameStamp> stamps(96);
+  for (std::size_t i = 0; i < stamps.size(); ++i)
+    stamps[i].trigger_ms = 50.0 * static_cast<double>(i);
+  const auto timing = time_slice(stamps);
+  ASSERT_TRUE(timing);
+  EXPECT_TRUE(timing->beat_unknown);
+  EXPECT_EQ(timing->note.find("taken as"), std::string::npos) << timing->note;
+}
+
 }  // namespace
 }  // namespace beatlas::ingest

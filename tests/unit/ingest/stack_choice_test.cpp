@@ -210,5 +210,118 @@ TEST(StackChoice, DoubledFramesWithoutTimesCountOnce) {
   EXPECT_EQ(choose_stack(images, {}, files).phases, 20);
 }
 
+TEST(StackChoice, AnAcquisitionThatWasBrokenOffIsNotMixedIn) {
+  auto images = made_stack({.series_per_slice = false});
+  for (DicomImage& image : images) image.stamp.acquisition_number = 2;
+  auto broken = made_stack({.slices = 1, .phases = 6, .series_per_slice = false, .step_ms = 85});
+  for (DicomImage& image : broken) image.stamp.acquisition_number = 1;
+  auto all = broken;
+  append(all, images);
+  const Choice choice = choose(all);
+  EXPECT_EQ(choice.stack.slices[0].frames(), 10) << joined(choice.decisions);
+  for (const int index : choice.stack.slices[0].images) EXPECT_GE(index, 6);
+  EXPECT_TRUE(told(choice.decisions,
+                   "Warning: timing of the stack (series 1): the slice was "
+                   "acquired 2 times"))
+      << joined(choice.decisions);
+  // The clock tells it too; of equals the later counts.
+  all = images;
+  append(all, images);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].stamp.acquisition_number.reset();
+    all[i].stamp.acquisition_s = i < images.size() ? 43300 : 43200;
+  }
+  for (const ImageSet& set : choose(all).stack.slices) {
+    EXPECT_EQ(set.frames(), 10);
+    for (const int index : set.images) EXPECT_LT(index, 60);
+  }
+  // Parts of one cycle belong together.
+  all = images;
+  for (DicomImage& image : all) image.stamp.acquisition_number = *image.stamp.trigger_ms < 440;
+  EXPECT_EQ(choose(all).phases, 10);
+}
+
+TEST(StackChoice, KindsOfImagesAreNotMixed) {
+  auto images = made_stack({.series_per_slice = false});
+  auto others = images;
+  for (DicomImage& image : images) image.kind = "ORIGINAL\\NORM";
+  for (DicomImage& image : others) image.kind = "ORIGINAL\\ND";
+  append(images, others);
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.phases, 10) << joined(choice.decisions);
+  for (const ImageSet& set : choice.stack.slices) {
+    EXPECT_EQ(set.kind, "ORIGINAL\\ND");
+    for (const int index : set.images) EXPECT_GE(index, 60);
+  }
+  EXPECT_TRUE(told(choice.decisions, "is there in 2 kinds (ImageType)"))
+      << joined(choice.decisions);
+  EXPECT_FALSE(told(choice.decisions, "NORM"));
+}
+
+TEST(StackChoice, SeveralBeatsOfUnknownLengthAskForIt) {
+  auto images = made_stack({.phases = 96, .step_ms = 50});
+  for (DicomImage& image : images) image.stamp.rr_ms.reset();
+  EXPECT_NE(refusal(images).find("several heart beats, and name no R-R interval: give it (--rr)"),
+            std::string::npos)
+      << refusal(images);
+  EXPECT_EQ(choose(images, {.rr_interval_s = 0.8}).phases, 16);
+}
+
+TEST(StackChoice, AStackPlannedAgainIsAnother) {
+  auto images = made_stack({.slices = 8, .first_series = 10});
+  append(images, made_stack({.slices = 8, .first_series = 100, .origin = {0, 0, 3}}));
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.grid.size[2], 8);
+  for (const ImageSet& set : choice.stack.slices) EXPECT_GE(set.series_number, 100);
+  EXPECT_TRUE(
+      told(choice.decisions, "3. 8 slices x 10 phases, 8.00 mm apart, axial (series 10-17)"))
+      << joined(choice.decisions);
+  EXPECT_TRUE(told(choice.decisions, "Warning: possible stack 1 was passed over"));
+}
+
+TEST(StackChoice, WhereTheBestPlaneIsNoStackTheNextIsTaken) {
+  auto uneven = made_stack({.slices = 12, .first_series = 100, .series_per_slice = false});
+  for (DicomImage& image : uneven) {
+    image.position_lps.z() += std::fmod(std::round(image.position_lps.z() / 8), 3) * 2.5;
+  }
+  auto images = made_stack(oblique({.slices = 8}));
+  append(images, uneven);
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 8U) << joined(choice.decisions);
+  EXPECT_TRUE(told(choice.decisions,
+                   "Warning: possible stack 1 was passed over: the slices of the "
+                   "stack are unevenly spaced"));
+  // If nothing does, the error lists what there is.
+  for (DicomImage& image : images) {
+    if (image.series_number < 100) image.position_lps *= 1 + 0.05 * image.series_number;
+  }
+  const std::string message = refusal(images);
+  EXPECT_NE(message.find("--stack or --series"), std::string::npos) << message;
+  EXPECT_NE(message.find("2. 8 slices"), std::string::npos) << message;
+}
+
+TEST(StackChoice, RestAndStressAreNotMixed) {
+  auto images = made_stack({.slices = 8, .first_series = 10, .rr_ms = 844});
+  append(images, made_stack({.slices = 5, .first_series = 100, .rr_ms = 600}));
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 8U);
+  for (const ImageSet& set : choice.stack.slices) EXPECT_LT(set.series_number, 100);
+  EXPECT_FALSE(told(choice.decisions, "of two acquisitions")) << joined(choice.decisions);
+  // Only both together are the whole stack: that is told.
+  images = made_stack({.slices = 6, .first_series = 10, .rr_ms = 844});
+  append(images,
+         made_stack({.slices = 5, .first_series = 100, .rr_ms = 600, .origin = {0, 0, 24}}));
+  EXPECT_TRUE(told(choose(images).decisions, "may be of two acquisitions"));
+}
+
+TEST(StackChoice, TheReasonToldIsTheRule) {
+  auto images = made_stack({.first_series = 5, .series_per_slice = false});
+  append(images, made_stack({.first_series = 6, .series_per_slice = false}));
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.front().series_number, 6);
+  EXPECT_TRUE(told(choice.decisions, "because it is equal to the next and of a later series"))
+      << joined(choice.decisions);
+}
+
 }  // namespace
 }  // namespace beatlas::ingest
