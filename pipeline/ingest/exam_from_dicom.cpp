@@ -42,12 +42,14 @@ std::string told(const DicomScan& scan) {
 }
 
 /// What of the files is unusual, if it is part of what was taken.
-void tell_oddities(const DicomScan& scan, std::vector<std::string>& decisions) {
+void tell_oddities(const DicomScan& scan, std::vector<std::string>& decisions,
+                   const StageContext& context) {
   if (!scan.empty.empty()) {
-    const auto more = static_cast<int>(scan.empty.size()) - 1;
-    decisions.push_back("Warning: " + shown_path(scan.empty.front(), scan.words) + " is empty" +
-                        (more > 0 ? " (so " + counted(more, "other is", "others are") + ")" : "") +
-                        "; if it was an image, copy it again.");
+    decisions.push_back(
+        "Warning: " + counted(static_cast<int>(scan.empty.size()), "file is", "files are") +
+        " empty; what was an image is to be copied again.");
+    // Names and places are no part of the exam.
+    context.warn(shown_path(scan.empty.front(), scan.words) + " is empty");
   }
   const auto images = [](int count) { return counted(count, "image has", "images have"); };
   if (scan.straightened > 0) {
@@ -239,7 +241,7 @@ Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFil
   Exam exam;
   exam.source_format = "dicom";
   exam.decisions.push_back(told(scan));
-  tell_oddities(scan, exam.decisions);
+  tell_oddities(scan, exam.decisions, context);
   exam.decisions.insert(exam.decisions.end(), chosen.decisions.begin(), chosen.decisions.end());
   exam.decisions.insert(exam.decisions.end(), choice.decisions.begin(), choice.decisions.end());
   exam.decisions.push_back(resampling_told(choice));
