@@ -90,7 +90,7 @@ def words_that_cannot_be(folder):
     """Usage, told by the option and what it takes; no word is repeated, it may be a path."""
     source = dicom(folder)
     for words, patterns in {("--rr", "nan"): ("--rr", "0.2 to 3"),
-                            ("--rr", "0"): ("--rr", "0.2 to 3"),
+                            ("--rr", "0.1"): ("--rr", "0.2 to 3"),
                             ("--phases", "1"): ("--phases", "2 to 200", r"\b0\b"),
                             ("--phases", "201"): ("--phases", "2 to 200"),
                             ("--times", ""): ("--times", "empty"),
