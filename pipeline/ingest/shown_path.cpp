@@ -180,7 +180,9 @@ void IdentityWords::add_joined(const std::vector<std::string>& parts) {
   const bool number = all_digits(joined);
   if (joined.size() < kLeastJoined || joined.size() > kMostJoined || (plain && !number)) return;
   words_.insert(joined);
-  if (number) numbers_.insert(without_zeros(joined));
+  // Of 0001 no number is left that would not be everywhere.
+  const std::string value = number ? without_zeros(joined) : std::string();
+  if (value.size() >= kLeastWord) numbers_.insert(value);
 }
 
 void IdentityWords::add_identity(std::string_view text) {

@@ -95,6 +95,15 @@ TEST(ShownPath, ShortNamesAndIdsCountAsWholeWords) {
   }
 }
 
+TEST(ShownPath, AnIdOfZerosAndADigitHidesNoImageNumber) {
+  IdentityWords words;
+  words.add_identity("0001");
+  for (const char* name : {"IM000001", "all1", "slice 1"}) {
+    EXPECT_FALSE(words.identify(name)) << name;
+  }
+  EXPECT_TRUE(words.identify("0001"));
+}
+
 TEST(ShownPath, ControlCharactersReachNoMessage) {
   EXPECT_EQ(shown_path("a\nb/IM\t0 \x1b[31m\x7f"), "a?b/IM?0 ?[31m?");
 }
