@@ -235,7 +235,10 @@ class FileReader {
                                  .big_endian = layout_.big_endian,
                                  .run_lengths = syntax_ == ".5",
                                  .frames = layout_.frames};
-    if (meta_->Has(DC::TransferSyntaxUID) && !layout_.deflated && !private_ &&
+    // Mostly nothing follows the pixels: then the file need not be opened once more.
+    const bool nothing_follows = plain && static_cast<double>(held_) - needed >= 0 &&
+                                 static_cast<double>(held_) - needed < 2;
+    if (meta_->Has(DC::TransferSyntaxUID) && !layout_.deflated && !private_ && !nothing_follows &&
         !goes_on_to_its_end(file_, offset_, needed, encoding)) {
       return Kind::Damaged;
     }
