@@ -1,85 +1,15 @@
 #include "pipeline/phantom/anatomy.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
-#include <vector>
 
+#include "pipeline/phantom/heart_shape.h"
 #include "pipeline/phantom/json_vector.h"
 
 namespace beatlas::phantom {
 namespace {
-
-double mix(double from, double to, double s) { return from + (to - from) * s; }
-
-LvState mix(const LvState& a, const LvState& b, double s) {
-  return {mix(a.radius_mm, b.radius_mm, s), mix(a.length_mm, b.length_mm, s),
-          mix(a.base_mm, b.base_mm, s), mix(a.apex_wall_mm, b.apex_wall_mm, s)};
-}
-
-/// Volume over pi A^2 of an ellipsoid with semi-axes A, A, c below b above its centre.
-double cut_length_mm(double c, double b) { return b - b * b * b / (3.0 * c * c) + 2.0 * c / 3.0; }
-
-/// Integral of h(x) = q sqrt(1 - ((x - centre) / p)^2) from the left end of the ellipse to x.
-double half_area(double p, double q, double centre, double x) {
-  const double u = std::clamp((x - centre) / p, -1.0, 1.0);
-  return 0.5 * p * q * (u * std::sqrt((1.0 - u) * (1.0 + u)) + std::asin(u) + std::numbers::pi / 2);
-}
-
-/// Area common to two ellipses with centres on one horizontal line.
-double common_area(const Ellipse& a, const Ellipse& b) {
-  const double left = std::max(a.centre_mm.x() - a.semi_x_mm, b.centre_mm.x() - b.semi_x_mm);
-  const double right = std::min(a.centre_mm.x() + a.semi_x_mm, b.centre_mm.x() + b.semi_x_mm);
-  if (!(left < right)) return 0.0;
-  // Squared half heights q^2 (1 - ((x - c) / p)^2) as c0 + c1 x + c2 x^2; they cross at the roots
-  // of the difference.
-  const auto coefficients = [](const Ellipse& e, double sign, std::array<double, 3>& c) {
-    const double ratio = e.semi_y_mm * e.semi_y_mm / (e.semi_x_mm * e.semi_x_mm);
-    const double x = e.centre_mm.x();
-    c[0] += sign * (e.semi_y_mm * e.semi_y_mm - ratio * x * x);
-    c[1] += sign * 2.0 * ratio * x;
-    c[2] -= sign * ratio;
-  };
-  std::array<double, 3> c{};
-  coefficients(a, 1.0, c);
-  coefficients(b, -1.0, c);
-  std::vector<double> cuts{left, right};
-  const auto add = [&](double x) {
-    if (x > left && x < right) cuts.push_back(x);
-  };
-  const double discriminant = c[1] * c[1] - 4.0 * c[2] * c[0];
-  if (discriminant >= 0.0) {
-    const double q = -0.5 * (c[1] + std::copysign(std::sqrt(discriminant), c[1]));
-    if (c[2] != 0.0) add(q / c[2]);
-    if (q != 0.0) add(c[0] / q);
-  }
-  std::sort(cuts.begin(), cuts.end());
-  double area = 0.0;
-  for (std::size_t n = 0; n + 1 < cuts.size(); ++n) {
-    const double x = 0.5 * (cuts[n] + cuts[n + 1]);
-    const bool a_lower = c[0] + x * (c[1] + x * c[2]) < 0.0;
-    const Ellipse& e = a_lower ? a : b;
-    area += 2.0 * (half_area(e.semi_x_mm, e.semi_y_mm, e.centre_mm.x(), cuts[n + 1]) -
-                   half_area(e.semi_x_mm, e.semi_y_mm, e.centre_mm.x(), cuts[n]));
-  }
-  return area;
-}
-
-template <class F>
-double adaptive_simpson(const F& f, double a, double fa, double m, double fm, double b, double fb,
-                        double whole, double tolerance, int depth) {
-  const double left_m = 0.5 * (a + m);
-  const double right_m = 0.5 * (m + b);
-  const double fl = f(left_m);
-  const double fr = f(right_m);
-  const double left = (m - a) / 6.0 * (fa + 4.0 * fl + fm);
-  const double right = (b - m) / 6.0 * (fm + 4.0 * fr + fb);
-  const double error = left + right - whole;
-  if (depth <= 0 || std::abs(error) <= 15.0 * tolerance) return left + right + error / 15.0;
-  return adaptive_simpson(f, a, fa, left_m, fl, m, fm, left, 0.5 * tolerance, depth - 1) +
-         adaptive_simpson(f, m, fm, right_m, fr, b, fb, right, 0.5 * tolerance, depth - 1);
-}
 
 nlohmann::json lv_to_json(const LvState& lv) {
   return {{"radius_mm", lv.radius_mm},
@@ -115,7 +45,137 @@ void read_rv(JsonObject& parent, const std::string& key, RvState& rv) {
   object.finish();
 }
 
+/// A number of a part, and its range.
+template <class T>
+struct Number {
+  const char* key;
+  double T::*member;
+  double low;
+  double high;
+};
+
+constexpr std::array kAtriumNumbers{
+    Number<Atrium>{"radius_end_diastole_mm", &Atrium::radius_end_diastole_mm, 5.0, 80.0},
+    Number<Atrium>{"radius_end_systole_mm", &Atrium::radius_end_systole_mm, 5.0, 80.0},
+    Number<Atrium>{"x_mm", &Atrium::x_mm, -100.0, 100.0},
+    Number<Atrium>{"y_mm", &Atrium::y_mm, -100.0, 100.0}};
+constexpr std::array kAtriaNumbers{
+    Number<Atria>{"valve_radius_mm", &Atria::valve_radius_mm, 1.0, 30.0},
+    Number<Atria>{"wall_mm", &Atria::wall_mm, 0.5, 10.0}};
+constexpr std::array kAortaNumbers{
+    Number<AortaRoot>{"radius_mm", &AortaRoot::radius_mm, 3.0, 40.0},
+    Number<AortaRoot>{"wall_mm", &AortaRoot::wall_mm, 0.5, 10.0},
+    Number<AortaRoot>{"x_mm", &AortaRoot::x_mm, -100.0, 100.0},
+    Number<AortaRoot>{"y_mm", &AortaRoot::y_mm, -100.0, 100.0},
+    Number<AortaRoot>{"length_mm", &AortaRoot::length_mm, 2.0, 150.0}};
+constexpr std::array kPapillaryNumbers{
+    Number<PapillaryMuscles>{"radius_end_diastole_mm", &PapillaryMuscles::radius_end_diastole_mm,
+                             1.0, 15.0},
+    Number<PapillaryMuscles>{"radius_end_systole_mm", &PapillaryMuscles::radius_end_systole_mm, 1.0,
+                             15.0},
+    Number<PapillaryMuscles>{"half_length_end_diastole_mm",
+                             &PapillaryMuscles::half_length_end_diastole_mm, 2.0, 40.0},
+    Number<PapillaryMuscles>{"half_length_end_systole_mm",
+                             &PapillaryMuscles::half_length_end_systole_mm, 2.0, 40.0},
+    Number<PapillaryMuscles>{"off_axis", &PapillaryMuscles::off_axis, 0.2, 0.8}};
+constexpr std::array kFatNumbers{
+    Number<PericardialFat>{"front_mm", &PericardialFat::front_mm, 0.5, 20.0}};
+constexpr std::array kInfarctNumbers{
+    Number<Infarct>{"radius_mm", &Infarct::radius_mm, 8.0, 60.0},
+    Number<Infarct>{"angle_deg", &Infarct::angle_deg, -360.0, 360.0},
+    Number<Infarct>{"z_mm", &Infarct::z_mm, -80.0, 0.0},
+    Number<Infarct>{"thinning_mm", &Infarct::thinning_mm, 0.1, 20.0},
+    Number<Infarct>{"bulge_mm", &Infarct::bulge_mm, 0.1, 10.0}};
+
+template <class T, std::size_t N>
+nlohmann::json numbers_to_json(const T& part, const std::array<Number<T>, N>& numbers) {
+  nlohmann::json out;
+  for (const auto& number : numbers) out[number.key] = part.*number.member;
+  return out;
+}
+
+template <class T, std::size_t N>
+nlohmann::json part_to_json(const T& part, const std::array<Number<T>, N>& numbers) {
+  nlohmann::json out = numbers_to_json(part, numbers);
+  out["present"] = part.present;
+  return out;
+}
+
+template <class T, std::size_t N>
+void read_numbers(JsonObject& object, T& part, const std::array<Number<T>, N>& numbers) {
+  for (const auto& number : numbers) {
+    object.read(number.key, part.*number.member, number.low, number.high);
+  }
+}
+
+template <class T, std::size_t N>
+void read_part(JsonObject& parent, const std::string& key, T& part,
+               const std::array<Number<T>, N>& numbers) {
+  if (!parent.has(key)) return;
+  JsonObject object(parent.at(key), parent.path() + "/" + key);
+  object.read("present", part.present);
+  read_numbers(object, part, numbers);
+  object.finish();
+}
+
+void read_atrium(JsonObject& parent, const std::string& key, Atrium& atrium) {
+  if (!parent.has(key)) return;
+  JsonObject object(parent.at(key), parent.path() + "/" + key);
+  read_numbers(object, atrium, kAtriumNumbers);
+  object.finish();
+}
+
+void read_atria(JsonObject& parent, const std::string& key, Atria& atria) {
+  if (!parent.has(key)) return;
+  JsonObject object(parent.at(key), parent.path() + "/" + key);
+  object.read("present", atria.present);
+  read_numbers(object, atria, kAtriaNumbers);
+  read_atrium(object, "left", atria.left);
+  read_atrium(object, "right", atria.right);
+  object.finish();
+}
+
+nlohmann::json atria_to_json(const Atria& atria) {
+  nlohmann::json out = part_to_json(atria, kAtriaNumbers);
+  out["left"] = numbers_to_json(atria.left, kAtriumNumbers);
+  out["right"] = numbers_to_json(atria.right, kAtriumNumbers);
+  return out;
+}
+
+struct Removable {
+  const char* name;
+  bool& (*present)(Anatomy&);
+};
+constexpr std::array kRemovable{
+    Removable{"atria", [](Anatomy& a) -> bool& { return a.atria.present; }},
+    Removable{"aorta", [](Anatomy& a) -> bool& { return a.aorta.present; }},
+    Removable{"papillary_muscles", [](Anatomy& a) -> bool& { return a.papillary_muscles.present; }},
+    Removable{"pericardial_fat", [](Anatomy& a) -> bool& { return a.pericardial_fat.present; }}};
+
 }  // namespace
+
+std::vector<std::string> bodies_to_leave_out() {
+  std::vector<std::string> names;
+  for (const Removable& each : kRemovable) names.emplace_back(each.name);
+  return names;
+}
+
+void leave_out(Anatomy& anatomy, const std::string& body) {
+  std::string known;
+  for (const Removable& each : kRemovable) {
+    if (body == each.name) {
+      each.present(anatomy) = false;
+      return;
+    }
+    known += (known.empty() ? "" : ", ") + std::string(each.name);
+  }
+  throw Error(ErrorCode::Usage, "no phantom can do without '" + body + "'; choose of " + known);
+}
+
+Anatomy ventricles_alone(Anatomy anatomy) {
+  for (const Removable& each : kRemovable) each.present(anatomy) = false;
+  return anatomy;
+}
 
 Affine lps_from_heart(const Anatomy& anatomy) {
   const Vec3 z = -anatomy.apex_direction_lps.normalized();
@@ -126,74 +186,6 @@ Affine lps_from_heart(const Anatomy& anatomy) {
   out.linear().col(2) = z;
   out.translation() = anatomy.origin_lps_mm;
   return out;
-}
-
-HeartShape heart_shape(const Anatomy& anatomy, double s) {
-  const double k = anatomy.scale;
-  const LvState& ed = anatomy.lv_end_diastole;
-  const LvState lv = mix(ed, anatomy.lv_end_systole, s);
-  const auto epicardial_ml_over_pi = [&](double radius, const LvState& state) {
-    return radius * radius * cut_length_mm(state.length_mm + state.apex_wall_mm, state.base_mm);
-  };
-  const auto cavity_ml_over_pi = [](const LvState& state) {
-    return state.radius_mm * state.radius_mm * cut_length_mm(state.length_mm, state.base_mm);
-  };
-  const double muscle =
-      epicardial_ml_over_pi(ed.radius_mm + anatomy.lv_wall_mm, ed) - cavity_ml_over_pi(ed);
-  const double radius =
-      std::sqrt((cavity_ml_over_pi(lv) + muscle) / epicardial_ml_over_pi(1.0, lv));
-  const double centre_z = anatomy.apex_mm + lv.apex_wall_mm + lv.length_mm;
-  const double long_epi = lv.length_mm + lv.apex_wall_mm;
-
-  const RvState& rd = anatomy.rv_end_diastole;
-  const RvState& rs = anatomy.rv_end_systole;
-  const Vec3 rv_centre(mix(rd.centre_x_mm, rs.centre_x_mm, s), 0.0,
-                       mix(rd.centre_z_mm, rs.centre_z_mm, s));
-  const Vec3 rv_axes = rd.semi_axes_mm + (rs.semi_axes_mm - rd.semi_axes_mm) * s;
-
-  HeartShape out;
-  out.lv_cavity = {k * Vec3(0, 0, centre_z), k * Vec3(lv.radius_mm, lv.radius_mm, lv.length_mm)};
-  out.lv_epicardium = {k * Vec3(0, 0, centre_z), k * Vec3(radius, radius, long_epi)};
-  out.lv_base_z_mm = k * (centre_z + lv.base_mm);
-  out.rv_cavity = {k * rv_centre, k * rv_axes};
-  out.rv_outer = {k * rv_centre, k * Vec3(rv_axes + Vec3::Constant(anatomy.rv_wall_mm))};
-  out.rv_cut_z_mm = k * mix(rd.cut_mm, rs.cut_mm, s);
-  return out;
-}
-
-double cut_ellipsoid_ml(const Ellipsoid& e, double cut_z_mm) {
-  const double c = e.semi_axes_mm.z();
-  const double b = std::clamp(cut_z_mm - e.centre_mm.z(), -c, c);
-  return std::numbers::pi * e.semi_axes_mm.x() * e.semi_axes_mm.y() * cut_length_mm(c, b) * 1e-3;
-}
-
-double common_ml(const Ellipsoid& a, const Ellipsoid& b, double cut_z_mm) {
-  const double low =
-      std::max(a.centre_mm.z() - a.semi_axes_mm.z(), b.centre_mm.z() - b.semi_axes_mm.z());
-  const double high = std::min(
-      {a.centre_mm.z() + a.semi_axes_mm.z(), b.centre_mm.z() + b.semi_axes_mm.z(), cut_z_mm});
-  if (!(low < high)) return 0.0;
-  const auto area = [&](double z) {
-    Ellipse first;
-    Ellipse second;
-    if (!section(a, z, first) || !section(b, z, second)) return 0.0;
-    return common_area(first, second);
-  };
-  // Panels first, so that a change of the sections' kind cannot hide between the three points of
-  // the first rule.
-  constexpr int kPanels = 16;
-  double sum = 0.0;
-  for (int n = 0; n < kPanels; ++n) {
-    const double from = low + (high - low) * n / kPanels;
-    const double to = low + (high - low) * (n + 1) / kPanels;
-    const double middle = 0.5 * (from + to);
-    const double fa = area(from);
-    const double fm = area(middle);
-    const double fb = area(to);
-    sum += adaptive_simpson(area, from, fa, middle, fm, to, fb,
-                            (to - from) / 6.0 * (fa + 4.0 * fm + fb), 1e-5, 24);
-  }
-  return sum * 1e-3;
 }
 
 void check_anatomy(const Anatomy& anatomy) {
@@ -211,22 +203,20 @@ void check_anatomy(const Anatomy& anatomy) {
                     "/cut_mm must cut the cavity: within 0.95 of its z semi-axis of its centre");
     }
   }
+  for (const auto& [atrium, which] :
+       {std::pair{&anatomy.atria.left, "left"}, std::pair{&anatomy.atria.right, "right"}}) {
+    if (anatomy.atria.valve_radius_mm >=
+        0.95 * std::min(atrium->radius_end_diastole_mm, atrium->radius_end_systole_mm)) {
+      throw_invalid(std::string("anatomy/atria/valve_radius_mm must be less than 0.95 of both "
+                                "radii of anatomy/atria/") +
+                    which);
+    }
+  }
   const Vec3 z = anatomy.apex_direction_lps;
   if (!(z.norm() > 1e-3) || !(anatomy.rv_direction_lps.cross(z).norm() > 1e-3)) {
     throw_invalid("anatomy/apex_direction_lps and rv_direction_lps must be two directions");
   }
-  for (int n = 0; n <= 10; ++n) {
-    const HeartShape shape = heart_shape(anatomy, 0.1 * n);
-    if (!(shape.lv_epicardium.semi_axes_mm.x() > shape.lv_cavity.semi_axes_mm.x() + 0.5)) {
-      throw_invalid(
-          "anatomy: the LV's muscle is too little for a wall of 0.5 mm in every phase; "
-          "raise lv_wall_mm");
-    }
-    if (common_ml(shape.lv_epicardium, shape.rv_cavity, shape.rv_cut_z_mm) >
-        0.95 * cut_ellipsoid_ml(shape.rv_cavity, shape.rv_cut_z_mm)) {
-      throw_invalid("anatomy: the RV lies inside the LV; move its centre_x_mm away");
-    }
-  }
+  check_walls(anatomy);
 }
 
 nlohmann::json anatomy_to_json(const Anatomy& a) {
@@ -237,10 +227,16 @@ nlohmann::json anatomy_to_json(const Anatomy& a) {
           {"rv_end_diastole", rv_to_json(a.rv_end_diastole)},
           {"rv_end_systole", rv_to_json(a.rv_end_systole)},
           {"rv_wall_mm", a.rv_wall_mm},
+          {"atria", atria_to_json(a.atria)},
+          {"aorta", part_to_json(a.aorta, kAortaNumbers)},
+          {"papillary_muscles", part_to_json(a.papillary_muscles, kPapillaryNumbers)},
+          {"pericardial_fat", part_to_json(a.pericardial_fat, kFatNumbers)},
+          {"infarct", part_to_json(a.infarct, kInfarctNumbers)},
           {"origin_lps_mm", to_json(a.origin_lps_mm)},
           {"apex_direction_lps", to_json(a.apex_direction_lps)},
           {"rv_direction_lps", to_json(a.rv_direction_lps)},
-          {"scale", a.scale}};
+          {"scale", a.scale},
+          {"liver_rise_mm", a.liver_rise_mm}};
 }
 
 Anatomy anatomy_from_json(const nlohmann::json& json, const std::string& path) {
@@ -253,10 +249,16 @@ Anatomy anatomy_from_json(const nlohmann::json& json, const std::string& path) {
   read_rv(object, "rv_end_diastole", a.rv_end_diastole);
   read_rv(object, "rv_end_systole", a.rv_end_systole);
   object.read("rv_wall_mm", a.rv_wall_mm, 0.5, 20.0);
+  read_atria(object, "atria", a.atria);
+  read_part(object, "aorta", a.aorta, kAortaNumbers);
+  read_part(object, "papillary_muscles", a.papillary_muscles, kPapillaryNumbers);
+  read_part(object, "pericardial_fat", a.pericardial_fat, kFatNumbers);
+  read_part(object, "infarct", a.infarct, kInfarctNumbers);
   read_vector(object, "origin_lps_mm", a.origin_lps_mm, -2000.0, 2000.0);
   read_vector(object, "apex_direction_lps", a.apex_direction_lps, -1.0, 1.0);
   read_vector(object, "rv_direction_lps", a.rv_direction_lps, -1.0, 1.0);
   object.read("scale", a.scale, 0.3, 1.6);
+  object.read("liver_rise_mm", a.liver_rise_mm, 0.0, 60.0);
   object.finish();
   return a;
 }

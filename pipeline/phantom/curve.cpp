@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/LU>
 
+#include "pipeline/phantom/crossings.h"
 #include "pipeline/phantom/solid.h"
 
 namespace beatlas::phantom {
@@ -32,30 +32,41 @@ bool settle_on_curve(const Ellipsoid& a, const Ellipsoid& b, Vec3& x) {
   return last < 1e-8;
 }
 
+bool settle_on_corner(const Ellipsoid& a, const Ellipsoid& b, const Ellipsoid& c, Vec3& x) {
+  for (int iteration = 0; iteration < 30; ++iteration) {
+    Eigen::Matrix3d gradients;
+    gradients << a.gradient(x).transpose(), b.gradient(x).transpose(), c.gradient(x).transpose();
+    const Vec3 values(a.level(x), b.level(x), c.level(x));
+    const Vec3 step = gradients.fullPivLu().solve(values);
+    if (!(step.norm() < 1e3)) return false;
+    x -= step;
+    if (step.norm() <= 1e-11) return true;
+  }
+  return false;
+}
+
 Vec3 curve_direction(const Ellipsoid& a, const Ellipsoid& b, const Vec3& x) {
   return a.gradient(x).cross(b.gradient(x)).normalized();
 }
 
 namespace {
 
-/// Where the ellipse of `a` in the plane y = its centre crosses `b`.
+/// Points of every curve in which the two meet that is no smaller than a step of the sections:
+/// where sections of `a` across each axis cross `b`.
 std::vector<Vec3> crossings(const Ellipsoid& a, const Ellipsoid& b) {
-  const auto point = [&](double angle) -> Vec3 {
-    return a.centre_mm +
-           Vec3(a.semi_axes_mm.x() * std::cos(angle), 0.0, a.semi_axes_mm.z() * std::sin(angle));
-  };
-  constexpr int kSteps = 1440;
+  constexpr int kSections = 24;
   std::vector<Vec3> out;
-  for (int n = 0; n < kSteps; ++n) {
-    double low = 2.0 * std::numbers::pi * n / kSteps;
-    double high = 2.0 * std::numbers::pi * (n + 1) / kSteps;
-    const bool low_inside = b.level(point(low)) < 0.0;
-    if (low_inside == (b.level(point(high)) < 0.0)) continue;
-    for (int iteration = 0; iteration < 60; ++iteration) {
-      const double middle = 0.5 * (low + high);
-      ((b.level(point(middle)) < 0.0) == low_inside ? low : high) = middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = std::max(a.centre_mm[axis] - a.semi_axes_mm[axis],
+                                b.centre_mm[axis] - b.semi_axes_mm[axis]);
+    const double high = std::min(a.centre_mm[axis] + a.semi_axes_mm[axis],
+                                 b.centre_mm[axis] + b.semi_axes_mm[axis]);
+    if (!(low < high)) return {};
+    for (int n = 0; n < kSections; ++n) {
+      AxisEllipse ellipse;
+      if (!section(a, axis, low + (high - low) * (n + 0.5) / kSections, ellipse)) continue;
+      for (double angle : crossing_angles(ellipse, b)) out.push_back(ellipse.point(angle));
     }
-    out.push_back(point(0.5 * (low + high)));
   }
   return out;
 }
@@ -63,7 +74,12 @@ std::vector<Vec3> crossings(const Ellipsoid& a, const Ellipsoid& b) {
 }  // namespace
 
 std::vector<Curve> intersection_curves(const Ellipsoid& a, const Ellipsoid& b, double step_mm) {
-  std::vector<Vec3> seeds = crossings(a, b);
+  if (a.is_cylinder() && b.is_cylinder()) return {};
+  const bool from_b =
+      a.is_cylinder() || (!b.is_cylinder() && b.semi_axes_mm.sum() < a.semi_axes_mm.sum());
+  std::vector<Vec3> seeds = from_b ? crossings(b, a) : crossings(a, b);
+  const double reach =
+      from_b ? b.semi_axes_mm.sum() : a.semi_axes_mm.sum();  // no curve is longer than 20 of it
   std::vector<Curve> curves;
   std::vector<bool> used(seeds.size(), false);
   for (std::size_t n = 0; n < seeds.size(); ++n) {
@@ -74,8 +90,7 @@ std::vector<Curve> intersection_curves(const Ellipsoid& a, const Ellipsoid& b, d
     Curve curve;
     curve.step_mm = step_mm;
     const Vec3 start = x;
-    const std::size_t most =
-        static_cast<std::size_t>(20.0 * (a.semi_axes_mm.sum() + b.semi_axes_mm.sum()) / step_mm);
+    const std::size_t most = static_cast<std::size_t>(20.0 * reach / step_mm);
     while (curve.points.size() < most) {
       curve.points.push_back(x);
       Vec3 next = x + 0.5 * step_mm * curve_direction(a, b, x);

@@ -37,13 +37,33 @@ double share(const Pulse& pulse, double t_s) {
   return pulse_area(x, pulse.power) / pulse_area(1.0, pulse.power);
 }
 
+/// Height of the pulse [1/s].
+double height(const Pulse& pulse, double t_s) {
+  const double x = (t_s - pulse.start_s) / pulse.length_s;
+  if (x <= 0.0 || x >= 1.0) return 0.0;
+  return (1.0 - std::cos(2.0 * std::numbers::pi * std::pow(x, pulse.power))) /
+         (pulse_area(1.0, pulse.power) * pulse.length_s);
+}
+
+/// The moment of a cycle of kCycleS.
+double cycle_time_s(double t_s, double rr_interval_s) {
+  const double cycles = t_s / rr_interval_s;
+  return (cycles - std::floor(cycles)) * kCycleS;
+}
+
 }  // namespace
 
 double volume_loss(double t_s, double rr_interval_s) {
-  const double cycles = t_s / rr_interval_s;
-  const double t = (cycles - std::floor(cycles)) * kCycleS;
+  const double t = cycle_time_s(t_s, rr_interval_s);
   return share(kEjection, t) - kEarlyShare * share(kEarly, t) -
          (1.0 - kEarlyShare) * share(kAtrial, t);
+}
+
+double volume_loss_rate(double t_s, double rr_interval_s) {
+  const double t = cycle_time_s(t_s, rr_interval_s);
+  return (height(kEjection, t) - kEarlyShare * height(kEarly, t) -
+          (1.0 - kEarlyShare) * height(kAtrial, t)) *
+         kCycleS / rr_interval_s;
 }
 
 std::string volume_loss_description() {

@@ -14,6 +14,9 @@ namespace beatlas::phantom {
 /// @param t_s any time [s]; @param rr_interval_s > 0
 [[nodiscard]] double volume_loss(double t_s, double rr_interval_s);
 
+/// d volume_loss / dt [1/s].
+[[nodiscard]] double volume_loss_rate(double t_s, double rr_interval_s);
+
 /// The definition above as one sentence, for the truth file.
 [[nodiscard]] std::string volume_loss_description();
 

@@ -8,97 +8,60 @@
 #include "runtime/base/sha256.h"
 
 namespace beatlas::phantom {
-namespace {
-
-std::vector<Solid> solids(const HeartShape& shape) {
-  std::vector<Solid> out;
-  for (Structure structure : kAllStructures) {
-    switch (structure) {
-      case Structure::Heart:
-        out.emplace_back(std::vector<Primitive>{shape.lv_epicardium, Below{shape.lv_base_z_mm},
-                                                shape.rv_outer, Below{shape.rv_cut_z_mm}},
-                         std::vector<Cell>{{{0, true}, {1, true}}, {{2, true}, {3, true}}});
-        break;
-      case Structure::LvBlood:
-        out.emplace_back(std::vector<Primitive>{shape.lv_cavity, Below{shape.lv_base_z_mm}},
-                         std::vector<Cell>{{{0, true}, {1, true}}});
-        break;
-      case Structure::RvBlood:
-        out.emplace_back(
-            std::vector<Primitive>{shape.rv_cavity, shape.lv_epicardium, Below{shape.rv_cut_z_mm}},
-            std::vector<Cell>{{{0, true}, {1, false}, {2, true}}});
-        break;
-      case Structure::LvMyocardium:
-        out.emplace_back(
-            std::vector<Primitive>{shape.lv_epicardium, shape.lv_cavity, Below{shape.lv_base_z_mm}},
-            std::vector<Cell>{{{0, true}, {1, false}, {2, true}}});
-        break;
-    }
-  }
-  return out;
-}
-
-}  // namespace
 
 Frame::Frame(const Anatomy& anatomy, double s)
-    : shape_(heart_shape(anatomy, s)),
+    : anatomy_(anatomy),
+      s_(s),
+      shape_(heart_shape(anatomy, s)),
       lps_from_heart_(phantom::lps_from_heart(anatomy)),
-      heart_from_lps_(lps_from_heart_.inverse(Eigen::Isometry)),
-      solids_(solids(shape_)) {}
+      heart_from_lps_(lps_from_heart_.inverse(Eigen::Isometry)) {}
 
-const Solid& Frame::solid(Structure structure) const {
-  return solids_[static_cast<std::size_t>(structure)];
+const Solid& Frame::solid(Part part) const {
+  Built& built = built_[static_cast<std::size_t>(part)];
+  std::call_once(built.solid_once, [&] {
+    Construction made = construction(shape_, part);
+    built.solid = std::make_unique<const Solid>(std::move(made.primitives), std::move(made.cells));
+  });
+  return *built.solid;
 }
 
-double Frame::distance_mm(Structure structure, const Vec3& lps) const {
-  return solid(structure).nearest(heart_from_lps_ * lps).distance_mm;
+double Frame::surface_speed_mm(PartArgument part, const Vec3& lps) const {
+  const Nearest nearest = solid(part).nearest(heart_from_lps_ * lps);
+  Built& built = built_[static_cast<std::size_t>(Part(part))];
+  std::call_once(built.rates_once, [&] { built.rates = primitive_rates(anatomy_, s_, part); });
+  return solid(part).outward_speed(nearest, built.rates);
 }
 
-Nearest Frame::nearest(Structure structure, const Vec3& lps) const {
-  Nearest out = solid(structure).nearest(heart_from_lps_ * lps);
+double Frame::distance_mm(PartArgument part, const Vec3& lps) const {
+  return solid(part).nearest(heart_from_lps_ * lps).distance_mm;
+}
+
+Nearest Frame::nearest(PartArgument part, const Vec3& lps) const {
+  Nearest out = solid(part).nearest(heart_from_lps_ * lps);
   out.point = lps_from_heart_ * out.point;
   out.outward = lps_from_heart_.linear() * out.outward;
   return out;
 }
 
-bool Frame::contains(Structure structure, const Vec3& lps) const {
-  return solid(structure).contains(heart_from_lps_ * lps);
+bool Frame::contains(PartArgument part, const Vec3& lps) const {
+  return solid(part).contains(heart_from_lps_ * lps);
 }
 
 std::uint8_t Frame::label_at(const Vec3& lps) const {
   const Vec3 x = heart_from_lps_ * lps;
-  if (!solid(Structure::Heart).contains(x)) return kLabelBackground;
-  if (solid(Structure::LvBlood).contains(x)) return kLabelLvBlood;
-  if (solid(Structure::LvMyocardium).contains(x)) return kLabelLvMyocardium;
-  if (solid(Structure::RvBlood).contains(x)) return kLabelRvBlood;
+  if (!solid(Part::Heart).contains(x)) return kLabelBackground;
+  if (solid(Part::LvBlood).contains(x)) return kLabelLvBlood;
+  if (solid(Part::LvMyocardium).contains(x)) return kLabelLvMyocardium;
+  if (solid(Part::RvBlood).contains(x)) return kLabelRvBlood;
   return kLabelRestOfHeart;
 }
 
-double Frame::volume_ml(Structure structure) const {
-  const HeartShape& h = shape_;
-  switch (structure) {
-    case Structure::Heart:
-      return cut_ellipsoid_ml(h.lv_epicardium, h.lv_base_z_mm) +
-             cut_ellipsoid_ml(h.rv_outer, h.rv_cut_z_mm) -
-             common_ml(h.lv_epicardium, h.rv_outer, std::min(h.lv_base_z_mm, h.rv_cut_z_mm));
-    case Structure::LvBlood:
-      return cut_ellipsoid_ml(h.lv_cavity, h.lv_base_z_mm);
-    case Structure::RvBlood:
-      return cut_ellipsoid_ml(h.rv_cavity, h.rv_cut_z_mm) -
-             common_ml(h.rv_cavity, h.lv_epicardium, h.rv_cut_z_mm);
-    case Structure::LvMyocardium:
-      return cut_ellipsoid_ml(h.lv_epicardium, h.lv_base_z_mm) -
-             cut_ellipsoid_ml(h.lv_cavity, h.lv_base_z_mm);
-  }
-  return 0.0;
+double Frame::crease_distance_mm(PartArgument part, const Vec3& lps) const {
+  return solid(part).crease_distance_mm(heart_from_lps_ * lps);
 }
 
-double Frame::crease_distance_mm(Structure structure, const Vec3& lps) const {
-  return solid(structure).crease_distance_mm(heart_from_lps_ * lps);
-}
-
-std::vector<Vec3> Frame::sample_surface(Structure structure, double spacing_mm) const {
-  std::vector<Vec3> points = solid(structure).sample(spacing_mm);
+std::vector<Vec3> Frame::sample_surface(PartArgument part, double spacing_mm) const {
+  std::vector<Vec3> points = solid(part).sample(spacing_mm);
   for (Vec3& point : points) point = lps_from_heart_ * point;
   return points;
 }
@@ -132,40 +95,36 @@ std::shared_ptr<const Frame> Phantom::frame(double t_s) const {
   return frames.back().second;
 }
 
-double Phantom::distance_mm(Structure structure, const Vec3& lps, double t_s) const {
-  return frame(t_s)->distance_mm(structure, lps);
+double Phantom::distance_mm(PartArgument part, const Vec3& lps, double t_s) const {
+  return frame(t_s)->distance_mm(part, lps);
 }
 
-bool Phantom::contains(Structure structure, const Vec3& lps, double t_s) const {
-  return frame(t_s)->contains(structure, lps);
+bool Phantom::contains(PartArgument part, const Vec3& lps, double t_s) const {
+  return frame(t_s)->contains(part, lps);
 }
 
-Vec3 Phantom::normal(Structure structure, const Vec3& lps, double t_s) const {
-  return frame(t_s)->nearest(structure, lps).outward;
+Vec3 Phantom::normal(PartArgument part, const Vec3& lps, double t_s) const {
+  return frame(t_s)->nearest(part, lps).outward;
 }
 
-double Phantom::velocity_mm_s(Structure structure, const Vec3& lps, double t_s) const {
-  constexpr double kHalfStepS = 3e-5;
-  return (distance_mm(structure, lps, t_s - kHalfStepS) -
-          distance_mm(structure, lps, t_s + kHalfStepS)) /
-         (2.0 * kHalfStepS);
+double Phantom::velocity_mm_s(PartArgument part, const Vec3& lps, double t_s) const {
+  return frame(t_s)->surface_speed_mm(part, lps) * volume_loss_rate(t_s, spec_.rr_interval_s);
 }
 
-double Phantom::volume_ml(Structure structure, double t_s) const {
-  return frame(t_s)->volume_ml(structure);
+double Phantom::volume_ml(PartArgument part, double t_s) const {
+  return frame(t_s)->volume_ml(part);
 }
 
 std::uint8_t Phantom::label_at(const Vec3& lps, double t_s) const {
   return frame(t_s)->label_at(lps);
 }
 
-bool Phantom::on_crease(Structure structure, const Vec3& lps, double t_s, double band_mm) const {
-  return frame(t_s)->crease_distance_mm(structure, lps) < band_mm;
+bool Phantom::on_crease(PartArgument part, const Vec3& lps, double t_s, double band_mm) const {
+  return frame(t_s)->crease_distance_mm(part, lps) < band_mm;
 }
 
-std::vector<Vec3> Phantom::sample_surface(Structure structure, double t_s,
-                                          double spacing_mm) const {
-  return frame(t_s)->sample_surface(structure, spacing_mm);
+std::vector<Vec3> Phantom::sample_surface(PartArgument part, double t_s, double spacing_mm) const {
+  return frame(t_s)->sample_surface(part, spacing_mm);
 }
 
 }  // namespace beatlas::phantom

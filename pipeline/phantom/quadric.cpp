@@ -178,15 +178,26 @@ NearPoints near_points(const Reduced& r, int dimension, const Vec3& centre) {
   return out;
 }
 
+/// The section of a cylinder at the height of the query.
+Ellipse section_beside(const Ellipsoid& cylinder, const Vec3& query) {
+  return {{cylinder.centre_mm.x(), cylinder.centre_mm.y(), query.z()},
+          cylinder.semi_axes_mm.x(),
+          cylinder.semi_axes_mm.y()};
+}
+
 }  // namespace
 
 NearPoints near_points(const Ellipsoid& ellipsoid, const Vec3& query) {
+  if (ellipsoid.is_cylinder()) return near_points(section_beside(ellipsoid, query), query);
   return near_points(
       reduce(to_array(ellipsoid.semi_axes_mm), to_array(query - ellipsoid.centre_mm), 3), 3,
       ellipsoid.centre_mm);
 }
 
 Vec3 nearest_point(const Ellipsoid& ellipsoid, const Vec3& query) {
+  if (ellipsoid.is_cylinder()) {
+    return near_points(section_beside(ellipsoid, query), query).points[0];
+  }
   const Reduced r =
       reduce(to_array(ellipsoid.semi_axes_mm), to_array(query - ellipsoid.centre_mm), 3);
   const Secular f{r, 0};
@@ -194,7 +205,7 @@ Vec3 nearest_point(const Ellipsoid& ellipsoid, const Vec3& query) {
 }
 
 bool section(const Ellipsoid& ellipsoid, double z_mm, Ellipse& ellipse) {
-  const double u = (z_mm - ellipsoid.centre_mm.z()) / ellipsoid.semi_axes_mm.z();
+  const double u = (z_mm - ellipsoid.centre_mm.z()) / ellipsoid.semi_axes_mm.z();  // cylinder: 0
   if (!(u * u < 1.0)) return false;
   const double shrink = std::sqrt((1.0 - u) * (1.0 + u));
   ellipse.centre_mm = {ellipsoid.centre_mm.x(), ellipsoid.centre_mm.y(), z_mm};

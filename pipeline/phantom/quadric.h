@@ -11,8 +11,10 @@ namespace beatlas::phantom {
 
 struct Ellipsoid {
   Vec3 centre_mm = Vec3::Zero();
-  Vec3 semi_axes_mm = Vec3::Ones();  ///< along x, y, z; > 0; equal axes are fine
+  /// Along x, y, z; > 0; equal axes are fine. That along z may be infinite: a cylinder.
+  Vec3 semi_axes_mm = Vec3::Ones();
 
+  [[nodiscard]] bool is_cylinder() const { return std::isinf(semi_axes_mm.z()); }
   /// < 0 inside, 0 on the surface, -1 at the centre.
   [[nodiscard]] double level(const Vec3& x) const {
     return (x - centre_mm).cwiseQuotient(semi_axes_mm).squaredNorm() - 1.0;

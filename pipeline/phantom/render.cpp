@@ -1,6 +1,7 @@
 #include "pipeline/phantom/render.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "pipeline/core/parallel.h"
@@ -45,6 +46,32 @@ std::vector<float> background(const Grid& grid, const std::vector<Tissue>& tissu
   return out;
 }
 
+/// What moves, from the outside to the inside.
+constexpr std::array kPainted{Part::PericardialFat, Part::Heart,           Part::LvBlood,
+                              Part::RvBlood,        Part::LaBlood,         Part::RaBlood,
+                              Part::Aorta,          Part::PapillaryMuscles};
+
+/// Shares of a voxel; they add up to 1.
+struct Mixture {
+  double background = 1;
+  double fat = 0;
+  double muscle = 0;
+  double blood = 0;
+};
+
+/// The shares come from different planes near creases, so that bodies that lie within each other
+/// may not do so by their shares: the inner one wins.
+Mixture mixture_of(const Shares& shares) {
+  double pools = 0.0;
+  for (std::size_t n = 2; n < 7; ++n) pools += shares[n];
+  const double papillary = std::min<double>(pools, shares[7]);
+  const double within = std::min(1.0, pools);
+  const double heart = std::max<double>(shares[1], within);
+  const double pericardium = std::max<double>(shares[0], heart);
+  const double blood = std::max(0.0, within - papillary);
+  return {1.0 - pericardium, pericardium - heart, heart - blood, blood};
+}
+
 struct Imager {
   const PhantomSpec& spec;
   const Grid& grid;
@@ -68,22 +95,21 @@ struct Imager {
   void image(const Frame& frame, const Block& whole_block, int phase, std::vector<float>& image,
              std::vector<std::uint8_t>& labels) const {
     std::vector<Body> bodies;
-    for (Structure structure : {Structure::Heart, Structure::LvBlood, Structure::RvBlood}) {
-      bodies.emplace_back([&frame, structure](const Vec3& lps) {
-        const Nearest nearest = frame.nearest(structure, lps);
+    for (Part part : kPainted) {
+      bodies.emplace_back([&frame, part](const Vec3& lps) {
+        const Nearest nearest = frame.nearest(part, lps);
         return SignedPlane{nearest.distance_mm, nearest.outward};
       });
     }
     cover(grid, whole_block, bodies, options,
           [&](const Block& block, const Shares& shares, bool whole) {
-            const double blood = shares[1] + shares[2];
-            // Near creases the shares come from different planes; blood stays in the heart.
-            const double heart = std::min(1.0, std::max<double>(shares[0], blood));
-            const bool outside = whole && heart == 0.0;
+            const Mixture mixture = mixture_of(shares);
+            const bool outside = whole && mixture.background == 1.0;
             for_each_voxel(block, [&](int i, int j, int k) {
               const std::size_t voxel = grid.offset(i, j, k);
-              const double signal = (1.0 - heart) * behind[voxel] + blood * signals.blood +
-                                    std::max(0.0, heart - blood) * signals.myocardium;
+              const double signal = mixture.background * behind[voxel] + mixture.fat * signals.fat +
+                                    mixture.muscle * signals.myocardium +
+                                    mixture.blood * signals.blood;
               image[voxel] = static_cast<float>(counts(signal, voxel, phase));
               labels[voxel] =
                   outside ? std::uint8_t{kLabelBackground} : frame.label_at(grid.mm(i, j, k));

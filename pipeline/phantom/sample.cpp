@@ -32,9 +32,23 @@ std::vector<double> even_angles(double semi_x, double semi_y, double from, doubl
   return out;
 }
 
-std::vector<Vec3> spread(const Ellipsoid& e, double spacing_mm) {
+/// @param low, high a cylinder's ends
+std::vector<Vec3> spread(const Ellipsoid& e, double low, double high, double spacing_mm) {
   std::vector<Vec3> points;
   const Vec3& s = e.semi_axes_mm;
+  if (e.is_cylinder()) {
+    const std::vector<double> angles =
+        even_angles(s.x(), s.y(), 0.0, 2.0 * std::numbers::pi, spacing_mm);
+    const int rings = std::max(1, static_cast<int>(std::lround((high - low) / spacing_mm)));
+    for (int ring = 0; ring < rings; ++ring) {
+      const double z = low + (high - low) * (ring + 0.5) / rings;
+      for (double angle : angles) {
+        points.emplace_back(e.centre_mm.x() + s.x() * std::cos(angle),
+                            e.centre_mm.y() + s.y() * std::sin(angle), z);
+      }
+    }
+    return points;
+  }
   // Rings from pole to pole, even along the mean meridian.
   const double half_turn = std::numbers::pi / 2.0;
   for (double polar :
@@ -53,9 +67,21 @@ std::vector<Vec3> spread(const Ellipsoid& e, double spacing_mm) {
 
 std::vector<Vec3> Solid::sample(double spacing_mm) const {
   std::vector<Vec3> points;
+  double lowest = 1e300;
+  double highest = -1e300;
+  for (const Primitive& primitive : primitives_) {
+    const auto* ellipsoid = std::get_if<Ellipsoid>(&primitive);
+    if (ellipsoid == nullptr) {
+      lowest = std::min(lowest, std::get<Below>(primitive).z_mm);
+      highest = std::max(highest, std::get<Below>(primitive).z_mm);
+    } else if (!ellipsoid->is_cylinder()) {
+      lowest = std::min(lowest, ellipsoid->centre_mm.z() - ellipsoid->semi_axes_mm.z());
+      highest = std::max(highest, ellipsoid->centre_mm.z() + ellipsoid->semi_axes_mm.z());
+    }
+  }
   for (const Primitive& primitive : primitives_) {
     if (const auto* ellipsoid = std::get_if<Ellipsoid>(&primitive)) {
-      for (const Vec3& x : spread(*ellipsoid, spacing_mm)) {
+      for (const Vec3& x : spread(*ellipsoid, lowest, highest, spacing_mm)) {
         if (on_boundary(x)) points.push_back(x);
       }
       continue;

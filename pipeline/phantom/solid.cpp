@@ -6,6 +6,9 @@
 #include <limits>
 #include <numbers>
 
+#include <Eigen/LU>
+
+#include "pipeline/phantom/crossings.h"
 #include "pipeline/phantom/curve.h"
 
 namespace beatlas::phantom {
@@ -13,34 +16,13 @@ namespace {
 
 constexpr double kOnMm = 1e-7;          // a point this close to a primitive counts as on it
 constexpr double kNormalMm = 1e-6;      // closer than this, x - nearest is no direction
+constexpr double kBesideMm = 1e-5;      // a step that leaves a surface for good
 constexpr std::size_t kMostFaces = 16;  // primitives of one solid
 constexpr std::size_t kRun = 16;        // points of a curve that share a ball
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const Ellipsoid* as_ellipsoid(const Primitive& primitive) {
   return std::get_if<Ellipsoid>(&primitive);
-}
-
-/// Angles at which an ellipse crosses an ellipsoid.
-std::vector<double> crossing_angles(const Ellipse& ellipse, const Ellipsoid& other) {
-  constexpr int kSteps = 1440;
-  constexpr double kStep = 2.0 * std::numbers::pi / kSteps;
-  std::vector<double> angles;
-  bool inside = other.level(ellipse.point(0.0)) < 0.0;
-  for (int n = 0; n < kSteps; ++n) {
-    double low = kStep * n;
-    double high = kStep * (n + 1);
-    const bool next = other.level(ellipse.point(high)) < 0.0;
-    if (next != inside) {
-      for (int iteration = 0; iteration < 60; ++iteration) {
-        const double middle = 0.5 * (low + high);
-        ((other.level(ellipse.point(middle)) < 0.0) == inside ? low : high) = middle;
-      }
-      angles.push_back(0.5 * (low + high));
-    }
-    inside = next;
-  }
-  return angles;
 }
 
 }  // namespace
@@ -114,12 +96,7 @@ Vec3 Solid::outward_normal(int primitive, const Vec3& x) const {
   const auto* ellipsoid = as_ellipsoid(primitives_[primitive]);
   const Vec3 gradient =
       ellipsoid != nullptr ? Vec3(ellipsoid->gradient(x).normalized()) : Vec3(Vec3::UnitZ());
-  for (const Cell& cell : cells_) {
-    for (const Literal& literal : cell) {
-      if (literal.index == primitive) return literal.inside ? gradient : Vec3(-gradient);
-    }
-  }
-  return gradient;
+  return contains(x + kBesideMm * gradient) ? Vec3(-gradient) : gradient;
 }
 
 void Solid::find_creases(double step_mm) {
@@ -147,7 +124,7 @@ void Solid::find_creases(double step_mm) {
       if (other == nullptr || j == crease.ellipsoid) continue;
       for (double angle : crossing_angles(crease.ellipse, *other)) {
         const Vec3 corner = crease.ellipse.point(angle);
-        if (on_boundary(corner)) corners_.push_back(corner);
+        if (on_boundary(corner)) corners_.push_back({corner, {crease.plane, crease.ellipsoid, j}});
       }
     }
     const double length =
@@ -163,10 +140,31 @@ void Solid::find_creases(double step_mm) {
     for (const Vec3& x : points) {
       if (on_boundary(x)) crease_points_.push_back(x);
     }
+    // Three pairs make the same corner; it is taken from the pair of lowest numbers.
+    for (int j = crease.second + 1; j < count; ++j) {
+      if (const auto* third = as_ellipsoid(primitives_[j])) find_corners(crease, *third, j);
+    }
     crease.balls = Balls(points, 2.0 * crease.curve.step_mm);
   }
-  crease_points_.insert(crease_points_.end(), corners_.begin(), corners_.end());
+  for (const Corner& corner : corners_) crease_points_.push_back(corner.point);
   crease_balls_ = Balls(crease_points_, 0.0);
+}
+
+void Solid::find_corners(const CurvedCrease& crease, const Ellipsoid& third, int index) {
+  const Ellipsoid& a = *as_ellipsoid(primitives_[crease.first]);
+  const Ellipsoid& b = *as_ellipsoid(primitives_[crease.second]);
+  const std::vector<Vec3>& points = crease.curve.points;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Vec3& from = points[n];
+    const Vec3& to = points[(n + 1) % points.size()];
+    const double at_from = third.level(from);
+    const double at_to = third.level(to);
+    if ((at_from < 0.0) == (at_to < 0.0)) continue;
+    Vec3 corner = from + (to - from) * (at_from / (at_from - at_to));
+    if (!settle_on_corner(a, b, third, corner)) continue;
+    if ((corner - from).norm() > 4.0 * crease.curve.step_mm || !on_boundary(corner)) continue;
+    corners_.push_back({corner, {crease.first, crease.second, index}});
+  }
 }
 
 void Solid::nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& best,
@@ -234,15 +232,14 @@ Nearest Solid::nearest(const Vec3& x) const {
   };
   std::array<Face, kMostFaces> faces;
   double best = kInfinity;
-  int best_face = 0;
-  Vec3 point = Vec3::Zero();
+  Nearest out;
   const int count = static_cast<int>(primitives_.size());
-  const auto take = [&](const Vec3& q, int face) {
+  const auto take = [&](const Vec3& q, const std::array<int, 3>& through) {
     const double distance = (q - x).norm();
     if (!(distance < best) || !on_boundary(q)) return false;
     best = distance;
-    point = q;
-    best_face = face;
+    out.point = q;
+    out.faces = through;
     return true;
   };
   for (int i = 0; i < count; ++i) {
@@ -250,45 +247,77 @@ Nearest Solid::nearest(const Vec3& x) const {
     const Vec3 q = ellipsoid != nullptr ? nearest_point(*ellipsoid, x)
                                         : Vec3(x.x(), x.y(), std::get<Below>(primitives_[i]).z_mm);
     faces[i].at_least = (q - x).norm();
-    faces[i].open = faces[i].at_least < best && !take(q, i);
+    faces[i].open = faces[i].at_least < best && !take(q, {i, -1, -1});
   }
   const auto open = [&](int i) { return faces[i].open && faces[i].at_least < best; };
   for (int i = 0; i < count; ++i) {
     const auto* ellipsoid = as_ellipsoid(primitives_[i]);
     if (ellipsoid == nullptr || !open(i)) continue;
     const NearPoints others = near_points(*ellipsoid, x);
-    for (int n = 1; n < others.count; ++n) take(others.points[n], i);
+    for (int n = 1; n < others.count; ++n) take(others.points[n], {i, -1, -1});
   }
   // A crease is no nearer than the nearest point of either of its faces, so it can only win where
   // both of them are open.
   for (const FlatCrease& crease : flat_creases_) {
     if (!open(crease.plane) || !open(crease.ellipsoid)) continue;
     const NearPoints near = near_points(crease.ellipse, x);
-    for (int n = 0; n < near.count; ++n) take(near.points[n], crease.ellipsoid);
+    for (int n = 0; n < near.count; ++n) {
+      take(near.points[n], {crease.ellipsoid, crease.plane, -1});
+    }
   }
   for (const CurvedCrease& crease : curved_creases_) {
     if (!open(crease.first) || !open(crease.second)) continue;
     const double before = best;
-    nearest_on_curve(crease, x, best, point);
-    if (best < before) best_face = crease.first;
+    nearest_on_curve(crease, x, best, out.point);
+    if (best < before) out.faces = {crease.first, crease.second, -1};
   }
-  for (const Vec3& corner : corners_) {
-    const double distance = (corner - x).norm();
+  for (const Corner& corner : corners_) {
+    const double distance = (corner.point - x).norm();
     if (distance >= best) continue;
     best = distance;
-    point = corner;
-    best_face = 0;
-    for (int i = 1; i < count; ++i) {
-      if (std::abs(value_mm(i, corner)) < std::abs(value_mm(best_face, corner))) best_face = i;
-    }
+    out.point = corner.point;
+    out.faces = corner.faces;
   }
-  const bool inside = contains(x);
-  Nearest out;
-  out.point = point;
-  out.distance_mm = inside ? -best : best;
-  out.outward =
-      best > kNormalMm ? Vec3((x - point) / out.distance_mm) : outward_normal(best_face, point);
+  out.distance_mm = contains(x) ? -best : best;
+  if (best > kNormalMm) {
+    out.outward = (x - out.point) / out.distance_mm;
+  } else if (out.faces[0] >= 0) {
+    out.outward = outward_normal(out.faces[0], out.point);
+  }
   return out;
+}
+
+double Solid::outward_speed(const Nearest& nearest, const std::vector<Primitive>& rates) const {
+  // The point stays on its faces: grad f . w = -df/dt for each of them, and w is shortest.
+  Eigen::Matrix3d gradients = Eigen::Matrix3d::Zero();
+  Vec3 change = Vec3::Zero();
+  int count = 0;
+  for (int face : nearest.faces) {
+    if (face < 0) break;
+    const auto* ellipsoid = as_ellipsoid(primitives_[face]);
+    Vec3 gradient = Vec3::UnitZ();
+    double rate = 0.0;
+    if (ellipsoid != nullptr) {
+      const auto& moving = std::get<Ellipsoid>(rates[face]);
+      gradient = ellipsoid->gradient(nearest.point);
+      rate = -gradient.dot(moving.centre_mm);
+      for (int axis = 0; axis < (ellipsoid->is_cylinder() ? 2 : 3); ++axis) {
+        rate -= gradient[axis] * (nearest.point[axis] - ellipsoid->centre_mm[axis]) *
+                moving.semi_axes_mm[axis] / ellipsoid->semi_axes_mm[axis];
+      }
+    } else {
+      rate = -std::get<Below>(rates[face]).z_mm;
+    }
+    const double length = gradient.norm();
+    gradients.row(count) = gradient.transpose() / length;
+    change[count] = -rate / length;
+    ++count;
+  }
+  if (count == 0) return 0.0;
+  const auto rows = gradients.topRows(count);
+  const Eigen::MatrixXd gram = rows * rows.transpose();
+  const Vec3 velocity = rows.transpose() * gram.fullPivLu().solve(change.head(count));
+  return velocity.dot(nearest.outward);
 }
 
 double Solid::crease_distance_mm(const Vec3& x) const {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/phantom/heart_shape.h"
 #include "pipeline/phantom/json_vector.h"
 
 namespace beatlas::phantom {
@@ -18,6 +19,8 @@ double support(const Ellipsoid& e, double cut_z_mm, const Vec3& n) {
   return n.dot(rim.centre_mm) + std::hypot(rim.semi_x_mm * n.x(), rim.semi_y_mm * n.y());
 }
 
+/// The ventricles must lie within the images; atria and aorta may leave them, as in short-axis
+/// stacks.
 void check_view(const PhantomSpec& spec) {
   const Grid grid = spec.imaging_grid();
   const Affine index_from_heart = grid.mm_from_index.inverse() * lps_from_heart(spec.anatomy);
@@ -27,12 +30,16 @@ void check_view(const PhantomSpec& spec) {
     for (int axis = 0; axis < 3; ++axis) {
       for (double sign : {-1.0, 1.0}) {
         const Vec3 row = sign * index_from_heart.linear().row(axis).transpose();
-        const double reach = std::max(support(shape.lv_epicardium, shape.lv_base_z_mm, row),
-                                      support(shape.rv_outer, shape.rv_cut_z_mm, row)) +
-                             sign * index_from_heart.translation()[axis];
+        double reach = std::max(support(shape.lv_epicardium, shape.lv_base_z_mm, row),
+                                support(shape.rv_outer, shape.rv_cut_z_mm, row));
+        if (shape.infarct) {
+          const Ellipsoid& still = shape.infarct->epicardium;
+          reach = std::max(reach, support(still, shape.lv_base_z_mm, row));
+        }
+        reach += sign * index_from_heart.translation()[axis];
         const double end = sign > 0 ? grid.size[axis] - 0.5 : 0.5;
         if (reach > end) {
-          throw_invalid("the phantom's heart leaves the field of view along index " +
+          throw_invalid("the phantom's ventricles leave the field of view along index " +
                         std::string(1, "ijk"[axis]) +
                         "; move /anatomy/origin_lps_mm, lower /anatomy/scale or widen /grid");
         }

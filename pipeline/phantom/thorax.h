@@ -2,7 +2,6 @@
 /// What lies around the heart and does not move: skin fat, chest muscle, lungs, liver, descending
 /// aorta, spine. Each is one convex body painted over those before it, the heart over all.
 
-#include <variant>
 #include <vector>
 
 #include "pipeline/phantom/anatomy.h"
@@ -27,16 +26,16 @@ struct SignedPlane {
   Vec3 outward = Vec3::UnitZ();
 };
 
-/// A body of the thorax; patient LPS.
+/// A body of the thorax; patient LPS. A cylinder stands for what goes on along z.
 struct Tissue {
-  std::variant<Ellipse, Ellipsoid> body;  ///< an Ellipse stands for its cylinder along z
+  Ellipsoid body;
   double signal = 0;
 
   [[nodiscard]] SignedPlane surface(const Vec3& lps) const;  ///< exact
 };
 
 /// In painting order. Placed relative to the heart frame's origin; grows with a heart whose scale
-/// is above 1 so that no heart touches liver, spine or chest wall.
+/// is above 1 so that no heart touches liver, spine or chest wall, but for a liver that was raised.
 [[nodiscard]] std::vector<Tissue> thorax(const Anatomy& anatomy, const Signals& signals);
 
 }  // namespace beatlas::phantom

@@ -2,32 +2,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 
+#include "pipeline/core/parallel.h"
 #include "pipeline/phantom/motion.h"
 #include "runtime/base/json_object.h"
 
 namespace beatlas::phantom {
 namespace {
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr const char* kFormat = "beatlas-phantom-truth";
 
-std::vector<double> volumes(const Phantom& phantom, Structure structure) {
-  std::vector<double> out;
-  for (int p = 0; p < phantom.spec().phases; ++p) {
-    out.push_back(phantom.volume_ml(structure, phantom.phase_time_s(p)));
+using Curves = std::map<Part, std::vector<double>>;
+
+/// [ml] of every part the heart has, in every phase.
+Curves volume_curves(const Phantom& phantom) {
+  const auto phases = static_cast<std::size_t>(phantom.spec().phases);
+  Curves out;
+  for (Part part : kAllParts) {
+    if (phantom.frame(0.0)->has(part)) out[part].resize(phases);
   }
+  parallel_for(phases, [&](std::size_t p) {
+    const auto frame = phantom.frame(phantom.phase_time_s(static_cast<int>(p)));
+    for (auto& [part, curve] : out) curve[p] = frame->volume_ml(part);
+  });
   return out;
 }
 
-}  // namespace
-
-double ejection_fraction(const Phantom& phantom, Structure structure) {
-  const std::vector<double> curve = volumes(phantom, structure);
+double ejection_fraction(const std::vector<double>& curve) {
   const auto [low, high] = std::minmax_element(curve.begin(), curve.end());
   return 1.0 - *low / *high;
 }
+
+}  // namespace
 
 nlohmann::json truth_json(const Phantom& phantom) {
   nlohmann::json times = nlohmann::json::array();
@@ -36,10 +45,10 @@ nlohmann::json truth_json(const Phantom& phantom) {
     times.push_back(phantom.phase_time_s(p));
     loss.push_back(volume_loss(phantom.phase_time_s(p), phantom.spec().rr_interval_s));
   }
+  const Curves curves = volume_curves(phantom);
   nlohmann::json structures = nlohmann::json::array();
-  for (Structure structure : kAllStructures) {
-    structures.push_back({{"name", std::string(structure_name(structure))},
-                          {"volume_ml", volumes(phantom, structure)}});
+  for (const auto& [part, curve] : curves) {
+    structures.push_back({{"name", std::string(part_name(part))}, {"volume_ml", curve}});
   }
   return {{"format", kFormat},
           {"version", kVersion},
@@ -50,8 +59,8 @@ nlohmann::json truth_json(const Phantom& phantom) {
           {"volume_loss", loss},
           {"volume_loss_definition", volume_loss_description()},
           {"ejection_fraction",
-           {{"lv_blood", ejection_fraction(phantom, Structure::LvBlood)},
-            {"rv_blood", ejection_fraction(phantom, Structure::RvBlood)}}},
+           {{"lv_blood", ejection_fraction(curves.at(Part::LvBlood))},
+            {"rv_blood", ejection_fraction(curves.at(Part::RvBlood))}}},
           {"structures", structures}};
 }
 

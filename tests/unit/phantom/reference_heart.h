@@ -1,6 +1,7 @@
 #pragma once
 /// The phantom's heart written a second time, from the table of reference numbers, and its distance
-/// by exhaustive search. Shares no code with the room it checks.
+/// by exhaustive search. Shares no code with the room it checks but
+/// the names of the parts.
 
 #include <algorithm>
 #include <cmath>
@@ -8,15 +9,24 @@
 #include <queue>
 #include <vector>
 
-#include "runtime/atlas/structures.h"
+#include "pipeline/phantom/part.h"
 #include "runtime/base/geometry.h"
 
 namespace beatlas::test {
+
+using phantom::Part;
 
 struct ReferenceHeart {
   double a, c, base, apex_wall;  // LV cavity
   double centre, radius_epi, half_epi;
   double rx, rz, px, py, pz, cut;  // RV cavity
+  Vec3 la, ra;                     // centres of the atria
+  double la_radius, ra_radius;
+  double foot, top;  // of the aorta's wall and lumen
+  Vec3 muscle[2];    // papillary
+  double muscle_radius, muscle_half;
+  static constexpr double kAortaX = 4, kAortaY = 22, kLumen = 14, kAortaWall = 2, kAtrialWall = 2,
+                          kHalfFat = 3;
 
   /// s by adding up the three pulses on a fine grid (midpoint rule).
   static double loss(double t_s) {
@@ -58,12 +68,27 @@ struct ReferenceHeart {
     h.py = mix(44, 36);
     h.pz = mix(62, 52);
     h.cut = mix(32, 10);
+    h.la_radius = mix(22, 29);
+    h.ra_radius = mix(23, 29);
+    // The valve planes cut discs of 10 mm radius from the atria.
+    h.la = Vec3(-6, -16, h.base + std::sqrt(h.la_radius * h.la_radius - 100));
+    h.ra = Vec3(h.rx + 14, 0, h.cut + std::sqrt(h.ra_radius * h.ra_radius - 100));
+    h.foot = h.base - 1;
+    h.top = h.base + 35;
+    h.muscle_radius = mix(4, 6);
+    h.muscle_half = mix(15, 12);
+    for (int n = 0; n < 2; ++n) {
+      const double angle = (n == 0 ? 130.0 : 235.0) * M_PI / 180.0;
+      h.muscle[n] = Vec3(0.6 * h.a * std::cos(angle), 0.6 * h.a * std::sin(angle),
+                         h.centre - 0.4 * h.muscle_half);
+    }
     return h;
   }
 
-  static double level(const Vec3& x, double cx, double cz, double a, double b, double c) {
+  static double level(const Vec3& x, double cx, double cz, double a, double b, double c,
+                      double cy = 0) {
     const double u = (x.x() - cx) / a;
-    const double v = x.y() / b;
+    const double v = (x.y() - cy) / b;
     const double w = (x.z() - cz) / c;
     return u * u + v * v + w * w - 1;
   }
@@ -74,16 +99,43 @@ struct ReferenceHeart {
   bool in_rv(const Vec3& x) const { return level(x, rx, rz, px, py, pz) < 0; }
   bool in_outer(const Vec3& x) const { return level(x, rx, rz, px + 3.5, py + 3.5, pz + 3.5) < 0; }
 
-  bool contains(Structure structure, const Vec3& x) const {
-    switch (structure) {
-      case Structure::Heart:
-        return (in_epi(x) && x.z() < base) || (in_outer(x) && x.z() < cut);
-      case Structure::LvBlood:
+  bool in_la_outer(const Vec3& x) const { return (x - la).norm() < la_radius + kAtrialWall; }
+  static double off_aorta(const Vec3& x) { return std::hypot(x.x() - kAortaX, x.y() - kAortaY); }
+  bool in_muscle(const Vec3& x, int n) const {
+    return level(x, muscle[n].x(), muscle[n].z(), muscle_radius, muscle_radius, muscle_half,
+                 muscle[n].y()) < 0;
+  }
+
+  bool contains(Part part, const Vec3& x) const {
+    switch (part) {
+      case Part::Heart:
+        return (in_epi(x) && x.z() < base) || (in_outer(x) && x.z() < cut) || in_la_outer(x) ||
+               (x - ra).norm() < ra_radius + kAtrialWall ||
+               (off_aorta(x) < kLumen + kAortaWall && x.z() > foot && x.z() < top);
+      case Part::LvBlood:
         return in_cavity(x) && x.z() < base;
-      case Structure::RvBlood:
+      case Part::RvBlood:
         return in_rv(x) && !in_epi(x) && x.z() < cut;
-      case Structure::LvMyocardium:
+      case Part::LvMyocardium:
         return in_epi(x) && !in_cavity(x) && x.z() < base;
+      case Part::RvWall:
+        return in_outer(x) && !in_rv(x) && !in_epi(x) && x.z() < cut;
+      case Part::LaBlood:
+        return (x - la).norm() < la_radius && x.z() > base && off_aorta(x) > kLumen + kAortaWall;
+      case Part::RaBlood:
+        return (x - ra).norm() < ra_radius && x.z() > cut && !(in_epi(x) && x.z() < base) &&
+               !in_la_outer(x) && off_aorta(x) > kLumen + kAortaWall;
+      case Part::Aorta:
+        return off_aorta(x) < kLumen && x.z() > base && x.z() < top;
+      case Part::PapillaryMuscles:
+        return (in_muscle(x, 0) || in_muscle(x, 1)) && in_cavity(x) && x.z() < base;
+      case Part::PericardialFat:
+        return (level(x, 0, centre, radius_epi + kHalfFat, radius_epi + kHalfFat,
+                      half_epi + kHalfFat, kHalfFat) < 0 &&
+                x.z() < base + kHalfFat) ||
+               (level(x, rx, rz, px + 3.5 + kHalfFat, py + 3.5 + kHalfFat, pz + 3.5 + kHalfFat,
+                      kHalfFat) < 0 &&
+                x.z() < cut + kHalfFat);
     }
     return false;
   }
@@ -94,7 +146,7 @@ struct ReferenceHeart {
     std::function<Vec3(double, double)> point, along_u, along_v, normal;
     double u0, u1, v0, v1, reach;
     std::function<double(const Vec3&)> at_least;  // no more than the distance to the surface
-    std::vector<Structure> bounds;                // what it may be a face of
+    std::vector<Part> bounds;                     // what it may be a face of
     bool round = true;
     double shrink(double v, double dv) const {
       return round ? std::min(1.0, std::sin(v) + dv) : 1.0;
@@ -103,54 +155,95 @@ struct ReferenceHeart {
 
   std::vector<Patch> patches() const {
     std::vector<Patch> out;
-    const auto ellipsoid = [&out](double cx, double cz, double p, double q, double r,
-                                  std::vector<Structure> bounds) {
+    const auto ellipsoid = [&out](const Vec3& at, double p, double q, double r,
+                                  std::vector<Part> bounds) {
+      const double cx = at.x();
+      const double cy = at.y();
+      const double cz = at.z();
+      out.push_back({[=](double u, double v) {
+                       return Vec3(cx + p * std::cos(u) * std::sin(v),
+                                   cy + q * std::sin(u) * std::sin(v), cz + r * std::cos(v));
+                     },
+                     [=](double u, double v) {
+                       return Vec3(-p * std::sin(u) * std::sin(v), q * std::cos(u) * std::sin(v),
+                                   0);
+                     },
+                     [=](double u, double v) {
+                       return Vec3(p * std::cos(u) * std::cos(v), q * std::sin(u) * std::cos(v),
+                                   -r * std::sin(v));
+                     },
+                     [=](double u, double v) {
+                       return Vec3(Vec3(std::cos(u) * std::sin(v) / p,
+                                        std::sin(u) * std::sin(v) / q, std::cos(v) / r)
+                                       .normalized());
+                     },
+                     0, 2 * M_PI, 0, M_PI, std::max({p, q, r}),
+                     [=](const Vec3& x) {
+                       return std::abs(std::sqrt(level(x, cx, cz, p, q, r, cy) + 1) - 1) *
+                              std::min({p, q, r});
+                     },
+                     std::move(bounds)});
+    };
+    const Vec3 lv(0, 0, centre);
+    const Vec3 rv(rx, 0, rz);
+    const Vec3 forward(0, kHalfFat, 0);
+    const double epi = radius_epi;
+    ellipsoid(lv, a, a, c, {Part::LvBlood, Part::LvMyocardium, Part::PapillaryMuscles});
+    ellipsoid(lv, epi, epi, half_epi,
+              {Part::Heart, Part::LvMyocardium, Part::RvBlood, Part::RvWall, Part::RaBlood});
+    ellipsoid(rv, px, py, pz, {Part::RvBlood, Part::RvWall});
+    ellipsoid(rv, px + 3.5, py + 3.5, pz + 3.5, {Part::Heart, Part::RvWall});
+    ellipsoid(lv + forward, epi + kHalfFat, epi + kHalfFat, half_epi + kHalfFat,
+              {Part::PericardialFat});
+    ellipsoid(rv + forward, px + 3.5 + kHalfFat, py + 3.5 + kHalfFat, pz + 3.5 + kHalfFat,
+              {Part::PericardialFat});
+    const auto sphere = [&](const Vec3& at, double radius, std::vector<Part> bounds) {
+      ellipsoid(at, radius, radius, radius, std::move(bounds));
+    };
+    sphere(la, la_radius, {Part::LaBlood});
+    sphere(la, la_radius + kAtrialWall, {Part::Heart, Part::RaBlood});
+    sphere(ra, ra_radius, {Part::RaBlood});
+    sphere(ra, ra_radius + kAtrialWall, {Part::Heart});
+    for (const Vec3& at : muscle) {
+      ellipsoid(at, muscle_radius, muscle_radius, muscle_half, {Part::PapillaryMuscles});
+    }
+    const auto cylinder = [&out](double radius, double low, double high, std::vector<Part> bounds) {
       out.push_back(
           {[=](double u, double v) {
-             return Vec3(cx + p * std::cos(u) * std::sin(v), q * std::sin(u) * std::sin(v),
-                         cz + r * std::cos(v));
+             return Vec3(kAortaX + radius * std::cos(u), kAortaY + radius * std::sin(u), v);
            },
-           [=](double u, double v) {
-             return Vec3(-p * std::sin(u) * std::sin(v), q * std::cos(u) * std::sin(v), 0);
-           },
-           [=](double u, double v) {
-             return Vec3(p * std::cos(u) * std::cos(v), q * std::sin(u) * std::cos(v),
-                         -r * std::sin(v));
-           },
-           [=](double u, double v) {
-             return Vec3(
-                 Vec3(std::cos(u) * std::sin(v) / p, std::sin(u) * std::sin(v) / q, std::cos(v) / r)
-                     .normalized());
-           },
-           0, 2 * M_PI, 0, M_PI, std::max({p, q, r}),
-           [=](const Vec3& x) {
-             return std::abs(std::sqrt(level(x, cx, cz, p, q, r) + 1) - 1) * std::min({p, q, r});
-           },
-           std::move(bounds)});
+           [=](double u, double) { return Vec3(-radius * std::sin(u), radius * std::cos(u), 0); },
+           [](double, double) { return Vec3(0, 0, 1); },
+           [](double u, double) { return Vec3(std::cos(u), std::sin(u), 0); }, 0, 2 * M_PI, low,
+           high, radius, [=](const Vec3& x) { return std::abs(off_aorta(x) - radius); },
+           std::move(bounds), false});
     };
-    ellipsoid(0, centre, a, a, c, {Structure::LvBlood, Structure::LvMyocardium});
-    ellipsoid(0, centre, radius_epi, radius_epi, half_epi,
-              {Structure::Heart, Structure::LvMyocardium, Structure::RvBlood});
-    ellipsoid(rx, rz, px, py, pz, {Structure::RvBlood});
-    ellipsoid(rx, rz, px + 3.5, py + 3.5, pz + 3.5, {Structure::Heart});
-    const auto plane = [&out](double z, std::vector<Structure> bounds) {
+    cylinder(kLumen, base, top, {Part::Aorta});
+    cylinder(kLumen + kAortaWall, foot, std::max(top, la.z() + 40),
+             {Part::Heart, Part::LaBlood, Part::RaBlood});
+    const auto plane = [&out](double z, std::vector<Part> bounds) {
       out.push_back({[z](double u, double v) { return Vec3(u, v, z); },
                      [](double, double) { return Vec3(1, 0, 0); },
                      [](double, double) { return Vec3(0, 1, 0); },
                      [](double, double) { return Vec3(0, 0, 1); }, -80, 80, -80, 80, 1.0,
                      [z](const Vec3& x) { return std::abs(x.z() - z); }, std::move(bounds), false});
     };
-    plane(base, {Structure::Heart, Structure::LvBlood, Structure::LvMyocardium});
-    plane(cut, {Structure::Heart, Structure::RvBlood});
+    plane(base, {Part::Heart, Part::LvBlood, Part::LvMyocardium, Part::LaBlood, Part::RaBlood,
+                 Part::Aorta, Part::PapillaryMuscles});
+    plane(cut, {Part::Heart, Part::RvBlood, Part::RvWall, Part::RaBlood});
+    plane(foot, {Part::Heart});
+    plane(top, {Part::Heart, Part::Aorta});
+    plane(base + kHalfFat, {Part::PericardialFat});
+    plane(cut + kHalfFat, {Part::PericardialFat});
     return out;
   }
 
-  /// Distance to the structure's boundary by branch and bound over all its surfaces: a cell is
+  /// Distance to the part's boundary by branch and bound over all its surfaces: a cell is
   /// dropped only if no point of it can be nearer than the best boundary point found, or if none
-  /// is on the boundary. A point of a surface is on the boundary if the structure is on one side of
+  /// is on the boundary. A point of a surface is on the boundary if the part is on one side of
   /// it only. Too large by at most kToleranceMm, on creases by `resolution_mm`.
   static constexpr double kToleranceMm = 1e-5;
-  double brute_distance(Structure structure, const Vec3& x, double resolution_mm) const {
+  double brute_distance(Part part, const Vec3& x, double resolution_mm) const {
     struct Cell {
       int patch;
       double u, v, du, dv;  // centre and half sizes
@@ -159,8 +252,8 @@ struct ReferenceHeart {
     };
     std::vector<Patch> all;
     for (const Patch& patch : patches()) {
-      for (Structure bounded : patch.bounds) {
-        if (bounded == structure) all.push_back(patch);
+      for (Part bounded : patch.bounds) {
+        if (bounded == part) all.push_back(patch);
       }
     }
     double best = 1e300;
@@ -184,7 +277,7 @@ struct ReferenceHeart {
       }
       if (at_least >= best - kToleranceMm) return;
       const Vec3 step = 1e-6 * patch.normal(u, v);
-      const bool boundary = contains(structure, q + step) != contains(structure, q - step);
+      const bool boundary = contains(part, q + step) != contains(part, q - step);
       if (boundary) best = std::min(best, distance);
       bool clear = true;
       for (int m = 0; m < static_cast<int>(all.size()); ++m) {

@@ -89,13 +89,17 @@ double supersampled(const Phantom& phantom, const Grid& grid, const std::vector<
       for (int c = 0; c < kSteps; ++c) {
         const Vec3 x = grid.mm(i + (a + 0.5) / kSteps - 0.5, j + (b + 0.5) / kSteps - 0.5,
                                k + ((c + 0.5) / kSteps - 0.5) * thickness_share);
-        const int label = frame->label_at(x);
         double signal = signals.air;
         for (const Tissue& tissue : tissues) {
           if (tissue.surface(x).distance_mm < 0.0) signal = tissue.signal;
         }
-        if (label == kLabelLvBlood || label == kLabelRvBlood) signal = signals.blood;
-        if (label == kLabelLvMyocardium || label == kLabelRestOfHeart) signal = signals.myocardium;
+        if (frame->contains(Part::PericardialFat, x)) signal = signals.fat;
+        if (frame->contains(Part::Heart, x)) signal = signals.myocardium;
+        for (Part pool :
+             {Part::LvBlood, Part::RvBlood, Part::LaBlood, Part::RaBlood, Part::Aorta}) {
+          if (frame->contains(pool, x)) signal = signals.blood;
+        }
+        if (frame->contains(Part::PapillaryMuscles, x)) signal = signals.myocardium;
         sum += signal;
       }
     }
@@ -115,6 +119,9 @@ TEST(PhantomRender, AVoxelShowsTheMeanSignalOfItsBox) {
     const auto tissues = thorax(spec.anatomy, Signals{});
     const double share =
         spec.slice_thickness_mm > 0 ? spec.slice_thickness_mm / grid.spacing_mm().z() : 1.0;
+    Vec3 edges = grid.spacing_mm();
+    edges.z() *= share;
+    const double box_mm = 0.5 * edges.norm();
     const int phase = 1;
     const double t = phantom.phase_time_s(phase);
     std::mt19937 random(9);
@@ -127,13 +134,16 @@ TEST(PhantomRender, AVoxelShowsTheMeanSignalOfItsBox) {
       const int k = static_cast<int>(random() % grid.size[2]);
       const auto frame = phantom.frame(t);
       double nearest = 1e300;
-      for (Structure structure : kAllStructures) {
-        nearest = std::min(nearest, std::abs(frame->distance_mm(structure, grid.mm(i, j, k))));
+      double crease = 1e300;
+      for (Part part : kAllParts) {
+        nearest = std::min(nearest, std::abs(frame->distance_mm(part, grid.mm(i, j, k))));
+        crease = std::min(crease, frame->crease_distance_mm(part, grid.mm(i, j, k)));
       }
       if (nearest > 2.0) continue;
       const double expected = supersampled(phantom, grid, tissues, i, j, k, share, t);
       const double error = out.cine.images.phases[phase][grid.offset(i, j, k)] - expected;
-      // 60 counts of 1000: a crease, where a box has one plane for two faces.
+      // Where a crease runs through a box, it has one plane for two faces.
+      if (crease < box_mm) continue;
       EXPECT_LT(std::abs(error), 60.0) << name << " " << i << " " << j << " " << k;
       squares += error * error;
       mean += error;
@@ -191,7 +201,10 @@ TEST(PhantomRender, NoiseIsRician) {
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
-        if (frame->distance_mm(Structure::LvBlood, grid.mm(i, j, k)) > -4.0) continue;
+        if (frame->distance_mm(Part::LvBlood, grid.mm(i, j, k)) > -4.0 ||
+            frame->distance_mm(Part::PapillaryMuscles, grid.mm(i, j, k)) < 4.0) {
+          continue;
+        }
         const double value = out.cine.images.phases[0][grid.offset(i, j, k)];
         ++n;
         sum += value;

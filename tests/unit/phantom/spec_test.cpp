@@ -103,7 +103,7 @@ TEST(PhantomSpec, FieldOfViewEndsWhereTheHeartDoes) {
   spec.anatomy.origin_lps_mm.x() = start + low;
   const Phantom phantom(spec);
   double reach = -1e300;
-  for (const Vec3& x : phantom.sample_surface(Structure::Heart, 0.0, 1.0)) {
+  for (const Vec3& x : phantom.sample_surface(Part::Heart, 0.0, 1.0)) {
     reach = std::max(reach, x.x());
   }
   EXPECT_NEAR(reach, edge, 0.05);  // samples are 1 mm apart on a curved surface
@@ -118,9 +118,9 @@ TEST(PhantomTruth, RebuildsThePhantom) {
   const nlohmann::json truth = nlohmann::json::parse(truth_json(phantom).dump());
   const Phantom again = phantom_from_truth(truth);
   EXPECT_EQ(again.identity(), phantom.identity());
-  EXPECT_EQ(again.distance_mm(Structure::Heart, {1, 2, 3}, 0.21),
-            phantom.distance_mm(Structure::Heart, {1, 2, 3}, 0.21));
-  EXPECT_EQ(truth["structures"].size(), kAllStructures.size());
+  EXPECT_EQ(again.distance_mm(Part::Heart, {1, 2, 3}, 0.21),
+            phantom.distance_mm(Part::Heart, {1, 2, 3}, 0.21));
+  EXPECT_EQ(truth["structures"].size(), kAllParts.size());
   EXPECT_EQ(truth["times_s"].size(), 25u);
   EXPECT_NEAR(truth["ejection_fraction"]["lv_blood"].get<double>(), 0.658, 0.002);
 }
