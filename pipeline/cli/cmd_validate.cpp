@@ -6,9 +6,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/assess/structural_checks.h"
 #include "pipeline/assess/validate.h"
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/structural_checks.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/phantom/truth.h"
 #include "pipeline/study/files.h"
@@ -82,9 +82,9 @@ Outcome without_truth(const Arguments& arguments, StageContext& context) {
   const atlas::Atlas package = atlas::Atlas::open(
       arguments.package,
       atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest()));
-  const std::vector<Check> checks = check_structure(package, {}, context);
-  return {arguments.json ? checks_to_json(checks).dump(2) + "\n" : checks_to_text(checks),
-          all_passed(checks)};
+  const std::vector<assess::Check> checks = assess::check_structure(package, {}, context);
+  return {arguments.json ? assess::checks_to_json(checks).dump(2) + "\n" : assess::checks_to_text(checks),
+          assess::all_passed(checks)};
 }
 
 int validate(const Arguments& arguments) {
