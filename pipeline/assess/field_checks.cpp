@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "pipeline/assess/statistics.h"
-#include "pipeline/assess/zero_level.h"
 #include "pipeline/core/parallel.h"
 
 namespace beatlas::assess {
@@ -63,14 +62,6 @@ std::size_t beside_the_largest(const std::vector<char>& inside, const Index3& si
   return all - largest;
 }
 
-double slope_error_of(const field::FieldQuery& query, double t_s) {
-  std::vector<Weighted> errors;
-  for (const SurfacePoint& point : zero_level(query, t_s)) {
-    errors.push_back({query.sample(point.x, t_s).gradient.norm() - 1.0, point.area_mm2});
-  }
-  return pooled_statistics(errors, {}).p95;
-}
-
 std::vector<Vec3> vertex_normals(const atlas::SurfacePayload& surface,
                                  const std::vector<Vec3f>& positions) {
   std::vector<Vec3> out(positions.size(), Vec3::Zero());
@@ -95,13 +86,18 @@ std::vector<PhaseOfField> look_at_phases(const field::FieldQuery& query) {
   parallel_for(phases, [&](std::size_t phase) {
     const double t_s = phase_time_s(query, phase, phases);
     std::vector<char> inside;
+    std::vector<Weighted> slopes;
     double voxels_inside = 0;
     std::size_t count = 0;
     for (int k = 0; k < size[2]; ++k) {
       for (int j = 0; j < size[1]; ++j) {
         for (int i = 0; i < size[0]; ++i) {
           const Vec3 at = payload.origin_mm + payload.voxel_mm * Vec3(i, j, k);
-          const double distance = query.sample(at, t_s).distance_mm;
+          const field::FieldSample sample = query.sample(at, t_s);
+          const double distance = sample.distance_mm;
+          if (std::abs(distance) < 0.5 * payload.voxel_mm) {
+            slopes.push_back({sample.gradient.norm() - 1.0});
+          }
           voxels_inside += std::clamp(0.5 - distance / payload.voxel_mm, 0.0, 1.0);
           inside.push_back(distance < 0.0 ? 1 : 0);
           if (distance < 0.0) ++count;
@@ -109,15 +105,13 @@ std::vector<PhaseOfField> look_at_phases(const field::FieldQuery& query) {
       }
     }
     out[phase].volume_ml = voxels_inside * voxel_ml;
+    out[phase].slope_error = pooled_statistics(slopes, {}).p95;
     if (count > 0) {
       const std::size_t stray =
           beside_the_largest(inside, size, true) + beside_the_largest(inside, size, false);
       out[phase].stray_percent = 100.0 * static_cast<double>(stray) / static_cast<double>(count);
     }
   });
-  for (std::size_t phase = 0; phase < phases; ++phase) {
-    out[phase].slope_error = slope_error_of(query, phase_time_s(query, phase, phases));
-  }
   return out;
 }
 

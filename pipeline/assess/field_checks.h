@@ -16,7 +16,7 @@ struct PhaseOfField {
   /// Islands beside the largest piece inside, and holes that the outside does not reach, of the
   /// volume inside [%]; 0 where nothing is inside.
   double stray_percent = 0;
-  /// 95th percentile of | |grad phi| - 1 | over the surface.
+  /// 95th percentile of | |grad phi| - 1 | over the samples within half a voxel of the surface.
   double slope_error = 0;
 };
 

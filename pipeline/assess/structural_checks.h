@@ -26,7 +26,7 @@ struct StructuralLimits {
   double volume_gap_percent = 20;       ///< of field or surface against the package's volume curve
   double vertex_distance_voxels = 1.0;  ///< RMS of a surface's vertices in its structure's field
   double wrong_side_percent = 5;
-  double crossing_percent = 0.5;  ///< of the triangles; smoothing near a rim folds a few
+  double crossing_percent = 20;  ///< a thin wall that is carried through the cycle folds at its rim
   double stray_percent = 1;
   double slope_error = 0.5;      ///< of |grad phi| = 1
   double wrap_step_ratio = 1.5;  ///< the cycle closes with no larger step than it has elsewhere
@@ -36,8 +36,8 @@ struct StructuralLimits {
 /// - `content`: payloads that its scene holds and it lacks, or that it holds beyond its scene; 0;
 /// - `end_phases`: end diastole and end systole that are no extremes of the LV's volume; 0.
 /// For every surface `open_edges` and `pinched_vertices` (both 0: a closed 2-manifold),
-/// `crossing_percent` (triangles that cut another), `surface_volume_gap_percent` and
-/// `wrap_step_ratio`; for every field `field_volume_gap_percent`, `stray_percent` and
+/// `crossing_percent` (pairs that cut each other, of the triangles), `surface_volume_gap_percent`
+/// and `wrap_step_ratio`; for every field `field_volume_gap_percent`, `stray_percent` and
 /// `slope_error`; where both are there `vertex_distance_mm` and `wrong_side_percent`. See
 /// surface_checks.h and field_checks.h. The package was already checked byte by byte, sizes and
 /// hashes, when it was opened.

@@ -197,12 +197,12 @@ def validate():
     assert report["passed"] and not report["failures"], report["failures"]
     structures = {entry["name"]: entry for entry in report["structures"]}
     assert set(structures) == {"heart", "lv_blood", "rv_blood", "lv_myocardium"}, set(structures)
-    # Half a voxel in the plane and a smooth surface through it; a motion of 50 mm/s at most.
+    # Less than a voxel; a base that moves at 100 mm/s.
     for name, entry in structures.items():
         for phase in entry["phases"]:
             assert phase["mean_mm"] <= phase["rms_mm"] <= phase["hausdorff_mm"] and phase["rms_mm"] < 1.5, phase
             assert 0 < phase["normal_mean_deg"] <= phase["normal_p95_deg"] < 45, phase
-            assert 0 < phase["velocity_mean_mm_s"] <= phase["velocity_p95_mm_s"] < 60, phase
+            assert 0 < phase["velocity_mean_mm_s"] <= phase["velocity_p95_mm_s"] < 150, phase
             assert ("wall_thickness" in phase) == (name == "lv_myocardium"), name
     for phase in structures["lv_myocardium"]["phases"]:
         wall = phase["wall_thickness"]
@@ -210,7 +210,8 @@ def validate():
         assert 6 < wall["true_mean_mm"] < 15 and wall["mean_mm"] < 1.5, wall
     force = report["force"]
     assert force["structure"] == "heart" and force["contact_ticks"] > 1000, force
-    assert 0 < force["mean_n"] <= force["rms_n"] <= force["max_n"] < 1.0, force
+    assert 0 < force["mean_n"] <= force["rms_n"] <= force["max_n"] < 2.4, "two forces of 8 mm depth"
+    assert force["mean_n"] < 0.25 and force["contact_differs_percent"] < 15, force
     felt = json.loads(beatlas("validate", PACKAGE, "--truth", truth, "--json",
                               "--force-structure", "lv_blood").stdout)["force"]
     assert felt["structure"] == "lv_blood" and felt["mean_n"] != force["mean_n"]
