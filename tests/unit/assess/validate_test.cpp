@@ -195,7 +195,8 @@ TEST_F(Validate, WithoutIdentityAGrossMismatchIsAnotherPhantom) {
     (void)validate(elsewhere, truth_, {}, context);
     FAIL() << "a heart 30 mm away was taken";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("mm from the package"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("mm from the package"), std::string::npos)
+        << error.what();
   }
   Candidate named = elsewhere;  // an honest failure of a segmentation is measured, however bad
   named.manifest.provenance["phantom_identity"] = truth_.identity();

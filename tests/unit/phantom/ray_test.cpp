@@ -76,9 +76,9 @@ TEST(Spans, OfASolidAreThoseThatDenseSamplingFinds) {
     // Each end falls within a step.
     EXPECT_NEAR(length(spans_inside(shell, origin, direction, within)),
                 sampled([&](const Vec3& x) { return shell.contains(x); }), 6.0 * kStep);
-    EXPECT_NEAR(length(spans_inside({kEgg, inner, Below{6.0}, kTube}, bored, origin, direction,
-                                    within)),
-                sampled(bored), 6.0 * kStep);
+    EXPECT_NEAR(
+        length(spans_inside({kEgg, inner, Below{6.0}, kTube}, bored, origin, direction, within)),
+        sampled(bored), 6.0 * kStep);
   }
 }
 
