@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -21,11 +22,16 @@ TEST(PhantomMark, HoldsAnIdentityAndNothingElse) {
   EXPECT_EQ(identity_of_mark(phantom_mark(kIdentity)), kIdentity);
   EXPECT_EQ(identity_of_mark(phantom_mark(kIdentity) + " "), kIdentity) << "padded, as DICOM does";
   EXPECT_EQ(phantom_mark(""), "");
-  for (const std::string& text :
-       {std::string(), std::string("DOE^JANE"), kIdentity, "phantom:" + kIdentity + "DOE",
-        "phantom:" + kIdentity.substr(1), "DOE phantom:" + kIdentity,
-        "phantom:" + std::string(64, 'C'), "phantom:" + std::string(64, 'z'),
-        " phantom:" + kIdentity, "phantom: " + kIdentity.substr(1)}) {
+  const std::string mark = phantom_mark(kIdentity);
+  std::string shorter = mark;
+  shorter.pop_back();
+  std::string capital = mark;
+  capital.back() = 'C';
+  std::string no_digit = mark;
+  no_digit.back() = 'z';
+  const std::vector<std::string> others{"",      "DOE^JANE", kIdentity, mark + "DOE", " " + mark,
+                                        shorter, capital,    no_digit,  "DOE " + mark};
+  for (const std::string& text : others) {
     EXPECT_EQ(identity_of_mark(text), "") << text;
   }
 }
@@ -105,7 +111,7 @@ TEST_F(Marked, AListOfFilesIsOfAPhantomIfAllAre) {
   const fs::path list = folder_ / "list";
   fs::create_directory(list);
   const auto write = [&](std::size_t p, const std::string& description) {
-    formats::write_nifti(list / ("p" + std::to_string(p) + ".nii"),
+    formats::write_nifti(list / std::to_string(p).append(".nii"),
                          {cine_.images.grid, {cine_.images.phases[p]}}, 0.0,
                          formats::NiftiStorage::Int16, description);
   };
