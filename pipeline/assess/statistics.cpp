@@ -17,12 +17,14 @@ DistanceStatistics pooled_statistics(const std::vector<Weighted>& one,
   double total = 0.0;
   for (const Weighted& each : all) {
     out.mean += each.weight * std::abs(each.value);
+    out.rms += each.weight * each.value * each.value;
     out.bias += each.weight * each.value;
     out.maximum = std::max(out.maximum, std::abs(each.value));
     total += each.weight;
   }
   if (all.empty() || !(total > 0.0)) return {};
   out.mean /= total;
+  out.rms = std::sqrt(out.rms / total);
   out.bias /= total;
   std::sort(all.begin(), all.end(), [](const Weighted& a, const Weighted& b) {
     const double x = std::abs(a.value);

@@ -3,14 +3,15 @@
 
 namespace beatlas::assess {
 
-/// A signed distance and the share of surface it stands for.
+/// A signed error and the share of surface it stands for.
 struct Weighted {
   double value = 0;
-  double weight = 0;
+  double weight = 1;
 };
 
 struct DistanceStatistics {
   double mean = 0;     ///< of magnitudes
+  double rms = 0;      ///< root of the mean square
   double p95 = 0;      ///< smallest magnitude that 95 % of the weight do not exceed
   double maximum = 0;  ///< of magnitudes
   double bias = 0;     ///< signed mean

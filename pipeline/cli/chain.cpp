@@ -205,6 +205,7 @@ const std::vector<SurfaceCycle>& Chain::surface_cycles() {
 void Chain::note_exam() {
   if (std::exchange(exam_noted_, true)) return;
   facts_.source_format = exam_->source_format;
+  facts_.phantom_identity = exam_->phantom_identity;
   facts_.decisions = exam_->decisions;
   facts_.source = exam_->stack.grid();
   facts_.rr_interval_s = exam_->stack.rr_interval_s;
@@ -433,6 +434,9 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
                            {"decisions", facts_.decisions},
                            {"warnings", facts_.warnings},
                            {"quality", quality_to_json(quality)}};
+    if (!facts_.phantom_identity.empty()) {
+      manifest.provenance["phantom_identity"] = facts_.phantom_identity;
+    }
     for (const FieldCycle& field : fields) {
       context.check_cancelled();
       if (!atlas::scene_holds(scene.content, atlas::kFieldKind, field.structure)) continue;

@@ -31,6 +31,7 @@ struct Facts {
   std::map<study::Stage, StageFact> stages;  ///< all but pictures and pack
   std::string input_sha256;                  ///< see stack_sha256
   std::string source_format;
+  std::string phantom_identity;  ///< see Exam
   std::vector<std::string> decisions;
   std::vector<std::string> warnings;
   Grid source;  ///< of the stack

@@ -4,6 +4,7 @@
 
 #include "pipeline/cli/commands.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/phantom_mark.h"
 #include "pipeline/formats/dicom_writer.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/phantom/render.h"
@@ -47,10 +48,12 @@ int make_phantom(const Arguments& arguments) {
   const double interval_s = spec.rr_interval_s / spec.phases;
   console.stage("write", [&](StageContext&) {
     if (arguments.format == "dicom") {
-      formats::write_dicom(folder / "dicom", rendering.cine);
+      formats::DicomWriteOptions options;
+      options.comment = phantom_mark(phantom.identity());
+      formats::write_dicom(folder / "dicom", rendering.cine, options);
     } else {
       formats::write_nifti(folder / "cine.nii.gz", rendering.cine.images, interval_s,
-                           formats::NiftiStorage::Int16);
+                           formats::NiftiStorage::Int16, phantom_mark(phantom.identity()));
     }
     // Beside the images and not among them, so that the exam's folder holds images only.
     formats::write_nifti_labels(folder / "truth_labels.nii.gz", rendering.labels, interval_s);

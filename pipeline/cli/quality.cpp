@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "pipeline/assess/surface_checks.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -35,16 +36,6 @@ double gap_percent(const std::vector<double>& segmented, const std::vector<doubl
 
 }  // namespace
 
-double enclosed_volume_ml(const std::vector<std::array<std::uint32_t, 3>>& triangles,
-                          const std::vector<Vec3f>& positions) {
-  double six_volumes = 0;
-  for (const auto& [a, b, c] : triangles) {
-    const Vec3 first = positions[a].cast<double>();
-    six_volumes += first.dot(positions[b].cast<double>().cross(positions[c].cast<double>()));
-  }
-  return six_volumes / 6e3;
-}
-
 std::vector<StructureQuality> measure_quality(const std::vector<report::VolumeCurve>& segmented,
                                               const std::vector<FieldCycle>& fields,
                                               const std::vector<SurfaceCycle>& surfaces) {
@@ -58,7 +49,7 @@ std::vector<StructureQuality> measure_quality(const std::vector<report::VolumeCu
       if (surface.structure != field.structure) continue;
       std::vector<double> enclosed;
       for (const std::vector<Vec3f>& phase : surface.positions) {
-        enclosed.push_back(enclosed_volume_ml(surface.triangles, phase));
+        enclosed.push_back(assess::enclosed_volume_ml(surface.triangles, phase));
       }
       quality.has_surface = true;
       quality.surface_volume_gap_percent = gap_percent(volume_ml, enclosed, surface.structure);

@@ -18,11 +18,6 @@ struct StructureQuality {
   bool has_surface = false;
 };
 
-/// Enclosed volume of a closed surface [ml] by the divergence theorem; > 0 if its triangles are
-/// counter-clockwise seen from outside.
-[[nodiscard]] double enclosed_volume_ml(const std::vector<std::array<std::uint32_t, 3>>& triangles,
-                                        const std::vector<Vec3f>& positions);
-
 /// One entry a field, in order of the fields. @throws Error{InvalidInput} if phases disagree.
 [[nodiscard]] std::vector<StructureQuality> measure_quality(
     const std::vector<report::VolumeCurve>& segmented, const std::vector<FieldCycle>& fields,

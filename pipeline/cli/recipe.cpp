@@ -10,6 +10,8 @@ namespace beatlas::cli {
 using nlohmann::json;
 namespace {
 
+constexpr const char* kStructures = "structures";  // limits of single ones
+
 /// Every option of a recipe, once: section, key, member and range.
 template <class AnyRecipe, class Visit>
 void visit_options(AnyRecipe& recipe, Visit& visit) {
@@ -38,6 +40,8 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
   visit.section("quality");
   visit.option("max_volume_gap_percent", recipe.quality.max_volume_gap_percent, 0.1, 100.0);
+  visit.section("validate");
+  visit.limits(recipe.validate);
   visit.end();
 }
 
@@ -54,12 +58,33 @@ class Reader {
   void option(const std::string& key, T& value, Bound low, Bound high) {
     section_->read(key, value, low, high);
   }
+  void limits(assess::LimitSet& limits) {
+    read_limits(*section_, limits.all);
+    if (!section_->has(kStructures)) return;
+    JsonObject structures(section_->at(kStructures), section_->path() + "/" + kStructures);
+    for (const Structure structure : kAllStructures) {
+      const std::string name(structure_name(structure));
+      if (!structures.has(name)) continue;
+      JsonObject one(structures.at(name), structures.path() + "/" + name);
+      read_limits(one, limits.structures[structure]);
+      one.finish();
+    }
+    structures.finish();
+  }
   void end() {
     finish_section();
     whole_.finish();
   }
 
  private:
+  static void read_limits(JsonObject& object, assess::Limits& limits) {
+    for (const assess::LimitName& limit : assess::kLimitNames) {
+      if (!object.has(limit.name) || object.at(limit.name).is_null()) continue;
+      double value = 0;
+      object.read(limit.name, value, 0.0, limit.most);
+      limits.*limit.member = value;
+    }
+  }
   void finish_section() {
     if (section_) section_->finish();
   }
@@ -78,11 +103,27 @@ class Writer {
   void option(const std::string& key, const T& value, Bound, Bound) {
     out_[section_][key] = value;
   }
+  void limits(const assess::LimitSet& limits) {
+    json& all = out_[section_] = limits_to_json(limits.all);
+    all[kStructures] = json::object();
+    for (const auto& [structure, own] : limits.structures) {
+      all[kStructures][std::string(structure_name(structure))] = limits_to_json(own);
+    }
+  }
   void end() {}
 
   [[nodiscard]] json take() { return std::move(out_); }
 
  private:
+  static json limits_to_json(const assess::Limits& limits) {
+    json out = json::object();
+    for (const assess::LimitName& limit : assess::kLimitNames) {
+      const std::optional<double>& value = limits.*limit.member;
+      out[limit.name] = value ? json(*value) : json(nullptr);
+    }
+    return out;
+  }
+
   json out_ = json::object();
   std::string section_;
 };

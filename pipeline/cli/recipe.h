@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/assess/figures.h"
 #include "pipeline/field/field.h"
 #include "pipeline/ingest/ingest.h"
 #include "pipeline/mesh/mesh.h"
@@ -30,6 +31,7 @@ struct Recipe {
   mesh::MeshOptions mesh;
   pack::EncodeOptions pack;
   QualityOptions quality;
+  assess::LimitSet validate;  ///< of `beatlas validate --truth`; a limit that is null is none
 };
 
 /// Strict: a missing key keeps its default. See schemas/recipe.schema.json.

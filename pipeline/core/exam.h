@@ -25,7 +25,10 @@ struct Exam {
   std::vector<Cine> views;             ///< long-axis and other cine views; may be empty
   std::vector<std::string> decisions;  ///< what was chosen, left and why; one sentence each
   std::string source_format;           ///< "dicom", "nifti", "nrrd" or "metaimage"
-  std::string shown_source;            ///< the source as messages may show it; never stored
+  /// Of the phantom that all images of the stack say they were made from (see phantom_mark.h);
+  /// empty: they were made from none, or do not say.
+  std::string phantom_identity;
+  std::string shown_source;  ///< the source as messages may show it; never stored
 };
 
 }  // namespace beatlas

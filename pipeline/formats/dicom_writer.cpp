@@ -135,6 +135,7 @@ void set_common(vtkDICOMMetaData& meta, const Cine& cine, const Range& range,
   meta.Set(DC::Manufacturer, "beatlas");
   meta.Set(DC::ReferringPhysicianName, "");
   meta.Set(DC::SeriesDescription, options.description);
+  if (!options.comment.empty()) meta.Set(DC::ImageComments, options.comment);
   meta.Set(DC::PatientName, "BEATLAS^ANONYMOUS");
   meta.Set(DC::PatientID, "BEATLAS");
   meta.Set(DC::PatientBirthDate, "");

@@ -8,6 +8,7 @@ namespace beatlas::formats {
 struct DicomWriteOptions {
   bool series_per_slice = true;  ///< each slice its own series, as scanners often export cine
   std::string description = "beatlas phantom";  ///< SeriesDescription; ASCII, at most 64 characters
+  std::string comment = {};                     ///< ImageComments; ASCII; empty: none
 };
 
 /// Writes a cine as classic single-frame MR Image Storage objects (vtk-dicom, explicit little

@@ -29,6 +29,7 @@ struct ImageFileHeader {
   /// When each image was taken, where the file tells each; else empty. Units as above.
   std::vector<double> frame_times_s = {};
   bool unit_known = false;
+  std::string phantom_identity = {};  ///< from a mark (core/phantom_mark.h); no other text is kept
   std::string note = {};  ///< what was odd and how it was resolved, full sentences; mostly empty
 };
 

@@ -39,10 +39,12 @@ enum class NiftiStorage {
 /// Writes .nii or .nii.gz by its name; the same input gives the same bytes (no time stamp).
 /// sform and qform say the same (code 1, scanner).
 /// @param frame_interval_s seconds between phases (NIfTI assumes equal steps); >= 0
+/// @param description descrip, ASCII, at most 79 characters
 /// @throws Error{Machine} if the file cannot be written; Error{InvalidInput} if the images do not
 ///         fill their grid, the file's name has another ending or a value is no number.
 void write_nifti(const std::filesystem::path& file, const ImageCycle<float>& images,
-                 double frame_interval_s, NiftiStorage storage);
+                 double frame_interval_s, NiftiStorage storage,
+                 const std::string& description = "beatlas");
 void write_nifti_labels(const std::filesystem::path& file, const ImageCycle<std::uint8_t>& labels,
                         double frame_interval_s);
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 
+#include "pipeline/core/phantom_mark.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::formats {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::size_t kBytes1 = 348;
 constexpr std::size_t kBytes2 = 540;
+constexpr std::size_t kDescription = 80;
 constexpr const char* kNoNifti = "it is no NIfTI image, or its header is damaged";
 
 /// Reads numbers at fixed places of the header.
@@ -26,6 +28,11 @@ class Fields {
     std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), sizeof(T), raw.begin());
     if (swapped_) std::reverse(raw.begin(), raw.end());
     return std::bit_cast<T>(raw);
+  }
+  /// Up to a null, of at most `most` characters.
+  [[nodiscard]] std::string text(std::size_t offset, std::size_t most) const {
+    const auto* first = reinterpret_cast<const char*>(bytes_.data() + offset);
+    return {first, std::find(first, first + most, '\0')};
   }
   [[nodiscard]] bool says(std::size_t offset, std::string_view text) const {
     return std::memcmp(bytes_.data() + offset, text.data(), text.size()) == 0;
@@ -126,6 +133,7 @@ NiftiFields parse_1(const Fields& f) {
     out.qoffset[i] = f.at<float>(268 + 4 * i);
   }
   for (std::size_t i = 0; i < 12; ++i) out.srow[i] = f.at<float>(280 + 4 * i);
+  out.phantom_identity = identity_of_mark(f.text(148, kDescription));
   return out;
 }
 
@@ -151,6 +159,7 @@ NiftiFields parse_2(const Fields& f) {
     out.qoffset[i] = f.at<double>(376 + 8 * i);
   }
   for (std::size_t i = 0; i < 12; ++i) out.srow[i] = f.at<double>(400 + 8 * i);
+  out.phantom_identity = identity_of_mark(f.text(240, kDescription));
   return out;
 }
 
@@ -229,6 +238,7 @@ NiftiGeometry geometry_of(const NiftiFields& fields) {
 
 ImageFileHeader frames_of(const NiftiFields& fields) {
   ImageFileHeader out;
+  out.phantom_identity = fields.phantom_identity;
   if (fields.size[3] < 2) return out;
   out.frame_axis = FrameAxis::Untold;
   const double step = fields.pixdim[4];

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "pipeline/formats/image_file.h"
 #include "pipeline/formats/nifti_geometry.h"
@@ -31,6 +32,7 @@ struct NiftiFields {
   std::array<double, 3> quatern{};  ///< b c d
   std::array<double, 3> qoffset{};
   std::array<double, 12> srow{};  ///< row-major 3 x 4
+  std::string phantom_identity;   ///< if descrip is a mark (core/phantom_mark.h)
 };
 
 /// @throws Error{InvalidInput} with a clause that follows "FILE: ": no NIfTI, Analyze 7.5, colour

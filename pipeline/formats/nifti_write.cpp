@@ -70,7 +70,7 @@ nifti_1_header make_header(const Grid& grid, int phases, double frame_interval_s
   header.vox_offset = sizeof(nifti_1_header) + 4;  // four bytes say: no extensions
   header.scl_slope = 1;
   header.xyzt_units = static_cast<char>(SPACE_TIME_TO_XYZT(NIFTI_UNITS_MM, NIFTI_UNITS_SEC));
-  std::memcpy(header.descrip, "beatlas", 7);
+  std::memcpy(header.descrip, "beatlas", 7);  // unless the caller says another
   std::memcpy(header.magic, "n+1", 4);
   set_geometry(header, grid);
   return header;
@@ -163,14 +163,23 @@ double int16_slope(const ImageCycle<float>& images, const fs::path& file) {
 }  // namespace
 
 void write_nifti(const fs::path& file, const ImageCycle<float>& images, double frame_interval_s,
-                 NiftiStorage storage) {
+                 NiftiStorage storage, const std::string& description) {
   check(file, images, frame_interval_s);
+  if (description.size() >= sizeof(nifti_1_header::descrip)) {
+    throw_invalid(file.string() + ": its description must have less than 80 characters");
+  }
   const int phases = images.phase_count();
+  const auto header_of = [&](short datatype, short bits) {
+    nifti_1_header header = make_header(images.grid, phases, frame_interval_s, datatype, bits);
+    std::fill(std::begin(header.descrip), std::end(header.descrip), '\0');
+    std::copy(description.begin(), description.end(), header.descrip);
+    return header;
+  };
   if (storage == NiftiStorage::Float32) {
-    const auto header = make_header(images.grid, phases, frame_interval_s, DT_FLOAT32, 32);
+    const auto header = header_of(DT_FLOAT32, 32);
     write_all<float>(file, images, header, [](float value) { return value; });
   } else if (storage == NiftiStorage::UInt16Fraction) {
-    auto header = make_header(images.grid, phases, frame_interval_s, DT_UINT16, 16);
+    auto header = header_of(DT_UINT16, 16);
     header.scl_slope = 1.0F / 65535.0F;
     write_all<std::uint16_t>(file, images, header, [](float value) {
       const float part = value > 0 ? std::min(value, 1.0F) : 0.0F;  // also NaN -> 0
@@ -178,7 +187,7 @@ void write_nifti(const fs::path& file, const ImageCycle<float>& images, double f
     });
   } else {
     const double slope = int16_slope(images, file);
-    auto header = make_header(images.grid, phases, frame_interval_s, DT_INT16, 16);
+    auto header = header_of(DT_INT16, 16);
     header.scl_slope = static_cast<float>(slope);
     write_all<std::int16_t>(file, images, header, [slope](float value) {
       const double step = std::clamp(static_cast<double>(value) / slope, -32768.0, 32767.0);

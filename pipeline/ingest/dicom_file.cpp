@@ -9,6 +9,7 @@
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
+#include "pipeline/core/phantom_mark.h"
 #include "pipeline/ingest/dicom_attributes.h"
 #include "pipeline/ingest/dicom_end.h"
 #include "pipeline/ingest/dicom_words.h"
@@ -331,6 +332,7 @@ class FileReader {
     image.sequence = text(DC::ScanningSequence) + '\n' + text(DC::SequenceVariant);
     image.kind = attributes.text(DC::FrameType);
     if (image.kind.empty()) image.kind = attributes.text(DC::ImageType);
+    image.phantom_identity = identity_of_mark(text(DC::ImageComments));
     image.magnitude = is_magnitude(attributes);
     out_.images.push_back(std::move(image));
   }

@@ -60,8 +60,10 @@ struct DicomImage {
   /// Images of a slice with different contrast are no phases of one cine.
   double echo_ms = 0;
   double inversion_ms = 0;
-  std::string sequence;   ///< kind and variant of the pulse sequence; never shown
-  std::string kind;       ///< ImageType or FrameType; never shown
+  std::string sequence;  ///< kind and variant of the pulse sequence; never shown
+  std::string kind;      ///< ImageType or FrameType; never shown
+  /// Of the phantom that it was made from: ImageComments, if they are a mark and nothing else.
+  std::string phantom_identity;
   bool magnitude = true;  ///< false: a phase (velocity), real or imaginary image
 };
 

@@ -217,6 +217,18 @@ std::string resampling_told(const Choice& choice) {
          (copied > 0 ? ", the others' frames lie on them." : ".");
 }
 
+/// Of the phantom that every image of the stack names; else empty.
+std::string phantom_identity(const ChosenCine& stack, const std::vector<DicomImage>& images) {
+  const std::string& first =
+      images[static_cast<std::size_t>(stack.slices.front().images.front())].phantom_identity;
+  for (const ImageSet& slice : stack.slices) {
+    for (const int image : slice.images) {
+      if (images[static_cast<std::size_t>(image)].phantom_identity != first) return {};
+    }
+  }
+  return first;
+}
+
 bool holds_stack(const std::vector<DicomImage>& images, const IngestOptions& options,
                  const ImageFiles& files) {
   IngestOptions any = options;
@@ -249,6 +261,7 @@ Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFil
   Reading reading{chosen.images, files, context, pixels};
   reading.total = image_count(choice);
   exam.stack = read_cine(choice.stack, choice.phases, reading);
+  exam.phantom_identity = phantom_identity(choice.stack, chosen.images);
   check_signal(exam.stack.images);
   for (const ChosenCine& view : choice.views) {
     exam.views.push_back(read_cine(view, choice.phases, reading));

@@ -58,13 +58,19 @@ formats::ImageFile read_list(const std::vector<fs::path>& files, StageContext& c
   formats::ImageFile out;
   out.header.frame_axis = formats::FrameAxis::Untold;
   std::size_t done = 0;
+  bool one_phantom = true;
   for (const fs::path& file : files) {
     context.check_cancelled();
     formats::ImageFile next = formats::read_image_file(file);
-    if (out.images.phases.empty()) out.header.note = next.header.note;
+    if (out.images.phases.empty()) {
+      out.header.note = next.header.note;
+      out.header.phantom_identity = next.header.phantom_identity;
+    }
+    one_phantom = one_phantom && next.header.phantom_identity == out.header.phantom_identity;
     append(std::move(next), out.images, file);
     context.progress(static_cast<double>(++done) / static_cast<double>(files.size()));
   }
+  if (!one_phantom) out.header.phantom_identity.clear();
   return out;
 }
 
@@ -98,6 +104,7 @@ void check_options(const IngestOptions& options) {
 
 Exam to_exam(formats::ImageFile&& file, const IngestOptions& options) {
   Exam exam;
+  exam.phantom_identity = file.header.phantom_identity;
   ImageCycle<float>& images = exam.stack.images = std::move(file.images);
   const int frames = images.phase_count();
   check_options(options);

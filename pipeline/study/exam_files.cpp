@@ -1,6 +1,7 @@
 #include <array>
 #include <cstdio>
 
+#include "pipeline/core/phantom_mark.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/json_values.h"
@@ -61,6 +62,7 @@ FileList write_exam(const fs::path& study, const Exam& exam) {
                {"views", json::array()},
                {"decisions", exam.decisions},
                {"source_format", exam.source_format}};
+  if (!exam.phantom_identity.empty()) content["phantom_identity"] = exam.phantom_identity;
   for (std::size_t view = 0; view < exam.views.size(); ++view) {
     content["views"].push_back(write_cine(folder, view_name(view), exam.views[view]));
     files.push_back("exam/" + view_name(view));
@@ -85,6 +87,10 @@ Exam read_exam(const fs::path& study) {
     }
     exam.decisions = strings_from_json(object.at("decisions"), "/decisions");
     object.read("source_format", exam.source_format);
+    object.read("phantom_identity", exam.phantom_identity);
+    if (!exam.phantom_identity.empty() && !is_phantom_identity(exam.phantom_identity)) {
+      throw_invalid("/phantom_identity must be 64 lower-case hexadecimal digits");
+    }
     object.finish();
     return exam;
   } catch (const Error& error) {

@@ -39,6 +39,27 @@ def expect(recipe, accepted):
             problems.append(f"{who} {'accepts' if answer else 'refuses'} {json.dumps(recipe)}")
 
 
+def options_of(content):
+    """The options that an object may have, those of what it refers to included."""
+    found = SCHEMAS["recipe"] if "$ref" in content else {}
+    for step in content.get("$ref", "#").split("/")[1:]:
+        found = found[step]
+    return {**found.get("properties", {}), **content.get("properties", {})}
+
+
+def try_structures(section, key, rule, own):
+    """Options of single structures: the same as the section's own, in both."""
+    expect({section: {key: {}}}, True)
+    expect({section: {key: {"spleen": {}}}}, False)
+    for structure, content in options_of(rule).items():
+        if options_of(content) != own:
+            problems.append(f"options of {section}/{key}/{structure} are others than the section's")
+        expect({section: {key: {structure: {"frobnicate": 1}}}}, False)
+        name, limit = next(iter(own.items()))
+        expect({section: {key: {structure: {name: limit["maximum"]}}}}, True)
+        expect({section: {key: {structure: {name: limit["maximum"] + 1}}}}, False)
+
+
 defaults = json.loads(subprocess.run([PROGRAM, "defaults"], capture_output=True, check=True).stdout)
 expect(defaults, True)
 expect({}, True)
@@ -50,13 +71,16 @@ if set(sections) != set(defaults):
     problems.append(f"sections differ: {set(sections) ^ set(defaults)}")
 tried = 0
 for section, content in sections.items():
-    options = content["properties"]
+    options = options_of(content)
     if set(options) != set(defaults.get(section, {})):
         problems.append(f"options of {section} differ: {set(options) ^ set(defaults[section])}")
     expect({section: {}}, True)
     expect({section: 1}, False)
     expect({section: {"frobnicate": 1}}, False)
     for key, rule in options.items():
+        if rule["type"] == "object":
+            try_structures(section, key, rule, {k: r for k, r in options.items() if k != key})
+            continue
         if rule["type"] == "array":
             entry = rule["items"]
             low, high = entry["minimum"], entry["maximum"]
@@ -71,8 +95,8 @@ for section, content in sections.items():
         whole = rule["type"] == "integer"
         beyond = 1 if whole else 1e-6 * max(1, abs(high))
         for value, accepted in ((low, True), (high, True), (low - beyond, False),
-                                (high + beyond, False), ("1", False), (None, False), (True, False),
-                                ([low], False)):
+                                (high + beyond, False), ("1", False),
+                                (None, "null" in rule["type"]), (True, False), ([low], False)):
             expect({section: {key: value}}, accepted)
             tried += 1
         if whole:

@@ -1,96 +1,30 @@
 #include "pipeline/assess/validate.h"
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
-#include <set>
 
 #include <gtest/gtest.h>
 
 #include "pipeline/assess/statistics.h"
 #include "pipeline/assess/zero_level.h"
-#include "pipeline/core/parallel.h"
-#include "pipeline/pack/pack.h"
 #include "runtime/base/error.h"
+#include "tests/unit/assess/made_candidate.h"
 
 namespace beatlas::assess {
 namespace {
 
-using Level = std::function<float(const Vec3& workspace, double share_of_cycle)>;
-
-/// Samples a level on a lattice as the field room would, and encodes it as the pack room does.
-std::shared_ptr<const atlas::FieldPayload> encoded(Structure structure, const Level& level,
-                                                   const Vec3& centre, double half_mm,
-                                                   double voxel_mm, int phases) {
-  FieldCycle field;
-  field.structure = structure;
-  field.voxel_mm = voxel_mm;
-  field.inner_mm = 12.0;
-  field.outer_mm = 6.0;
-  const int side = static_cast<int>(std::ceil(2.0 * half_mm / voxel_mm)) + 1;
-  Grid grid;
-  grid.size = {side, side, side};
-  grid.mm_from_index.linear() *= voxel_mm;
-  grid.mm_from_index.translation() = centre - Vec3::Constant(half_mm);
-  field.distance_mm.grid = grid;
-  field.distance_mm.phases.assign(phases, std::vector<float>(grid.count()));
-  parallel_for(static_cast<std::size_t>(phases), [&](std::size_t p) {
-    for (int k = 0; k < side; ++k) {
-      for (int j = 0; j < side; ++j) {
-        for (int i = 0; i < side; ++i) {
-          const double value = level(grid.mm(i, j, k), static_cast<double>(p) / phases);
-          field.distance_mm.phases[p][grid.offset(i, j, k)] =
-              static_cast<float>(std::clamp(value, -field.inner_mm, field.outer_mm));
-        }
-      }
-    }
-  });
-  field.volume_ml.assign(phases, 1.0);
-  return std::make_shared<const atlas::FieldPayload>(pack::encode_field(field, {0.002}));
-}
+using test::encoded;
+using test::Made;
 
 class Validate : public ::testing::Test {
  protected:
-  static phantom::PhantomSpec spec() {
-    phantom::PhantomSpec out = phantom::preset("small");
-    out.phases = 4;
-    out.oblique_deg = {4.0, -3.0, 10.0};
-    return out;
-  }
-
-  Validate() : truth_(spec()) {
-    // A turned workspace, so that a frame mistaken for another shows.
-    workspace_from_lps_.linear() = truth_.spec().imaging_grid().mm_from_index.linear();
-    workspace_from_lps_.linear().colwise().normalize();
-    workspace_from_lps_.linear().transposeInPlace();
-    workspace_from_lps_.translation() = Vec3(128, 128, 96);
-    manifest_.rr_interval_s = truth_.spec().rr_interval_s;
-    manifest_.frame_times_s.assign(4, 0.0);
-    manifest_.workspace_from_lps = workspace_from_lps_;
-    manifest_.source_size = truth_.spec().imaging_grid().size;
-    manifest_.source_lps_from_index = truth_.spec().imaging_grid().mm_from_index;
-    for (Structure structure : kAllStructures) {
-      atlas::StructureEntry entry{std::string(structure_name(structure)), {}};
-      for (int p = 0; p < 4; ++p) {
-        entry.volume_ml.push_back(truth_.volume_ml(structure, truth_.phase_time_s(p)));
-      }
-      manifest_.structures.push_back(entry);
-    }
-  }
+  Validate() : made_(Made::small()), truth_(made_.truth), manifest_(made_.manifest) {}
 
   /// The exact LV cavity of the truth, larger by `grown_mm`, moved by `moved_mm`.
   Candidate candidate(double grown_mm, const Vec3& moved_mm = Vec3::Zero()) const {
-    const Affine lps_from_workspace = workspace_from_lps_.inverse();
-    const Vec3 centre = workspace_from_lps_ *
-                        (phantom::lps_from_heart(truth_.spec().anatomy) * Vec3(0.0, 0.0, -16.0));
-    const auto field = encoded(
-        Structure::LvBlood,
-        [&](const Vec3& x, double share) {
-          return static_cast<float>(truth_.distance_mm(Structure::LvBlood,
-                                                       lps_from_workspace * (x - moved_mm),
-                                                       share * truth_.spec().rr_interval_s) -
-                                    grown_mm);
-        },
-        centre, 60.0, 2.0, 4);
+    const auto field = made_.field(Structure::LvBlood, [&](const Vec3& x, double share) {
+      return made_.distance_mm(Structure::LvBlood, x - moved_mm, share) - grown_mm;
+    });
     return {manifest_, {field}};
   }
 
@@ -104,16 +38,16 @@ class Validate : public ::testing::Test {
     return "";
   }
 
-  phantom::Phantom truth_;
-  Affine workspace_from_lps_ = Affine::Identity();
+  Made made_;
+  const phantom::Phantom& truth_;
   atlas::Manifest manifest_;
 };
 
 TEST_F(Validate, FindsNothingWrongWithTheTruthItself) {
   StageContext context;
-  ValidateLimits limits;
-  limits.crease_band_mm = 4.0;  // the spline of 2 mm rounds the rim two voxels wide
-  const ValidationReport report = validate(candidate(0.0), truth_, limits, context);
+  ValidateOptions options;
+  options.compare.crease_band_mm = 4.0;  // the spline of 2 mm rounds the rim two voxels wide
+  const ValidationReport report = validate(candidate(0.0), truth_, options, context);
   EXPECT_TRUE(report.passed);
   ASSERT_EQ(report.structures.size(), 1u);
   EXPECT_EQ(report.structures[0].phases.size(), 4u);
@@ -124,6 +58,8 @@ TEST_F(Validate, FindsNothingWrongWithTheTruthItself) {
     EXPECT_LT(std::abs(errors.bias_mm), 0.005);
     EXPECT_GT(errors.dice, 0.99);
     EXPECT_NEAR(errors.volume_error_ml, 0.0, 1e-9);
+    EXPECT_LT(errors.rms_mm, 0.02);
+    EXPECT_LT(errors.normal_mean_deg, 0.5);
     EXPECT_GT(errors.points, 2000);
   }
   EXPECT_NEAR(*report.structures[0].ejection_fraction_error, 0.0, 1e-12);
@@ -136,6 +72,7 @@ TEST_F(Validate, AGrownSurfaceIsABiasOfItsGrowth) {
     for (const PhaseErrors& errors : report.structures[0].phases) {
       EXPECT_NEAR(errors.bias_mm, grown, 0.02);  // the spline, as above
       EXPECT_NEAR(errors.mean_mm, 0.5, 0.02);
+      EXPECT_NEAR(errors.rms_mm, 0.5, 0.02);
       EXPECT_NEAR(errors.p95_mm, 0.5, 0.05);
       EXPECT_LT(errors.dice, 0.99);
       EXPECT_GT(errors.dice, 0.92);
@@ -168,16 +105,19 @@ TEST_F(Validate, ASurfaceBeyondTheBandIsMeasuredToo) {
 
 TEST_F(Validate, LimitsDecideAndAreNamed) {
   StageContext context;
-  ValidateLimits limits;
+  ValidateOptions options;
+  Limits& limits = options.limits.all;
   limits.max_mean_mm = 0.6;
   const Candidate grown = candidate(0.5);
-  EXPECT_TRUE(validate(grown, truth_, limits, context).passed);
+  EXPECT_TRUE(validate(grown, truth_, options, context).passed);
   limits.max_bias_mm = 0.4;
   limits.min_dice = 0.999;
-  const ValidationReport report = validate(grown, truth_, limits, context);
+  const ValidationReport report = validate(grown, truth_, options, context);
   EXPECT_FALSE(report.passed);
   EXPECT_EQ(report.failures.size(), 8u);
-  EXPECT_NE(report.failures[0].find("lv_blood in phase 0: bias_mm"), std::string::npos);
+  EXPECT_NE(report.failures[0].find("lv_blood in phase 0: dice"), std::string::npos);
+  EXPECT_NE(report.failures[0].find("below the limit of 0.999 (min_dice)"), std::string::npos);
+  EXPECT_NE(report.failures[1].find("lv_blood in phase 0: bias_mm"), std::string::npos);
 }
 
 TEST_F(Validate, VolumesAreThoseOfTheManifest) {
@@ -185,7 +125,10 @@ TEST_F(Validate, VolumesAreThoseOfTheManifest) {
   Candidate changed = candidate(0.0);
   changed.manifest.structures[1].volume_ml[2] += 7.0;
   const ValidationReport report = validate(changed, truth_, {}, context);
-  EXPECT_NEAR(report.structures[0].phases[2].volume_error_ml, 7.0, 1e-9);
+  const PhaseErrors& phase = report.structures[0].phases[2];
+  EXPECT_NEAR(phase.volume_error_ml, 7.0, 1e-9);
+  const double true_ml = truth_.volume_ml(Structure::LvBlood, truth_.phase_time_s(2));
+  EXPECT_NEAR(phase.volume_error_percent, 700.0 / true_ml, 1e-9);
   EXPECT_NEAR(report.structures[0].phases[1].volume_error_ml, 0.0, 1e-9);
   changed.manifest.structures[1].volume_ml.pop_back();
   EXPECT_THROW((void)validate(changed, truth_, {}, context), Error);
@@ -194,7 +137,7 @@ TEST_F(Validate, VolumesAreThoseOfTheManifest) {
 TEST_F(Validate, APackageWithoutSurfaceFails) {
   StageContext context;
   const auto field = encoded(
-      Structure::LvBlood, [](const Vec3&, double) { return 5.0F; }, Vec3(128, 128, 96), 30.0, 3.0,
+      Structure::LvBlood, [](const Vec3&, double) { return 5.0; }, Vec3(128, 128, 96), 30.0, 3.0,
       4);
   const ValidationReport report = validate(Candidate{manifest_, {field}}, truth_, {}, context);
   EXPECT_FALSE(report.passed);
@@ -218,6 +161,48 @@ TEST_F(Validate, TruthOfAnotherPhantomIsRefused) {
   EXPECT_NE(refusal(other).find("R-R"), std::string::npos);
 }
 
+TEST_F(Validate, TheIdentityOfTheImagesDecidesWhereItIsThere) {
+  atlas::Manifest other = manifest_;
+  other.provenance["phantom_identity"] = truth_.identity();
+  EXPECT_NE(refusal(other).find("no field"), std::string::npos) << "the phantom's own";
+  // The same heart and scanner, other noise: nothing but the identity tells.
+  phantom::PhantomSpec noise = phantom::spec_from_json(phantom::spec_to_json(truth_.spec()));
+  noise.anatomy.origin_lps_mm.x() += 1e-3;
+  other.provenance["phantom_identity"] = phantom::Phantom(noise).identity();
+  EXPECT_NE(refusal(other).find("identity"), std::string::npos);
+  // What is no identity counts as none.
+  other.provenance["phantom_identity"] = "somebody";
+  EXPECT_NE(refusal(other).find("no field"), std::string::npos);
+}
+
+TEST_F(Validate, WithoutIdentityAGrossMismatchIsAnotherPhantom) {
+  atlas::Manifest other = manifest_;
+  for (double& ml : other.structures[0].volume_ml) ml *= 2.1;
+  EXPECT_NE(refusal(other).find("its heart holds"), std::string::npos) << refusal(other);
+  other = manifest_;
+  for (atlas::StructureEntry& entry : other.structures) {
+    for (double& ml : entry.volume_ml) ml *= 1.8;  // a bad segmentation, to be measured
+  }
+  EXPECT_NE(refusal(other).find("no field"), std::string::npos) << refusal(other);
+  other = manifest_;
+  std::vector<double>& lv = other.structures[1].volume_ml;
+  std::rotate(lv.begin(), lv.begin() + 2, lv.end());
+  EXPECT_NE(refusal(other).find("end systole"), std::string::npos) << refusal(other);
+  StageContext context;
+  Candidate elsewhere = candidate(0.0);
+  elsewhere.manifest.workspace_from_lps.translation().y() += 30.0;
+  try {
+    (void)validate(elsewhere, truth_, {}, context);
+    FAIL() << "a heart 30 mm away was taken";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("mm from the package"), std::string::npos)
+        << error.what();
+  }
+  Candidate named = elsewhere;  // an honest failure of a segmentation is measured, however bad
+  named.manifest.provenance["phantom_identity"] = truth_.identity();
+  EXPECT_GT(validate(named, truth_, {}, context).structures[0].phases[0].hausdorff_mm, 15.0);
+}
+
 TEST_F(Validate, AnotherOrderOfSlicesIsTheSameGrid) {
   atlas::Manifest other = manifest_;
   Affine flip = Affine::Identity();
@@ -233,18 +218,19 @@ TEST_F(Validate, JsonHasTheKeysOthersRelyOn) {
   ASSERT_EQ(json["structures"].size(), 1u);
   EXPECT_EQ(json["structures"][0]["name"], "lv_blood");
   EXPECT_TRUE(json["passed"].is_boolean());
-  for (const char* key :
-       {"dice", "volume_error_ml", "mean_mm", "p95_mm", "hausdorff_mm", "bias_mm"}) {
+  for (const char* key : {"dice", "volume_error_ml", "mean_mm", "p95_mm", "hausdorff_mm", "bias_mm",
+                          "rms_mm", "volume_error_percent", "normal_mean_deg", "normal_p95_deg",
+                          "velocity_mean_mm_s", "velocity_p95_mm_s"}) {
     EXPECT_TRUE(json["structures"][0]["phases"][3][key].is_number()) << key;
   }
+  EXPECT_FALSE(json.contains("force")) << "there is no field of the heart";
 }
 
 TEST(ZeroLevel, PointsOfASphereLieOnItAndAddUpToItsArea) {
   constexpr double kRadiusMm = 20.0;
   const Vec3 centre(100, 90, 80);
   const auto field = encoded(
-      Structure::Heart,
-      [&](const Vec3& x, double) { return static_cast<float>((x - centre).norm() - kRadiusMm); },
+      Structure::Heart, [&](const Vec3& x, double) { return (x - centre).norm() - kRadiusMm; },
       centre + Vec3(0.3, 0.4, 0.1), 32.0, 2.0, 2);
   const field::FieldQuery query(field, 0.8);
   double area = 0.0;
@@ -263,6 +249,7 @@ TEST(Statistics, PoolBothWaysWithEqualWeight) {
   const DistanceStatistics s = pooled_statistics(one, other);
   EXPECT_NEAR(s.mean, 0.5 + 0.15, 1e-12);
   EXPECT_NEAR(s.bias, 0.5 - 0.15, 1e-12);
+  EXPECT_NEAR(s.rms, std::sqrt(0.5 * 1.0 + 0.5 * 0.1 * 9.0), 1e-12);
   EXPECT_NEAR(s.p95, 1.0, 1e-12);
   EXPECT_NEAR(s.maximum, 3.0, 1e-12);
   other[5].value = 2.0;  // now a tenth of the weight is above 1

@@ -24,19 +24,6 @@ FieldCycle field_of(std::vector<double> volume_ml) {
   return field;
 }
 
-TEST(EnclosedVolume, is_that_of_a_tetrahedron_wherever_it_lies) {
-  for (const Vec3f& at : {Vec3f(0, 0, 0), Vec3f(100, -30, 7)}) {
-    // Single-precision positions of 100 mm: 1e-5 mm on an edge of 60 mm.
-    EXPECT_NEAR(enclosed_volume_ml(kTetrahedron, corner(60, at)), 36.0, 1e-4);
-  }
-}
-
-TEST(EnclosedVolume, is_negative_for_a_surface_turned_inside_out) {
-  std::vector<std::array<std::uint32_t, 3>> turned = kTetrahedron;
-  for (auto& triangle : turned) std::swap(triangle[0], triangle[1]);
-  EXPECT_LT(enclosed_volume_ml(turned, corner(60, {5, 5, 5})), 0);
-}
-
 TEST(Quality, is_the_largest_gap_as_a_share_of_the_largest_volume) {
   const std::vector<report::VolumeCurve> segmented{{Structure::LvBlood, {100, 36}}};
   SurfaceCycle surface{Structure::LvBlood, kTetrahedron, {}};

@@ -64,6 +64,25 @@ TEST(Recipe, refusals_name_the_path) {
   EXPECT_NE(recipe_refusal("[]"), "(accepted)");
 }
 
+TEST(Recipe, limits_are_of_all_structures_and_of_single_ones) {
+  const Recipe recipe = recipe_from_json(json::parse(
+      R"({"validate": {"max_rms_mm": 0.5, "min_dice": null,
+          "structures": {"lv_blood": {"max_rms_mm": 0.2}}}})"));
+  EXPECT_EQ(recipe.validate.all.max_rms_mm, 0.5);
+  EXPECT_FALSE(recipe.validate.all.min_dice);
+  EXPECT_EQ(recipe.validate.of(Structure::LvBlood).max_rms_mm, 0.2);
+  EXPECT_EQ(recipe.validate.of(Structure::Heart).max_rms_mm, 0.5);
+  EXPECT_EQ(recipe_to_json(recipe_from_json(recipe_to_json(recipe))), recipe_to_json(recipe));
+  EXPECT_NE(recipe_refusal(R"({"validate": {"max_rms": 1}})").find("/validate/max_rms"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"validate": {"structures": {"spleen": {}}}})")
+                .find("/validate/structures/spleen"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"validate": {"structures": {"heart": {"max_rms_mm": -1}}}})")
+                .find("/validate/structures/heart/max_rms_mm"),
+            std::string::npos);
+}
+
 TEST(Recipe, every_stage_finds_its_options) {
   for (study::Stage stage : study::kAllStages) {
     EXPECT_TRUE(stage_options({}, stage).is_object()) << study::stage_name(stage);

@@ -1,0 +1,181 @@
+#include "pipeline/assess/structural_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "pipeline/assess/field_checks.h"
+#include "pipeline/assess/surface_checks.h"
+#include "pipeline/core/parallel.h"
+#include "runtime/atlas/scene.h"
+
+namespace beatlas::assess {
+namespace {
+
+constexpr double kSameMl = 0.01;  // of volumes that count as equal
+
+/// Largest difference over the largest expected value [%]; 100 if nothing is expected.
+double gap_percent(const std::vector<double>& expected, const std::vector<double>& found) {
+  if (expected.size() != found.size() || expected.empty()) return HUGE_VAL;
+  double gap = 0;
+  for (std::size_t p = 0; p < expected.size(); ++p) {
+    gap = std::max(gap, std::abs(found[p] - expected[p]));
+  }
+  const double scale = *std::max_element(expected.begin(), expected.end());
+  return scale > 0 ? 100 * gap / scale : 100;
+}
+
+std::vector<Check> check_surface(const atlas::StructureEntry& entry,
+                                 const atlas::SurfacePayload& surface,
+                                 const StructuralLimits& limits) {
+  const std::size_t phases = surface.positions.size();
+  std::vector<double> enclosed(phases);
+  std::vector<double> crossing(phases);
+  parallel_for(phases, [&](std::size_t p) {
+    enclosed[p] = enclosed_volume_ml(surface.triangles, surface.positions[p]);
+    crossing[p] = static_cast<double>(crossing_triangles(surface.triangles, surface.positions[p]));
+  });
+  const double most = crossing.empty() ? 0 : *std::max_element(crossing.begin(), crossing.end());
+  const auto triangles = static_cast<double>(std::max<std::size_t>(1, surface.triangles.size()));
+  return {
+      {entry.name, "open_edges", static_cast<double>(open_edges(surface.triangles)), 0},
+      {entry.name, "pinched_vertices", static_cast<double>(pinched_vertices(surface.triangles)), 0},
+      {entry.name, "crossing_percent", 100 * most / triangles, limits.crossing_percent},
+      {entry.name, "surface_volume_gap_percent", gap_percent(entry.volume_ml, enclosed),
+       limits.volume_gap_percent},
+      {entry.name, "wrap_step_ratio", wrap_step_ratio(surface.positions), limits.wrap_step_ratio}};
+}
+
+std::vector<Check> check_field(const atlas::StructureEntry& entry, const field::FieldQuery& query,
+                               const StructuralLimits& limits) {
+  std::vector<double> volumes;
+  double stray = 0;
+  double slope = 0;
+  for (const PhaseOfField& phase : look_at_phases(query)) {
+    volumes.push_back(phase.volume_ml);
+    stray = std::max(stray, phase.stray_percent);
+    slope = std::max(slope, phase.slope_error);
+  }
+  return {{entry.name, "field_volume_gap_percent", gap_percent(entry.volume_ml, volumes),
+           limits.volume_gap_percent},
+          {entry.name, "stray_percent", stray, limits.stray_percent},
+          {entry.name, "slope_error", slope, limits.slope_error}};
+}
+
+/// Payloads on one side only of what the scene holds and what the package lists.
+int content_differences(const atlas::Manifest& manifest) {
+  int differences = 0;
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    const auto structure = structure_from_name(entry.name);
+    if (!structure) continue;
+    for (const std::string_view kind : atlas::kKinds) {
+      const bool listed =
+          std::any_of(manifest.items.begin(), manifest.items.end(), [&](const atlas::Item& item) {
+            return item.kind == kind && item.structure == entry.name;
+          });
+      if (listed != atlas::scene_holds(manifest.scene, kind, *structure)) ++differences;
+    }
+  }
+  return differences;
+}
+
+/// 0, 1 or 2 of the two moments are not where the LV (or the heart) is largest and smallest.
+int wrong_end_phases(const atlas::Manifest& manifest) {
+  const auto named = [&](std::string_view name) {
+    return std::find_if(manifest.structures.begin(), manifest.structures.end(),
+                        [&](const atlas::StructureEntry& entry) { return entry.name == name; });
+  };
+  auto entry = named(structure_name(Structure::LvBlood));
+  if (entry == manifest.structures.end()) entry = named(structure_name(Structure::Heart));
+  if (entry == manifest.structures.end()) return 0;
+  const std::vector<double>& curve = entry->volume_ml;
+  const auto [low, high] = std::minmax_element(curve.begin(), curve.end());
+  const double tolerance = kSameMl + 0.02 * (*high - *low);
+  const auto at = [&](int phase) -> std::optional<double> {
+    if (phase < 0 || phase >= static_cast<int>(curve.size())) return std::nullopt;
+    return curve[static_cast<std::size_t>(phase)];
+  };
+  const auto largest = at(manifest.end_diastole);
+  const auto smallest = at(manifest.end_systole);
+  return (largest && *largest >= *high - tolerance ? 0 : 1) +
+         (smallest && *smallest <= *low + tolerance ? 0 : 1);
+}
+
+}  // namespace
+
+std::vector<Check> check_one(const atlas::StructureEntry& entry,
+                             const atlas::SurfacePayload* surface, const field::FieldQuery* query,
+                             const StructuralLimits& limits) {
+  std::vector<Check> checks;
+  if (surface != nullptr) checks = check_surface(entry, *surface, limits);
+  if (query != nullptr) {
+    const std::vector<Check> of_field = check_field(entry, *query, limits);
+    checks.insert(checks.end(), of_field.begin(), of_field.end());
+  }
+  if (surface != nullptr && query != nullptr) {
+    checks.push_back({entry.name, "vertex_distance_mm", vertex_distance_mm(*query, *surface),
+                      limits.vertex_distance_voxels * query->payload().voxel_mm});
+    checks.push_back({entry.name, "wrong_side_percent", wrong_side_percent(*query, *surface),
+                      limits.wrong_side_percent});
+  }
+  return checks;
+}
+
+std::vector<Check> check_manifest(const atlas::Manifest& manifest) {
+  return {{"package", "content", static_cast<double>(content_differences(manifest)), 0},
+          {"package", "end_phases", static_cast<double>(wrong_end_phases(manifest)), 0}};
+}
+
+std::vector<Check> check_structure(const atlas::Atlas& package, const StructuralLimits& limits,
+                                   StageContext& context) {
+  const atlas::Manifest& manifest = package.manifest();
+  std::vector<Check> checks = check_manifest(manifest);
+  double done = 0;
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    context.check_cancelled();
+    const auto structure = structure_from_name(entry.name);
+    if (!structure) continue;
+    const auto surface = package.surface(*structure);
+    const auto payload = package.field(*structure);
+    std::optional<field::FieldQuery> query;
+    if (payload) query.emplace(payload, manifest.rr_interval_s);
+    const std::vector<Check> own =
+        check_one(entry, surface.get(), query ? &*query : nullptr, limits);
+    checks.insert(checks.end(), own.begin(), own.end());
+    done += 1;
+    context.progress(done / static_cast<double>(manifest.structures.size()));
+  }
+  return checks;
+}
+
+bool all_passed(const std::vector<Check>& checks) {
+  return std::all_of(checks.begin(), checks.end(),
+                     [](const Check& check) { return check.passed(); });
+}
+
+nlohmann::json checks_to_json(const std::vector<Check>& checks) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Check& check : checks) {
+    list.push_back({{"structure", check.structure},
+                    {"name", check.name},
+                    {"worst", check.worst},
+                    {"limit", check.limit},
+                    {"passed", check.passed()}});
+  }
+  return {{"checks", list}, {"passed", all_passed(checks)}};
+}
+
+std::string checks_to_text(const std::vector<Check>& checks) {
+  std::string text;
+  for (const Check& check : checks) {
+    char line[160];
+    std::snprintf(line, sizeof line, "%-6s %-14s %-28s %10.3f  (limit %g)\n",
+                  check.passed() ? "ok" : "FAILED", check.structure.c_str(), check.name.c_str(),
+                  check.worst, check.limit);
+    text += line;
+  }
+  return text + (all_passed(checks) ? "passed\n" : "not passed\n");
+}
+
+}  // namespace beatlas::assess

@@ -1,0 +1,61 @@
+#pragma once
+/// What can be said of a package without knowing the truth.
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/core/stage_context.h"
+#include "runtime/atlas/atlas.h"
+#include "runtime/field/field_query.h"
+
+namespace beatlas::assess {
+
+/// One figure of one structure, or of the package, against its limit.
+struct Check {
+  std::string structure;  ///< "package" if it concerns no single structure
+  std::string name;
+  double worst = 0;  ///< over all phases
+  double limit = 0;
+  [[nodiscard]] bool passed() const { return worst <= limit; }
+};
+
+/// Limits are of damage and mix-up, not of accuracy.
+struct StructuralLimits {
+  double volume_gap_percent = 20;       ///< of field or surface against the package's volume curve
+  double vertex_distance_voxels = 1.0;  ///< RMS of a surface's vertices in its structure's field
+  double wrong_side_percent = 5;
+  double crossing_percent = 20;  ///< a thin wall that is carried through the cycle folds at its rim
+  double stray_percent = 1;
+  double slope_error = 0.5;      ///< of |grad phi| = 1
+  double wrap_step_ratio = 1.5;  ///< the cycle closes with no larger step than it has elsewhere
+};
+
+/// Of the package:
+/// - `content`: payloads that its scene holds and it lacks, or that it holds beyond its scene; 0;
+/// - `end_phases`: end diastole and end systole that are no extremes of the LV's volume; 0.
+/// For every surface `open_edges` and `pinched_vertices` (both 0: a closed 2-manifold),
+/// `crossing_percent` (pairs that cut each other, of the triangles), `surface_volume_gap_percent`
+/// and `wrap_step_ratio`; for every field `field_volume_gap_percent`, `stray_percent` and
+/// `slope_error`; where both are there `vertex_distance_mm` and `wrong_side_percent`. See
+/// surface_checks.h and field_checks.h. The package was already checked byte by byte, sizes and
+/// hashes, when it was opened.
+[[nodiscard]] std::vector<Check> check_structure(const atlas::Atlas& package,
+                                                 const StructuralLimits& limits,
+                                                 StageContext& context);
+
+/// What check_structure does for one structure; null where the package does not hold it.
+[[nodiscard]] std::vector<Check> check_one(const atlas::StructureEntry& entry,
+                                           const atlas::SurfacePayload* surface,
+                                           const field::FieldQuery* query,
+                                           const StructuralLimits& limits);
+/// And for the manifest.
+[[nodiscard]] std::vector<Check> check_manifest(const atlas::Manifest& manifest);
+
+/// {"checks": [{"structure", "name", "worst", "limit", "passed"}], "passed"}
+[[nodiscard]] nlohmann::json checks_to_json(const std::vector<Check>& checks);
+[[nodiscard]] std::string checks_to_text(const std::vector<Check>& checks);
+[[nodiscard]] bool all_passed(const std::vector<Check>& checks);
+
+}  // namespace beatlas::assess
