@@ -67,11 +67,10 @@ std::vector<Span> spans_inside(const Solid& solid, const Vec3& origin, const Vec
 std::vector<Span> spans_in_lv_muscle(const Frame& frame, const Anatomy& anatomy,
                                      const Vec3& origin_lps, const Vec3& direction_lps,
                                      const Span& within) {
-  const HeartShape& shape = frame.shape();
   const Affine to_lps = lps_from_heart(anatomy);
   const Affine to_heart = to_lps.inverse(Eigen::Isometry);
   return spans_inside(
-      {shape.lv_cavity, shape.lv_epicardium, Below{shape.lv_base_z_mm}},
+      construction(frame.shape(), Part::LvMyocardium).primitives,
       [&](const Vec3& x) { return frame.contains(Structure::LvMyocardium, to_lps * x); },
       to_heart * origin_lps, to_heart.linear() * direction_lps, within);
 }
