@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "pipeline/phantom/acquisition.h"
 #include "pipeline/phantom/motion.h"
 #include "runtime/base/json_object.h"
 
@@ -52,6 +53,7 @@ nlohmann::json truth_json(const Phantom& phantom) {
           {"ejection_fraction",
            {{"lv_blood", ejection_fraction(phantom, Structure::LvBlood)},
             {"rv_blood", ejection_fraction(phantom, Structure::RvBlood)}}},
+          {"acquisition", acquisition_json(phantom.spec())},
           {"structures", structures}};
 }
 

@@ -73,7 +73,7 @@ TEST(PhantomCover, BoxShareIsTheVolumeBelowThePlane) {
 
 PhantomSpec quiet(const char* name) {
   PhantomSpec spec = preset(name);
-  spec.snr_blood = std::numeric_limits<double>::infinity();
+  spec.scanner.snr_blood = std::numeric_limits<double>::infinity();
   return spec;
 }
 
@@ -114,7 +114,7 @@ TEST(PhantomRender, AVoxelShowsTheMeanSignalOfItsBox) {
     const Grid grid = out.cine.grid();
     const auto tissues = thorax(spec.anatomy, Signals{});
     const double share =
-        spec.slice_thickness_mm > 0 ? spec.slice_thickness_mm / grid.spacing_mm().z() : 1.0;
+        spec.scanner.slice_thickness_mm > 0 ? spec.scanner.slice_thickness_mm / grid.spacing_mm().z() : 1.0;
     const int phase = 1;
     const double t = phantom.phase_time_s(phase);
     std::mt19937 random(9);
@@ -186,7 +186,7 @@ TEST(PhantomRender, NoiseIsRician) {
   const Rendering out = render(phantom, context);
   const Grid grid = out.cine.grid();
   const auto frame = phantom.frame(0.0);
-  const double sigma = kBloodCounts / spec.snr_blood;
+  const double sigma = kBloodCounts / spec.scanner.snr_blood;
   double n = 0, sum = 0, squares = 0;
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {

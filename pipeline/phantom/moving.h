@@ -1,0 +1,37 @@
+#pragma once
+/// What beats: its bodies in one frame, and the signal of a voxel from its shares in them.
+
+#include <vector>
+
+#include "pipeline/phantom/cover.h"
+#include "pipeline/phantom/phantom.h"
+
+namespace beatlas::phantom {
+
+/// From the outside in; each layer lies within those before it.
+enum class Layer { Fat, Muscle, Blood, Papillary };
+
+struct MovingBody {
+  Structure structure;
+  Layer layer;
+  int within;  ///< index of the body that holds all of it, or -1
+};
+
+/// A body comes after the one that holds it. Bodies of one layer do not overlap.
+inline constexpr std::array kMovingBodies{
+    MovingBody{Structure::Heart, Layer::Muscle, -1},
+    MovingBody{Structure::LvBlood, Layer::Blood, 0},
+    MovingBody{Structure::RvBlood, Layer::Blood, 0},
+};
+
+/// In the order of kMovingBodies, patient LPS. @param frame must outlive them
+[[nodiscard]] std::vector<Body> moving_bodies(const Frame& frame, const Affine& lps_from_heart);
+
+/// Signal of a voxel: what lies behind is painted over by the layers, each by its share, of which
+/// an inner one is no larger than an outer one. Near creases the shares come from different planes,
+/// so they are made so.
+/// @param shares in the order of kMovingBodies; @param blood the signal of blood here
+[[nodiscard]] double moving_signal(const Shares& shares, double behind, double blood,
+                                   const Signals& signals);
+
+}  // namespace beatlas::phantom
