@@ -185,12 +185,13 @@ void add_place(Adder adder) {
   adder.number("--shift-limit", "shift_limit_mm", "The longest shift [mm]; default 5");
   adder.number("--flow-void", "flow_void_share",
                "Share of blood's signal lost in the jet at peak ejection; 0 = off, usual 0.5");
-  const auto with_arms = std::make_shared<int>(-1);
-  adder.command
-      .add_flag("--arms{1},--no-arms{0}", *with_arms, "Arms beside the chest that fold over")
-      ->group(adder.group);
-  adder.words->changes.push_back([with_arms](PhantomSpec& spec) {
-    if (*with_arms >= 0) spec.scanner.arms = *with_arms == 1;
+  const auto with_arms = std::make_shared<bool>(false);
+  CLI::Option* arms =
+      adder.command
+          .add_flag("--arms,!--no-arms", *with_arms, "Arms beside the chest that fold over")
+          ->group(adder.group);
+  adder.words->changes.push_back([arms, with_arms](PhantomSpec& spec) {
+    if (arms->count() > 0) spec.scanner.arms = *with_arms;
   });
   adder
       .add<std::string>(

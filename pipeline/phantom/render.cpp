@@ -17,9 +17,9 @@ namespace {
 constexpr double kMostCounts = 4095.0;  // 12 bit
 
 /// The heart at every moment that some slice of a frame shows; each is made once.
-class Moments {
+class Hearts {
  public:
-  Moments(const PhantomSpec& spec, const std::vector<double>& moments_s) : spec_(spec) {
+  Hearts(const PhantomSpec& spec, const std::vector<double>& moments_s) : spec_(spec) {
     for (const double t : moments_s) losses_.push_back(loss_at(t));
     std::sort(losses_.begin(), losses_.end());
     losses_.erase(std::unique(losses_.begin(), losses_.end()), losses_.end());
@@ -42,6 +42,13 @@ class Moments {
   const PhantomSpec& spec_;
   std::vector<double> losses_;
   std::vector<std::unique_ptr<const Frame>> frames_;
+};
+
+/// A part of a frame.
+struct Moment {
+  const Frame* frame = nullptr;
+  double ejection = 0;  ///< rate, 0..1
+  double weight = 0;
 };
 
 struct Imager {
@@ -77,12 +84,32 @@ struct Imager {
     return std::clamp(std::round(value), 0.0, kMostCounts);
   }
 
+  /// What a frame of a slice is the mean of; while the heart rests, its moments are one.
+  std::vector<Moment> moments_of(const SliceAcquisition& slice, int phase,
+                                 const Hearts& hearts) const {
+    const std::vector<double> times = frame_moments_s(spec, slice, phase);
+    const bool jet = spec.scanner.flow_void_share > 0.0;
+    std::vector<Moment> out;
+    for (const double t : times) {
+      const Moment moment{&hearts.at(t), jet ? ejection_rate(t, spec.rr_interval_s) : 0.0,
+                          1.0 / static_cast<double>(times.size())};
+      const bool same = !out.empty() && out.back().frame == moment.frame &&
+                        out.back().ejection == moment.ejection;
+      if (same) {
+        out.back().weight += moment.weight;
+      } else {
+        out.push_back(moment);
+      }
+    }
+    return out;
+  }
+
   /// Adds to `more` by how much the heart's signal at a moment exceeds what lies behind it.
-  void add_heart(const Frame& frame, double t_s, double weight, const Grid& moved,
-                 const Block& tile, std::vector<float>& more) const {
-    const double lost =
-        spec.scanner.flow_void_share *
-        (spec.scanner.flow_void_share > 0.0 ? ejection_rate(t_s, spec.rr_interval_s) : 0.0);
+  void add_heart(const Moment& moment, const Grid& moved, const Block& tile,
+                 std::vector<float>& more) const {
+    const Frame& frame = *moment.frame;
+    const double lost = spec.scanner.flow_void_share * moment.ejection;
+    const double weight = moment.weight;
     const JetCone jet = jet_cone(frame.shape(), spec.anatomy.scale);
     cover(moved, tile, moving_bodies(frame, lps_from_heart), options,
           [&](const Block& block, const Shares& shares) {
@@ -102,13 +129,11 @@ struct Imager {
   }
 
   /// @param image zeros at first
-  void image(const Moments& moments, const Block& tile, int phase,
-             std::vector<float>& image) const {
+  void image(const Hearts& hearts, const Block& tile, int phase, std::vector<float>& image) const {
     const SliceAcquisition& slice = slices[static_cast<std::size_t>(tile.first[2])];
     const Grid moved = shifted_grid(grid, slice);
-    const std::vector<double> times = frame_moments_s(spec, slice, phase);
-    for (const double t : times) {
-      add_heart(moments.at(t), t, 1.0 / static_cast<double>(times.size()), moved, tile, image);
+    for (const Moment& moment : moments_of(slice, phase, hearts)) {
+      add_heart(moment, moved, tile, image);
     }
     for_each_voxel(tile, [&](int i, int j, int k) {
       const std::size_t voxel = grid.offset(i, j, k);
@@ -148,10 +173,10 @@ Rendering render(const Phantom& phantom, StageContext& context) {
     for (const SliceAcquisition& slice : imager.slices) {
       for (const double t : frame_moments_s(spec, slice, phase)) times.push_back(t);
     }
-    const Moments moments(spec, times);
+    const Hearts hearts(spec, times);
     std::vector<float> image(grid.count(), 0.0F);
     parallel_for(tiles.size(),
-                 [&](std::size_t n) { imager.image(moments, tiles[n], phase, image); });
+                 [&](std::size_t n) { imager.image(hearts, tiles[n], phase, image); });
     std::vector<std::uint8_t> labels(grid.count(), kLabelBackground);
     const auto nominal = phantom.frame(phantom.phase_time_s(phase));
     parallel_for(small_tiles.size(),

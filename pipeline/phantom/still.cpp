@@ -58,6 +58,8 @@ CoverOptions cover_options(const ScannerSpec& scanner) {
   out.thickness_mm = scanner.slice_thickness_mm;
   out.partial_volume = scanner.partial_volume;
   out.sigma_mm = {scanner.in_plane_sigma_mm, scanner.in_plane_sigma_mm, scanner.slice_sigma_mm};
+  constexpr double kFlatOfBlurMm = 3.0;
+  if (!out.sigma_mm.isZero(0.0)) out.flat_mm = kFlatOfBlurMm;
   return out;
 }
 

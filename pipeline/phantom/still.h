@@ -21,7 +21,8 @@ struct StillImages {
                                        const std::vector<SliceAcquisition>& slices,
                                        const CoverOptions& options);
 
-/// The options of `cover` that stand for this scanner.
+/// The options of `cover` that stand for this scanner. A blur hides the curvature of pieces of 3
+/// mm.
 [[nodiscard]] CoverOptions cover_options(const ScannerSpec& scanner);
 
 /// Voxels (i, j, k) of the block in order.

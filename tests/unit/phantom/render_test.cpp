@@ -113,8 +113,9 @@ TEST(PhantomRender, AVoxelShowsTheMeanSignalOfItsBox) {
     const Rendering out = render(phantom, context);
     const Grid grid = out.cine.grid();
     const auto tissues = thorax(spec.anatomy, Signals{});
-    const double share =
-        spec.scanner.slice_thickness_mm > 0 ? spec.scanner.slice_thickness_mm / grid.spacing_mm().z() : 1.0;
+    const double share = spec.scanner.slice_thickness_mm > 0
+                             ? spec.scanner.slice_thickness_mm / grid.spacing_mm().z()
+                             : 1.0;
     const int phase = 1;
     const double t = phantom.phase_time_s(phase);
     std::mt19937 random(9);
