@@ -19,29 +19,37 @@ constexpr double kMostCounts = 4095.0;  // 12 bit
 /// The heart at every moment that some slice of a frame shows; each is made once.
 class Hearts {
  public:
-  Hearts(const PhantomSpec& spec, const std::vector<double>& moments_s) : spec_(spec) {
+  /// @param before hearts of the frame before, of which many may serve again
+  Hearts(const PhantomSpec& spec, const std::vector<double>& moments_s, const Hearts* before)
+      : spec_(spec) {
     for (const double t : moments_s) losses_.push_back(loss_at(t));
     std::sort(losses_.begin(), losses_.end());
     losses_.erase(std::unique(losses_.begin(), losses_.end()), losses_.end());
     frames_.resize(losses_.size());
     parallel_for(frames_.size(), [&](std::size_t n) {
-      frames_[n] = std::make_unique<const Frame>(spec.anatomy, losses_[n]);
+      if (before != nullptr) frames_[n] = before->find(losses_[n]);
+      if (!frames_[n]) frames_[n] = std::make_shared<const Frame>(spec.anatomy, losses_[n]);
     });
   }
 
-  [[nodiscard]] const Frame& at(double t_s) const {
-    const auto found = std::lower_bound(losses_.begin(), losses_.end(), loss_at(t_s));
-    return *frames_[static_cast<std::size_t>(found - losses_.begin())];
-  }
+  [[nodiscard]] const Frame& at(double t_s) const { return *find(loss_at(t_s)); }
 
  private:
+  /// To 1e-9, which is far less than a distance can tell: so that equal moments are.
   [[nodiscard]] double loss_at(double t_s) const {
-    return std::clamp(volume_loss(t_s, spec_.rr_interval_s), 0.0, 1.0);
+    constexpr double kSteps = 1e9;
+    const double loss = std::clamp(volume_loss(t_s, spec_.rr_interval_s), 0.0, 1.0);
+    return std::round(loss * kSteps) / kSteps;
+  }
+  [[nodiscard]] std::shared_ptr<const Frame> find(double loss) const {
+    const auto found = std::lower_bound(losses_.begin(), losses_.end(), loss);
+    if (found == losses_.end() || *found != loss) return nullptr;
+    return frames_[static_cast<std::size_t>(found - losses_.begin())];
   }
 
   const PhantomSpec& spec_;
   std::vector<double> losses_;
-  std::vector<std::unique_ptr<const Frame>> frames_;
+  std::vector<std::shared_ptr<const Frame>> frames_;
 };
 
 /// A part of a frame.
@@ -167,20 +175,22 @@ Rendering render(const Phantom& phantom, StageContext& context) {
   out.cine.rr_interval_s = spec.rr_interval_s;
   const std::vector<Block> tiles = tiles_of(grid);
   const std::vector<Block> small_tiles = blocks_of(grid, {16, 16, 1});
+  std::unique_ptr<const Hearts> before;
   for (int phase = 0; phase < spec.phases; ++phase) {
     context.check_cancelled();
     std::vector<double> times;
     for (const SliceAcquisition& slice : imager.slices) {
       for (const double t : frame_moments_s(spec, slice, phase)) times.push_back(t);
     }
-    const Hearts hearts(spec, times);
+    auto hearts = std::make_unique<const Hearts>(spec, times, before.get());
     std::vector<float> image(grid.count(), 0.0F);
     parallel_for(tiles.size(),
-                 [&](std::size_t n) { imager.image(hearts, tiles[n], phase, image); });
+                 [&](std::size_t n) { imager.image(*hearts, tiles[n], phase, image); });
     std::vector<std::uint8_t> labels(grid.count(), kLabelBackground);
     const auto nominal = phantom.frame(phantom.phase_time_s(phase));
     parallel_for(small_tiles.size(),
                  [&](std::size_t n) { imager.label(*nominal, small_tiles[n], labels); });
+    before = std::move(hearts);
     out.cine.images.phases.push_back(std::move(image));
     out.labels.phases.push_back(std::move(labels));
     out.cine.frame_times_s.push_back(phantom.phase_time_s(phase));
