@@ -48,8 +48,8 @@ struct CoverOptions {
 };
 
 /// Finds the shares of every voxel of `block` in every body and hands them to `emit`, for whole
-/// blocks of voxels that are all inside or all outside of each body, and for single voxels. Where
-/// there are many, shares beyond the blur's kBlurSigmas are 0 or 1.
+/// blocks of voxels that are all inside or all outside of each body, and for single voxels.
+/// Beyond kBlurSigmas of a blur they are 0 or 1.
 ///
 /// Far from surfaces blocks and runs of voxels are settled at once: a distance is 1-Lipschitz.
 /// @pre the grid's axes are perpendicular; at most kMostBodies bodies
