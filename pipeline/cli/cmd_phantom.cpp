@@ -1,8 +1,9 @@
-#include <limits>
+#include <memory>
 
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/phantom_words.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/phantom_mark.h"
 #include "pipeline/formats/dicom_writer.h"
@@ -18,19 +19,36 @@ namespace {
 
 struct Arguments {
   CommonArguments common;
+  std::shared_ptr<PhantomWords> phantom = std::make_shared<PhantomWords>();
   std::string output;
-  std::string preset = "adult";
   std::string format = "dicom";
-  double snr = -1;  // below 0: the preset's
-  int seed = -1;    // below 0: the preset's
 };
 
-int make_phantom(const Arguments& arguments) {
-  phantom::PhantomSpec spec = phantom::preset(arguments.preset);
-  if (arguments.snr >= 0) {
-    spec.snr_blood = arguments.snr == 0 ? std::numeric_limits<double>::infinity() : arguments.snr;
+/// Writes the images and tells their place.
+fs::path write_images(const fs::path& folder, const std::string& format,
+                      const phantom::Phantom& phantom, const Cine& cine) {
+  const phantom::PhantomSpec& spec = phantom.spec();
+  const std::string mark = phantom_mark(phantom.identity());
+  if (format == "nifti") {
+    const fs::path file = folder / "cine.nii.gz";
+    formats::write_nifti(file, cine.images, spec.rr_interval_s / spec.phases,
+                         formats::NiftiStorage::Int16, mark);
+    return file;
   }
-  if (arguments.seed >= 0) spec.noise_seed = arguments.seed;
+  formats::DicomWriteOptions options;
+  options.comment = mark;
+  options.series_per_slice = format == "dicom";
+  options.slice_thickness_mm = spec.scanner.slice_thickness_mm;
+  if (format == "dicom-enhanced") {
+    formats::write_enhanced_dicom(folder / "dicom", cine, options);
+  } else {
+    formats::write_dicom(folder / "dicom", cine, options);
+  }
+  return folder / "dicom";
+}
+
+int make_phantom(const Arguments& arguments) {
+  const phantom::PhantomSpec spec = phantom_spec(*arguments.phantom);
   const phantom::Phantom phantom(spec);
   const fs::path folder(arguments.output);
   std::error_code ignored;
@@ -46,21 +64,14 @@ int make_phantom(const Arguments& arguments) {
   console.stage("phantom",
                 [&](StageContext& context) { rendering = phantom::render(phantom, context); });
   const double interval_s = spec.rr_interval_s / spec.phases;
+  fs::path images;
   console.stage("write", [&](StageContext&) {
-    if (arguments.format == "dicom") {
-      formats::DicomWriteOptions options;
-      options.comment = phantom_mark(phantom.identity());
-      formats::write_dicom(folder / "dicom", rendering.cine, options);
-    } else {
-      formats::write_nifti(folder / "cine.nii.gz", rendering.cine.images, interval_s,
-                           formats::NiftiStorage::Int16, phantom_mark(phantom.identity()));
-    }
+    images = write_images(folder, arguments.format, phantom, rendering.cine);
     // Beside the images and not among them, so that the exam's folder holds images only.
     formats::write_nifti_labels(folder / "truth_labels.nii.gz", rendering.labels, interval_s);
     study::write_json(folder / "truth.json", phantom::truth_json(phantom));
   });
-  print_data((arguments.format == "dicom" ? folder / "dicom" : folder / "cine.nii.gz").string() +
-             "\n");
+  print_data(images.string() + "\n");
   console.finish();
   return 0;
 }
@@ -73,23 +84,19 @@ void add_phantom(CLI::App& app, Run& run) {
       "phantom", "Make images of a beating heart whose every surface is known in closed form");
   command->footer(
       "Writes dicom/ or cine.nii.gz, truth.json (what 'beatlas validate --truth' reads) and\n"
-      "truth_labels.nii.gz, and prints the name of the images for 'beatlas build'.");
+      "truth_labels.nii.gz, and prints the name of the images for 'beatlas build'. Without an "
+      "option\n"
+      "the preset's or the spec's value holds; off is the default of every fault of the scanner.");
   command->add_option("-o,--output", arguments->output, "A new or empty folder")
       ->required()
       ->type_name("DIR");
-  command->add_option("--preset", arguments->preset, "Heart and scanner")
-      ->check(CLI::IsMember(phantom::preset_names()))
-      ->capture_default_str();
-  command->add_option("--format", arguments->format, "Format of the images")
-      ->check(CLI::IsMember({"dicom", "nifti"}))
-      ->capture_default_str();
   command
-      ->add_option("--snr", arguments->snr,
-                   "Signal of blood over the noise of a channel; 0 = no noise; without: the "
-                   "preset's")
-      ->check(CLI::Range(0.0, 1e6));
-  command->add_option("--seed", arguments->seed, "Seed of the noise; without: the preset's")
-      ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+      ->add_option("--format", arguments->format,
+                   "DICOM with a series a slice, with one series, or as one Enhanced MR object; or "
+                   "4-D NIfTI")
+      ->check(CLI::IsMember({"dicom", "dicom-volume", "dicom-enhanced", "nifti"}))
+      ->capture_default_str();
+  add_phantom_words(*command, arguments->phantom);
   add_common(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return make_phantom(*arguments); }; });
 }

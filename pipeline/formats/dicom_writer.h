@@ -6,7 +6,8 @@
 namespace beatlas::formats {
 
 struct DicomWriteOptions {
-  bool series_per_slice = true;  ///< each slice its own series, as scanners often export cine
+  bool series_per_slice = true;   ///< each slice its own series, as scanners often export cine
+  double slice_thickness_mm = 0;  ///< SliceThickness; 0 = the distance of slices
   std::string description = "beatlas phantom";  ///< SeriesDescription; ASCII, at most 64 characters
   std::string comment = {};                     ///< ImageComments; ASCII; empty: none
 };
@@ -25,5 +26,14 @@ struct DicomWriteOptions {
 ///         has no R-R interval, axes that are not at right angles, or a value beyond 16 bit.
 void write_dicom(const std::filesystem::path& folder, const Cine& cine,
                  const DicomWriteOptions& options = {});
+
+/// Writes a cine as one Enhanced MR Image Storage object, FOLDER/cine.dcm: its frames run through
+/// the phases of the first slice, then of the second.
+///
+/// What all frames share (spacing, orientation, kind) stands in the shared functional groups;
+/// position, place in the stack, temporal position, trigger delay and R-R interval (in double) with
+/// each frame. Else as write_dicom; `series_per_slice` has no meaning here.
+void write_enhanced_dicom(const std::filesystem::path& folder, const Cine& cine,
+                          const DicomWriteOptions& options = {});
 
 }  // namespace beatlas::formats

@@ -162,11 +162,9 @@ class Builder {
   Construction out_;
 };
 
-Construction heart(const HeartShape& shape) {
-  Builder b;
-  b.cell({b.add(shape.lv_epicardium), b.add(Below{shape.lv_base_z_mm})});
-  b.cell({b.add(shape.rv_outer), b.add(Below{shape.rv_cut_z_mm})});
-  // The caps of the atria below the valve planes lie in the ventricles.
+/// What stands on the ventricles: atria and aorta with their walls, the still part of an infarct.
+/// The caps of the atria below the valve planes lie in the ventricles.
+void add_rest_of_heart(Builder& b, const HeartShape& shape) {
   if (shape.la) b.cell({b.add(shape.la->outer)});
   if (shape.ra) b.cell({b.add(shape.ra->outer)});
   if (shape.aorta) {
@@ -176,6 +174,13 @@ Construction heart(const HeartShape& shape) {
   if (shape.infarct) {
     b.cell({b.add(shape.infarct->epicardium), b.add(shape.infarct->epicardium_ball)});
   }
+}
+
+Construction heart(const HeartShape& shape) {
+  Builder b;
+  b.cell({b.add(shape.lv_epicardium), b.add(Below{shape.lv_base_z_mm})});
+  b.cell({b.add(shape.rv_outer), b.add(Below{shape.rv_cut_z_mm})});
+  add_rest_of_heart(b, shape);
   return b.take();
 }
 
@@ -265,6 +270,7 @@ Construction pericardial_fat(const HeartShape& shape) {
   if (!shape.fat) return {};
   b.cell({b.add(shape.fat->lv), b.add(Below{shape.fat->lv_top_z_mm})});
   b.cell({b.add(shape.fat->rv), b.add(Below{shape.fat->rv_top_z_mm})});
+  add_rest_of_heart(b, shape);  // the ventricles lie within their fat
   return b.take();
 }
 
@@ -307,12 +313,13 @@ HeartShape heart_shape(const Anatomy& anatomy, double s) {
         papillary_shape(anatomy.papillary_muscles, s, state.radius_mm, lv.centre_z_mm);
   }
   if (anatomy.pericardial_fat.present) {
-    // An ellipsoid grown by half and moved by half touches the old one behind.
+    // An ellipsoid grown by half and moved by half would touch the old one behind.
+    constexpr double kBehindMm = 0.1;
     const double half = 0.5 * anatomy.pericardial_fat.front_mm;
     const Vec3 forward(0.0, half, 0.0);
-    out.fat = FatShape{moved(grown(out.lv_epicardium, half), forward),
-                       moved(grown(out.rv_outer, half), forward), out.lv_base_z_mm + half,
-                       out.rv_cut_z_mm + half};
+    out.fat = FatShape{moved(grown(out.lv_epicardium, half + kBehindMm), forward),
+                       moved(grown(out.rv_outer, half + kBehindMm), forward),
+                       out.lv_base_z_mm + half, out.rv_cut_z_mm + half};
   }
   if (anatomy.infarct.present) out.infarct = infarct_shape(anatomy);
   scale(out, anatomy.scale);
@@ -339,7 +346,7 @@ Construction construction(const HeartShape& shape, Part part) {
       return aorta(shape);
     case Part::PapillaryMuscles:
       return papillary_muscles(shape);
-    case Part::PericardialFat:
+    case Part::Pericardium:
       return pericardial_fat(shape);
   }
   return {};

@@ -4,6 +4,11 @@
 #include <numbers>
 
 namespace beatlas::phantom {
+namespace {
+
+constexpr double kUnit = 1.0 / 4294967296.0;
+
+}  // namespace
 
 std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
                                     std::array<std::uint32_t, 2> key) noexcept {
@@ -21,15 +26,21 @@ std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
   return counter;
 }
 
-std::array<double, 2> normal_pair(std::uint64_t index, std::uint32_t stream,
-                                  std::uint32_t seed) noexcept {
+std::array<double, 2> normal_pair(std::uint64_t index, std::uint32_t stream, std::uint32_t seed,
+                                  Draw draw) noexcept {
   const auto bits = philox(
       {static_cast<std::uint32_t>(index), static_cast<std::uint32_t>(index >> 32), stream, 0},
-      {seed, 0});
-  constexpr double kUnit = 1.0 / 4294967296.0;
+      {seed, static_cast<std::uint32_t>(draw)});
   const double radius = std::sqrt(-2.0 * std::log((bits[0] + 0.5) * kUnit));
   const double angle = 2.0 * std::numbers::pi * (bits[1] + 0.5) * kUnit;
   return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+double uniform(std::uint64_t index, std::uint32_t seed, Draw draw) noexcept {
+  const auto bits =
+      philox({static_cast<std::uint32_t>(index), static_cast<std::uint32_t>(index >> 32), 0, 0},
+             {seed, static_cast<std::uint32_t>(draw)});
+  return (bits[0] + 0.5) * kUnit;
 }
 
 }  // namespace beatlas::phantom

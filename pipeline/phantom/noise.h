@@ -9,8 +9,15 @@ namespace beatlas::phantom {
 [[nodiscard]] std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
                                                   std::array<std::uint32_t, 2> key) noexcept;
 
+/// What random numbers are drawn for: each has a sequence of its own, whatever the seed.
+enum class Draw : std::uint32_t { Noise, Shift, Jitter, MisTrigger, Bias };
+
 /// Two independent standard normal numbers for this place in the sequence (Box-Muller).
 [[nodiscard]] std::array<double, 2> normal_pair(std::uint64_t index, std::uint32_t stream,
-                                                std::uint32_t seed) noexcept;
+                                                std::uint32_t seed,
+                                                Draw draw = Draw::Noise) noexcept;
+
+/// Uniform in (0, 1).
+[[nodiscard]] double uniform(std::uint64_t index, std::uint32_t seed, Draw draw) noexcept;
 
 }  // namespace beatlas::phantom

@@ -14,8 +14,8 @@ std::string_view part_name(Part part) noexcept {
       return "aorta";
     case Part::PapillaryMuscles:
       return "papillary_muscles";
-    case Part::PericardialFat:
-      return "pericardial_fat";
+    case Part::Pericardium:
+      return "pericardium";
     default:
       return structure_name(static_cast<Structure>(part));
   }

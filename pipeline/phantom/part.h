@@ -20,12 +20,12 @@ enum class Part : std::uint8_t {
   RaBlood,
   Aorta,             ///< lumen of the root
   PapillaryMuscles,  ///< in the LV's cavity
-  PericardialFat,    ///< with all that lies within it: the ventricles and the fat over them
+  Pericardium,       ///< the heart with the fat over its ventricles, filled
 };
 
 inline constexpr std::array kAllParts{
     Part::Heart,   Part::LvBlood, Part::RvBlood, Part::LvMyocardium,     Part::RvWall,
-    Part::LaBlood, Part::RaBlood, Part::Aorta,   Part::PapillaryMuscles, Part::PericardialFat};
+    Part::LaBlood, Part::RaBlood, Part::Aorta,   Part::PapillaryMuscles, Part::Pericardium};
 
 /// What functions take: a part, or the structure of an atlas that it is.
 class PartArgument {
@@ -39,7 +39,7 @@ class PartArgument {
   Part part_;
 };
 
-/// "heart", "lv_blood", ..., "papillary_muscles", "pericardial_fat".
+/// "heart", "lv_blood", ..., "papillary_muscles", "pericardium".
 [[nodiscard]] std::string_view part_name(Part part) noexcept;
 
 }  // namespace beatlas::phantom

@@ -14,9 +14,11 @@ struct Rendering {
 /// Counts of blood; every signal is scaled to it.
 inline constexpr double kBloodCounts = 1000.0;
 
-/// Images the phantom: each voxel averages the signals in its box (slice_thickness_mm along k, see
-/// cover.h), then gets Rician noise of standard deviation blood / snr_blood in each channel and is
-/// rounded. Noise depends on seed, phase and voxel only, so on nothing else than the spec.
+/// Images the phantom as its spec's scanner does. Each voxel averages the signals in its box (see
+/// cover.h) over the moments of its frame (see acquisition.h), is multiplied by the coil's
+/// sensitivity, gets Rician noise of standard deviation blood / snr_blood in each channel and is
+/// rounded. All of it follows from the spec alone. Labels know of no degradation: they are those of
+/// voxels' centres at the phases' nominal times.
 [[nodiscard]] Rendering render(const Phantom& phantom, StageContext& context);
 
 }  // namespace beatlas::phantom

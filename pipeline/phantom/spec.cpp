@@ -80,16 +80,36 @@ Grid PhantomSpec::imaging_grid() const {
   return out;
 }
 
+Grid on_matrix(const Grid& grid, const Index3& size, const Vec3& spacing_mm) {
+  const Vec3 spacing = grid.spacing_mm();
+  Grid out = grid;
+  Vec3 wanted = spacing;
+  for (int a = 0; a < 3; ++a) {
+    const double field_mm = grid.size[a] * spacing[a];
+    if (spacing_mm[a] > 0.0) wanted[a] = spacing_mm[a];
+    if (size[a] > 0) {
+      out.size[a] = size[a];
+      if (!(spacing_mm[a] > 0.0)) wanted[a] = field_mm / size[a];
+    } else {
+      out.size[a] = std::max(1, static_cast<int>(std::lround(field_mm / wanted[a])));
+    }
+  }
+  const Vec3 centre =
+      grid.mm(0.5 * (grid.size[0] - 1), 0.5 * (grid.size[1] - 1), 0.5 * (grid.size[2] - 1));
+  out.mm_from_index.linear() =
+      grid.mm_from_index.linear() * wanted.cwiseQuotient(spacing).asDiagonal();
+  out.mm_from_index.translation() =
+      centre -
+      out.mm_from_index.linear() * (0.5 * Vec3(out.size[0] - 1, out.size[1] - 1, out.size[2] - 1));
+  return out;
+}
+
 void check_spec(const PhantomSpec& spec) {
   check_range("phases", spec.phases, 2, 200);
   check_range("rr_interval_s", spec.rr_interval_s, 0.2, 3.0);
-  check_range("noise_seed", spec.noise_seed, 0, std::numeric_limits<int>::max());
-  check_range("slice_thickness_mm", spec.slice_thickness_mm, 0.0, 50.0);
   check_range("anatomy/scale", spec.anatomy.scale, 0.3, 1.6);
-  if (!(spec.snr_blood >= 1.0)) {
-    throw_invalid("/snr_blood must be a number of at least 1, or null for no noise");
-  }
   for (int axis = 0; axis < 3; ++axis) check_range("grid/size", spec.grid.size[axis], 1, 1024);
+  check_scanner(spec.scanner, spec.grid.size[2]);
   const Vec3 spacing = spec.grid.spacing_mm();
   const Eigen::Matrix3d axes = spec.grid.mm_from_index.linear();
   for (int axis = 0; axis < 3; ++axis) {
@@ -113,18 +133,13 @@ nlohmann::json spec_to_json(const PhantomSpec& spec) {
       matrix.push_back(spec.grid.mm_from_index.matrix()(row, column));
     }
   }
-  nlohmann::json out{{"name", spec.name},
-                     {"grid", {{"size", spec.grid.size}, {"lps_from_index", matrix}}},
-                     {"oblique_deg", to_json(spec.oblique_deg)},
-                     {"slice_thickness_mm", spec.slice_thickness_mm},
-                     {"phases", spec.phases},
-                     {"rr_interval_s", spec.rr_interval_s},
-                     {"snr_blood", nullptr},
-                     {"noise_seed", spec.noise_seed},
-                     {"partial_volume", spec.partial_volume},
-                     {"anatomy", anatomy_to_json(spec.anatomy)}};
-  if (std::isfinite(spec.snr_blood)) out["snr_blood"] = spec.snr_blood;
-  return out;
+  return {{"name", spec.name},
+          {"grid", {{"size", spec.grid.size}, {"lps_from_index", matrix}}},
+          {"oblique_deg", to_json(spec.oblique_deg)},
+          {"phases", spec.phases},
+          {"rr_interval_s", spec.rr_interval_s},
+          {"scanner", scanner_to_json(spec.scanner)},
+          {"anatomy", anatomy_to_json(spec.anatomy)}};
 }
 
 PhantomSpec spec_from_json(const nlohmann::json& json) {
@@ -154,29 +169,35 @@ PhantomSpec spec_from_json(const nlohmann::json& json) {
   }
   grid.finish();
   read_vector(object, "oblique_deg", spec.oblique_deg, -180.0, 180.0);
-  object.read("slice_thickness_mm", spec.slice_thickness_mm, 0.0, 50.0);
   object.read("phases", spec.phases, 2, 200);
   object.read("rr_interval_s", spec.rr_interval_s, 0.2, 3.0);
-  if (object.has("snr_blood") && !object.at("snr_blood").is_null()) {
-    object.read("snr_blood", spec.snr_blood, 1.0, 1e6);
-  }
-  object.read("noise_seed", spec.noise_seed, 0, std::numeric_limits<int>::max());
-  object.read("partial_volume", spec.partial_volume);
+  if (object.has("scanner")) spec.scanner = scanner_from_json(object.at("scanner"), "/scanner");
   if (object.has("anatomy")) spec.anatomy = anatomy_from_json(object.at("anatomy"), "/anatomy");
   object.finish();
   check_spec(spec);
   return spec;
 }
 
-std::vector<std::string> preset_names() { return {"adult", "small", "clinical"}; }
+std::vector<std::string> preset_names() {
+  return {"adult", "small", "clinical", "infarct", "hard"};
+}
 
 PhantomSpec preset(const std::string& name) {
+  constexpr double kLiverInTouchMm = 20.0;  // it then indents the heart's lower side at rest
   PhantomSpec spec;
   spec.name = name;
-  spec.snr_blood = 20.0;
-  if (name == "adult") {
+  spec.scanner.snr_blood = 20.0;
+  if (name == "adult" || name == "infarct" || name == "hard") {
     spec.grid.size = {256, 256, 64};
     spec.grid.mm_from_index = centred({1.0, 1.0, 3.0}, spec.grid.size, Vec3::Zero());
+    if (name == "infarct") spec.anatomy.infarct.present = true;
+    if (name == "hard") {
+      spec.anatomy.liver_rise_mm = kLiverInTouchMm;
+      spec.scanner.signals = "A";
+      spec.scanner.snr_blood = 10.0;
+      spec.scanner.bias_share = 0.5;
+      spec.scanner.shift_sigma_mm = 2.0;
+    }
   } else if (name == "small") {
     spec.phases = 10;
     spec.grid.size = {88, 88, 44};
@@ -184,7 +205,7 @@ PhantomSpec preset(const std::string& name) {
   } else if (name == "clinical") {
     spec.phases = 25;
     spec.rr_interval_s = 0.9;
-    spec.slice_thickness_mm = 8.0;
+    spec.scanner.slice_thickness_mm = 8.0;
     spec.grid.size = {192, 192, 13};
     // In the heart frame the slices lie at z = -75, -65, ..., 45 mm.
     spec.grid.mm_from_index = lps_from_heart(spec.anatomy) *

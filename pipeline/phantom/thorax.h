@@ -5,20 +5,9 @@
 #include <vector>
 
 #include "pipeline/phantom/anatomy.h"
+#include "pipeline/phantom/signals.h"
 
 namespace beatlas::phantom {
-
-/// bSSFP signal, blood = 1: preset B, with bone of preset A.
-struct Signals {
-  double blood = 1.0;
-  double myocardium = 0.34;
-  double fat = 1.29;
-  double liver = 0.55;
-  double muscle = 0.28;
-  double lung = 0.04;
-  double bone = 0.12;
-  double air = 0.0;
-};
 
 /// Signed distance [mm], negative inside, and its gradient; or a plane that stands for a surface.
 struct SignedPlane {

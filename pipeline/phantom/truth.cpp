@@ -6,6 +6,7 @@
 #include <string>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/phantom/acquisition.h"
 #include "pipeline/phantom/motion.h"
 #include "runtime/base/json_object.h"
 
@@ -61,6 +62,7 @@ nlohmann::json truth_json(const Phantom& phantom) {
           {"ejection_fraction",
            {{"lv_blood", ejection_fraction(curves.at(Part::LvBlood))},
             {"rv_blood", ejection_fraction(curves.at(Part::RvBlood))}}},
+          {"acquisition", acquisition_json(phantom.spec())},
           {"structures", structures}};
 }
 

@@ -9,7 +9,8 @@ namespace beatlas::phantom {
 /// {"format": "beatlas-phantom-truth", "version": 2, "identity": SHA-256 of the spec,
 ///  "spec": see spec_to_json, "rr_interval_s", "times_s" [], "volume_loss" [] (s at each time),
 ///  "volume_loss_definition": text, "ejection_fraction": {"lv_blood", "rv_blood"},
-///  "structures": [{"name", see part.h, "volume_ml" []}]}. Points are LPS [mm].
+///  "acquisition": see acquisition_json, "structures": [{"name", see part.h, "volume_ml" []}]}.
+///  Points are LPS [mm].
 [[nodiscard]] nlohmann::json truth_json(const Phantom& phantom);
 
 /// Rebuilds the closed form.

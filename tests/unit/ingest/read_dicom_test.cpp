@@ -221,9 +221,13 @@ TEST(ReadDicom, WhatWeWriteWeReadBackExactly) {
     for (float& value : phase) value = std::round(value);
   }
   const beatlas::test::Folder folder;
-  for (const bool per_slice : {true, false}) {
-    const auto path = folder / (per_slice ? "per_slice" : "one");
-    formats::write_dicom(path, cine, {.series_per_slice = per_slice});
+  for (const std::string form : {"per_slice", "one", "enhanced"}) {
+    const auto path = folder / form;
+    if (form == "enhanced") {
+      formats::write_enhanced_dicom(path, cine);
+    } else {
+      formats::write_dicom(path, cine, {.series_per_slice = form == "per_slice"});
+    }
     StageContext context;
     const Exam back = read_exam({path}, {}, context);
     EXPECT_EQ(back.stack.images.phases, cine.images.phases);

@@ -92,7 +92,7 @@ TEST(Spans, InTheMuscleEndOnItsSurface) {
       for (const Vec3& at : frame->sample_surface(Structure::LvBlood, 12.0)) {
         const Vec3 outward = frame->nearest(Structure::LvBlood, at).outward;
         for (const Span& span :
-             spans_in_lv_muscle(*frame, phantom.spec().anatomy, at, outward, {-60.0, 60.0})) {
+             spans_in_lv_muscle(*frame, phantom.spec().anatomy, at, outward, {-150.0, 150.0})) {
           for (const double s : {span.from_mm, span.to_mm}) {
             EXPECT_LT(std::abs(frame->distance_mm(Structure::LvMyocardium, at + s * outward)), 1e-6)
                 << name;

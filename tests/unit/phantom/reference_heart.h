@@ -26,7 +26,7 @@ struct ReferenceHeart {
   Vec3 muscle[2];    // papillary
   double muscle_radius, muscle_half;
   static constexpr double kAortaX = 4, kAortaY = 22, kLumen = 14, kAortaWall = 2, kAtrialWall = 2,
-                          kHalfFat = 3;
+                          kHalfFat = 3, kFat = 3.1;
 
   /// s by adding up the three pulses on a fine grid (midpoint rule).
   static double loss(double t_s) {
@@ -129,12 +129,12 @@ struct ReferenceHeart {
         return off_aorta(x) < kLumen && x.z() > base && x.z() < top;
       case Part::PapillaryMuscles:
         return (in_muscle(x, 0) || in_muscle(x, 1)) && in_cavity(x) && x.z() < base;
-      case Part::PericardialFat:
-        return (level(x, 0, centre, radius_epi + kHalfFat, radius_epi + kHalfFat,
-                      half_epi + kHalfFat, kHalfFat) < 0 &&
-                x.z() < base + kHalfFat) ||
-               (level(x, rx, rz, px + 3.5 + kHalfFat, py + 3.5 + kHalfFat, pz + 3.5 + kHalfFat,
+      case Part::Pericardium:
+        return contains(Part::Heart, x) ||
+               (level(x, 0, centre, radius_epi + kFat, radius_epi + kFat, half_epi + kFat,
                       kHalfFat) < 0 &&
+                x.z() < base + kHalfFat) ||
+               (level(x, rx, rz, px + 3.5 + kFat, py + 3.5 + kFat, pz + 3.5 + kFat, kHalfFat) < 0 &&
                 x.z() < cut + kHalfFat);
     }
     return false;
@@ -193,17 +193,15 @@ struct ReferenceHeart {
               {Part::Heart, Part::LvMyocardium, Part::RvBlood, Part::RvWall, Part::RaBlood});
     ellipsoid(rv, px, py, pz, {Part::RvBlood, Part::RvWall});
     ellipsoid(rv, px + 3.5, py + 3.5, pz + 3.5, {Part::Heart, Part::RvWall});
-    ellipsoid(lv + forward, epi + kHalfFat, epi + kHalfFat, half_epi + kHalfFat,
-              {Part::PericardialFat});
-    ellipsoid(rv + forward, px + 3.5 + kHalfFat, py + 3.5 + kHalfFat, pz + 3.5 + kHalfFat,
-              {Part::PericardialFat});
+    ellipsoid(lv + forward, epi + kFat, epi + kFat, half_epi + kFat, {Part::Pericardium});
+    ellipsoid(rv + forward, px + 3.5 + kFat, py + 3.5 + kFat, pz + 3.5 + kFat, {Part::Pericardium});
     const auto sphere = [&](const Vec3& at, double radius, std::vector<Part> bounds) {
       ellipsoid(at, radius, radius, radius, std::move(bounds));
     };
     sphere(la, la_radius, {Part::LaBlood});
-    sphere(la, la_radius + kAtrialWall, {Part::Heart, Part::RaBlood});
+    sphere(la, la_radius + kAtrialWall, {Part::Heart, Part::RaBlood, Part::Pericardium});
     sphere(ra, ra_radius, {Part::RaBlood});
-    sphere(ra, ra_radius + kAtrialWall, {Part::Heart});
+    sphere(ra, ra_radius + kAtrialWall, {Part::Heart, Part::Pericardium});
     for (const Vec3& at : muscle) {
       ellipsoid(at, muscle_radius, muscle_radius, muscle_half, {Part::PapillaryMuscles});
     }
@@ -220,7 +218,7 @@ struct ReferenceHeart {
     };
     cylinder(kLumen, base, top, {Part::Aorta});
     cylinder(kLumen + kAortaWall, foot, std::max(top, la.z() + 40),
-             {Part::Heart, Part::LaBlood, Part::RaBlood});
+             {Part::Heart, Part::LaBlood, Part::RaBlood, Part::Pericardium});
     const auto plane = [&out](double z, std::vector<Part> bounds) {
       out.push_back({[z](double u, double v) { return Vec3(u, v, z); },
                      [](double, double) { return Vec3(1, 0, 0); },
@@ -231,10 +229,10 @@ struct ReferenceHeart {
     plane(base, {Part::Heart, Part::LvBlood, Part::LvMyocardium, Part::LaBlood, Part::RaBlood,
                  Part::Aorta, Part::PapillaryMuscles});
     plane(cut, {Part::Heart, Part::RvBlood, Part::RvWall, Part::RaBlood});
-    plane(foot, {Part::Heart});
-    plane(top, {Part::Heart, Part::Aorta});
-    plane(base + kHalfFat, {Part::PericardialFat});
-    plane(cut + kHalfFat, {Part::PericardialFat});
+    plane(foot, {Part::Heart, Part::Pericardium});
+    plane(top, {Part::Heart, Part::Aorta, Part::Pericardium});
+    plane(base + kHalfFat, {Part::Pericardium});
+    plane(cut + kHalfFat, {Part::Pericardium});
     return out;
   }
 

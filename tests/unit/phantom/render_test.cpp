@@ -73,7 +73,7 @@ TEST(PhantomCover, BoxShareIsTheVolumeBelowThePlane) {
 
 PhantomSpec quiet(const char* name) {
   PhantomSpec spec = preset(name);
-  spec.snr_blood = std::numeric_limits<double>::infinity();
+  spec.scanner.snr_blood = std::numeric_limits<double>::infinity();
   return spec;
 }
 
@@ -93,7 +93,7 @@ double supersampled(const Phantom& phantom, const Grid& grid, const std::vector<
         for (const Tissue& tissue : tissues) {
           if (tissue.surface(x).distance_mm < 0.0) signal = tissue.signal;
         }
-        if (frame->contains(Part::PericardialFat, x)) signal = signals.fat;
+        if (frame->contains(Part::Pericardium, x)) signal = signals.fat;
         if (frame->contains(Part::Heart, x)) signal = signals.myocardium;
         for (Part pool :
              {Part::LvBlood, Part::RvBlood, Part::LaBlood, Part::RaBlood, Part::Aorta}) {
@@ -117,11 +117,9 @@ TEST(PhantomRender, AVoxelShowsTheMeanSignalOfItsBox) {
     const Rendering out = render(phantom, context);
     const Grid grid = out.cine.grid();
     const auto tissues = thorax(spec.anatomy, Signals{});
-    const double share =
-        spec.slice_thickness_mm > 0 ? spec.slice_thickness_mm / grid.spacing_mm().z() : 1.0;
-    Vec3 edges = grid.spacing_mm();
-    edges.z() *= share;
-    const double box_mm = 0.5 * edges.norm();
+    const double share = spec.scanner.slice_thickness_mm > 0
+                             ? spec.scanner.slice_thickness_mm / grid.spacing_mm().z()
+                             : 1.0;
     const int phase = 1;
     const double t = phantom.phase_time_s(phase);
     std::mt19937 random(9);
@@ -134,16 +132,13 @@ TEST(PhantomRender, AVoxelShowsTheMeanSignalOfItsBox) {
       const int k = static_cast<int>(random() % grid.size[2]);
       const auto frame = phantom.frame(t);
       double nearest = 1e300;
-      double crease = 1e300;
       for (Part part : kAllParts) {
         nearest = std::min(nearest, std::abs(frame->distance_mm(part, grid.mm(i, j, k))));
-        crease = std::min(crease, frame->crease_distance_mm(part, grid.mm(i, j, k)));
       }
       if (nearest > 2.0) continue;
       const double expected = supersampled(phantom, grid, tissues, i, j, k, share, t);
       const double error = out.cine.images.phases[phase][grid.offset(i, j, k)] - expected;
-      // Where a crease runs through a box, it has one plane for two faces.
-      if (crease < box_mm) continue;
+      // 60 counts of 1000: a crease, where the share of a body is counted and not measured.
       EXPECT_LT(std::abs(error), 60.0) << name << " " << i << " " << j << " " << k;
       squares += error * error;
       mean += error;
@@ -196,7 +191,7 @@ TEST(PhantomRender, NoiseIsRician) {
   const Rendering out = render(phantom, context);
   const Grid grid = out.cine.grid();
   const auto frame = phantom.frame(0.0);
-  const double sigma = kBloodCounts / spec.snr_blood;
+  const double sigma = kBloodCounts / spec.scanner.snr_blood;
   double n = 0, sum = 0, squares = 0;
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {

@@ -67,8 +67,8 @@ TEST(PhantomSpec, BadInputIsRefusedByItsPath) {
   };
   EXPECT_TRUE(names(refused(R"({"phase": 3})"), "/phase is not a known key"));
   EXPECT_TRUE(names(refused(R"({"phases": 1})"), "/phases"));
-  EXPECT_TRUE(names(refused(R"({"snr_blood": 0.5})"), "/snr_blood"));
-  EXPECT_TRUE(names(refused(R"({"snr_blood": "high"})"), "/snr_blood"));
+  EXPECT_TRUE(names(refused(R"({"scanner": {"snr_blood": 0.5}})"), "/scanner/snr_blood"));
+  EXPECT_TRUE(names(refused(R"({"scanner": {"snr_blood": "high"}})"), "/scanner/snr_blood"));
   EXPECT_TRUE(names(refused(R"({"grid": {"size": [10, 10]}})"), "/grid"));
   EXPECT_TRUE(names(refused(R"({"anatomy": {"lv_end_diastole": {"radius": 3}}})"),
                     "/anatomy/lv_end_diastole/radius is not a known key"));
@@ -76,7 +76,7 @@ TEST(PhantomSpec, BadInputIsRefusedByItsPath) {
   EXPECT_TRUE(names(refused(R"({"anatomy": {"lv_end_systole": {"base_mm": 80}}})"), "base_mm"));
   EXPECT_TRUE(names(refused(R"({"anatomy": {"rv_direction_lps": [0.6, -0.55, -0.58]}})"),
                     "two directions"));
-  EXPECT_EQ(refused(R"({"snr_blood": null})"), "");
+  EXPECT_EQ(refused(R"({"scanner": {"snr_blood": null}})"), "");
 }
 
 TEST(PhantomSpec, HeartOutsideTheFieldOfViewIsRefused) {

@@ -94,26 +94,25 @@ TEST(LabelsInWorkspace, of_a_phantoms_exact_coverage_are_its_labels) {
                            Structure::LvMyocardium};
   std::vector<phantom::Body> bodies;
   for (Structure structure : all) {
-    bodies.emplace_back([&frame, structure](const Vec3& x) {
+    bodies.emplace_back().surface = [&frame, structure](const Vec3& x) {
       const auto nearest = frame->nearest(structure, x);
       return phantom::SignedPlane{nearest.distance_mm, nearest.outward};
-    });
+    };
     segmentation.coverage.phases[structure] = {std::vector<float>(grid.count(), 0)};
   }
   for (const phantom::Block& block : phantom::blocks_of(grid, {8, 8, 8})) {
-    phantom::cover(grid, block, bodies, {},
-                   [&](const phantom::Block& part, const phantom::Shares& shares, bool) {
-                     for (int k = part.first[2]; k < part.first[2] + part.size[2]; ++k) {
-                       for (int j = part.first[1]; j < part.first[1] + part.size[1]; ++j) {
-                         for (int i = part.first[0]; i < part.first[0] + part.size[0]; ++i) {
-                           for (std::size_t s = 0; s < 4; ++s) {
-                             segmentation.coverage.phases[all[s]][0][grid.offset(i, j, k)] =
-                                 shares[s];
-                           }
-                         }
-                       }
-                     }
-                   });
+    phantom::cover(
+        grid, block, bodies, {}, [&](const phantom::Block& part, const phantom::Shares& shares) {
+          for (int k = part.first[2]; k < part.first[2] + part.size[2]; ++k) {
+            for (int j = part.first[1]; j < part.first[1] + part.size[1]; ++j) {
+              for (int i = part.first[0]; i < part.first[0] + part.size[0]; ++i) {
+                for (std::size_t s = 0; s < 4; ++s) {
+                  segmentation.coverage.phases[all[s]][0][grid.offset(i, j, k)] = shares[s];
+                }
+              }
+            }
+          }
+        });
   }
   const Affine map = workspace_from_lps(grid, segmentation.coverage);
   StageContext context;
