@@ -69,25 +69,12 @@ SampledQuery::SampledQuery(std::shared_ptr<const FieldQuery> field, SpatialMode 
 
 void SampledQuery::take_samples() {
   const FieldPayload& field = field_->payload();
-  const int phases = field.phases;
-  const auto count = static_cast<std::size_t>(phases);
+  const auto count = static_cast<std::size_t>(field.phases);
   samples_.resize(field.coefficients.size());
-  // c[n] of the spline in time, given its values s[n] at the frames: (c[n-1] + 4 c[n] + c[n+1]) / 6
-  // = s[n], solved by c <- c + s - B c, since the eigenvalues of B are from 1/3 to 1.
-  const auto coefficients_in_time = [&](const std::vector<double>& values) {
-    constexpr int kRounds = 40;  // (2/3)^40 is 1e-7
-    std::vector<double> c = values;
-    std::vector<double> next(c.size());
-    for (int round = 0; round < kRounds; ++round) {
-      for (std::size_t n = 0; n < count; ++n) {
-        next[n] = values[n] + c[n] / 3 - (c[(n + count - 1) % count] + c[(n + 1) % count]) / 6;
-      }
-      std::swap(c, next);
-    }
-    return c;
-  };
-  const double frame_s = field_->rr_interval_s() / phases;
-  std::vector<double> values(count);
+  // At a lattice point a cubic B-spline is 1/6, 4/6, 1/6 of three coefficients along each axis.
+  constexpr std::array<float, 3> kCentred{1.F / 6, 4.F / 6, 1.F / 6};
+  std::vector<float> sum(count);
+  std::vector<float> values(count);
   std::size_t block = 0;
   for (int bz = 0; bz < field.block_count[2]; ++bz) {
     for (int by = 0; by < field.block_count[1]; ++by) {
@@ -98,15 +85,36 @@ void SampledQuery::take_samples() {
         std::size_t to = static_cast<std::size_t>(leaf.first_active) * count;
         for (int s = 0; s < FieldPayload::kBlockSamples; ++s) {
           if ((leaf.active[static_cast<std::size_t>(s / 64)] >> (s % 64) & 1U) == 0) continue;
-          const Vec3 index(bx * kEdge + s % 8, by * kEdge + s / 8 % 8, bz * kEdge + s / 64);
-          const Vec3 x = field.origin_mm + field.voxel_mm * index;
-          for (int p = 0; p < phases; ++p) {
-            values[static_cast<std::size_t>(p)] = field_->sample(x, frame_s * p).distance_mm;
+          std::fill(sum.begin(), sum.end(), 0.F);
+          for (int n = 0; n < 27; ++n) {
+            const int a = n % 3;
+            const int b = n / 3 % 3;
+            const int c = n / 9;
+            const float weight = kCentred[static_cast<std::size_t>(a)] *
+                                 kCentred[static_cast<std::size_t>(b)] *
+                                 kCentred[static_cast<std::size_t>(c)];
+            const Stored at = stored(bx * kEdge + s % 8 + a - 1, by * kEdge + s / 8 % 8 + b - 1,
+                                     bz * kEdge + s / 64 + c - 1);
+            if (at.first < 0) {
+              const auto value = static_cast<float>(at.clamp_mm / field.step_mm);
+              for (float& each : sum) each += weight * value;
+              continue;
+            }
+            const std::int16_t* from = field.coefficients.data() + at.first;
+            for (std::size_t p = 0; p < count; ++p) {
+              sum[p] += weight * static_cast<float>(from[p]);
+            }
           }
-          if (time_ == TemporalMode::PeriodicCubic) values = coefficients_in_time(values);
-          for (double value : values) {
-            const double counts = std::clamp(value / field.step_mm, -32767.0, 32767.0);
-            samples_[to++] = static_cast<std::int16_t>(std::lround(counts));
+          values = sum;
+          if (time_ != TemporalMode::PeriodicCubic) {
+            for (std::size_t p = 0; p < count; ++p) {
+              values[p] = kCentred[0] * sum[(p + count - 1) % count] + kCentred[1] * sum[p] +
+                          kCentred[2] * sum[(p + 1) % count];
+            }
+          }
+          for (const float value : values) {
+            samples_[to++] =
+                static_cast<std::int16_t>(std::lround(std::clamp(value, -32767.F, 32767.F)));
           }
         }
       }
@@ -154,10 +162,10 @@ SampledQuery::TimeWeights SampledQuery::weights_at(double t) const noexcept {
   return out;
 }
 
-SampledQuery::Node SampledQuery::node(int i, int j, int k, const TimeWeights& time) const noexcept {
+SampledQuery::Stored SampledQuery::stored(int i, int j, int k) const noexcept {
   const FieldPayload& field = field_->payload();
-  Node out;
-  out.distance = static_cast<float>(field.outer_mm);
+  Stored out;
+  out.clamp_mm = field.outer_mm;
   if (i < 0 || j < 0 || k < 0) return out;
   const int bx = i / kEdge;
   const int by = j / kEdge;
@@ -169,7 +177,7 @@ SampledQuery::Node SampledQuery::node(int i, int j, int k, const TimeWeights& ti
   const std::int32_t entry =
       field
           .blocks[at(bx) + at(field.block_count[0]) * (at(by) + at(field.block_count[1]) * at(bz))];
-  if (entry == FieldPayload::kInside) out.distance = static_cast<float>(-field.inner_mm);
+  if (entry == FieldPayload::kInside) out.clamp_mm = -field.inner_mm;
   if (entry < 0) return out;
   const auto l = static_cast<std::size_t>(entry);
   const FieldPayload::Leaf& leaf = field.leaves[l];
@@ -179,18 +187,27 @@ SampledQuery::Node SampledQuery::node(int i, int j, int k, const TimeWeights& ti
   const auto active = static_cast<unsigned>(leaf.active[word] >> (kEdge * (row % kEdge)) & 0xFFU);
   if ((active >> x & 1U) == 0) {
     const auto inside = static_cast<unsigned>(leaf.inside[word] >> (kEdge * (row % kEdge)) & 0xFFU);
-    if ((inside >> x & 1U) != 0) out.distance = static_cast<float>(-field.inner_mm);
+    if ((inside >> x & 1U) != 0) out.clamp_mm = -field.inner_mm;
     return out;
   }
   const int skipped = std::popcount(static_cast<std::uint8_t>(active & ((1U << x) - 1U)));
-  const std::int16_t* from = samples_.data() + (static_cast<std::size_t>(leaf.first_active) +
-                                                row_ranks_[l][at(row)] + at(skipped)) *
-                                                   at(field.phases);
+  out.first = static_cast<std::ptrdiff_t>(
+      (static_cast<std::size_t>(leaf.first_active) + row_ranks_[l][at(row)] + at(skipped)) *
+      at(field.phases));
+  return out;
+}
+
+SampledQuery::Node SampledQuery::node(int i, int j, int k, const TimeWeights& time) const noexcept {
+  const Stored at = stored(i, j, k);
+  Node out;
+  out.distance = static_cast<float>(at.clamp_mm);
+  if (at.first < 0) return out;
+  const std::int16_t* from = samples_.data() + at.first;
   std::array<float, 4> values{};
-  for (int a = 0; a < time.count; ++a) {
-    values[at(a)] = static_cast<float>(from[time.phase[at(a)]]);
+  for (std::size_t a = 0; a < static_cast<std::size_t>(time.count); ++a) {
+    values[a] = static_cast<float>(from[time.phase[a]]);
   }
-  const auto step = static_cast<float>(field.step_mm);
+  const auto step = static_cast<float>(field_->payload().step_mm);
   out.distance = step * time_sum(time.value, values);
   out.rate = step * time_sum(time.rate, values);
   out.active = true;

@@ -3,6 +3,7 @@
 /// the lattice and at the stored frames instead of from the spline between them.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string_view>
@@ -64,6 +65,13 @@ class SampledQuery {
     bool active = false;
   };
 
+  /// Where a lattice point's phases begin in `samples_`; -1 for one that is not active.
+  struct Stored {
+    std::ptrdiff_t first = -1;
+    double clamp_mm = 0;  ///< what stands for one that is not active
+  };
+
+  [[nodiscard]] Stored stored(int i, int j, int k) const noexcept;
   [[nodiscard]] TimeWeights weights_at(double t) const noexcept;
   [[nodiscard]] Node node(int i, int j, int k, const TimeWeights& time) const noexcept;
   [[nodiscard]] FieldSample nearest(const Vec3& index, const TimeWeights& time) const noexcept;
