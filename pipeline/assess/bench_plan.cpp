@@ -27,7 +27,8 @@ const std::vector<Knob>& bench_knobs() {
        "field voxel [mm]",
        Images,
        Field,
-       {{"/field/voxel_mm", {1.0, 1.5, 2.0, 3.0}, {1.5, 3.0}}}},
+       {{"/field/voxel_mm", {1.0, 1.5, 2.0, 3.0}, {1.5, 3.0}}},
+       false},
       {"interpolation", "interpolation in space, in time", Exact, Field, {space, time}},
       {"interpolation", "interpolation in space, in time", Images, Field, {space, time}},
       {"voxel-space",
@@ -39,17 +40,20 @@ const std::vector<Knob>& bench_knobs() {
        "depth of the band [mm]",
        Exact,
        Field,
-       {{"/field/inner_mm", {6.0, 10.0, 15.0, 25.0}, {6.0, 15.0}}}},
+       {{"/field/inner_mm", {6.0, 10.0, 15.0, 25.0}, {6.0, 15.0}}},
+       false},
       {"band-outer",
        "height of the band [mm]",
        Exact,
        Field,
-       {{"/field/outer_mm", {3.0, 6.0, 10.0}, {3.0, 6.0}}}},
+       {{"/field/outer_mm", {3.0, 6.0, 10.0}, {3.0, 6.0}}},
+       false},
       {"quantisation",
        "step of the field [mm]",
        Exact,
        Field,
-       {{"/pack/step_mm", {0.002, 0.01, 0.03, 0.1}, {0.01, 0.1}}}},
+       {{"/pack/step_mm", {0.002, 0.01, 0.03, 0.1}, {0.01, 0.1}}},
+       false},
       {"shape",
        "lattice of the shapes [mm]",
        Images,
@@ -74,7 +78,7 @@ const std::vector<Knob>& bench_knobs() {
        "triangle edge [mm]",
        Exact,
        Surface,
-       {{"/mesh/edge_mm", {1.5, 2.0, 3.0, 4.0}, {2.0, 4.0}}}},
+       {{"/mesh/edge_mm", {1.5, 2.0, 4.0}, {2.0, 4.0}}}},
       {"draco",
        "step of surfaces [mm]",
        Exact,
@@ -110,8 +114,8 @@ std::vector<BenchRun> plan_runs(const std::vector<Knob>& knobs,
   std::vector<BenchRun> runs;
   for (const Knob& knob : knobs) {
     if (!only.empty() && std::find(only.begin(), only.end(), knob.name) == only.end()) continue;
-    std::vector<BenchRun> made{
-        {knob.name, knob.title, knob.sweep, knob.family, json::object(), defaults, true}};
+    std::vector<BenchRun> made{{knob.name, knob.title, knob.sweep, knob.family, json::object(),
+                                defaults, true, knob.ventricles}};
     for (const KnobAxis& axis : knob.axes) {
       const json::json_pointer pointer(axis.pointer);
       std::vector<BenchRun> next;
@@ -125,6 +129,7 @@ std::vector<BenchRun> plan_runs(const std::vector<Knob>& knobs,
       }
       made = std::move(next);
     }
+    for (BenchRun& run : made) run.ventricles = run.ventricles || run.is_default;
     runs.insert(runs.end(), made.begin(), made.end());
   }
   return runs;

@@ -37,6 +37,8 @@ struct Knob {
   Sweep sweep{};
   Family family{};
   std::vector<KnobAxis> axes;
+  /// Of Field: the ventricles' fields are built and measured too, else the heart's alone.
+  bool ventricles = true;
 };
 
 [[nodiscard]] const std::vector<Knob>& bench_knobs();
@@ -52,6 +54,7 @@ struct BenchRun {
   nlohmann::json values;    ///< {pointer: value} of the knob's axes
   nlohmann::json settings;  ///< the whole settings
   bool is_default = false;  ///< all values are the defaults
+  bool ventricles = true;   ///< as the knob's; the default run always measures them
 };
 
 /// @param defaults a recipe with all options, and the sections "phantom" and "query"
