@@ -84,6 +84,7 @@ std::string table_line(const BenchRow& row) {
   for (const std::string& cell :
        {error_of(row, Structure::Heart), error_of(row, Structure::LvBlood),
         error_of(row, Structure::RvBlood),
+        heart == row.errors.end() ? std::string("-") : fixed(heart->second.frames_mean_mm, "%.4f"),
         heart == row.errors.end() ? std::string("-") : fixed(heart->second.normal_p95_deg, "%.2f"),
         row.force ? fixed(row.force->mean_n, "%.4f") + " / " + fixed(row.force->p95_n, "%.4f")
                   : std::string("-"),

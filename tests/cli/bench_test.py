@@ -20,6 +20,8 @@ with tempfile.TemporaryDirectory(prefix="beatlas-bench-") as folder:
     report = json.loads((out / "bench.json").read_text())
     jsonschema.validate(report, json.loads((SOURCE / "schemas" / "bench.schema.json").read_text()))
     assert done.stdout == (out / "bench.md").read_text()
+    cells = {line.count("|") for line in done.stdout.splitlines() if line.startswith("|")}
+    assert len(cells) == 1, f"rows and heads of tables differ: {cells}"
     left = sorted(p.name for p in out.iterdir())
     plots = [f"bench_{s}_{w}.svg" for s in ("exact", "images") for w in ("build", "bytes", "query")]
     assert left == sorted(["bench.json", "bench.md", *plots]), left
