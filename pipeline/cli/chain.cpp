@@ -449,7 +449,7 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
           {surface.structure, std::move(surface.triangles), std::move(surface.positions)});
     }
     context.check_cancelled();
-    pack::write_package(file, content);
+    pack::write_package(file, content, orders_.recipe.pack);
     study::StageRecord record{with.version, with.options, {}, {}, {}};
     if (study_) {
       record.inputs = study_->inputs_now(Stage::Pack, with.with_surfaces);

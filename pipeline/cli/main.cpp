@@ -36,6 +36,7 @@ int run_command(int argc, char** argv) {
   add_phantom(app, run);
   add_info(app, run);
   add_validate(app, run);
+  add_bench(app, run);
   add_export(app, run);
   add_status(app, run);
   add_defaults(app, run);

@@ -72,7 +72,8 @@ void add_heart(Adder adder) {
       ->check(CLI::Range(0.3, 1.6));
   adder
       .add<std::vector<std::string>>(
-          "--without", "Bodies to leave out: atria, aorta, papillary_muscles, pericardial_fat",
+          "--without",
+          "Bodies to leave out: atria, aorta, papillary_muscles, pericardial_fat, or all of them",
           [](PhantomSpec& spec, const std::vector<std::string>& bodies) {
             for (const std::string& body : bodies) phantom::leave_out(spec.anatomy, body);
           })

@@ -38,6 +38,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("reference_phase", recipe.mesh.reference_phase, 0, 1023);
   visit.section("pack");
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
+  visit.option("surface_step_mm", recipe.pack.surface_step_mm, 0.002, 0.5);
   visit.section("quality");
   visit.option("max_volume_gap_percent", recipe.quality.max_volume_gap_percent, 0.1, 100.0);
   visit.section("validate");

@@ -13,6 +13,9 @@ namespace beatlas::pack {
 
 struct EncodeOptions {
   double step_mm = 0.01;  ///< [mm] 0.0005..0.1: quantisation of distance coefficients
+  /// [mm] 0.002..0.5: quantisation of surfaces along each axis; a stored vertex lies within it. It
+  /// fixes Draco's bits: 14 for a heart of 82 to 163 mm at 0.01 mm, one less for twice the step.
+  double surface_step_mm = 0.01;
 };
 
 /// Samples -> prefiltered space-time spline coefficients, quantised and made sparse.
@@ -39,7 +42,13 @@ struct PackageContent {
 };
 
 /// Writes to a temporary name beside `file` and renames. The same content gives the same bytes.
-/// @throws Error{Machine} if it cannot be written; nothing is left then.
-void write_package(const std::filesystem::path& file, const PackageContent& content);
+/// @param options of the surfaces; fields come encoded
+/// @throws Error{Machine} if it cannot be written; nothing is left then. Error{Usage} if an option
+/// is out of range.
+void write_package(const std::filesystem::path& file, const PackageContent& content,
+                   const EncodeOptions& options = {});
+
+/// Draco's bits a coordinate for a surface of this extent (the longest edge of its box).
+[[nodiscard]] int draco_bits(double extent_mm, double surface_step_mm);
 
 }  // namespace beatlas::pack

@@ -63,7 +63,8 @@ atlas::Bytes to_bytes(const std::string& text) {
 
 }  // namespace
 
-void write_package(const std::filesystem::path& file, const PackageContent& content) {
+void write_package(const std::filesystem::path& file, const PackageContent& content,
+                   const EncodeOptions& options) {
   atlas::Manifest manifest = content.manifest;
   manifest.format_version = atlas::kFormatVersion;
   manifest.items.clear();
@@ -79,7 +80,7 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
   for (const atlas::SurfacePayload* surface :
        held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {
     require_phases(manifest, surface->structure, surface->positions.size());
-    PackedSurface packed = pack_surface(*surface);
+    PackedSurface packed = pack_surface(*surface, options.surface_step_mm);
     items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc));
     items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion));
   }

@@ -5,6 +5,7 @@
 
 #include "runtime/atlas/bytes.h"
 #include "runtime/atlas/payloads.h"
+#include "runtime/atlas/surface_payload.h"
 
 namespace beatlas::pack {
 
@@ -18,10 +19,12 @@ struct PackedSurface {
   atlas::Bytes drc;
   atlas::Bytes motion;
 };
-/// Positions within kMaxSurfaceErrorMm, the same vertex ids, the same triangles (in another order
-/// and turned). @throws Error{InvalidInput} if the surface breaks its layout (see check_surface), a
-/// vertex moves by more than 327 mm, or what was packed does not decode to the same triangles
-/// within that error.
-[[nodiscard]] PackedSurface pack_surface(const atlas::SurfacePayload& surface);
+/// Positions within step_mm, the same vertex ids, the same triangles (in another order and turned).
+/// @param step_mm EncodeOptions::surface_step_mm
+/// @throws Error{InvalidInput} if the surface breaks its layout (see check_surface), a vertex moves
+/// by more than 32767 steps, or what was packed does not decode to the same triangles within that
+/// error; Error{Usage} if the step is out of range.
+[[nodiscard]] PackedSurface pack_surface(const atlas::SurfacePayload& surface,
+                                         double step_mm = atlas::kSurfaceStepMm);
 
 }  // namespace beatlas::pack

@@ -4,6 +4,7 @@
 #include <draco/compression/encode.h>
 #include <draco/mesh/mesh.h>
 
+#include "pipeline/pack/pack.h"
 #include "pipeline/pack/payload_encoders.h"
 #include "runtime/atlas/residual.h"
 #include "runtime/atlas/surface_payload.h"
@@ -43,7 +44,7 @@ void fill_mesh(const atlas::SurfacePayload& surface, draco::Mesh& mesh) {
   }
 }
 
-atlas::Bytes encode_base(const atlas::SurfacePayload& surface) {
+atlas::Bytes encode_base(const atlas::SurfacePayload& surface, double step_mm) {
   const std::vector<Vec3f>& positions = surface.positions.front();
   Vec3f low = positions.front();
   Vec3f high = positions.front();
@@ -52,14 +53,12 @@ atlas::Bytes encode_base(const atlas::SurfacePayload& surface) {
     high = high.cwiseMax(position);
   }
   const double extent_mm = (high - low).cast<double>().maxCoeff();
-  int bits = 1;
-  const auto range_mm = [&bits] { return atlas::kSurfaceStepMm * ((1 << bits) - 1); };
-  while (range_mm() < extent_mm) ++bits;  // positions are within 1e5 mm: at most 25
+  const int bits = draco_bits(extent_mm, step_mm);
   draco::Encoder encoder;
   encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
   encoder.SetSpeedOptions(0, 0);
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, bits, 3, low.data(),
-                                           static_cast<float>(range_mm()));
+                                           static_cast<float>(step_mm * ((1 << bits) - 1)));
   // Ids jump: any prediction from more than one neighbour only adds their jumps up.
   encoder.SetAttributePredictionScheme(draco::GeometryAttribute::GENERIC,
                                        draco::PREDICTION_DIFFERENCE);
@@ -83,17 +82,19 @@ std::vector<Triangle> sorted(std::vector<Triangle> triangles) {
   return triangles;
 }
 
-/// Counts of kSurfaceStepMm from the decoded first phase.
-std::int16_t displacement(const atlas::SurfacePayload& surface, float to, float from) {
-  const double count =
-      std::round((static_cast<double>(to) - static_cast<double>(from)) / atlas::kSurfaceStepMm);
+/// Counts of steps from the decoded first phase.
+std::int16_t displacement(const atlas::SurfacePayload& surface, float to, float from,
+                          double step_mm) {
+  const double count = std::round((static_cast<double>(to) - static_cast<double>(from)) / step_mm);
   if (std::abs(count) > INT16_MAX) {
-    refuse(surface, "moves by more than 327 mm; check its phases");
+    refuse(surface, "moves by more than " + std::to_string(static_cast<int>(INT16_MAX * step_mm)) +
+                        " mm; check its phases");
   }
   return static_cast<std::int16_t>(count);
 }
 
-atlas::Bytes encode_motion(const atlas::SurfacePayload& surface, const atlas::BaseSurface& base) {
+atlas::Bytes encode_motion(const atlas::SurfacePayload& surface, const atlas::BaseSurface& base,
+                           double step_mm) {
   const std::size_t vertices = base.positions.size();
   const std::size_t phases = surface.positions.size();
   atlas::ByteWriter writer;
@@ -102,7 +103,7 @@ atlas::Bytes encode_motion(const atlas::SurfacePayload& surface, const atlas::Ba
   writer.put(static_cast<std::uint32_t>(vertices));
   writer.put(static_cast<std::uint32_t>(base.triangles.size()));
   writer.put(static_cast<std::uint32_t>(phases));
-  writer.put(atlas::kSurfaceStepMm);
+  writer.put(step_mm);
 
   const atlas::VertexPredictor predictor(base.triangles, vertices);
   std::array<std::vector<std::int16_t>, 3> before;
@@ -113,8 +114,8 @@ atlas::Bytes encode_motion(const atlas::SurfacePayload& surface, const atlas::Ba
   for (std::size_t phase = 1; phase < phases; ++phase) {
     for (int axis = 0; axis < 3; ++axis) {
       for (std::size_t v = 0; v < vertices; ++v) {
-        const std::int16_t count =
-            displacement(surface, surface.positions[phase][v][axis], base.positions[v][axis]);
+        const std::int16_t count = displacement(surface, surface.positions[phase][v][axis],
+                                                base.positions[v][axis], step_mm);
         std::int16_t& last = before[static_cast<std::size_t>(axis)][v];
         difference[v] = static_cast<std::int16_t>(static_cast<std::uint16_t>(count - last));
         last = count;
@@ -144,10 +145,19 @@ double largest_error_mm(const atlas::SurfacePayload& given, const atlas::Surface
 
 }  // namespace
 
-PackedSurface pack_surface(const atlas::SurfacePayload& surface) {
+int draco_bits(double extent_mm, double surface_step_mm) {
+  int bits = 1;  // positions are within 1e5 mm: at most 27
+  while (surface_step_mm * ((1 << bits) - 1) < extent_mm) ++bits;
+  return bits;
+}
+
+PackedSurface pack_surface(const atlas::SurfacePayload& surface, double step_mm) {
+  if (!(step_mm >= 0.002 && step_mm <= 0.5)) {
+    throw Error(ErrorCode::Usage, "surface_step_mm must be from 0.002 to 0.5 mm");
+  }
   atlas::check_surface(surface);
   PackedSurface packed;
-  packed.drc = encode_base(surface);
+  packed.drc = encode_base(surface, step_mm);
   // What the reader will see: Draco drops or splits what is no manifold, and that must not pass.
   const auto base = [&] {
     try {
@@ -161,11 +171,10 @@ PackedSurface pack_surface(const atlas::SurfacePayload& surface) {
   if (sorted(base.triangles) != sorted(surface.triangles)) {
     refuse(surface, "is changed by Draco; check that it is a closed manifold");
   }
-  packed.motion = encode_motion(surface, base);
-  if (!(largest_error_mm(surface,
-                         atlas::decode_surface(packed.drc, packed.motion, surface.structure)) <=
-        atlas::kMaxSurfaceErrorMm)) {
-    refuse(surface, "cannot be stored within 0.01 mm; check that it lies near the workspace");
+  packed.motion = encode_motion(surface, base, step_mm);
+  if (!(largest_error_mm(surface, atlas::decode_surface(packed.drc, packed.motion,
+                                                        surface.structure)) <= step_mm)) {
+    refuse(surface, "cannot be stored within its step; check that it lies near the workspace");
   }
   return packed;
 }

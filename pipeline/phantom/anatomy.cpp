@@ -142,6 +142,8 @@ nlohmann::json atria_to_json(const Atria& atria) {
   return out;
 }
 
+constexpr const char* kAllOfThem = "all";
+
 struct Removable {
   const char* name;
   bool& (*present)(Anatomy&);
@@ -157,10 +159,15 @@ constexpr std::array kRemovable{
 std::vector<std::string> bodies_to_leave_out() {
   std::vector<std::string> names;
   for (const Removable& each : kRemovable) names.emplace_back(each.name);
+  names.emplace_back(kAllOfThem);
   return names;
 }
 
 void leave_out(Anatomy& anatomy, const std::string& body) {
+  if (body == kAllOfThem) {
+    anatomy = ventricles_alone(anatomy);
+    return;
+  }
   std::string known;
   for (const Removable& each : kRemovable) {
     if (body == each.name) {

@@ -110,7 +110,7 @@ struct Anatomy {
 /// Rigid: heart frame [mm, scaled] -> patient LPS [mm].
 [[nodiscard]] Affine lps_from_heart(const Anatomy& anatomy);
 
-/// Leaves a body out: "atria", "aorta", "papillary_muscles" or "pericardial_fat".
+/// Leaves a body out: "atria", "aorta", "papillary_muscles", "pericardial_fat", or "all" of them.
 /// @throws Error{Usage} listing the names if it is none of them.
 void leave_out(Anatomy& anatomy, const std::string& body);
 [[nodiscard]] std::vector<std::string> bodies_to_leave_out();

@@ -2,8 +2,8 @@
 /// The bytes of surfaces/<structure>.drc and surfaces/<structure>.motion.zst, version 1.
 ///
 /// .drc: a Draco mesh (bitstream 2.2, edgebreaker, no metadata) of the first phase: positions [mm]
-/// quantised with step kSurfaceStepMm, and a generic uint32 attribute that holds each vertex's id,
-/// because Draco reorders vertices. Ids are 0..V-1, each used.
+/// quantised with a step (kSurfaceStepMm unless told otherwise), and a generic uint32 attribute
+/// that holds each vertex's id, because Draco reorders vertices. Ids are 0..V-1, each used.
 ///
 /// .motion.zst: one zstd frame that holds, little-endian:
 ///
@@ -29,8 +29,8 @@ namespace beatlas::atlas {
 
 inline constexpr std::string_view kMotionMagic{"BEATMOT\0", 8};
 inline constexpr std::uint32_t kMotionVersion = 1;
-/// Both codes round to multiples of this along each axis, so a stored vertex is at most
-/// sqrt(3) / 2 * 0.01 = 0.0087 mm from where it was.
+/// The default step: both codes round to multiples of it along each axis, so a stored vertex is at
+/// most sqrt(3) / 2 * 0.01 = 0.0087 mm from where it was.
 inline constexpr double kSurfaceStepMm = 0.01;
 inline constexpr double kMaxSurfaceErrorMm = 0.01;
 

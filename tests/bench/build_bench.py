@@ -26,7 +26,7 @@ def main():
 
     with tempfile.TemporaryDirectory() as folder:
         work = pathlib.Path(folder)
-        subprocess.run([arguments.beatlas, "phantom", "--preset", arguments.preset, "--format",
+        subprocess.run([arguments.beatlas, "phantom", "--preset", arguments.preset, "--without", "all", "--format",
                         "dicom", "-o", work / "phantom"], check=True, stdout=subprocess.DEVNULL)
         print(f"preset {arguments.preset}, {os.cpu_count()} cores, {arguments.runs} runs, medians")
         for threads in arguments.threads:

@@ -116,6 +116,22 @@ TEST(PackageRoundTrip, OfASurfaceHoldsItsBoundFarFromTheOriginAndWhenLarge) {
   }
 }
 
+TEST(PackageRoundTrip, OfASurfaceHoldsTheBoundOfItsStepAndCoarserStepsAreSmaller) {
+  const SurfacePayload surface = test::beating_surface(Structure::Heart, 60, 8, 5, 3);
+  std::size_t finer = SIZE_MAX;
+  for (double step_mm : {0.002, 0.01, 0.05, 0.5}) {
+    const auto packed = pack::pack_surface(surface, step_mm);
+    const auto decoded = atlas::decode_surface(packed.drc, packed.motion, Structure::Heart);
+    EXPECT_LE(largest_error_mm(surface, decoded), step_mm);
+    EXPECT_GT(largest_error_mm(surface, decoded), 0.4 * step_mm);  // half a step on some axis
+    EXPECT_LT(packed.drc.size() + packed.motion.size(), finer) << step_mm;
+    finer = packed.drc.size() + packed.motion.size();
+  }
+  EXPECT_THROW((void)pack::pack_surface(surface, 0.001), Error);
+  EXPECT_EQ(pack::draco_bits(82, 0.01), 14);  // 8200 steps are between 2^13 and 2^14
+  EXPECT_EQ(pack::draco_bits(82, 0.02), 13);
+}
+
 TEST(PackageRoundTrip, KeepsASurfaceOfOnePhaseAndOfTwoParts) {
   SurfacePayload surface = test::beating_surface(Structure::Heart, 20, 2, 1, 1);
   const SurfacePayload other = test::beating_surface(Structure::Heart, 5, 1, 1, 2);
