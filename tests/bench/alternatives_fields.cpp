@@ -17,6 +17,7 @@ namespace {
 
 using cli::Question;
 
+constexpr const char* kFieldPackage = "field.beatlas";
 constexpr double kAwayMm = 3;  // errors are asked within it of the true surface
 
 /// A way to keep a field, for the table.
@@ -71,7 +72,7 @@ std::filesystem::path written_package(const Setting& setting, const FieldCycle& 
 }
 
 std::vector<Candidate> our_candidates(const Setting& setting) {
-  const std::filesystem::path file = written_package(setting, setting.field, "field.beatlas");
+  const std::filesystem::path file = written_package(setting, setting.field, kFieldPackage);
   const auto spline = opened(file);
   const auto exact = opened(written_package(setting, setting.exact_field, "exact.beatlas"));
   const atlas::FieldPayload& payload = spline->payload();
@@ -169,22 +170,24 @@ Candidate nano_candidate(const Setting& setting, const std::string& name, const 
 
 using Ask = std::function<FieldSample(const Vec3&, double)>;
 
-/// Force as touch_of's of a SampledQuery.
-assess::MakeTouch touch_of(const Ask& ask, double stiffness_n_per_m) {
-  return [ask, stiffness_n_per_m] {
-    return [ask, stiffness_n_per_m, direction = Vec3(0, 0, 0)](const Vec3& x, double t) mutable {
-      const FieldSample sample = ask(x, t);
-      haptics::Contact out;
-      out.distance_mm = sample.distance_mm;
-      out.depth_mm = std::max(0.0, -sample.distance_mm);
-      out.touching = out.depth_mm > 0;
-      const double slope = sample.gradient.norm();
-      const bool known = slope > 0 && (sample.in_band || !out.touching);
-      out.normal = known ? Vec3(sample.gradient / slope) : direction;
-      out.force_n = haptics::contact_force_n(stiffness_n_per_m, out.distance_mm, out.normal);
-      direction = out.touching ? out.normal : Vec3(0, 0, 0);
-      return out;
-    };
+/// Force as assess::touch_of's of a SampledQuery, the same law for all.
+/// @param like whose rule for directions is used where a gradient is none
+assess::MakeTouch touch_of(const Ask& ask, std::shared_ptr<const field::FieldQuery> like,
+                           double stiffness_n_per_m) {
+  return [ask, like, stiffness_n_per_m] {
+    return
+        [ask, like, stiffness_n_per_m, direction = Vec3(0, 0, 0)](const Vec3& x, double t) mutable {
+          const FieldSample sample = ask(x, t);
+          haptics::Contact out;
+          out.distance_mm = sample.distance_mm;
+          out.depth_mm = std::max(0.0, -sample.distance_mm);
+          out.touching = out.depth_mm > 0;
+          const bool too_deep = out.touching && !sample.in_band;
+          out.normal = too_deep && !direction.isZero() ? direction : like->normal(sample, x);
+          out.force_n = haptics::contact_force_n(stiffness_n_per_m, out.distance_mm, out.normal);
+          direction = out.touching ? out.normal : Vec3(0, 0, 0);
+          return out;
+        };
   };
 }
 
@@ -263,8 +266,9 @@ Table field_table(const Setting& setting) {
                  {"images_p95_mm", "p95 mm", 3},
                  {"images_force_mean_n", "force mean N", 4}};
   const std::vector<Known> known = known_distances(setting);
+  const auto like = opened(setting.work / kFieldPackage);
   const auto force = [&](const Ask& ask) {
-    return assess::force_errors(touch_of(ask, setting.truth.stiffness_n_per_m), setting.truth,
+    return assess::force_errors(touch_of(ask, like, setting.truth.stiffness_n_per_m), setting.truth,
                                 setting.workspace_from_lps, rr_s)
         .mean_n;
   };
