@@ -28,6 +28,7 @@ constexpr std::size_t kPointsAPhase = 1500;
 
 phantom::PhantomSpec spec_of(const std::string& preset) {
   phantom::PhantomSpec spec = phantom::preset(preset);
+  spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   return spec;
 }
 

@@ -268,8 +268,10 @@ Table field_table(const Setting& setting) {
   const std::vector<Known> known = known_distances(setting);
   const auto like = opened(setting.work / kFieldPackage);
   const auto force = [&](const Ask& ask) {
-    return assess::force_errors(touch_of(ask, like, setting.truth.stiffness_n_per_m), setting.truth,
-                                setting.workspace_from_lps, rr_s)
+    const assess::TrueForces& truth = setting.truth.forces;
+    return assess::force_errors(
+               {touch_of(ask, like, truth.stiffness_n_per_m), setting.workspace_from_lps, rr_s},
+               truth)
         .mean_n;
   };
   for (std::size_t n = 0; n < candidates.size(); ++n) {

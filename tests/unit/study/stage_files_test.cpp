@@ -61,6 +61,7 @@ TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
                     {cine({4, 6, 1}, whole), cine({3, 3, 1}, whole)},
                     {"Took \"this\", left that."},
                     "dicom",
+                    {},
                     {}};
     const FileList files = write_exam(folder.path(), exam);
     for (const std::string& file : files) EXPECT_TRUE(fs::exists(folder.path() / file)) << file;
