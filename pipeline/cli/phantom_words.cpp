@@ -85,6 +85,11 @@ void add_heart(Adder adder) {
                  [](PhantomSpec& spec, bool value) { spec.anatomy.infarct.present = value; })
       ->type_name("true|false");
   adder
+      .add<double>("--torsion",
+                   "Turn of the apex against the base until end systole [degrees]; preset's: 0",
+                   [](PhantomSpec& spec, double value) { spec.anatomy.torsion_deg = value; })
+      ->check(CLI::Range(-45.0, 45.0));
+  adder
       .add<double>("--liver-rise",
                    "How far the liver is raised toward the heart [mm]; 20 brings them in touch",
                    [](PhantomSpec& spec, double value) { spec.anatomy.liver_rise_mm = value; })

@@ -239,6 +239,7 @@ nlohmann::json anatomy_to_json(const Anatomy& a) {
           {"papillary_muscles", part_to_json(a.papillary_muscles, kPapillaryNumbers)},
           {"pericardial_fat", part_to_json(a.pericardial_fat, kFatNumbers)},
           {"infarct", part_to_json(a.infarct, kInfarctNumbers)},
+          {"torsion_deg", a.torsion_deg},
           {"origin_lps_mm", to_json(a.origin_lps_mm)},
           {"apex_direction_lps", to_json(a.apex_direction_lps)},
           {"rv_direction_lps", to_json(a.rv_direction_lps)},
@@ -261,6 +262,7 @@ Anatomy anatomy_from_json(const nlohmann::json& json, const std::string& path) {
   read_part(object, "papillary_muscles", a.papillary_muscles, kPapillaryNumbers);
   read_part(object, "pericardial_fat", a.pericardial_fat, kFatNumbers);
   read_part(object, "infarct", a.infarct, kInfarctNumbers);
+  object.read("torsion_deg", a.torsion_deg, -45.0, 45.0);
   read_vector(object, "origin_lps_mm", a.origin_lps_mm, -2000.0, 2000.0);
   read_vector(object, "apex_direction_lps", a.apex_direction_lps, -1.0, 1.0);
   read_vector(object, "rv_direction_lps", a.rv_direction_lps, -1.0, 1.0);

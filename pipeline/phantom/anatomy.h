@@ -99,6 +99,9 @@ struct Anatomy {
   PapillaryMuscles papillary_muscles;
   PericardialFat pericardial_fat;
   Infarct infarct;
+  /// By how much the apex turns against the base until end systole, from the RV toward the front.
+  /// The LV being round, only the papillary muscles show it; material.h tells where muscle goes.
+  double torsion_deg = 0.0;
 
   Vec3 origin_lps_mm{14.0, 0.0, 8.0};           ///< where the heart frame's origin lies
   Vec3 apex_direction_lps{0.60, -0.55, -0.58};  ///< -z; normalised on use

@@ -21,23 +21,21 @@ LvState mix(const LvState& a, const LvState& b, double s) {
 /// Volume over pi A^2 of an ellipsoid with semi-axes A, A, c below b above its centre.
 double cut_length_mm(double c, double b) { return b - b * b * b / (3.0 * c * c) + 2.0 * c / 3.0; }
 
-struct LvShape {
-  double epicardial_radius_mm;
-  double centre_z_mm;
-};
+double cut_ellipsoid_over_pi(double radius, double length, double base) {
+  return radius * radius * cut_length_mm(length, base);
+}
 
-LvShape lv_shape(const Anatomy& anatomy, const LvState& lv) {
-  const auto epicardial_ml_over_pi = [](double radius, const LvState& state) {
-    return radius * radius * cut_length_mm(state.length_mm + state.apex_wall_mm, state.base_mm);
-  };
-  const auto cavity_ml_over_pi = [](const LvState& state) {
-    return state.radius_mm * state.radius_mm * cut_length_mm(state.length_mm, state.base_mm);
-  };
+/// Unscaled.
+Ellipsoid shell_of(const Anatomy& anatomy, const LvState& lv, double mural) {
   const LvState& ed = anatomy.lv_end_diastole;
-  const double muscle =
-      epicardial_ml_over_pi(ed.radius_mm + anatomy.lv_wall_mm, ed) - cavity_ml_over_pi(ed);
-  return {std::sqrt((cavity_ml_over_pi(lv) + muscle) / epicardial_ml_over_pi(1.0, lv)),
-          anatomy.apex_mm + lv.apex_wall_mm + lv.length_mm};
+  const double muscle = cut_ellipsoid_over_pi(ed.radius_mm + anatomy.lv_wall_mm,
+                                              ed.length_mm + ed.apex_wall_mm, ed.base_mm) -
+                        cut_ellipsoid_over_pi(ed.radius_mm, ed.length_mm, ed.base_mm);
+  const double cavity = cut_ellipsoid_over_pi(lv.radius_mm, lv.length_mm, lv.base_mm);
+  const double length = lv.length_mm + mural * lv.apex_wall_mm;
+  const double radius =
+      std::sqrt((cavity + mural * muscle) / cut_ellipsoid_over_pi(1.0, length, lv.base_mm));
+  return {{0, 0, anatomy.apex_mm + lv.apex_wall_mm + lv.length_mm}, {radius, radius, length}};
 }
 
 Ellipsoid grown(const Ellipsoid& e, double by_mm) {
@@ -61,7 +59,7 @@ AtriumShape atrium_shape(const Atria& atria, const Atrium& atrium, double s, dou
 }
 
 std::array<Ellipsoid, 2> papillary_shape(const PapillaryMuscles& muscles, double s,
-                                         double cavity_radius, double centre_z) {
+                                         double cavity_radius, double centre_z, double turn_rad) {
   const double radius = mix(muscles.radius_end_diastole_mm, muscles.radius_end_systole_mm, s);
   const double half =
       mix(muscles.half_length_end_diastole_mm, muscles.half_length_end_systole_mm, s);
@@ -69,7 +67,7 @@ std::array<Ellipsoid, 2> papillary_shape(const PapillaryMuscles& muscles, double
   // On the side of the free wall, in front and behind.
   constexpr std::array<double, 2> kAnglesDeg{130.0, 235.0};
   for (std::size_t n = 0; n < out.size(); ++n) {
-    const double angle = kAnglesDeg[n] * std::numbers::pi / 180.0;
+    const double angle = kAnglesDeg[n] * std::numbers::pi / 180.0 + turn_rad;
     const double off = muscles.off_axis * cavity_radius;
     out[n] = {Vec3(off * std::cos(angle), off * std::sin(angle), centre_z - 0.4 * half),
               Vec3(radius, radius, half)};
@@ -80,13 +78,10 @@ std::array<Ellipsoid, 2> papillary_shape(const PapillaryMuscles& muscles, double
 InfarctShape infarct_shape(const Anatomy& anatomy) {
   const Infarct& infarct = anatomy.infarct;
   const LvState& ed = anatomy.lv_end_diastole;
-  const LvShape lv = lv_shape(anatomy, ed);
-  const Ellipsoid cavity{{0, 0, lv.centre_z_mm}, {ed.radius_mm, ed.radius_mm, ed.length_mm}};
-  const Ellipsoid epicardium{
-      {0, 0, lv.centre_z_mm},
-      {lv.epicardial_radius_mm, lv.epicardial_radius_mm, ed.length_mm + ed.apex_wall_mm}};
+  const Ellipsoid cavity = shell_of(anatomy, ed, 0.0);
+  const Ellipsoid epicardium = shell_of(anatomy, ed, 1.0);
   const double angle = infarct.angle_deg * std::numbers::pi / 180.0;
-  const double u = std::clamp((infarct.z_mm - lv.centre_z_mm) / ed.length_mm, -0.98, 0.98);
+  const double u = std::clamp((infarct.z_mm - cavity.centre_mm.z()) / ed.length_mm, -0.98, 0.98);
   const double radius = ed.radius_mm * std::sqrt((1.0 - u) * (1.0 + u)) + 0.5 * anatomy.lv_wall_mm;
   const Vec3 centre(radius * std::cos(angle), radius * std::sin(angle), infarct.z_mm);
   // Beside the ball of the cavity there is muscle all round.
@@ -276,17 +271,25 @@ Construction pericardial_fat(const HeartShape& shape) {
 
 }  // namespace
 
+Ellipsoid lv_shell(const Anatomy& anatomy, double s, double mural) {
+  Ellipsoid out = shell_of(anatomy, mix(anatomy.lv_end_diastole, anatomy.lv_end_systole, s), mural);
+  scale(out, anatomy.scale);
+  return out;
+}
+
+double torsion_rad(const Anatomy& anatomy, double s, double height) {
+  return (1.0 - height) * s * anatomy.torsion_deg * std::numbers::pi / 180.0;
+}
+
 HeartShape heart_shape(const Anatomy& anatomy, double s) {
   const LvState state = mix(anatomy.lv_end_diastole, anatomy.lv_end_systole, s);
-  const LvShape lv = lv_shape(anatomy, state);
   const RvState& rd = anatomy.rv_end_diastole;
   const RvState& rs = anatomy.rv_end_systole;
   HeartShape out;
-  out.lv_cavity = {{0, 0, lv.centre_z_mm}, {state.radius_mm, state.radius_mm, state.length_mm}};
-  out.lv_epicardium = {
-      {0, 0, lv.centre_z_mm},
-      {lv.epicardial_radius_mm, lv.epicardial_radius_mm, state.length_mm + state.apex_wall_mm}};
-  out.lv_base_z_mm = lv.centre_z_mm + state.base_mm;
+  out.lv_cavity = shell_of(anatomy, state, 0.0);
+  out.lv_epicardium = shell_of(anatomy, state, 1.0);
+  const double centre_z = out.lv_cavity.centre_mm.z();
+  out.lv_base_z_mm = centre_z + state.base_mm;
   out.rv_cavity = {
       {mix(rd.centre_x_mm, rs.centre_x_mm, s), 0.0, mix(rd.centre_z_mm, rs.centre_z_mm, s)},
       rd.semi_axes_mm + (rs.semi_axes_mm - rd.semi_axes_mm) * s};
@@ -309,8 +312,9 @@ HeartShape heart_shape(const Anatomy& anatomy, double s) {
                            out.lv_base_z_mm + aorta.length_mm};
   }
   if (anatomy.papillary_muscles.present) {
-    out.papillary_muscles =
-        papillary_shape(anatomy.papillary_muscles, s, state.radius_mm, lv.centre_z_mm);
+    // They turn with the wall they spring from, half-way up.
+    out.papillary_muscles = papillary_shape(anatomy.papillary_muscles, s, state.radius_mm, centre_z,
+                                            torsion_rad(anatomy, s, 0.5));
   }
   if (anatomy.pericardial_fat.present) {
     // An ellipsoid grown by half and moved by half would touch the old one behind.

@@ -58,6 +58,14 @@ struct HeartShape {
 /// @param s share of the stroke volume that has left, 0..1 (and a little beyond)
 [[nodiscard]] HeartShape heart_shape(const Anatomy& anatomy, double s);
 
+/// The shell of the LV's wall between whose cavity and itself lies the share `mural` (0..1) of the
+/// muscle's volume; 0 is the endocardium, 1 the epicardium (without infarct).
+[[nodiscard]] Ellipsoid lv_shell(const Anatomy& anatomy, double s, double mural);
+
+/// Turn about the long axis, from the RV toward the front, of what lies at a height 0 (apex) .. 1
+/// (base).
+[[nodiscard]] double torsion_rad(const Anatomy& anatomy, double s, double height);
+
 struct Construction {
   std::vector<Primitive> primitives;
   std::vector<Cell> cells;  ///< none: the heart has no such part

@@ -6,6 +6,7 @@
 
 #include "pipeline/phantom/motion.h"
 #include "pipeline/phantom/phantom.h"
+#include "pipeline/phantom/signals.h"
 #include "pipeline/phantom/thorax.h"
 #include "pipeline/phantom/truth.h"
 #include "tests/unit/phantom/reference_heart.h"
@@ -167,6 +168,28 @@ TEST(PhantomShape, HeartTouchesNothingOfTheThorax) {
       }
     }
   }
+}
+
+TEST(PhantomShape, HardHasTheLiverInTouchAtRest) {
+  const Phantom phantom(preset("hard"));
+  const std::vector<Tissue> tissues = thorax(phantom.spec().anatomy, signals_preset("A"));
+  const Tissue& liver = tissues[3];
+  ASSERT_EQ(liver.signal, signals_preset("A").liver);
+  constexpr double kSpacingMm = 2.0;
+  const auto touch = [&](double t) {
+    int touching = 0;
+    double deepest = 1e300;
+    for (const Vec3& x : phantom.sample_surface(Part::Heart, t, kSpacingMm)) {
+      const double distance = liver.surface(x).distance_mm;
+      touching += distance < 0.0;
+      deepest = std::min(deepest, distance);
+    }
+    return std::pair(touching * kSpacingMm * kSpacingMm, deepest);
+  };
+  // A patch of some 12 mm radius, a few millimetres deep; the contracted heart is clear of it.
+  EXPECT_NEAR(touch(kEndDiastole).first, M_PI * 12.0 * 12.0, 150.0);
+  EXPECT_GT(touch(kEndDiastole).second, -5.0);
+  EXPECT_GT(touch(kEndSystole).second, 2.0);
 }
 
 TEST(PhantomShape, LengthsScale) {
