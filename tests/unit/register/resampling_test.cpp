@@ -94,10 +94,12 @@ TEST(LabelsInWorkspace, of_a_phantoms_exact_coverage_are_its_labels) {
                            Structure::LvMyocardium};
   std::vector<phantom::Body> bodies;
   for (Structure structure : all) {
-    bodies.emplace_back().surface = [&frame, structure](const Vec3& x) {
+    phantom::Body& body = bodies.emplace_back();
+    body.surface = [&frame, structure](const Vec3& x) {
       const auto nearest = frame->nearest(structure, x);
       return phantom::SignedPlane{nearest.distance_mm, nearest.outward};
     };
+    body.inside = [&frame, structure](const Vec3& x) { return frame->contains(structure, x); };
     segmentation.coverage.phases[structure] = {std::vector<float>(grid.count(), 0)};
   }
   for (const phantom::Block& block : phantom::blocks_of(grid, {8, 8, 8})) {
