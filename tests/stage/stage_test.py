@@ -90,9 +90,10 @@ def scenes():
     expect_same(PACKAGE, WORK / "scenes.beatlas")
     for scene, prefix in (("palpation", "fields/heart"), ("anatomy", "surfaces/")):
         small = WORK / f"{scene}.beatlas"
-        beatlas("build", EXAM, "-o", small, "--scene", scene)
-        beatlas("pack", "--study", folder, "-o", WORK / "repacked.beatlas", "--scene", scene)
-        expect_same(small, WORK / "repacked.beatlas")
+        beatlas("pack", "--study", folder, "-o", small, "--scene", scene)
+        if scene == "palpation":  # a whole build takes a while: one scene stands for both
+            beatlas("build", EXAM, "-o", WORK / "built.beatlas", "--scene", scene)
+            expect_same(small, WORK / "built.beatlas")
         with zipfile.ZipFile(small) as part:
             names = [name for name in part.namelist() if name != "atlas.json"]
             assert names and all(name.startswith(prefix) for name in names), names
