@@ -39,19 +39,10 @@ Grid lattice_of(const phantom::Phantom& phantom, Structure structure,
 }  // namespace
 
 phantom::PhantomSpec scaled_matrix(phantom::PhantomSpec spec, double factor) {
-  Grid& grid = spec.grid;
-  const Index3 before = grid.size;
-  const Vec3 centre = grid.mm(0.5 * (before[0] - 1), 0.5 * (before[1] - 1), 0.5 * (before[2] - 1));
-  Vec3 middle;
-  for (std::size_t a = 0; a < 3; ++a) {
-    grid.size[a] = std::max(1, static_cast<int>(std::lround(before[a] * factor)));
-    const double ratio = static_cast<double>(before[a]) / grid.size[a];
-    const auto axis = static_cast<Eigen::Index>(a);
-    grid.mm_from_index.linear().col(axis) *= ratio;
-    middle[axis] = 0.5 * (grid.size[a] - 1);
-    if (a == 2) spec.scanner.slice_thickness_mm *= ratio;
-  }
-  grid.mm_from_index.translation() = centre - grid.mm_from_index.linear() * middle;
+  Index3 size = spec.grid.size;
+  for (int& n : size) n = std::max(1, static_cast<int>(std::lround(n * factor)));
+  spec.scanner.slice_thickness_mm *= static_cast<double>(spec.grid.size[2]) / size[2];
+  spec.grid = phantom::on_matrix(spec.grid, size, Vec3::Zero());
   return spec;
 }
 

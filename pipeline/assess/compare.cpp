@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -33,11 +32,6 @@ struct AtTruth {
   double angle_deg = 0;
   double velocity_mm_s = 0;
 };
-
-/// Exact also for angles too small for their cosine.
-double angle_deg(const Vec3& a, const Vec3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / std::numbers::pi;
-}
 
 /// One structure against the truth.
 class Comparison {

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
 
 namespace beatlas::assess {
 
@@ -41,6 +44,11 @@ DistanceStatistics pooled_statistics(const std::vector<Weighted>& one,
     }
   }
   return out;
+}
+
+double angle_deg(const Vec3& a, const Vec3& b) {
+  if (!(a.norm() * b.norm() > 0.0)) return 180.0;
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / std::numbers::pi;
 }
 
 }  // namespace beatlas::assess

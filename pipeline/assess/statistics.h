@@ -1,6 +1,8 @@
 #pragma once
 #include <vector>
 
+#include "runtime/base/geometry.h"
+
 namespace beatlas::assess {
 
 /// A signed error and the share of surface it stands for.
@@ -21,5 +23,9 @@ struct DistanceStatistics {
 /// All zero if both are empty. Order of summation is that of the lists: the same on any machine.
 [[nodiscard]] DistanceStatistics pooled_statistics(const std::vector<Weighted>& one,
                                                    const std::vector<Weighted>& other);
+
+/// Angle between two directions [degrees], also where it is too small for its cosine; 180 where
+/// either has no length, as a normal that is missing is as wrong as one can be.
+[[nodiscard]] double angle_deg(const Vec3& a, const Vec3& b);
 
 }  // namespace beatlas::assess

@@ -5,26 +5,13 @@
 #include <limits>
 #include <numbers>
 
+#include "pipeline/assess/statistics.h"
 #include "pipeline/core/parallel.h"
 
 namespace beatlas::assess {
 namespace {
 
 constexpr int kMomentsAFrame = 3;
-
-double percentile(std::vector<double>& values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::size_t>(
-      std::max(0.0, std::ceil(share * static_cast<double>(values.size())) - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
-  return values[at];
-}
-
-double angle_deg(const Vec3& a, const Vec3& b) {
-  const double length = a.norm() * b.norm();
-  if (!(length > 0)) return 180;
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
-}
 
 std::vector<TruthPoint> surface_points(const phantom::Phantom& phantom, Structure structure,
                                        const TruthOptions& options) {
@@ -52,21 +39,15 @@ std::vector<TruthPoint> surface_points(const phantom::Phantom& phantom, Structur
 }
 
 /// @param frames those of the distances that are at times of frames
-SurfaceErrors summed(std::vector<double>& distances, std::vector<double>& angles,
-                     const std::vector<double>& frames) {
-  SurfaceErrors out;
-  out.points = static_cast<int>(distances.size());
-  for (double& distance : distances) {
-    out.bias_mm += distance / static_cast<double>(distances.size());
-    distance = std::abs(distance);
-    out.mean_mm += distance / static_cast<double>(distances.size());
-  }
-  for (const double distance : frames) {
-    out.frames_mean_mm += std::abs(distance) / static_cast<double>(frames.size());
-  }
-  out.p95_mm = percentile(distances, 0.95);
-  out.normal_p95_deg = percentile(angles, 0.95);
-  return out;
+SurfaceErrors summed(const std::vector<Weighted>& distances, const std::vector<Weighted>& angles,
+                     const std::vector<Weighted>& frames) {
+  const DistanceStatistics distance = pooled_statistics(distances, {});
+  return {distance.mean,
+          distance.p95,
+          pooled_statistics(frames, {}).mean,
+          distance.bias,
+          pooled_statistics(angles, {}).p95,
+          static_cast<int>(distances.size())};
 }
 
 }  // namespace
@@ -91,14 +72,14 @@ TruthSet make_truth_set(const phantom::Phantom& phantom, const std::vector<Struc
 SurfaceErrors surface_errors(const MakeTouch& candidate, const std::vector<TruthPoint>& points,
                              const Affine& workspace_from_lps, double rr_interval_s) {
   const ForceAt touch = candidate();
-  std::vector<double> distances;
-  std::vector<double> angles;
-  std::vector<double> frames;
+  std::vector<Weighted> distances;
+  std::vector<Weighted> angles;
+  std::vector<Weighted> frames;
   for (const TruthPoint& point : points) {
     const haptics::Contact at = touch(workspace_from_lps * point.lps, point.share * rr_interval_s);
-    distances.push_back(-at.distance_mm);
-    if (point.in_frame) frames.push_back(-at.distance_mm);
-    angles.push_back(angle_deg(at.normal, workspace_from_lps.linear() * point.normal));
+    distances.push_back({-at.distance_mm});
+    if (point.in_frame) frames.push_back({-at.distance_mm});
+    angles.push_back({angle_deg(at.normal, workspace_from_lps.linear() * point.normal)});
   }
   return summed(distances, angles, frames);
 }
@@ -111,8 +92,8 @@ SurfaceErrors mesh_errors(const std::vector<std::array<std::uint32_t, 3>>& trian
   const Affine lps_from_workspace = workspace_from_lps.inverse(Eigen::Isometry);
   const std::size_t step = std::max<std::size_t>(1, triangles.size() / kMost);
   const double phases = static_cast<double>(positions.size());
-  std::vector<double> distances;
-  std::vector<double> angles;
+  std::vector<Weighted> distances;
+  std::vector<Weighted> angles;
   for (std::size_t p = 0; p < positions.size(); ++p) {
     const auto frame =
         phantom.frame(phantom.spec().rr_interval_s * static_cast<double>(p) / phases);
@@ -138,11 +119,13 @@ SurfaceErrors mesh_errors(const std::vector<std::array<std::uint32_t, 3>>& trian
       }
     });
     for (const Found& each : found) {
-      distances.insert(distances.end(), each.distance.begin(), each.distance.begin() + each.count);
-      if (each.angle >= 0) angles.push_back(each.angle);
+      for (int n = 0; n < each.count; ++n) {
+        distances.push_back({each.distance[static_cast<std::size_t>(n)]});
+      }
+      if (each.angle >= 0) angles.push_back({each.angle});
     }
   }
-  return summed(distances, angles, std::vector<double>(distances));
+  return summed(distances, angles, distances);
 }
 
 }  // namespace beatlas::assess

@@ -10,6 +10,7 @@
 #include "pipeline/formats/dicom_writer.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/ingest/ingest.h"
+#include "tests/unit/study/temporary_folder.h"
 
 namespace beatlas::ingest {
 namespace {
@@ -40,9 +41,6 @@ TEST(PhantomMark, HoldsAnIdentityAndNothingElse) {
 class Marked : public ::testing::Test {
  protected:
   Marked() {
-    std::string name = (fs::temp_directory_path() / "beatlas-test-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    folder_ = name;
     cine_.rr_interval_s = 0.8;
     cine_.images.grid.size = {16, 16, 6};
     cine_.images.grid.mm_from_index.linear() = Vec3(2.0, 2.0, 4.0).asDiagonal();
@@ -53,10 +51,6 @@ class Marked : public ::testing::Test {
       }
       cine_.frame_times_s.push_back(0.08 * p);
     }
-  }
-  ~Marked() override {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
   }
 
   [[nodiscard]] std::string identity_of_import(const fs::path& source) const {
@@ -69,7 +63,8 @@ class Marked : public ::testing::Test {
     formats::write_dicom(folder_ / "dicom", cine_, options);
   }
 
-  fs::path folder_;
+  study::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
   Cine cine_;
 };
 
