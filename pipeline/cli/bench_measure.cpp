@@ -105,17 +105,13 @@ void BenchRunner::measure_field(BenchRow& row, StageContext& context) {
 
   std::shared_ptr<const field::FieldQuery> heart;
   Affine map = Affine::Identity();
-  std::vector<double> loads;
-  for (int repeat = 0; repeat < repeats_; ++repeat) {
-    const double start = wall_clock_s();
+  row.load_ms = median_wall_ms(repeats_, [&] {
     const atlas::Atlas opened =
         atlas::Atlas::open(package.file, {.fields = {Structure::Heart}, .surfaces = {}});
     heart = std::make_shared<const field::FieldQuery>(opened.field(Structure::Heart),
                                                       opened.manifest().rr_interval_s);
-    loads.push_back(1e3 * (wall_clock_s() - start));
     map = opened.manifest().workspace_from_lps;
-  }
-  row.load_ms = median(loads);
+  });
 
   const assess::TruthSet& wanted = truth(context);
   const double rr_s = heart->rr_interval_s();
@@ -180,13 +176,7 @@ void BenchRunner::measure_surface(BenchRow& row, StageContext& context) {
 
   const atlas::Needs needs{.fields = {}, .surfaces = {structures.begin(), structures.end()}};
   std::optional<atlas::Atlas> opened;
-  std::vector<double> loads;
-  for (int repeat = 0; repeat < repeats_; ++repeat) {
-    const double start = wall_clock_s();
-    opened = atlas::Atlas::open(package.file, needs);
-    loads.push_back(1e3 * (wall_clock_s() - start));
-  }
-  row.load_ms = median(loads);
+  row.load_ms = median_wall_ms(repeats_, [&] { opened = atlas::Atlas::open(package.file, needs); });
   const auto images = imaging(settings, context);
   for (const Structure structure : structures) {
     const auto surface = opened->surface(structure);
@@ -227,14 +217,10 @@ void BenchRunner::measure_published(BenchRow& row, StageContext& context) {
             }));
   row.package_bytes = fs::file_size(file);
   take_costs(row, costs);
-  std::vector<double> loads;
   std::shared_ptr<const LabelCycle> read;
-  for (int repeat = 0; repeat < repeats_; ++repeat) {
-    const double start = wall_clock_s();
+  row.load_ms = median_wall_ms(repeats_, [&] {
     read = std::make_shared<const LabelCycle>(formats::read_nifti_labels(file));
-    loads.push_back(1e3 * (wall_clock_s() - start));
-  }
-  row.load_ms = median(loads);
+  });
   const assess::TruthSet& wanted = truth(context);
   const Affine& map = mapped.value->workspace_from_lps;
   for (const Structure structure : kBenchStructures) {

@@ -43,6 +43,21 @@ struct Question {
 [[nodiscard]] double wall_clock_s();
 [[nodiscard]] double thread_cpu_s();
 
+/// Median wall time of `run` [ms] over `repeats` runs; over three, once they have taken a second.
+template <class Run>
+[[nodiscard]] double median_wall_ms(int repeats, Run&& run) {
+  constexpr std::size_t kFewest = 3;
+  std::vector<double> taken;
+  const double first = wall_clock_s();
+  while (static_cast<int>(taken.size()) < repeats &&
+         (taken.size() < kFewest || wall_clock_s() - first < 1)) {
+    const double start = wall_clock_s();
+    run();
+    taken.push_back(1e3 * (wall_clock_s() - start));
+  }
+  return median(std::move(taken));
+}
+
 /// Nanoseconds of CPU time for one call, median over `repeats` rounds of all questions; one round
 /// before them is not counted.
 template <class Ask>

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -26,19 +27,27 @@ class ClosestTriangle {
   [[nodiscard]] double distance2_to(const Vec3& mm, std::uint32_t triangle) const noexcept;
 
  private:
+  using Four = Eigen::Array4f;  ///< a number of each of four boxes, side by side
+
+  /// A part of the triangles: a leaf of `count` from `first` on, or, count 0, the node `first`.
+  struct Part {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  /// Four boxes, about origin_ and in single precision: wider than their triangles by more than
+  /// what rounding can move. A box that is not there is infinitely far away.
   struct Node {
-    Eigen::Matrix3d axes;     ///< rows: the box's directions; the last along the mean normal
-    Vec3 low, high;           ///< in the box's directions
-    std::uint32_t first = 0;  ///< a leaf's first triangle, or an inner node's right child
-    std::uint32_t count = 0;  ///< triangles of a leaf; 0 for an inner node, its left child is next
+    std::array<Four, 9> axes;  ///< row by row: a box's directions; the last along the mean normal
+    std::array<Four, 3> low, high;  ///< in the box's directions
+    std::array<Part, 4> parts;
   };
   struct Triangle {
     Vec3 a, ab, ac;
   };
 
-  std::uint32_t build(std::vector<std::uint32_t>& order, const TriangleSoup& surface,
-                      const std::vector<Vec3>& centres, std::uint32_t first, std::uint32_t last);
+  struct Builder;
 
+  Vec3 origin_ = Vec3::Zero();
   std::vector<Node> nodes_;
   std::vector<Triangle> triangles_;
 };
