@@ -6,10 +6,17 @@
 
 namespace beatlas::field {
 
+/// The defaults are from the front of `beatlas bench` on the phantom small, whole scene palpation.
 struct FieldOptions {
-  double voxel_mm = 1.5;  ///< [mm] 0.5..4
-  double inner_mm = 15;   ///< [mm] 3..40: depth inside to which distances are kept
-  double outer_mm = 6;    ///< [mm] 3..40
+  /// [mm] 0.5..4. At 1.5 the normal's 95th percentile is 1.5 degrees and a package 2.1 MB; at 1 it
+  /// is 0.9 degrees for 5.6 MB, at 2 2.2 degrees for 1.1 MB. Mean distance and force hardly change.
+  double voxel_mm = 1.5;
+  /// [mm] 3..40: depth inside to which distances are kept. A finger that goes deeper than it feels
+  /// a wrong force (at 6 mm the mean error is 60 % more); 15 costs 5 % of the package over 10.
+  double inner_mm = 15;
+  /// [mm] 3..40: height outside. A point would do with 3, at 14 % less; a tool of 5 mm radius
+  /// touches that far out.
+  double outer_mm = 6;
 };
 
 /// Narrow-band signed distance to the zero surface of a level function: OpenVDB's contour of the
