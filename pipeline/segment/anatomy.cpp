@@ -18,6 +18,7 @@ constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV mu
 /// Outer outlines in thick slices, where fat and liver blur into the wall, are smoothed this much
 /// more.
 constexpr double kThickOutsideFactor = 1.75;
+constexpr double kAtrialWallMm = 3.0;
 constexpr double kRvWallMm = 4.0;  ///< thickest RV wall where no outer edge shows
 
 cv::Mat fill_holes(const cv::Mat& mask) {
@@ -213,6 +214,22 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   }
   const std::vector<float> to_lv = distance_map(grid, lv, across);
   const std::vector<float> to_rv = distance_map(grid, rv, across);
+  // Atria and great vessels: blood of the rest of the heart, wherever a base plane is known.
+  std::vector<float> to_atria;
+  if (chambers.axis) {
+    Mask atria(labels.size());
+    for (std::size_t v = 0; v < labels.size(); ++v) {
+      atria[v] = labels[v] == kLabelRestOfHeart && image[v] > levels.threshold ? 255 : 0;
+    }
+    for (int k = 0; k < grid.size[2]; ++k) {
+      cv::Mat slice = slice_mat(grid, atria, k);
+      cv::morphologyEx(slice, slice, cv::MORPH_OPEN, disc(2.0, pixel_mm));
+    }
+    to_atria = distance_map(grid, atria, across);
+  }
+  const auto lv_base =
+      chambers.axis ? static_cast<float>(chambers.axis->lv_base_mm[static_cast<std::size_t>(phase)])
+                    : 0.F;
   Mask muscle(labels.size());
   for (int k = 0; k < grid.size[2]; ++k) {
     const double wall = wall_mm(k);
@@ -223,7 +240,8 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       if (label == kLabelLvMyocardium && lv_here && to_lv[v] > 1.35 * wall + 1.0) {
         label = kLabelBackground;
       }
-      if (label == kLabelRestOfHeart && rv_wall_only && to_rv[v] > kRvWallMm) {
+      const bool atrial = !to_atria.empty() && to_atria[v] <= kAtrialWallMm;
+      if (label == kLabelRestOfHeart && rv_wall_only && to_rv[v] > kRvWallMm && !atrial) {
         label = kLabelBackground;
       }
       const bool free = label == kLabelBackground || label == kLabelRestOfHeart;
@@ -231,6 +249,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
                           (free && image[v] > levels.dark && image[v] < levels.threshold)
                       ? 255
                       : 0;
+      if (chambers.axis && chambers.height_mm[v] > lv_base) muscle[v] = 0;
     }
   }
   // Between thick slices a wall's own outline is seen in each; through thin ones the wall runs on
@@ -271,6 +290,20 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     heart = fill_holes(close_mask(opened | lv_blood | rv_blood, 3.0, pixel_mm));
     slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
+  }
+}
+
+void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
+  if (!chambers.axis) return;
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    const auto base = static_cast<float>(chambers.axis->lv_base_mm[p]);
+    for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
+      std::uint8_t& label = labels.phases[p][v];
+      if (chambers.height_mm[v] > base &&
+          (label == kLabelLvBlood || label == kLabelLvMyocardium)) {
+        label = kLabelRestOfHeart;
+      }
+    }
   }
 }
 

@@ -11,6 +11,9 @@ namespace beatlas::segment {
 void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
                 int phase, std::vector<std::uint8_t>& labels);
 
+/// Makes of what smoothing carried beyond the LV's base plane the rest of the heart.
+void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels);
+
 /// Smooths the outlines of cavities, LV wall and heart in each slice: Gaussian of their signed
 /// distance. Not over phases: early filling bends a wall's path by millimetres between two phases.
 void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm);

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include "pipeline/core/grid.h"
+#include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/ring.h"
 #include "pipeline/segment/tissue.h"
 
@@ -31,6 +32,9 @@ struct Chambers {
   std::vector<cv::Mat> rv;               ///< [slice of the grid] 8-bit mask of RV blood at ED
   std::vector<cv::Mat> always_blood;  ///< [slice] 8-bit mask: brighter than muscle in every phase
   std::vector<cv::Mat> always_blood_moving;  ///< [slice] those of its parts whose rim moves
+
+  std::optional<LongAxis> axis;       ///< where thin slices show atria beyond the ventricles
+  std::vector<float> height_mm;       ///< [voxel] along it; empty without
 
   [[nodiscard]] bool found_lv() const { return !lv.empty(); }
 };

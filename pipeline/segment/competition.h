@@ -16,7 +16,7 @@ namespace beatlas::segment {
 class TravelCost {
  public:
   static constexpr int kLabels = 5;
-  static constexpr int kClasses = 4;
+  static constexpr int kClasses = 12;
   static constexpr int kBins = 512;
 
   /// Intensities from 0 to `top` fall into kBins bins; those above into the last.

@@ -15,6 +15,11 @@
 namespace beatlas::segment {
 namespace {
 
+constexpr double kMostCost = 25;         ///< of a millimetre
+constexpr double kBeyondPlane = 4;       ///< times harder does the RV travel beyond its plane
+constexpr double kLvSeedsBelowMm = 1.5;  ///< the LV's base plane, which is seen
+constexpr double kRvSeedsBelowMm = 4;    ///< the RV's, which is placed by rule
+constexpr double kAtriaBeyondMm = 3;     ///< both planes: blood is surely not the ventricles'
 constexpr double kMostSeedMm = 50;  ///< radius; a heart is hardly larger
 
 /// Filled polygon of a radius per ray.
@@ -111,7 +116,43 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
       zones[k] |= slice <= 1.6 * chambers.wall_mm + 2.0;
     }
   }
+  if (chambers.axis) {
+    for (std::size_t k = 0; k < n; ++k) {
+      cv::Mat atria;
+      cv::dilate(chambers.always_blood_moving[k], atria, disc(8.0, pixel_mm));
+      zones[k] |= atria;
+    }
+  }
   return zones;
+}
+
+/// Thin slices run through ventricles and atria alike: no seed of a ventricle beyond its base plane,
+/// and of what beats beyond both, atria and great vessels, the cores are seeds of their own.
+void part_at_base(const Grid& grid, const Chambers& chambers, LabelImages& seeds) {
+  const Vec3 spacing = grid.spacing_mm();
+  std::vector<std::uint8_t> cores(grid.count(), 0);
+  for (int k = 0; k < grid.size[2]; ++k) {
+    cv::Mat core;
+    cv::erode(chambers.always_blood_moving[static_cast<std::size_t>(k)], core,
+              disc(2.0, {spacing[0], spacing[1]}));
+    paint(cores, grid, k, core, 1);
+  }
+  for (std::size_t p = 0; p < seeds.size(); ++p) {
+    const double lv_base = chambers.axis->lv_base_mm[p];
+    const double rv_base = chambers.axis->rv_base_mm[p];
+    for (std::size_t v = 0; v < seeds[p].size(); ++v) {
+      const auto height = static_cast<double>(chambers.height_mm[v]);
+      std::uint8_t& seed = seeds[p][v];
+      if ((seed == kLabelLvBlood || seed == kLabelLvMyocardium) &&
+          height > lv_base - kLvSeedsBelowMm) {
+        seed = kUnlabelled;
+      }
+      if (seed == kLabelRvBlood && height > rv_base - kRvSeedsBelowMm) seed = kUnlabelled;
+      if (cores[v] != 0 && height > std::max(lv_base, rv_base) + kAtriaBeyondMm) {
+        seed = kLabelRestOfHeart;
+      }
+    }
+  }
 }
 
 void check_seed(const Seed& seed) {
@@ -175,6 +216,19 @@ std::vector<std::uint8_t> classify_motion(const TemporalStats& stats) {
   return classes;
 }
 
+LabelImages classify(const TemporalStats& stats, const Chambers& chambers, std::size_t phases) {
+  LabelImages classes(phases, classify_motion(stats));
+  if (!chambers.axis) return classes;
+  for (std::size_t p = 0; p < phases; ++p) {
+    for (std::size_t v = 0; v < classes[p].size(); ++v) {
+      const auto height = static_cast<double>(chambers.height_mm[v]);
+      if (height > chambers.axis->lv_base_mm[p]) classes[p][v] += kBeyondLv;
+      if (height > chambers.axis->rv_base_mm[p]) classes[p][v] += kBeyondRv;
+    }
+  }
+  return classes;
+}
+
 TravelCost travel_cost(const TissueLevels& levels) {
   TravelCost cost(2.5 * levels.blood);
   const double span = levels.blood - levels.muscle;
@@ -188,15 +242,20 @@ TravelCost travel_cost(const TissueLevels& levels) {
                                     : 1.1 + 25 * (0.4 - f);
     double muscle = f <= 0.35 ? 0.25 : std::min(8.0, 0.25 + 18 * (f - 0.35));
     if (dark) muscle = 1.0 + 4.0 * (levels.dark - intensity) / levels.dark;
-    for (int c = kStill; c <= kMoving; ++c) {
+    for (int index = 0; index < TravelCost::kClasses; ++index) {
+      const int c = index % kBeyondLv;
+      const bool beyond_lv = index / kBeyondLv % 2 != 0;
+      const bool beyond_rv = index / kBeyondRv != 0;
       const double still_penalty = c == kStill ? 1.5 : 1.0;
-      const double b = std::min(blood, 25.0);
-      cost.at(kLabelLvBlood, c, bin) = static_cast<float>(b);
-      cost.at(kLabelRvBlood, c, bin) =
-          static_cast<float>(intensity > 1.45 * levels.rv_blood ? std::max(b, 1.5) : b);
-      cost.at(kLabelLvMyocardium, c, bin) = static_cast<float>(muscle * still_penalty);
-      cost.at(kLabelRestOfHeart, c, bin) =
-          static_cast<float>(std::min(b * 1.2, std::max(0.6, muscle) * still_penalty));
+      const double b = std::min(blood, kMostCost);
+      const double rv = intensity > 1.45 * levels.rv_blood ? std::max(b, 1.5) : b;
+      const double rest = std::min(b * 1.2, std::max(0.6, muscle) * still_penalty);
+      cost.at(kLabelLvBlood, index, bin) = static_cast<float>(beyond_lv ? kMostCost : b);
+      cost.at(kLabelLvMyocardium, index, bin) =
+          static_cast<float>(beyond_lv ? kMostCost : muscle * still_penalty);
+      cost.at(kLabelRvBlood, index, bin) =
+          static_cast<float>(beyond_rv ? std::min(kMostCost, kBeyondPlane * rv) : rv);
+      cost.at(kLabelRestOfHeart, index, bin) = static_cast<float>(rest);
       double background = 0.3;
       if (dark) {
         background = 0.1;
@@ -207,7 +266,7 @@ TravelCost travel_cost(const TissueLevels& levels) {
       } else {
         background = c == kStill ? 0.4 : c == kStirring ? 0.6 : 1.0;
       }
-      cost.at(kLabelBackground, c, bin) = static_cast<float>(background);
+      cost.at(kLabelBackground, index, bin) = static_cast<float>(background);
     }
   }
   return cost;
@@ -341,6 +400,7 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
       }
     }
   }
+  if (chambers.axis) part_at_base(images.grid, chambers, seeds);
   return seeds;
 }
 

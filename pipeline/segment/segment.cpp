@@ -9,6 +9,7 @@
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
@@ -67,6 +68,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   context.check_cancelled();
 
   adopt_seeds(images, drawn, chambers);
+  chambers.axis = find_long_axis(images, chambers, options.tricuspid_excursion_mm);
+  if (chambers.axis) chambers.height_mm = chambers.axis->heights_mm(images.grid);
   LabelImages seeds = automatic_seeds(images, stats, chambers);
   if (!drawn.empty()) {
     draw_seeds(images.grid, drawn, seeds);
@@ -84,8 +87,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
         "give seeds with --seeds");
   }
 
-  const std::vector<std::vector<std::uint8_t>> classes(images.phases.size(),
-                                                       classify_motion(stats));
+  const std::vector<std::vector<std::uint8_t>> classes =
+      classify(stats, chambers, images.phases.size());
   const TravelCost cost = travel_cost(chambers.levels);
   const double contrast = chambers.levels.blood - chambers.levels.muscle;
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
@@ -97,6 +100,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
   });
   smooth_outlines(labels, options.outline_sigma_mm);
+  cut_at_base(chambers, labels);
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
     LabelImages marks(images.phases.size(),

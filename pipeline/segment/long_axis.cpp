@@ -1,0 +1,291 @@
+#include "pipeline/segment/long_axis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/segment/chambers.h"
+#include "pipeline/segment/valves.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kPlaneMm = 150;       ///< edge of a section
+constexpr double kPixelMm = 1.5;       ///< of a section
+constexpr double kSureRing = 0.65;     ///< walled share of a ring that the axis is fitted to
+constexpr double kLeastRing = 0.5;     ///< of the rays: what technicians ask for
+constexpr double kThickOfWall = 0.6;   ///< of the ventricle's wall: thinner ones are an atrium's
+constexpr double kStepMm = 1.0;        ///< between sections on the way to the base
+constexpr double kMostShiftMm = 2.0;   ///< of the pool's centre from one millimetre to the next
+constexpr double kBeyondMm = 6.0;      ///< past the base, where an atrium would be blood
+constexpr double kLeastAtrium = 0.35;  ///< of the section of the pool, that has to be blood there
+
+/// Sections across an axis.
+struct Sections {
+  const ImageCycle<float>& images;
+  Vec3 origin_mm, along, u, v;
+  Affine index_from_mm;
+
+  Sections(const ImageCycle<float>& of, const Vec3& origin, const Vec3& direction)
+      : images(of),
+        origin_mm(origin),
+        along(direction),
+        u(direction.unitOrthogonal()),
+        v(direction.cross(u)),
+        index_from_mm(of.grid.mm_from_index.inverse(Eigen::Affine)) {}
+
+  static int side() { return static_cast<int>(kPlaneMm / kPixelMm); }
+  static cv::Point2d pixel_mm() { return {kPixelMm, kPixelMm}; }
+  static cv::Point2d px(const Eigen::Vector2d& mm) {
+    return {mm[0] / kPixelMm + 0.5 * side(), mm[1] / kPixelMm + 0.5 * side()};
+  }
+  static Eigen::Vector2d mm(const cv::Point2d& px) {
+    return {(px.x - 0.5 * side()) * kPixelMm, (px.y - 0.5 * side()) * kPixelMm};
+  }
+
+  /// Linear in space; outside the images not a number, as trace_ring takes a border.
+  [[nodiscard]] cv::Mat at(std::size_t phase, double height_mm) const {
+    cv::Mat out(side(), side(), CV_32F);
+    const Grid& grid = images.grid;
+    const std::vector<float>& image = images.phases[phase];
+    const Vec3 du = index_from_mm.linear() * (kPixelMm * u);
+    const Vec3 dv = index_from_mm.linear() * (kPixelMm * v);
+    const Vec3 middle = index_from_mm * Vec3(origin_mm + height_mm * along);
+    for (int r = 0; r < side(); ++r) {
+      for (int c = 0; c < side(); ++c) {
+        const Vec3 x = middle + (c - 0.5 * side()) * du + (r - 0.5 * side()) * dv;
+        out.at<float>(r, c) = value(grid, image, x);
+      }
+    }
+    return out;
+  }
+
+ private:
+  static float value(const Grid& grid, const std::vector<float>& image, const Vec3& x) {
+    Index3 low{};
+    std::array<double, 3> w{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double at = x[static_cast<Eigen::Index>(a)];
+      if (!(at >= 0 && at <= grid.size[a] - 1)) return std::numeric_limits<float>::quiet_NaN();
+      low[a] = std::min(static_cast<int>(at), std::max(0, grid.size[a] - 2));
+      w[a] = at - low[a];
+    }
+    double sum = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      Index3 at = low;
+      double weight = 1;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const bool upper = (corner >> a & 1) != 0;
+        weight *= upper ? w[a] : 1 - w[a];
+        if (upper) at[a] = std::min(at[a] + 1, grid.size[a] - 1);
+      }
+      if (weight > 0) sum += weight * static_cast<double>(image[grid.offset(at[0], at[1], at[2])]);
+    }
+    return static_cast<float>(sum);
+  }
+};
+
+/// A pool's centre within its section, and its ring.
+struct Seen {
+  Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();
+  Ring ring;
+};
+
+Seen look(const cv::Mat& section, const Eigen::Vector2d& near_mm, const TissueLevels& levels,
+          double most_shift_mm) {
+  Seen seen{near_mm, trace_ring(section, Sections::pixel_mm(), Sections::px(near_mm), levels)};
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double area = 0;
+  for (int a = 0; a < Ring::kRays; ++a) {
+    const auto corner = [&](int ray) {
+      return Sections::mm(ray_point(Sections::px(near_mm), Sections::pixel_mm(), ray,
+                                    seen.ring.endo_mm[static_cast<std::size_t>(ray)]));
+    };
+    const Eigen::Vector2d p = corner(a) - near_mm;
+    const Eigen::Vector2d q = corner((a + 1) % Ring::kRays) - near_mm;
+    const double cross = p[0] * q[1] - p[1] * q[0];
+    sum += cross * (p + q) / 3;
+    area += cross;
+  }
+  if (!(std::abs(area) > 1)) return seen;
+  Eigen::Vector2d shift = sum / area;
+  if (shift.norm() > most_shift_mm) shift *= most_shift_mm / shift.norm();
+  seen.centre_mm = near_mm + shift;
+  seen.ring = trace_ring(section, Sections::pixel_mm(), Sections::px(seen.centre_mm), levels);
+  return seen;
+}
+
+/// Middles of the walls of the slices' own rings.
+std::vector<Vec3> wall_points(const Grid& grid, const Chambers& chambers, double least_share) {
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Point2d pixel_mm(spacing[0], spacing[1]);
+  std::vector<Vec3> points;
+  for (const LvSlice& slice : chambers.lv) {
+    const Ring& ring = slice.rings[static_cast<std::size_t>(chambers.end_diastole)];
+    if (ring.walled_share < least_share) continue;
+    for (int a = 0; a < Ring::kRays; ++a) {
+      const auto i = static_cast<std::size_t>(a);
+      if (!ring.walled[i]) continue;
+      const cv::Point2d at = ray_point(slice.centre_px, pixel_mm, a,
+                                       0.5 * (ring.endo_mm[i] + ring.outer_mm[i]));
+      points.emplace_back(grid.mm_from_index * Vec3(at.x, at.y, slice.k));
+    }
+  }
+  return points;
+}
+
+struct Line {
+  Vec3 at, along;
+};
+
+/// Mean and direction of greatest spread.
+Line line_through(const std::vector<Vec3>& points) {
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Vec3& p : points) spread += (p - mean) * (p - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solved(spread);
+  return {mean, solved.eigenvectors().col(2)};
+}
+
+/// Rings from mid-ventricle on, upward (+1) or downward (-1), while they are walled.
+std::vector<Vec3> centres(const Sections& sections, std::size_t phase, const TissueLevels& levels,
+                          int direction, double step_mm) {
+  std::vector<Vec3> out;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  for (double height = 0; std::abs(height) < 80; height += direction * step_mm) {
+    const Seen seen = look(sections.at(phase, height), centre, levels,
+                           height == 0 ? 15.0 : kMostShiftMm * step_mm);
+    if (seen.ring.walled_share < kSureRing) break;
+    centre = seen.centre_mm;
+    out.emplace_back(sections.origin_mm + height * sections.along + centre[0] * sections.u +
+                     centre[1] * sections.v);
+  }
+  return out;
+}
+
+/// The axis of the pool's centres where the ring is sure, from a first guess.
+std::optional<Line> settle(const ImageCycle<float>& images, const Chambers& chambers, Line line) {
+  constexpr std::size_t kLeastSections = 6;
+  constexpr double kSectionMm = 3;
+  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
+  for (int round = 0; round < 4; ++round) {
+    const Sections sections(images, line.at, line.along);
+    std::vector<Vec3> found = centres(sections, ed, chambers.levels, +1, kSectionMm);
+    const std::vector<Vec3> below = centres(sections, ed, chambers.levels, -1, kSectionMm);
+    if (!below.empty()) found.insert(found.end(), below.begin() + 1, below.end());
+    if (found.size() < kLeastSections) return {};
+    Line next = line_through(found);
+    if (next.along.dot(line.along) < 0) next.along = -next.along;
+    line = next;
+  }
+  return line;
+}
+
+/// Share of the rays that meet a wall as thick as a ventricle's; an atrium's is a third of it.
+double thick_share(const Ring& ring, double wall_mm) {
+  int count = 0;
+  for (std::size_t a = 0; a < ring.endo_mm.size(); ++a) {
+    count += ring.outer_mm[a] - ring.endo_mm[a] >= kThickOfWall * wall_mm ? 1 : 0;
+  }
+  return static_cast<double>(count) / Ring::kRays;
+}
+
+/// Height at which the ring of muscle opens, from `from_mm` on; none if it is no ring there.
+std::optional<double> opening(const Sections& sections, std::size_t phase,
+                              const TissueLevels& levels, double wall_mm, double from_mm) {
+  constexpr int kInARow = 2;  ///< open sections that are not a gap in the wall
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  double last_share = 0;
+  std::optional<double> crossing;
+  int open = 0;
+  for (double height = from_mm; height < from_mm + 90; height += kStepMm) {
+    const Seen seen =
+        look(sections.at(phase, height), centre, levels, crossing ? 0.0 : kMostShiftMm * kStepMm);
+    const double share = thick_share(seen.ring, wall_mm);
+    if (share >= kLeastRing) {
+      crossing.reset();
+      open = 0;
+      centre = seen.centre_mm;
+    } else {
+      if (height == from_mm) return {};
+      if (!crossing) {
+        crossing = height - kStepMm * (kLeastRing - share) / std::max(1e-6, last_share - share);
+      }
+      if (++open == kInARow) return crossing;
+    }
+    last_share = share;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<float> LongAxis::heights_mm(const Grid& grid) const {
+  std::vector<float> heights(grid.count());
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        heights[grid.offset(i, j, k)] = static_cast<float>(height_mm(grid.mm(i, j, k)));
+      }
+    }
+  }
+  return heights;
+}
+
+std::optional<LongAxis> find_long_axis(const ImageCycle<float>& images, const Chambers& chambers,
+                                       double tricuspid_excursion_mm) {
+  const Grid& grid = images.grid;
+  if (!chambers.found_lv() || grid.spacing_mm()[2] >= kThickSlicesMm) return {};
+  const std::vector<Vec3> walls = wall_points(grid, chambers, kSureRing);
+  if (walls.size() < 3U * Ring::kRays) return {};
+  Line guess = line_through(walls);
+  const Vec3 k_axis = grid.mm_from_index.linear().col(2) * chambers.base_step;
+  if (guess.along.dot(k_axis) < 0) guess.along = -guess.along;
+  const std::optional<Line> line = settle(images, chambers, guess);
+  if (!line) return {};
+
+  LongAxis out;
+  out.origin_mm = line->at;
+  out.towards_base = line->along;
+  const Sections sections(images, line->at, line->along);
+  const std::size_t n = images.phases.size();
+  std::vector<std::optional<double>> opens(n);
+  parallel_for(n, [&](std::size_t p) { opens[p] = opening(sections, p, chambers.levels, chambers.wall_by_phase_mm[p], 0); });
+  if (!std::all_of(opens.begin(), opens.end(), [](const auto& at) { return at.has_value(); })) {
+    return {};
+  }
+  for (const auto& at : opens) out.lv_base_mm.push_back(*at);
+  out.apex_mm = std::numeric_limits<double>::infinity();
+  for (const Vec3& at : walls) out.apex_mm = std::min(out.apex_mm, out.height_mm(at));
+  out.apex_mm -= 0.5 * chambers.wall_mm;
+
+  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
+  const auto [least, most] = std::minmax_element(out.lv_base_mm.begin(), out.lv_base_mm.end());
+  const double range = *most - *least;
+  const double scale = std::min(1.3, (out.lv_base_mm[ed] - out.apex_mm) / kLvLengthMm);
+  for (const double at : out.lv_base_mm) {
+    const double loss = range > 0 ? (*most - at) / range : 0;
+    out.rv_base_mm.push_back(*most - loss * scale * tricuspid_excursion_mm);
+  }
+
+  // Without blood beyond the opening there is nothing to part.
+  const cv::Mat beyond = sections.at(ed, out.lv_base_mm[ed] + kBeyondMm);
+  const Seen at_base =
+      look(sections.at(ed, out.lv_base_mm[ed] - kBeyondMm), {0, 0}, chambers.levels, 15);
+  const double pool_mm2 = at_base.ring.area_mm2;
+  cv::Mat near = cv::Mat::zeros(beyond.size(), CV_8U);
+  cv::circle(near, cv::Point(Sections::px(at_base.centre_mm)),
+             static_cast<int>(std::sqrt(pool_mm2 / std::numbers::pi) / kPixelMm), cv::Scalar(255), cv::FILLED);
+  const int blood = cv::countNonZero((beyond > chambers.levels.threshold) & near);
+  if (blood < kLeastAtrium * cv::countNonZero(near)) return {};
+  return out;
+}
+
+}  // namespace beatlas::segment
