@@ -19,6 +19,8 @@ constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV mu
 /// more.
 constexpr double kThickOutsideFactor = 1.75;
 constexpr double kAtrialWallMm = 3.0;
+constexpr double kAtriaBelowMm = 10;  ///< how far atria bulge down beside the ventricles
+constexpr double kFatMm = 4.5;        ///< radius that no layer of fat on the heart holds
 constexpr double kRvWallMm = 4.0;  ///< thickest RV wall where no outer edge shows
 
 cv::Mat fill_holes(const cv::Mat& mask) {
@@ -125,6 +127,31 @@ void grow_into(const Grid& grid, Mask& region, const Mask& candidates,
   }
 }
 
+/// Atria and great vessels: pools of the rest of the heart about the base planes and beyond. Fat on
+/// the heart is as bright, but a thinner layer than a pool.
+Mask find_atria(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
+                int phase, const std::vector<std::uint8_t>& labels) {
+  const auto p = static_cast<std::size_t>(phase);
+  const double lowest =
+      std::min(chambers.axis->lv_base_mm[p], chambers.axis->rv_base_mm[p]) - kAtriaBelowMm;
+  Mask pools(labels.size());
+  Mask others(labels.size());
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    const bool pool = labels[v] == kLabelRestOfHeart && image[v] > chambers.levels.threshold &&
+                      static_cast<double>(chambers.height_mm[v]) > lowest;
+    pools[v] = pool ? 255 : 0;
+    others[v] = pool ? 0 : 255;
+  }
+  const std::vector<float> depth = distance_map(grid, others, true);
+  Mask cores(labels.size());
+  for (std::size_t v = 0; v < labels.size(); ++v) cores[v] = depth[v] > kFatMm ? 255 : 0;
+  const std::vector<float> to_core = distance_map(grid, cores, true);
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (to_core[v] > kFatMm + 1) pools[v] = 0;
+  }
+  return pools;
+}
+
 }  // namespace
 
 void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
@@ -214,22 +241,13 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   }
   const std::vector<float> to_lv = distance_map(grid, lv, across);
   const std::vector<float> to_rv = distance_map(grid, rv, across);
-  // Atria and great vessels: blood of the rest of the heart, wherever a base plane is known.
-  std::vector<float> to_atria;
-  if (chambers.axis) {
-    Mask atria(labels.size());
-    for (std::size_t v = 0; v < labels.size(); ++v) {
-      atria[v] = labels[v] == kLabelRestOfHeart && image[v] > levels.threshold ? 255 : 0;
-    }
-    for (int k = 0; k < grid.size[2]; ++k) {
-      cv::Mat slice = slice_mat(grid, atria, k);
-      cv::morphologyEx(slice, slice, cv::MORPH_OPEN, disc(2.0, pixel_mm));
-    }
-    to_atria = distance_map(grid, atria, across);
-  }
+  const Mask atria = chambers.axis ? find_atria(grid, image, chambers, phase, labels) : Mask();
+  const std::vector<float> to_atria =
+      chambers.axis ? distance_map(grid, atria, across) : std::vector<float>();
   const auto lv_base =
       chambers.axis ? static_cast<float>(chambers.axis->lv_base_mm[static_cast<std::size_t>(phase)])
                     : 0.F;
+  const double rim_mm = 1.5 * std::max(spacing[0], spacing[1]);
   Mask muscle(labels.size());
   for (int k = 0; k < grid.size[2]; ++k) {
     const double wall = wall_mm(k);
@@ -241,7 +259,9 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
         label = kLabelBackground;
       }
       const bool atrial = !to_atria.empty() && to_atria[v] <= kAtrialWallMm;
-      if (label == kLabelRestOfHeart && rv_wall_only && to_rv[v] > kRvWallMm && !atrial) {
+      // Beside the RV's rim of mixed pixels nothing of its wall is bright: that is fat.
+      const bool fat = across && image[v] > levels.threshold && to_rv[v] > rim_mm;
+      if (label == kLabelRestOfHeart && rv_wall_only && (to_rv[v] > kRvWallMm || fat) && !atrial) {
         label = kLabelBackground;
       }
       const bool free = label == kLabelBackground || label == kLabelRestOfHeart;
@@ -249,18 +269,26 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
                           (free && image[v] > levels.dark && image[v] < levels.threshold)
                       ? 255
                       : 0;
-      if (chambers.axis && chambers.height_mm[v] > lv_base) muscle[v] = 0;
     }
   }
   // Between thick slices a wall's own outline is seen in each; through thin ones the wall runs on
   // past the slices that have a ring, so it may fill up to its thickness there.
-  grow_into(grid, lv, muscle, to_lv, (across ? 1.05 : 0.7) * wall_mm(-1), across);
+  Mask lv_muscle = muscle;
+  for (std::size_t v = 0; chambers.axis && v < labels.size(); ++v) {
+    if (chambers.height_mm[v] > lv_base) lv_muscle[v] = 0;
+  }
+  grow_into(grid, lv, lv_muscle, to_lv, (across ? 1.05 : 0.7) * wall_mm(-1), across);
   for (std::size_t v = 0; v < labels.size(); ++v) {
     const bool free = labels[v] == kLabelBackground || labels[v] == kLabelRestOfHeart;
     if (lv[v] != 0 && free) labels[v] = kLabelLvMyocardium;
     if (labels[v] == kLabelLvMyocardium || labels[v] == kLabelLvBlood) muscle[v] = 0;
   }
   grow_into(grid, rv, muscle, to_rv, kRvWallMm, across);
+  if (chambers.axis) {
+    Mask walled = atria;
+    grow_into(grid, walled, muscle, to_atria, kAtrialWallMm, across);
+    for (std::size_t v = 0; v < labels.size(); ++v) rv[v] |= walled[v];
+  }
   for (std::size_t v = 0; v < labels.size(); ++v) {
     if (rv[v] != 0 && labels[v] == kLabelBackground) labels[v] = kLabelRestOfHeart;
   }
@@ -287,7 +315,11 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     cv::Mat opened;
     cv::morphologyEx(heart, opened, cv::MORPH_OPEN, disc(opening_mm, pixel_mm), {-1, -1}, 1,
                      cv::BORDER_CONSTANT, cv::Scalar(0));
-    heart = fill_holes(close_mask(opened | lv_blood | rv_blood, 3.0, pixel_mm));
+    const cv::Mat solid = opened | lv_blood | rv_blood;
+    heart = close_mask(solid, 3.0, pixel_mm);
+    // Grooves between the chambers are filled with muscle, not with fat.
+    if (across) heart &= solid | (slice_of(grid, image, k) <= levels.threshold);
+    heart = fill_holes(heart);
     slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
   }
