@@ -21,7 +21,7 @@ constexpr double kThickOutsideFactor = 1.75;
 constexpr double kAtrialWallMm = 3.0;
 constexpr double kAtriaBelowMm = 10;  ///< how far atria bulge down beside the ventricles
 constexpr double kFatMm = 4.5;        ///< radius that no layer of fat on the heart holds
-constexpr double kRvWallMm = 4.0;  ///< thickest RV wall where no outer edge shows
+constexpr double kRvWallMm = 4.0;     ///< thickest RV wall where no outer edge shows
 
 cv::Mat fill_holes(const cv::Mat& mask) {
   cv::Mat framed;
@@ -241,12 +241,14 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   }
   const std::vector<float> to_lv = distance_map(grid, lv, across);
   const std::vector<float> to_rv = distance_map(grid, rv, across);
-  const Mask atria = chambers.axis ? find_atria(grid, image, chambers, phase, labels) : Mask();
+  const Mask atria =
+      chambers.parts_atria() ? find_atria(grid, image, chambers, phase, labels) : Mask();
   const std::vector<float> to_atria =
-      chambers.axis ? distance_map(grid, atria, across) : std::vector<float>();
+      chambers.parts_atria() ? distance_map(grid, atria, across) : std::vector<float>();
   const auto lv_base =
-      chambers.axis ? static_cast<float>(chambers.axis->lv_base_mm[static_cast<std::size_t>(phase)])
-                    : 0.F;
+      chambers.parts_atria()
+          ? static_cast<float>(chambers.axis->lv_base_mm[static_cast<std::size_t>(phase)])
+          : 0.F;
   const double rim_mm = 1.5 * std::max(spacing[0], spacing[1]);
   Mask muscle(labels.size());
   for (int k = 0; k < grid.size[2]; ++k) {
@@ -274,7 +276,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   // Between thick slices a wall's own outline is seen in each; through thin ones the wall runs on
   // past the slices that have a ring, so it may fill up to its thickness there.
   Mask lv_muscle = muscle;
-  for (std::size_t v = 0; chambers.axis && v < labels.size(); ++v) {
+  for (std::size_t v = 0; chambers.parts_atria() && v < labels.size(); ++v) {
     if (chambers.height_mm[v] > lv_base) lv_muscle[v] = 0;
   }
   grow_into(grid, lv, lv_muscle, to_lv, (across ? 1.05 : 0.7) * wall_mm(-1), across);
@@ -284,7 +286,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     if (labels[v] == kLabelLvMyocardium || labels[v] == kLabelLvBlood) muscle[v] = 0;
   }
   grow_into(grid, rv, muscle, to_rv, kRvWallMm, across);
-  if (chambers.axis) {
+  if (chambers.parts_atria()) {
     Mask walled = atria;
     grow_into(grid, walled, muscle, to_atria, kAtrialWallMm, across);
     for (std::size_t v = 0; v < labels.size(); ++v) rv[v] |= walled[v];
@@ -326,13 +328,12 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
 }
 
 void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
-  if (!chambers.axis) return;
+  if (!chambers.parts_atria()) return;
   for (std::size_t p = 0; p < labels.phases.size(); ++p) {
     const auto base = static_cast<float>(chambers.axis->lv_base_mm[p]);
     for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
       std::uint8_t& label = labels.phases[p][v];
-      if (chambers.height_mm[v] > base &&
-          (label == kLabelLvBlood || label == kLabelLvMyocardium)) {
+      if (chambers.height_mm[v] > base && (label == kLabelLvBlood || label == kLabelLvMyocardium)) {
         label = kLabelRestOfHeart;
       }
     }

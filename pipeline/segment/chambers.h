@@ -33,9 +33,10 @@ struct Chambers {
   std::vector<cv::Mat> always_blood;  ///< [slice] 8-bit mask: brighter than muscle in every phase
   std::vector<cv::Mat> always_blood_moving;  ///< [slice] those of its parts whose rim moves
 
-  std::optional<LongAxis> axis;       ///< where thin slices show atria beyond the ventricles
-  std::vector<float> height_mm;       ///< [voxel] along it; empty without
+  std::optional<LongAxis> axis;  ///< of thin slices, where it could be found
+  std::vector<float> height_mm;  ///< [voxel] along it; empty without
 
+  [[nodiscard]] bool parts_atria() const { return axis && axis->atria; }
   [[nodiscard]] bool found_lv() const { return !lv.empty(); }
 };
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <limits>
+#include <numbers>
 
 #include <Eigen/Eigenvalues>
 #include <opencv2/imgproc.hpp>
@@ -25,6 +25,30 @@ constexpr double kStepMm = 1.0;        ///< between sections on the way to the b
 constexpr double kMostShiftMm = 2.0;   ///< of the pool's centre from one millimetre to the next
 constexpr double kBeyondMm = 6.0;      ///< past the base, where an atrium would be blood
 constexpr double kLeastAtrium = 0.35;  ///< of the section of the pool, that has to be blood there
+
+/// Linear between voxels, x in voxels; not a number outside the images.
+float linear(const Grid& grid, const std::vector<float>& image, const Vec3& x) {
+  Index3 low{};
+  std::array<double, 3> w{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double at = x[static_cast<Eigen::Index>(a)];
+    if (!(at >= 0 && at <= grid.size[a] - 1)) return std::numeric_limits<float>::quiet_NaN();
+    low[a] = std::min(static_cast<int>(at), std::max(0, grid.size[a] - 2));
+    w[a] = at - low[a];
+  }
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Index3 at = low;
+    double weight = 1;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const bool upper = (corner >> a & 1) != 0;
+      weight *= upper ? w[a] : 1 - w[a];
+      if (upper) at[a] = std::min(at[a] + 1, grid.size[a] - 1);
+    }
+    if (weight > 0) sum += weight * static_cast<double>(image[grid.offset(at[0], at[1], at[2])]);
+  }
+  return static_cast<float>(sum);
+}
 
 /// Sections across an axis.
 struct Sections {
@@ -60,34 +84,10 @@ struct Sections {
     for (int r = 0; r < side(); ++r) {
       for (int c = 0; c < side(); ++c) {
         const Vec3 x = middle + (c - 0.5 * side()) * du + (r - 0.5 * side()) * dv;
-        out.at<float>(r, c) = value(grid, image, x);
+        out.at<float>(r, c) = linear(grid, image, x);
       }
     }
     return out;
-  }
-
- private:
-  static float value(const Grid& grid, const std::vector<float>& image, const Vec3& x) {
-    Index3 low{};
-    std::array<double, 3> w{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double at = x[static_cast<Eigen::Index>(a)];
-      if (!(at >= 0 && at <= grid.size[a] - 1)) return std::numeric_limits<float>::quiet_NaN();
-      low[a] = std::min(static_cast<int>(at), std::max(0, grid.size[a] - 2));
-      w[a] = at - low[a];
-    }
-    double sum = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      Index3 at = low;
-      double weight = 1;
-      for (std::size_t a = 0; a < 3; ++a) {
-        const bool upper = (corner >> a & 1) != 0;
-        weight *= upper ? w[a] : 1 - w[a];
-        if (upper) at[a] = std::min(at[a] + 1, grid.size[a] - 1);
-      }
-      if (weight > 0) sum += weight * static_cast<double>(image[grid.offset(at[0], at[1], at[2])]);
-    }
-    return static_cast<float>(sum);
   }
 };
 
@@ -121,25 +121,6 @@ Seen look(const cv::Mat& section, const Eigen::Vector2d& near_mm, const TissueLe
   return seen;
 }
 
-/// Middles of the walls of the slices' own rings.
-std::vector<Vec3> wall_points(const Grid& grid, const Chambers& chambers, double least_share) {
-  const Vec3 spacing = grid.spacing_mm();
-  const cv::Point2d pixel_mm(spacing[0], spacing[1]);
-  std::vector<Vec3> points;
-  for (const LvSlice& slice : chambers.lv) {
-    const Ring& ring = slice.rings[static_cast<std::size_t>(chambers.end_diastole)];
-    if (ring.walled_share < least_share) continue;
-    for (int a = 0; a < Ring::kRays; ++a) {
-      const auto i = static_cast<std::size_t>(a);
-      if (!ring.walled[i]) continue;
-      const cv::Point2d at = ray_point(slice.centre_px, pixel_mm, a,
-                                       0.5 * (ring.endo_mm[i] + ring.outer_mm[i]));
-      points.emplace_back(grid.mm_from_index * Vec3(at.x, at.y, slice.k));
-    }
-  }
-  return points;
-}
-
 struct Line {
   Vec3 at, along;
 };
@@ -154,38 +135,92 @@ Line line_through(const std::vector<Vec3>& points) {
   return {mean, solved.eigenvectors().col(2)};
 }
 
-/// Rings from mid-ventricle on, upward (+1) or downward (-1), while they are walled.
-std::vector<Vec3> centres(const Sections& sections, std::size_t phase, const TissueLevels& levels,
-                          int direction, double step_mm) {
-  std::vector<Vec3> out;
+/// A first guess: of many directions through the pools that the slices show, the one whose sections
+/// are rings of muscle and round, for a ventricle is round across its axis alone.
+std::optional<Line> most_ring_like(const ImageCycle<float>& images, const Chambers& chambers) {
+  constexpr int kDirections = 80;
+  constexpr double kApartMm = 9;
+  constexpr double kLeastScore = 0.4;  ///< a full, round ring is 1
+  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
+  const std::size_t slices = chambers.lv.size();
+  std::vector<Line> lines;
+  for (const std::size_t s : {slices / 4, slices / 2, 3 * slices / 4}) {
+    const LvSlice& slice = chambers.lv[s];
+    const Vec3 at = images.grid.mm_from_index * Vec3(slice.centre_px.x, slice.centre_px.y, slice.k);
+    for (int d = 0; d < kDirections; ++d) {
+      // Evenly over a half of the sphere: a spiral of golden angles.
+      const double z = (d + 0.5) / kDirections;
+      const double turn = d * std::numbers::pi * (3 - std::sqrt(5.0));
+      const double r = std::sqrt(1 - z * z);
+      lines.push_back({at, {r * std::cos(turn), r * std::sin(turn), z}});
+    }
+  }
+  std::vector<double> scores(lines.size());
+  parallel_for(lines.size(), [&](std::size_t n) {
+    const Sections sections(images, lines[n].at, lines[n].along);
+    for (const double height : {-kApartMm, 0.0, kApartMm}) {
+      const Ring ring =
+          look(sections.at(ed, height), Eigen::Vector2d::Zero(), chambers.levels, 15).ring;
+      scores[n] += ring.walled_share * ring.roundness * ring.roundness / 3;
+    }
+  });
+  const auto best = std::max_element(scores.begin(), scores.end());
+  if (best == scores.end() || *best < kLeastScore) return {};
+  return lines[static_cast<std::size_t>(best - scores.begin())];
+}
+
+/// Where the ring is sure, from mid-ventricle on, upward (+1) or downward (-1).
+struct Followed {
+  std::vector<Vec3> centres;
+  double last_height_mm = 0;
+  double last_area_mm2 = 0;
+};
+
+Followed follow(const Sections& sections, std::size_t phase, const TissueLevels& levels,
+                int direction, double step_mm) {
+  Followed out;
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   for (double height = 0; std::abs(height) < 80; height += direction * step_mm) {
     const Seen seen = look(sections.at(phase, height), centre, levels,
                            height == 0 ? 15.0 : kMostShiftMm * step_mm);
     if (seen.ring.walled_share < kSureRing) break;
     centre = seen.centre_mm;
-    out.emplace_back(sections.origin_mm + height * sections.along + centre[0] * sections.u +
-                     centre[1] * sections.v);
+    out.centres.emplace_back(sections.origin_mm + height * sections.along + centre[0] * sections.u +
+                             centre[1] * sections.v);
+    out.last_height_mm = height;
+    out.last_area_mm2 = seen.ring.area_mm2;
   }
   return out;
 }
 
-/// The axis of the pool's centres where the ring is sure, from a first guess.
-std::optional<Line> settle(const ImageCycle<float>& images, const Chambers& chambers, Line line) {
+/// The axis of the pool's centres where the ring is sure, from a first guess; toward the base, for
+/// there the pool is wide when the ring opens, and at the apex it closes.
+std::optional<Line> settle(const ImageCycle<float>& images, const Chambers& chambers, Line line,
+                           double* apex_mm) {
   constexpr std::size_t kLeastSections = 6;
   constexpr double kSectionMm = 3;
+  constexpr int kRounds = 5;
   const auto ed = static_cast<std::size_t>(chambers.end_diastole);
-  for (int round = 0; round < 4; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     const Sections sections(images, line.at, line.along);
-    std::vector<Vec3> found = centres(sections, ed, chambers.levels, +1, kSectionMm);
-    const std::vector<Vec3> below = centres(sections, ed, chambers.levels, -1, kSectionMm);
-    if (!below.empty()) found.insert(found.end(), below.begin() + 1, below.end());
+    const Followed up = follow(sections, ed, chambers.levels, +1, kSectionMm);
+    const Followed down = follow(sections, ed, chambers.levels, -1, kSectionMm);
+    std::vector<Vec3> found = up.centres;
+    if (!down.centres.empty()) {
+      found.insert(found.end(), down.centres.begin() + 1, down.centres.end());
+    }
     if (found.size() < kLeastSections) return {};
+    const bool turned = up.last_area_mm2 < down.last_area_mm2;
+    if (round + 1 == kRounds) {
+      *apex_mm = (turned ? -up.last_height_mm : down.last_height_mm) - 0.5 * kSectionMm;
+      if (turned) line.along = -line.along;
+      return line;
+    }
     Line next = line_through(found);
-    if (next.along.dot(line.along) < 0) next.along = -next.along;
+    if ((next.along.dot(line.along) < 0) != turned) next.along = -next.along;
     line = next;
   }
-  return line;
+  return {};
 }
 
 /// Share of the rays that meet a wall as thick as a ventricle's; an atrium's is a third of it.
@@ -243,12 +278,10 @@ std::optional<LongAxis> find_long_axis(const ImageCycle<float>& images, const Ch
                                        double tricuspid_excursion_mm) {
   const Grid& grid = images.grid;
   if (!chambers.found_lv() || grid.spacing_mm()[2] >= kThickSlicesMm) return {};
-  const std::vector<Vec3> walls = wall_points(grid, chambers, kSureRing);
-  if (walls.size() < 3U * Ring::kRays) return {};
-  Line guess = line_through(walls);
-  const Vec3 k_axis = grid.mm_from_index.linear().col(2) * chambers.base_step;
-  if (guess.along.dot(k_axis) < 0) guess.along = -guess.along;
-  const std::optional<Line> line = settle(images, chambers, guess);
+  const std::optional<Line> guess = most_ring_like(images, chambers);
+  if (!guess) return {};
+  double apex_mm = 0;
+  const std::optional<Line> line = settle(images, chambers, *guess, &apex_mm);
   if (!line) return {};
 
   LongAxis out;
@@ -257,14 +290,15 @@ std::optional<LongAxis> find_long_axis(const ImageCycle<float>& images, const Ch
   const Sections sections(images, line->at, line->along);
   const std::size_t n = images.phases.size();
   std::vector<std::optional<double>> opens(n);
-  parallel_for(n, [&](std::size_t p) { opens[p] = opening(sections, p, chambers.levels, chambers.wall_by_phase_mm[p], 0); });
+  parallel_for(n, [&](std::size_t p) {
+    opens[p] = opening(sections, p, chambers.levels, chambers.wall_by_phase_mm[p], 0);
+  });
   if (!std::all_of(opens.begin(), opens.end(), [](const auto& at) { return at.has_value(); })) {
     return {};
   }
   for (const auto& at : opens) out.lv_base_mm.push_back(*at);
-  out.apex_mm = std::numeric_limits<double>::infinity();
-  for (const Vec3& at : walls) out.apex_mm = std::min(out.apex_mm, out.height_mm(at));
-  out.apex_mm -= 0.5 * chambers.wall_mm;
+  // The apical wall is thinner than the rest by about this share.
+  out.apex_mm = apex_mm - 0.7 * chambers.wall_mm;
 
   const auto ed = static_cast<std::size_t>(chambers.end_diastole);
   const auto [least, most] = std::minmax_element(out.lv_base_mm.begin(), out.lv_base_mm.end());
@@ -282,9 +316,46 @@ std::optional<LongAxis> find_long_axis(const ImageCycle<float>& images, const Ch
   const double pool_mm2 = at_base.ring.area_mm2;
   cv::Mat near = cv::Mat::zeros(beyond.size(), CV_8U);
   cv::circle(near, cv::Point(Sections::px(at_base.centre_mm)),
-             static_cast<int>(std::sqrt(pool_mm2 / std::numbers::pi) / kPixelMm), cv::Scalar(255), cv::FILLED);
+             static_cast<int>(std::sqrt(pool_mm2 / std::numbers::pi) / kPixelMm), cv::Scalar(255),
+             cv::FILLED);
   const int blood = cv::countNonZero((beyond > chambers.levels.threshold) & near);
-  if (blood < kLeastAtrium * cv::countNonZero(near)) return {};
+  out.atria = blood >= kLeastAtrium * cv::countNonZero(near);
+  return out;
+}
+
+ImageCycle<float> across_axis(const ImageCycle<float>& images, const LongAxis& axis) {
+  constexpr double kSliceMm = 3;
+  constexpr double kHalfMm = 95;  ///< beside the axis; the RV reaches out farthest
+  constexpr double kBelowMm = 25;
+  constexpr double kBeyondBaseMm = 60;
+  const Vec3 spacing = images.grid.spacing_mm();
+  const double pixel = std::max(1.0, std::min(spacing[0], spacing[1]));
+  const double low = axis.apex_mm - kBelowMm;
+  const double high =
+      *std::max_element(axis.lv_base_mm.begin(), axis.lv_base_mm.end()) + kBeyondBaseMm;
+  const Vec3 u = axis.towards_base.unitOrthogonal();
+  ImageCycle<float> out;
+  out.grid.size = {static_cast<int>(2 * kHalfMm / pixel), static_cast<int>(2 * kHalfMm / pixel),
+                   static_cast<int>((high - low) / kSliceMm)};
+  out.grid.mm_from_index.linear().col(0) = pixel * u;
+  out.grid.mm_from_index.linear().col(1) = pixel * axis.towards_base.cross(u);
+  out.grid.mm_from_index.linear().col(2) = kSliceMm * axis.towards_base;
+  out.grid.mm_from_index.translation() =
+      axis.origin_mm + low * axis.towards_base - kHalfMm * (u + axis.towards_base.cross(u));
+  const Affine from_out = images.grid.mm_from_index.inverse(Eigen::Affine) * out.grid.mm_from_index;
+  out.phases.resize(images.phases.size());
+  parallel_for(images.phases.size(), [&](std::size_t p) {
+    std::vector<float>& to = out.phases[p];
+    to.reserve(out.grid.count());
+    for (int k = 0; k < out.grid.size[2]; ++k) {
+      for (int j = 0; j < out.grid.size[1]; ++j) {
+        for (int i = 0; i < out.grid.size[0]; ++i) {
+          const float value = linear(images.grid, images.phases[p], from_out * Vec3(i, j, k));
+          to.push_back(std::isnan(value) ? 0.F : value);
+        }
+      }
+    }
+  });
   return out;
 }
 

@@ -20,7 +20,7 @@ constexpr double kBeyondPlane = 4;       ///< times harder does the RV travel be
 constexpr double kLvSeedsBelowMm = 1.5;  ///< the LV's base plane, which is seen
 constexpr double kRvSeedsBelowMm = 4;    ///< the RV's, which is placed by rule
 constexpr double kAtriaBeyondMm = 3;     ///< both planes: blood is surely not the ventricles'
-constexpr double kMostSeedMm = 50;  ///< radius; a heart is hardly larger
+constexpr double kMostSeedMm = 50;       ///< radius; a heart is hardly larger
 
 /// Filled polygon of a radius per ray.
 template <class RadiusOfRay>
@@ -116,7 +116,7 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
       zones[k] |= slice <= 1.6 * chambers.wall_mm + 2.0;
     }
   }
-  if (chambers.axis) {
+  if (chambers.parts_atria()) {
     for (std::size_t k = 0; k < n; ++k) {
       cv::Mat atria;
       cv::dilate(chambers.always_blood_moving[k], atria, disc(8.0, pixel_mm));
@@ -126,8 +126,8 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
   return zones;
 }
 
-/// Thin slices run through ventricles and atria alike: no seed of a ventricle beyond its base plane,
-/// and of what beats beyond both, atria and great vessels, the cores are seeds of their own.
+/// Thin slices run through ventricles and atria alike: no seed of a ventricle beyond its base
+/// plane, and of what beats beyond both, atria and great vessels, the cores are seeds of their own.
 void part_at_base(const Grid& grid, const Chambers& chambers, LabelImages& seeds) {
   const Vec3 spacing = grid.spacing_mm();
   std::vector<std::uint8_t> cores(grid.count(), 0);
@@ -218,7 +218,7 @@ std::vector<std::uint8_t> classify_motion(const TemporalStats& stats) {
 
 LabelImages classify(const TemporalStats& stats, const Chambers& chambers, std::size_t phases) {
   LabelImages classes(phases, classify_motion(stats));
-  if (!chambers.axis) return classes;
+  if (!chambers.parts_atria()) return classes;
   for (std::size_t p = 0; p < phases; ++p) {
     for (std::size_t v = 0; v < classes[p].size(); ++v) {
       const auto height = static_cast<double>(chambers.height_mm[v]);
@@ -400,7 +400,7 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
       }
     }
   }
-  if (chambers.axis) part_at_base(images.grid, chambers, seeds);
+  if (chambers.parts_atria()) part_at_base(images.grid, chambers, seeds);
   return seeds;
 }
 

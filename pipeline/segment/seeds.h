@@ -27,8 +27,8 @@ using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
                                    std::size_t phases);
 
 /// What a millimetre costs each label. Blood: bright; muscle: between dark and blood; background:
-/// what is dark, brighter than blood, or still. Beyond its base plane the LV travels hard, the RV, whose
-/// plane is a guess, harder than the atria.
+/// what is dark, brighter than blood, or still. Beyond its base plane the LV travels hard, the RV,
+/// whose plane is a guess, harder than the atria.
 [[nodiscard]] TravelCost travel_cost(const TissueLevels& levels);
 
 /// Seeds of every label from the chambers found.

@@ -49,6 +49,46 @@ TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImage
   return levels;
 }
 
+/// Seeds found in slices across the LV's long axis, where ventricles look their best, on the grid
+/// of the images; `chambers` become those of these slices. Empty if they show no ventricle.
+LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<Seed>& drawn,
+                          Chambers& chambers, StageContext& context) {
+  const ImageCycle<float> upright = across_axis(images, *chambers.axis);
+  const TemporalStats stats = temporal_stats(upright);
+  Chambers found = find_chambers(upright, stats, context);
+  if (!found.found_lv()) return {};
+  found.axis = chambers.axis;
+  found.height_mm = found.axis->heights_mm(upright.grid);
+  adopt_seeds(upright, drawn, found);
+  const LabelImages there = automatic_seeds(upright, stats, found);
+  chambers = std::move(found);
+  chambers.height_mm = chambers.axis->heights_mm(images.grid);
+
+  LabelImages seeds(images.phases.size(), std::vector<std::uint8_t>(images.grid.count()));
+  const Affine to_upright =
+      upright.grid.mm_from_index.inverse(Eigen::Affine) * images.grid.mm_from_index;
+  const Grid& grid = images.grid;
+  parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
+    const auto k = static_cast<int>(slice);
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Vec3 at = to_upright * Vec3(i, j, k);
+        const Index3 near{static_cast<int>(std::lround(at[0])),
+                          static_cast<int>(std::lround(at[1])),
+                          static_cast<int>(std::lround(at[2]))};
+        const bool inside = upright.grid.contains(near[0], near[1], near[2]);
+        for (std::size_t p = 0; p < seeds.size(); ++p) {
+          // What lies farther out than those slices reach is no heart.
+          std::uint8_t& seed = seeds[p][grid.offset(i, j, k)];
+          seed = kLabelBackground;
+          if (inside) seed = there[p][upright.grid.offset(near[0], near[1], near[2])];
+        }
+      }
+    }
+  });
+  return seeds;
+}
+
 }  // namespace
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
@@ -70,7 +110,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   adopt_seeds(images, drawn, chambers);
   chambers.axis = find_long_axis(images, chambers, options.tricuspid_excursion_mm);
   if (chambers.axis) chambers.height_mm = chambers.axis->heights_mm(images.grid);
-  LabelImages seeds = automatic_seeds(images, stats, chambers);
+  LabelImages seeds;
+  if (chambers.axis) seeds = upright_seeds(images, drawn, chambers, context);
+  if (seeds.empty()) seeds = automatic_seeds(images, stats, chambers);
   if (!drawn.empty()) {
     draw_seeds(images.grid, drawn, seeds);
     if (!chambers.found_lv()) {
