@@ -193,10 +193,15 @@ Followed follow(const Sections& sections, std::size_t phase, const TissueLevels&
   return out;
 }
 
+struct Settled {
+  Line line;
+  double apex_mm = 0;  ///< height at which the pool closes
+};
+
 /// The axis of the pool's centres where the ring is sure, from a first guess; toward the base, for
 /// there the pool is wide when the ring opens, and at the apex it closes.
-std::optional<Line> settle(const ImageCycle<float>& images, const Chambers& chambers, Line line,
-                           double* apex_mm) {
+std::optional<Settled> settle(const ImageCycle<float>& images, const Chambers& chambers,
+                              Line line) {
   constexpr std::size_t kLeastSections = 6;
   constexpr double kSectionMm = 3;
   constexpr int kRounds = 5;
@@ -212,9 +217,8 @@ std::optional<Line> settle(const ImageCycle<float>& images, const Chambers& cham
     if (found.size() < kLeastSections) return {};
     const bool turned = up.last_area_mm2 < down.last_area_mm2;
     if (round + 1 == kRounds) {
-      *apex_mm = (turned ? -up.last_height_mm : down.last_height_mm) - 0.5 * kSectionMm;
       if (turned) line.along = -line.along;
-      return line;
+      return Settled{line, (turned ? -up.last_height_mm : down.last_height_mm) - 0.5 * kSectionMm};
     }
     Line next = line_through(found);
     if ((next.along.dot(line.along) < 0) != turned) next.along = -next.along;
@@ -232,15 +236,15 @@ double thick_share(const Ring& ring, double wall_mm) {
   return static_cast<double>(count) / Ring::kRays;
 }
 
-/// Height at which the ring of muscle opens, from `from_mm` on; none if it is no ring there.
+/// Height at which the ring of muscle opens, from mid-ventricle on; none if it is no ring there.
 std::optional<double> opening(const Sections& sections, std::size_t phase,
-                              const TissueLevels& levels, double wall_mm, double from_mm) {
+                              const TissueLevels& levels, double wall_mm) {
   constexpr int kInARow = 2;  ///< open sections that are not a gap in the wall
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   double last_share = 0;
   std::optional<double> crossing;
   int open = 0;
-  for (double height = from_mm; height < from_mm + 90; height += kStepMm) {
+  for (double height = 0; height < 90; height += kStepMm) {
     const Seen seen =
         look(sections.at(phase, height), centre, levels, crossing ? 0.0 : kMostShiftMm * kStepMm);
     const double share = thick_share(seen.ring, wall_mm);
@@ -249,7 +253,7 @@ std::optional<double> opening(const Sections& sections, std::size_t phase,
       open = 0;
       centre = seen.centre_mm;
     } else {
-      if (height == from_mm) return {};
+      if (height == 0) return {};
       if (!crossing) {
         crossing = height - kStepMm * (kLeastRing - share) / std::max(1e-6, last_share - share);
       }
@@ -280,25 +284,24 @@ std::optional<LongAxis> find_long_axis(const ImageCycle<float>& images, const Ch
   if (!chambers.found_lv() || grid.spacing_mm()[2] >= kThickSlicesMm) return {};
   const std::optional<Line> guess = most_ring_like(images, chambers);
   if (!guess) return {};
-  double apex_mm = 0;
-  const std::optional<Line> line = settle(images, chambers, *guess, &apex_mm);
-  if (!line) return {};
+  const std::optional<Settled> settled = settle(images, chambers, *guess);
+  if (!settled) return {};
 
   LongAxis out;
-  out.origin_mm = line->at;
-  out.towards_base = line->along;
-  const Sections sections(images, line->at, line->along);
+  out.origin_mm = settled->line.at;
+  out.towards_base = settled->line.along;
+  const Sections sections(images, out.origin_mm, out.towards_base);
   const std::size_t n = images.phases.size();
   std::vector<std::optional<double>> opens(n);
   parallel_for(n, [&](std::size_t p) {
-    opens[p] = opening(sections, p, chambers.levels, chambers.wall_by_phase_mm[p], 0);
+    opens[p] = opening(sections, p, chambers.levels, chambers.wall_by_phase_mm[p]);
   });
   if (!std::all_of(opens.begin(), opens.end(), [](const auto& at) { return at.has_value(); })) {
     return {};
   }
   for (const auto& at : opens) out.lv_base_mm.push_back(*at);
   // The apical wall is thinner than the rest by about this share.
-  out.apex_mm = apex_mm - 0.7 * chambers.wall_mm;
+  out.apex_mm = settled->apex_mm - 0.7 * chambers.wall_mm;
 
   const auto ed = static_cast<std::size_t>(chambers.end_diastole);
   const auto [least, most] = std::minmax_element(out.lv_base_mm.begin(), out.lv_base_mm.end());

@@ -19,11 +19,11 @@ struct LongAxis {
   std::vector<double> lv_base_mm;     ///< [phase] height at which the ring of muscle opens
   std::vector<double> rv_base_mm;     ///< [phase] height of the tricuspid plane, placed by rule
 
+  bool atria = false;  ///< blood lies beyond the LV's base, and has to be parted from it
+
   [[nodiscard]] double height_mm(const Vec3& lps_mm) const {
     return towards_base.dot(lps_mm - origin_mm);
   }
-  bool atria = false;  ///< blood lies beyond the LV's base, and has to be parted from it
-
   /// Height of every voxel of a grid.
   [[nodiscard]] std::vector<float> heights_mm(const Grid& grid) const;
 };

@@ -19,7 +19,7 @@ constexpr double kMostCost = 25;         ///< of a millimetre
 constexpr double kBeyondPlane = 4;       ///< times harder does the RV travel beyond its plane
 constexpr double kLvSeedsBelowMm = 1.5;  ///< the LV's base plane, which is seen
 constexpr double kRvSeedsBelowMm = 4;    ///< the RV's, which is placed by rule
-constexpr double kAtriaBeyondMm = 3;     ///< both planes: blood is surely not the ventricles'
+constexpr double kAtriaBeyondMm = 3;     ///< of both planes: that blood is surely no ventricle's
 constexpr double kMostSeedMm = 50;       ///< radius; a heart is hardly larger
 
 /// Filled polygon of a radius per ray.
