@@ -6,8 +6,8 @@
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
 #include "pipeline/cli/version.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/overlay.h"
-#include "pipeline/report/segmented_volume.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
@@ -223,7 +223,7 @@ void Chain::note_segmentation() {
                                 " was not found; the package lacks it");
       continue;
     }
-    facts_.volumes.push_back({structure, report::segmented_volume_ml(*segmentation_, structure)});
+    facts_.volumes.push_back({structure, segmented_volume_ml(*segmentation_, structure)});
   }
   for (const std::string& warning : facts_.warnings) console_.warn(warning);
 }
