@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace beatlas::segment {
 namespace {
@@ -82,12 +83,11 @@ SurfaceEvidence surface_evidence(const Grid& grid, const std::vector<float>& ima
                                  const std::vector<SurfacePoint>& points) {
   const std::size_t n = points.size();
   const Vec3 spacing = grid.spacing_mm();
-  std::array<std::vector<float>, kShiftsMm.size()> squared;
-  for (std::vector<float>& list : squared) list.resize(n);
-  SurfaceEvidence out;
-  out.inner.resize(n);
-  out.outer.resize(n);
-  std::vector<float> swing_squared(n);
+  // The square of the step at each shift, then inner and outer level, then the swing squared.
+  constexpr std::size_t kInner = kShiftsMm.size();
+  constexpr std::size_t kOuter = kInner + 1;
+  constexpr std::size_t kSwing = kInner + 2;
+  std::vector<std::vector<float>> values(kSwing + 1, std::vector<float>(n));
   for (std::size_t p = 0; p < n; ++p) {
     const SurfacePoint& point = points[p];
     const Vec3 per_mm = point.outward_mm.cwiseQuotient(spacing);
@@ -101,32 +101,33 @@ SurfaceEvidence surface_evidence(const Grid& grid, const std::vector<float>& ima
     for (std::size_t s = 0; s < kShiftsMm.size(); ++s) {
       const float inner = level(kShiftsMm[s], -1);
       const float outer = level(kShiftsMm[s], 1);
-      squared[s][p] = (outer - inner) * (outer - inner);
+      values[s][p] = (outer - inner) * (outer - inner);
       if (kShiftsMm[s] != 0.0) continue;
-      out.inner[p] = inner;
-      out.outer[p] = outer;
+      values[kInner][p] = inner;
+      values[kOuter][p] = outer;
     }
     float sum = 0;
     for (int at = -2; at <= 2; ++at) {
       const float here = sampled(grid, swing, point.index + 0.5 * at * kSwingMm * per_mm);
       sum += here * here;
     }
-    swing_squared[p] = sum / 5;
+    values[kSwing][p] = sum / 5;
   }
-  out.inner = averaged_over_surface(grid, points, out.inner);
-  out.outer = averaged_over_surface(grid, points, out.outer);
+  values = averaged_over_surface(grid, points, std::move(values));
   // The smoothed noise of four samples that overlap by half is about that of one.
   const double sigma_px = evidence_sigma_mm(grid) / std::sqrt(spacing[0] * spacing[1]);
   const double of_noise = noise * noise / (4 * M_PI * sigma_px * sigma_px);
+  SurfaceEvidence out;
   out.step.assign(n, 0);
-  for (std::vector<float>& list : squared) {
-    list = averaged_over_surface(grid, points, list);
+  for (std::size_t s = 0; s < kShiftsMm.size(); ++s) {
     for (std::size_t p = 0; p < n; ++p) {
-      const auto step = static_cast<float>(std::sqrt(std::max(0.0, list[p] - of_noise)));
+      const auto step = static_cast<float>(std::sqrt(std::max(0.0, values[s][p] - of_noise)));
       out.step[p] = std::max(out.step[p], step);
     }
   }
-  out.swing = averaged_over_surface(grid, points, swing_squared);
+  out.inner = std::move(values[kInner]);
+  out.outer = std::move(values[kOuter]);
+  out.swing = std::move(values[kSwing]);
   for (float& value : out.swing) value = std::sqrt(std::max(0.0F, value));
   return out;
 }

@@ -90,28 +90,44 @@ std::vector<SurfacePoint> surface_points(const Grid& grid,
   return points;
 }
 
-std::vector<float> averaged_over_surface(const Grid& grid, const std::vector<SurfacePoint>& points,
-                                         const std::vector<float>& values) {
-  std::vector<float> sum(grid.count(), 0);
-  std::vector<float> weight(grid.count(), 0);
-  const auto at = [&](std::size_t p) {
-    const Index3& v = points[p].voxel;
-    return grid.offset(v[0], v[1], v[2]);
+std::vector<std::vector<float>> averaged_over_surface(const Grid& grid,
+                                                      const std::vector<SurfacePoint>& points,
+                                                      std::vector<std::vector<float>> values) {
+  if (points.empty()) return values;
+  // Only the part of the grid that holds the points: one box around a small pool is cheap.
+  Index3 low = points.front().voxel;
+  Index3 high = low;
+  for (const SurfacePoint& point : points) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], point.voxel[a]);
+      high[a] = std::max(high[a], point.voxel[a]);
+    }
+  }
+  const Grid part =
+      grid.part(low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1});
+  std::vector<std::size_t> at;
+  at.reserve(points.size());
+  for (const SurfacePoint& point : points) {
+    at.push_back(
+        part.offset(point.voxel[0] - low[0], point.voxel[1] - low[1], point.voxel[2] - low[2]));
+  }
+  const bool across = thin_slices(grid);
+  const auto spread = [&](const auto& value_of) {
+    std::vector<float> image(part.count(), 0);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      image[at[p]] = static_cast<float>(points[p].area_mm2) * value_of(p);
+    }
+    image = smooth_in_plane(part, image, kAverageMm);
+    return across ? smooth_across(part, image) : image;
   };
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const auto area = static_cast<float>(points[p].area_mm2);
-    sum[at(p)] = area * values[p];
-    weight[at(p)] = area;
+  const std::vector<float> weight = spread([](std::size_t) { return 1.0F; });
+  for (std::vector<float>& list : values) {
+    const std::vector<float> sum = spread([&](std::size_t p) { return list[p]; });
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      if (weight[at[p]] > 0) list[p] = sum[at[p]] / weight[at[p]];
+    }
   }
-  for (std::vector<float>* image : {&sum, &weight}) {
-    *image = smooth_in_plane(grid, *image, kAverageMm);
-    if (thin_slices(grid)) *image = smooth_across(grid, *image);
-  }
-  std::vector<float> out(points.size());
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    out[p] = weight[at(p)] > 0 ? sum[at(p)] / weight[at(p)] : values[p];
-  }
-  return out;
+  return values;
 }
 
 Patch largest_patch(const Grid& grid, const std::vector<SurfacePoint>& points,

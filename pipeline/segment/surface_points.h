@@ -21,10 +21,10 @@ struct SurfacePoint {
 [[nodiscard]] std::vector<SurfacePoint> surface_points(const Grid& grid,
                                                        const std::vector<std::uint8_t>& inside);
 
-/// Each point's mean of `values` over the surface around it, Gaussian of 2.5 mm.
-[[nodiscard]] std::vector<float> averaged_over_surface(const Grid& grid,
-                                                       const std::vector<SurfacePoint>& points,
-                                                       const std::vector<float>& values);
+/// Of each list, a value a point: the mean over the surface around each point, Gaussian of 2.5 mm.
+[[nodiscard]] std::vector<std::vector<float>> averaged_over_surface(
+    const Grid& grid, const std::vector<SurfacePoint>& points,
+    std::vector<std::vector<float>> values);
 
 struct Patch {
   double area_mm2 = 0;
