@@ -348,6 +348,9 @@ void Chain::segment() {
       });
     });
     note_segmentation();
+  } else if (orders_.recipe.segment.leak.action == segment::LeakAction::Error &&
+             !study::edited_outputs(*study_, Stage::Segment).empty()) {
+    (void)segmentation();  // the alarm on what was painted, though nothing is to be made from it
   }
   if (study_ && !keeps(Stage::Pictures, wanted_of(Stage::Pictures, orders_))) pictures();
 }
