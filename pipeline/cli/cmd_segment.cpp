@@ -12,7 +12,9 @@ void add_segment(CLI::App& app, Run& run) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("segment", "Find the heart's structures in the study's images");
-  command->footer("Look at pictures/overlay.png and pictures/volumes.svg in the study afterwards.");
+  command->footer(
+      "Look at pictures/overlay.png and pictures/volumes.svg in the study afterwards, "
+      "and at pictures/leak_NN.png where a leak alarm rang.");
   add_stage_arguments(*command, arguments->stage);
   command->add_option("--seeds", arguments->seeds, "Places marked by hand; none: automatic again")
       ->type_name("S.json");

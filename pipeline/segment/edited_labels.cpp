@@ -230,6 +230,7 @@ Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
   std::erase_if(made.base_cuts,
                 [&](const auto& cut) { return coverage.phases.count(cut.first) == 0; });
   find_ends(made);
+  made.alarms.clear();
   if (changed > 0) {
     made.warnings.push_back("the labels were edited by hand (" + std::to_string(changed) +
                             " voxels in " + std::to_string(phases_changed) + " phases)");

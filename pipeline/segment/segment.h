@@ -8,6 +8,7 @@
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/stage_context.h"
+#include "pipeline/segment/alarm.h"
 
 namespace beatlas::segment {
 
@@ -29,6 +30,8 @@ struct SegmentOptions {
   /// (TAPSE; the phantom's 22 mm; normal 16..30). Only for stacks of thick slices with atria in
   /// view.
   double tricuspid_excursion_mm = 22;
+  /// Of leak_alarms, which whoever calls segment_exam asks afterwards.
+  LeakOptions leak;
 };
 
 /// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase, or a

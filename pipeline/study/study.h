@@ -4,7 +4,7 @@
 ///   study.json                          what ran: version, options, hashes of inputs and outputs
 ///   exam/     exam.json stack.nii.gz view_NN.nii.gz
 ///   segment/  segment.json labels.nii.gz labels_as_made.nii.gz coverage_<structure>.nii.gz
-///   pictures/ overlay.png volumes.svg
+///   pictures/ overlay.png volumes.svg leak_NN.png (refused_leak_NN.png of what was not kept)
 ///   register/ register.json cine.nii.gz labels.nii.gz shape_<structure>.nii.gz
 ///   field/    field.json <structure>.vdb
 ///   mesh/     mesh.json <structure>_<phase>.ply
