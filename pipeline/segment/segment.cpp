@@ -9,6 +9,7 @@
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"

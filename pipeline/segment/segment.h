@@ -11,12 +11,14 @@
 
 namespace beatlas::segment {
 
-/// A place a technician marked: a ball of one label in one phase.
+/// What a technician marked with one label in one phase: a ball around a place, or a stroke.
 struct Seed {
   std::uint8_t label = 0;  ///< see atlas Label; 0 is background
   Vec3 lps_mm = Vec3::Zero();
   double radius_mm = 2.0;
   int phase = 0;  ///< phase it was drawn in; -1 = every phase
+  /// A stroke goes straight from lps_mm through these places; none: a ball.
+  std::vector<Vec3> stroke_lps_mm = {};
 };
 
 struct SegmentOptions {
@@ -31,8 +33,8 @@ struct SegmentOptions {
   double tricuspid_excursion_mm = 22;
 };
 
-/// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase, or a
-/// radius that is not within 0..50 mm.
+/// @throws Error{InvalidInput} if a seed or a place of a stroke lies outside the images, has no
+/// known label or phase, or a radius that is not within 0..50 mm.
 void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases);
 
 /// @param seeds empty = automatic: the heart is what moves at the heart rate
