@@ -10,6 +10,7 @@
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
@@ -52,7 +53,8 @@ TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImage
 }  // namespace
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
-                          const SegmentOptions& options, StageContext& context) {
+                          const SegmentOptions& options, StageContext& context,
+                          const KnownLabels& known_labels) {
   const ImageCycle<float>& stack = exam.stack.images;
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
@@ -60,8 +62,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   check_seeds(given, stack.grid, stack.phase_count());
   const TemporalStats whole = temporal_stats(stack);
   std::vector<Seed> drawn = given;
-  const Box box = box_with_seeds(stack.grid, find_moving_box(stack.grid, whole), drawn);
+  const Box box = box_with_seeds(
+      stack.grid, box_with_labels(stack.grid, find_moving_box(stack.grid, whole), known_labels),
+      drawn);
   const ImageCycle<float> images = crop(stack, box);
+  const KnownLabels known = crop(known_labels, box);
   context.check_cancelled();
   const TemporalStats stats = temporal_stats(images);
   Chambers chambers = find_chambers(images, stats, context);
@@ -69,11 +74,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   adopt_seeds(images, drawn, chambers);
   LabelImages seeds = automatic_seeds(images, stats, chambers);
-  if (!drawn.empty()) {
-    draw_seeds(images.grid, drawn, seeds);
-    if (!chambers.found_lv()) {
-      chambers.levels = levels_from_seeds(images, seeds, chambers.levels);
-    }
+  seed_known(images, known, chambers.levels, seeds);
+  draw_seeds(images.grid, drawn, seeds);
+  if (!chambers.found_lv() && !(drawn.empty() && known.phases.empty())) {
+    chambers.levels = levels_from_seeds(images, seeds, chambers.levels);
   }
   const bool any_heart = std::any_of(seeds.begin(), seeds.end(), [](const auto& phase) {
     return std::any_of(phase.begin(), phase.end(),
@@ -97,7 +101,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   parallel_for(images.phases.size(), [&](std::size_t p) {
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
   });
-  smooth_outlines(labels, options.outline_sigma_mm);
+  smooth_outlines(labels, options.outline_sigma_mm, known);
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
     LabelImages marks(images.phases.size(),
@@ -109,6 +113,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       }
     }
   }
+  drop_unknown_labels(known, labels);
   keep_connected_heart(labels);
 
   Segmentation out;

@@ -37,10 +37,19 @@ struct SegmentOptions {
 /// known label or phase, or a radius that is not within 0..50 mm.
 void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases);
 
+/// Labels that were made elsewhere, of some phases.
+struct KnownLabels {
+  LabelCycle labels;        ///< on the exam's grid, an image for each of:
+  std::vector<int> phases;  ///< ascending
+};
+
 /// @param seeds empty = automatic: the heart is what moves at the heart rate
+/// @param known labels to grow the other phases from; their own phases come out as grown again, see
+/// segment_with_labels for what keeps them
 /// @throws Error{InvalidInput} if no heart is found, saying what was looked for.
 [[nodiscard]] Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& seeds,
-                                        const SegmentOptions& options, StageContext& context);
+                                        const SegmentOptions& options, StageContext& context,
+                                        const KnownLabels& known = {});
 
 /// Enclosed volume [ml] of a structure in every phase, from coverage.
 [[nodiscard]] std::vector<double> volume_curve_ml(const CoverageCycle& coverage,
