@@ -1,6 +1,5 @@
 #include "pipeline/cli/seeds.h"
 
-#include "pipeline/study/files.h"
 #include "pipeline/study/json_values.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_object.h"
@@ -93,15 +92,6 @@ json seeds_to_json(const std::vector<segment::Seed>& seeds) {
     list.push_back(std::move(entry));
   }
   return {{"version", kVersion}, {"seeds", list}};
-}
-
-std::vector<segment::Seed> read_seeds(const std::filesystem::path& file) {
-  const json content = study::read_json(file);
-  try {
-    return seeds_from_json(content);
-  } catch (const Error& error) {
-    throw error.with_context(file.string());
-  }
 }
 
 }  // namespace beatlas::cli
