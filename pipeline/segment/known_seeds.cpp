@@ -15,6 +15,7 @@ constexpr double kSteadyMm = 3;       ///< in from the edges of what all known p
 constexpr double kFarSteadyMm = 8;    ///< the same where they leave most of the cycle untold
 constexpr double kMostUntold = 0.75;  ///< of the cycle, between two known phases: ED to ES and back
 constexpr double kReachMm = 10;       ///< walls move no farther between known phases and others
+constexpr double kNearRestMm = 5;     ///< atria fill and empty less than that beyond known outlines
 
 using Mask = std::vector<std::uint8_t>;
 
@@ -133,6 +134,28 @@ void seed_known(const ImageCycle<float>& images, const KnownLabels& known,
       for (std::size_t v = 0; v < count; ++v) {
         if (inside[v] >= kEdgeMm) phase[v] = label;
       }
+    }
+  }
+}
+
+std::vector<std::uint8_t> near_known_rest(const KnownLabels& known) {
+  Mask rest;
+  for (const Mask& phase : known.labels.phases) {
+    rest.resize(phase.size(), 0);
+    for (std::size_t v = 0; v < phase.size(); ++v) rest[v] |= phase[v] == kLabelRestOfHeart;
+  }
+  if (std::find(rest.begin(), rest.end(), 1) == rest.end()) return {};
+  const std::vector<float> away = away_from(known.labels.grid, rest);
+  std::transform(away.begin(), away.end(), rest.begin(),
+                 [](float mm) { return static_cast<std::uint8_t>(mm <= kNearRestMm); });
+  return rest;
+}
+
+void keep_known_rest(const std::vector<std::uint8_t>& near_known_rest,
+                     const std::vector<std::uint8_t>& grown, std::vector<std::uint8_t>& labels) {
+  for (std::size_t v = 0; v < near_known_rest.size(); ++v) {
+    if (near_known_rest[v] != 0 && grown[v] == kLabelRestOfHeart && labels[v] == kLabelBackground) {
+      labels[v] = kLabelRestOfHeart;
     }
   }
 }

@@ -20,6 +20,15 @@ namespace beatlas::segment {
 void seed_known(const ImageCycle<float>& images, const KnownLabels& known,
                 const TissueLevels& levels, LabelImages& seeds);
 
+/// Atria and vessels: voxels of the rest of the heart that tidy_phase took for a leak, since it
+/// knows that label as the RV's wall alone, come back where a known phase has it nearby.
+/// @param grown labels of a phase before tidy_phase; @param labels after it
+void keep_known_rest(const std::vector<std::uint8_t>& near_known_rest,
+                     const std::vector<std::uint8_t>& grown, std::vector<std::uint8_t>& labels);
+
+/// 1 where some known phase has rest of the heart within a few millimetres; empty: nowhere.
+[[nodiscard]] std::vector<std::uint8_t> near_known_rest(const KnownLabels& known);
+
 /// Takes out of every phase what no known one has.
 void drop_unknown_labels(const KnownLabels& known, ImageCycle<std::uint8_t>& labels);
 

@@ -98,8 +98,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       {images, classes, seeds, cost, phase_step_mm, std::max(3 * stats.noise, kTexture * contrast),
        options.edge_cost_mm / contrast},
       context);
+  const std::vector<std::uint8_t> rest = near_known_rest(known);
   parallel_for(images.phases.size(), [&](std::size_t p) {
+    const std::vector<std::uint8_t> grown = labels.phases[p];
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
+    keep_known_rest(rest, grown, labels.phases[p]);
   });
   smooth_outlines(labels, options.outline_sigma_mm, known);
   if (!drawn.empty()) {
