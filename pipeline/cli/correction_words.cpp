@@ -141,7 +141,9 @@ void take_labels(const CorrectionWords& words, Orders& orders) {
 }
 
 /// What the phases of given images are in a study of `count`.
-std::vector<int> phases_of(const study::GivenLabels& given, int count) {
+/// @param otherwise what helps if they are not as many
+std::vector<int> phases_of(const study::GivenLabels& given, int count,
+                           const std::string& otherwise) {
   if (!given.phases.empty()) {
     if (given.phases.back() >= count) {
       throw_invalid("phase " + std::to_string(given.phases.back()) +
@@ -152,8 +154,7 @@ std::vector<int> phases_of(const study::GivenLabels& given, int count) {
   if (given.images.phase_count() != count) {
     throw_invalid("it holds " + std::to_string(given.images.phase_count()) +
                   (given.images.phase_count() == 1 ? " image" : " images") + ", but the exam has " +
-                  std::to_string(count) +
-                  " phases; save one for each, or say which phases they are");
+                  std::to_string(count) + " phases; save one for each, or " + otherwise);
   }
   std::vector<int> all(static_cast<std::size_t>(count));
   std::iota(all.begin(), all.end(), 0);
@@ -162,7 +163,8 @@ std::vector<int> phases_of(const study::GivenLabels& given, int count) {
 
 std::vector<segment::Seed> painted_seeds(const study::GivenLabels& painted, const Cine& stack) {
   std::vector<segment::Seed> seeds;
-  const std::vector<int> phases = phases_of(painted, stack.phase_count());
+  const std::vector<int> phases =
+      phases_of(painted, stack.phase_count(), "one alone, whose phase --seeds-phase tells");
   for (std::size_t image = 0; image < phases.size(); ++image) {
     const std::vector<segment::Seed> more = segment::seeds_of_painting(
         painted.images.grid, painted.images.phases[image], phases[image], stack.grid());
@@ -175,8 +177,9 @@ std::vector<segment::Seed> painted_seeds(const study::GivenLabels& painted, cons
 }
 
 segment::KnownLabels known_labels(const study::GivenLabels& given, const Cine& stack) {
-  segment::KnownLabels known{segment::labels_on_grid(given.images, stack.grid()),
-                             phases_of(given, stack.phase_count())};
+  segment::KnownLabels known{
+      segment::labels_on_grid(given.images, stack.grid()),
+      phases_of(given, stack.phase_count(), "name the phases that they are with --labels-phases")};
   const auto heart_ml = [](const LabelCycle& labels) {
     double voxels = 0;
     for (const std::vector<std::uint8_t>& image : labels.phases) {

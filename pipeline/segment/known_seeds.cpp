@@ -45,6 +45,18 @@ bool may_be(std::uint8_t label, float intensity, const TissueLevels& levels) {
   return true;
 }
 
+bool is_pool(std::uint8_t label) {
+  return label == kLabelRvBlood || label == kLabelLvBlood || label == kLabelRestOfHeart;
+}
+
+/// Whether a known phase has another pool at a voxel than a seed says: between two pools there is
+/// valve plane and no edge, and of its way the known phases tell more than the images.
+bool is_disputed(const KnownLabels& known, std::size_t v, std::uint8_t seed) {
+  return is_pool(seed) &&
+         std::any_of(known.labels.phases.begin(), known.labels.phases.end(),
+                     [&](const Mask& phase) { return is_pool(phase[v]) && phase[v] != seed; });
+}
+
 std::array<bool, kLabels> labels_of(const KnownLabels& known) {
   std::array<bool, kLabels> there{};
   there[kLabelBackground] = true;
@@ -112,7 +124,9 @@ void seed_known(const ImageCycle<float>& images, const KnownLabels& known,
     if (is_known(known, p)) return;
     for (std::size_t v = 0; v < count; ++v) {
       std::uint8_t& seed = seeds[p][v];
-      if (seed != kUnlabelled && off[seed][v] > kReachMm) seed = kUnlabelled;
+      if (seed != kUnlabelled && (off[seed][v] > kReachMm || is_disputed(known, v, seed))) {
+        seed = kUnlabelled;
+      }
       for (std::uint8_t label = 0; label < kLabels; ++label) {
         // What lies outside may come nearer with each beat; a heart's own parts stay side by side.
         const double least_mm = label == kLabelBackground ? 2 * steady_mm : steady_mm;

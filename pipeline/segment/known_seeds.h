@@ -15,7 +15,8 @@ namespace beatlas::segment {
 /// Makes seeds of what is known. In a known phase: its labels, well in from their edges, which are
 /// left to the image and then tell how it errs (see known_outlines.h). In the others: where all
 /// known phases agree well in from their edges, unless the image there is as bright as another
-/// tissue; and automatic seeds stay only near where some known phase has their label.
+/// tissue; and automatic seeds stay only near where some known phase has their label, and where
+/// none has another pool: a valve plane's way is told by the known phases, not by the image.
 /// @param images, known in the heart's box; @param seeds the automatic ones, changed in place
 void seed_known(const ImageCycle<float>& images, const KnownLabels& known,
                 const TissueLevels& levels, LabelImages& seeds);

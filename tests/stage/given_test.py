@@ -219,6 +219,7 @@ def wrong():
         {"label": "lv-1", "position": [900, 0, 0]}]}]}))
     for words, code, told in (
             (("--labels", file["one"]), 3, f"has {phases} phases"),
+            (("--labels", file["one"]), 3, "--labels-phases"),
             (("--labels", file["two"], "--labels-phases", "0"), 3, "2 images"),
             (("--labels", file["two"], "--labels-phases", f"0,{phases}"), 3, "not known"),
             (("--labels", file["two"], "--labels-phases", "5,1"), 2, "ascending"),
