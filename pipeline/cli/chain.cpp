@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
 #include "pipeline/cli/version.h"
@@ -328,14 +329,9 @@ void Chain::segment() {
   if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
     console_.stage("segment", [&](StageContext& context) {
       const Exam& images = exam();
+      const Corrections corrections = corrections_for(images.stack, orders_);
       try {
-        segment::check_seeds(orders_.seeds, images.stack.grid(), images.stack.phase_count());
-      } catch (const Error& error) {
-        throw error.with_context(orders_.seeds_from);
-      }
-      try {
-        segmentation_ =
-            segment::segment_exam(images, orders_.seeds, orders_.recipe.segment, context);
+        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, context);
       } catch (const Error& error) {
         if (error.code() != ErrorCode::InvalidInput) throw;
         throw error.with_context(images.shown_source.empty() ? study_->folder().string()
