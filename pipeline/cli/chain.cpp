@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
 #include "pipeline/cli/version.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/overlay.h"
-#include "pipeline/report/segmented_volume.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
@@ -25,6 +26,19 @@ double frame_interval_s(const Cine& cine) {
 
 constexpr auto kOverlay = "pictures/overlay.png";
 constexpr auto kVolumes = "pictures/volumes.svg";
+constexpr auto kLeak = "pictures/leak";
+constexpr auto kRefusedLeak = "pictures/refused_leak";  ///< of a segmentation that was not kept
+
+/// Of the alarm `at`, counted from 0.
+std::string leak_picture(const std::string& stem, std::size_t at) {
+  return stem + (at < 9 ? "_0" : "_") + std::to_string(at + 1) + ".png";
+}
+
+void remove_refused_leaks(const fs::path& study) {
+  std::error_code ignored;
+  for (std::size_t at = 0; fs::remove(study / leak_picture(kRefusedLeak, at), ignored); ++at) {
+  }
+}
 
 /// "a was", "a and b were", "a, b and 7 more were".
 std::string listed(const std::vector<std::string>& names) {
@@ -160,8 +174,9 @@ const Segmentation& Chain::segmentation() {
   if (!segmentation_) {
     study::StoredSegmentation stored = study::read_segmentation(study_->folder());
     segmentation_ = std::move(stored.made);
-    if (stored.labels.phases != segmentation_->labels.phases) {
-      StageContext context;
+    const bool edited = stored.labels.phases != segmentation_->labels.phases;
+    StageContext context;
+    if (edited) {
       try {
         segmentation_ =
             segment::with_edited_labels(std::move(*segmentation_), stored.labels, context);
@@ -178,9 +193,32 @@ const Segmentation& Chain::segmentation() {
                     " the edited segment/labels.nii.gz does not fit the images that were imported "
                     "since; import as before, or make it anew with --discard-edits");
     }
+    if (edited) ask_for_leaks(context);
   }
   note_segmentation();
   return *segmentation_;
+}
+
+void Chain::ask_for_leaks(StageContext& context) {
+  const Cine& cine = exam().stack;
+  const segment::LeakOptions& options = orders_.recipe.segment.leak;
+  segmentation_->alarms = segment::leak_alarms(cine, *segmentation_, options, context);
+  if (options.action == segment::LeakAction::Warn || segmentation_->alarms.empty()) return;
+  std::string look = "; name a folder with --study to get a picture";
+  if (study_) {
+    study::make_folder(study_->folder() / "pictures");
+    remove_refused_leaks(study_->folder());
+    for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {
+      study::write_bytes(study_->folder() / leak_picture(kRefusedLeak, at),
+                         report::leak_png(cine, *segmentation_, segmentation_->alarms[at]));
+    }
+    look = "; see " + (study_->folder() / leak_picture(kRefusedLeak, 0)).string();
+  }
+  try {
+    segment::demand_no_leak(segmentation_->alarms, options.action);
+  } catch (const Error& error) {
+    throw Error(error.code(), error.what() + look);
+  }
 }
 
 const std::vector<ShapeCycle>& Chain::shapes() {
@@ -223,9 +261,14 @@ void Chain::note_segmentation() {
                                 " was not found; the package lacks it");
       continue;
     }
-    facts_.volumes.push_back({structure, report::segmented_volume_ml(*segmentation_, structure)});
+    facts_.volumes.push_back({structure, segmented_volume_ml(*segmentation_, structure)});
   }
   for (const std::string& warning : facts_.warnings) console_.warn(warning);
+  for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {
+    const std::string& sentence = segmentation_->alarms[at].sentence;
+    facts_.warnings.push_back(sentence);
+    console_.warn(sentence + (study_ ? "; see " + leak_picture(kLeak, at) + " in the study" : ""));
+  }
 }
 
 void Chain::note_for_package() {
@@ -286,25 +329,24 @@ void Chain::segment() {
   if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
     console_.stage("segment", [&](StageContext& context) {
       const Exam& images = exam();
+      const Corrections corrections = corrections_for(images.stack, orders_);
       try {
-        segment::check_seeds(orders_.seeds, images.stack.grid(), images.stack.phase_count());
-      } catch (const Error& error) {
-        throw error.with_context(orders_.seeds_from);
-      }
-      try {
-        segmentation_ =
-            segment::segment_exam(images, orders_.seeds, orders_.recipe.segment, context);
+        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, context);
       } catch (const Error& error) {
         if (error.code() != ErrorCode::InvalidInput) throw;
         throw error.with_context(images.shown_source.empty() ? study_->folder().string()
                                                              : images.shown_source);
       }
+      ask_for_leaks(context);
       leave(Stage::Segment, new_record(Stage::Segment), [&] {
         return study::write_segmentation(study_->folder(), *segmentation_,
                                          frame_interval_s(exam().stack));
       });
     });
     note_segmentation();
+  } else if (orders_.recipe.segment.leak.action == segment::LeakAction::Error &&
+             !study::edited_outputs(*study_, Stage::Segment).empty()) {
+    (void)segmentation();  // the alarm on what was painted, though nothing is to be made from it
   }
   if (study_ && !keeps(Stage::Pictures, wanted_of(Stage::Pictures, orders_))) pictures();
 }
@@ -319,7 +361,14 @@ void Chain::pictures() {
       study::write_text(study_->folder() / kVolumes,
                         report::volume_curves_svg(facts_.volumes, images.stack.rr_interval_s,
                                                   facts_.end_diastole, facts_.end_systole));
-      return study::FileList{kOverlay, kVolumes};
+      study::FileList files{kOverlay, kVolumes};
+      remove_refused_leaks(study_->folder());
+      for (std::size_t at = 0; at < found.alarms.size(); ++at) {
+        files.push_back(leak_picture(kLeak, at));
+        study::write_bytes(study_->folder() / files.back(),
+                           report::leak_png(images.stack, found, found.alarms[at]));
+      }
+      return files;
     });
   });
 }

@@ -81,6 +81,9 @@ class Chain {
   const std::vector<ShapeCycle>& shapes();
   const std::vector<FieldCycle>& field_cycles();
   const std::vector<SurfaceCycle>& surface_cycles();
+  /// The leak alarm on segmentation_, in images that are at hand.
+  /// @throws Error{Quality} if it rings and the recipe makes that an error; its pictures are left.
+  void ask_for_leaks(StageContext& context);
   void note_for_package();
   void note_exam();
   void note_segmentation();

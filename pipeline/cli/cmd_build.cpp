@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/import_words.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
@@ -16,7 +17,7 @@ struct Arguments {
   ImportWords words;
   std::string output;
   std::string scene = "full";
-  std::string seeds;
+  CorrectionWords corrections;
   std::string study;
   bool discard_edits = false;
 };
@@ -31,7 +32,7 @@ int build(const Arguments& arguments) {
   Orders orders;
   // Bad words are told before a study is waited for or made.
   if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
-  if (!arguments.seeds.empty()) take_seeds(arguments.seeds, orders);
+  take_corrections(arguments.corrections, orders);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   std::optional<study::Study> study;
@@ -44,9 +45,14 @@ int build(const Arguments& arguments) {
         warn_of_kept(arguments.words, orders.recipe.import, console);
       }
     }
-    if (arguments.seeds.empty()) {
+    if (arguments.corrections.seeds.empty()) {
       orders.seeds = std::move(before.seeds);
+      orders.painted = std::move(before.painted);
       orders.seeds_from = std::move(before.seeds_from);
+    }
+    if (arguments.corrections.labels.empty()) {
+      orders.labels = std::move(before.labels);
+      orders.labels_from = std::move(before.labels_from);
     }
   }
   apply(arguments.words, orders.recipe.import);
@@ -89,10 +95,7 @@ void add_build(CLI::App& app, Run& run) {
       ->add_option("--scene", arguments->scene,
                    "What the package is for: palpation, anatomy, full or a JSON file")
       ->capture_default_str();
-  command
-      ->add_option("--seeds", arguments->seeds,
-                   "Places marked by hand; none: automatic again in a study that has seeds")
-      ->type_name("S.json");
+  add_correction_words(*command, arguments->corrections);
   command
       ->add_option("--study", arguments->study,
                    "Leave what each stage gives in this folder, in formats that can be opened and "

@@ -1,28 +1,28 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/correction_words.h"
 
 namespace beatlas::cli {
 
 void add_segment(CLI::App& app, Run& run) {
   struct Arguments {
     StageArguments stage;
-    std::string seeds;
+    CorrectionWords corrections;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("segment", "Find the heart's structures in the study's images");
-  command->footer("Look at pictures/overlay.png and pictures/volumes.svg in the study afterwards.");
+  command->footer(
+      "Look at pictures/overlay.png and pictures/volumes.svg in the study afterwards, "
+      "and at pictures/leak_NN.png where a leak alarm rang.");
   add_stage_arguments(*command, arguments->stage);
-  command->add_option("--seeds", arguments->seeds, "Places marked by hand; none: automatic again")
-      ->type_name("S.json");
+  add_correction_words(*command, arguments->corrections);
   command->callback([arguments, &run] {
     run = [arguments] {
       return run_stage(
           arguments->stage, study::Stage::Import, [](Chain& chain) { chain.segment(); },
-          [&](Orders& orders) {
-            if (!arguments->seeds.empty()) take_seeds(arguments->seeds, orders);
-          });
+          [&](Orders& orders) { take_corrections(arguments->corrections, orders); });
     };
   });
 }

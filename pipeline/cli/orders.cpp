@@ -4,11 +4,25 @@
 
 #include "pipeline/cli/seeds.h"
 #include "pipeline/cli/version.h"
+#include "pipeline/study/files.h"
 #include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas::cli {
 using study::Stage;
+namespace {
+
+constexpr auto kPainted = "painted";
+constexpr auto kLabels = "labels";
+
+/// Where labels came from, by hash alone.
+nlohmann::json told_of(const study::GivenLabels& given) {
+  nlohmann::json out{{"sha256", given.sha256}, {"file_sha256", given.file_sha256}};
+  if (!given.phases.empty()) out["phases"] = given.phases;
+  return out;
+}
+
+}  // namespace
 
 Orders orders_of(const study::Study& study) {
   Orders out;
@@ -24,17 +38,31 @@ Orders orders_of(const study::Study& study) {
   } catch (const Error& error) {
     throw error.with_context(out.seeds_from);
   }
+  const auto given = [&](const char* name, std::optional<study::GivenLabels>& labels) {
+    const nlohmann::json& all = study.given();
+    if (!all.contains(name)) return;
+    const std::string path = std::string("/given/") + name;
+    try {
+      labels = study::read_given(study.folder(), all.at(name), path);
+    } catch (const Error& error) {
+      throw study::said_of(index, error);
+    }
+  };
+  given(kPainted, out.painted);
+  given(kLabels, out.labels);
+  out.labels_from = index + ": /given/labels";
+  if (out.painted) out.seeds_from = index + ": /given/painted";
   return out;
 }
 
 void keep_orders(const Orders& orders, study::Study& study) {
   study.set_recipe(recipe_to_json(orders.recipe));
   study.set_seeds(orders.seeds.empty() ? std::nullopt : std::optional(seeds_to_json(orders.seeds)));
-}
-
-void take_seeds(const std::string& word, Orders& orders) {
-  orders.seeds = word == "none" ? std::vector<segment::Seed>{} : read_seeds(word);
-  orders.seeds_from = word;
+  nlohmann::json given = nlohmann::json::object();
+  if (orders.painted) given[kPainted] = study::write_given(study.folder(), *orders.painted);
+  if (orders.labels) given[kLabels] = study::write_given(study.folder(), *orders.labels);
+  study::clear_given(study.folder(), {study.given(), given});
+  study.set_given(std::move(given));
 }
 
 study::Wanted wanted_of(Stage stage, const Orders& orders) {
@@ -46,6 +74,8 @@ study::Wanted wanted_of(Stage stage, const Orders& orders) {
     out.options["seeds"] = {{"count", orders.seeds.size()},
                             {"sha256", sha256_hex(std::as_bytes(std::span(text)))}};
   }
+  if (stage == Stage::Segment && orders.painted) out.options[kPainted] = told_of(*orders.painted);
+  if (stage == Stage::Segment && orders.labels) out.options[kLabels] = told_of(*orders.labels);
   return out;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 /// What the stages are run with: from the command's words, else from the study.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/cli/recipe.h"
 #include "pipeline/segment/segment.h"
+#include "pipeline/study/given_files.h"
 #include "pipeline/study/state.h"
 #include "pipeline/study/study.h"
 
@@ -14,17 +16,17 @@ namespace beatlas::cli {
 struct Orders {
   Recipe recipe;
   std::vector<segment::Seed> seeds;
-  std::string seeds_from;      ///< where they are written, for messages
+  std::optional<study::GivenLabels> painted;  ///< seeds too; segment::kNotPainted where none are
+  std::string seeds_from;                     ///< where they are written, for messages
+  std::optional<study::GivenLabels> labels;   ///< a segmentation from elsewhere
+  std::string labels_from;
   bool discard_edits = false;  ///< make anew what was edited by hand
 };
 
 /// Those the study was last built with. @throws Error{InvalidInput} naming study.json.
 [[nodiscard]] Orders orders_of(const study::Study& study);
-/// Keeps recipe and seeds in the study, for later commands.
+/// Keeps recipe, seeds and labels in the study, for later commands.
 void keep_orders(const Orders& orders, study::Study& study);
-
-/// Takes `word` as given to --seeds: a file, or "none" for no seeds though the study has some.
-void take_seeds(const std::string& word, Orders& orders);
 
 /// What a stage would be run with; of Pack without scene and quality, see pack_options.
 [[nodiscard]] study::Wanted wanted_of(study::Stage stage, const Orders& orders);

@@ -1,5 +1,6 @@
 #include "pipeline/cli/recipe.h"
 
+#include <array>
 #include <string>
 
 #include "pipeline/study/files.h"
@@ -11,6 +12,14 @@ using nlohmann::json;
 namespace {
 
 constexpr const char* kStructures = "structures";  // limits of single ones
+
+template <class T>
+struct Choice {
+  const char* name;
+  T value;
+};
+constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
+                                  Choice<segment::LeakAction>{"error", segment::LeakAction::Error}};
 
 /// Every option of a recipe, once: section, key, member and range.
 template <class AnyRecipe, class Visit>
@@ -26,6 +35,11 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
   visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);
+  visit.choice("leak", recipe.segment.leak.action, kLeakActions);
+  visit.option("leak_volume_percent", recipe.segment.leak.volume_percent, 2.0, 100.0);
+  visit.option("leak_contact_mm2", recipe.segment.leak.contact_mm2, 10.0, 10000.0);
+  visit.option("leak_still_mm2", recipe.segment.leak.still_mm2, 10.0, 10000.0);
+  visit.option("leak_edgeless_mm2", recipe.segment.leak.edgeless_mm2, 10.0, 10000.0);
   visit.section("register");
   visit.option("shape_mm", recipe.registration.shape_mm, 0.3, 3.0);
   visit.option("margin_mm", recipe.registration.margin_mm, 4.0, 40.0);
@@ -58,6 +72,21 @@ class Reader {
   template <class T, class Bound>
   void option(const std::string& key, T& value, Bound low, Bound high) {
     section_->read(key, value, low, high);
+  }
+  template <class T, std::size_t N>
+  void choice(const std::string& key, T& value, const std::array<Choice<T>, N>& choices) {
+    if (!section_->has(key)) return;
+    std::string word;
+    section_->read(key, word);
+    std::string names;
+    for (const Choice<T>& each : choices) {
+      if (word == each.name) {
+        value = each.value;
+        return;
+      }
+      names += (names.empty() ? "" : " or ") + std::string(each.name);
+    }
+    throw_invalid(section_->path() + "/" + key + " must be " + names);
   }
   void limits(assess::LimitSet& limits) {
     read_limits(*section_, limits.all);
@@ -103,6 +132,12 @@ class Writer {
   template <class T, class Bound>
   void option(const std::string& key, const T& value, Bound, Bound) {
     out_[section_][key] = value;
+  }
+  template <class T, std::size_t N>
+  void choice(const std::string& key, const T& value, const std::array<Choice<T>, N>& choices) {
+    for (const Choice<T>& each : choices) {
+      if (value == each.value) out_[section_][key] = each.name;
+    }
   }
   void limits(const assess::LimitSet& limits) {
     json& all = out_[section_] = limits_to_json(limits.all);

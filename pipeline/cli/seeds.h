@@ -1,5 +1,4 @@
 #pragma once
-#include <filesystem>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -11,8 +10,5 @@ namespace beatlas::cli {
 /// See schemas/seeds.schema.json. @throws Error{InvalidInput} naming the JSON path.
 [[nodiscard]] std::vector<segment::Seed> seeds_from_json(const nlohmann::json& json);
 [[nodiscard]] nlohmann::json seeds_to_json(const std::vector<segment::Seed>& seeds);
-
-/// @throws Error{InvalidInput} naming the file.
-[[nodiscard]] std::vector<segment::Seed> read_seeds(const std::filesystem::path& file);
 
 }  // namespace beatlas::cli

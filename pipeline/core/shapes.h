@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/core/grid.h"
+#include "pipeline/core/leak_alarm.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas {
@@ -37,6 +38,7 @@ struct Segmentation {
   int end_systole = 0;                     ///< phase of the smallest
   std::map<Structure, BaseCut> base_cuts;  ///< coverage beyond a cut does not count
   std::vector<std::string> warnings;
+  std::vector<LeakAlarm> alarms;  ///< that rang, see segment/alarm.h
 };
 
 /// A structure in the workspace on an isotropic lattice, as a level function: negative inside,

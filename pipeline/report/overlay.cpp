@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/report/segmented_volume.h"
+#include "pipeline/core/segmented_volume.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::report {
@@ -16,6 +17,8 @@ namespace {
 
 constexpr int kCaptionPx = 18;
 constexpr int kGapPx = 4;
+constexpr double kRingMm = 10;  ///< around the place of an alarm
+constexpr Colour kRingColour{255, 80, 255};
 
 cv::Scalar bgr(const Colour& colour) {
   return {double(colour[2]), double(colour[1]), double(colour[0])};
@@ -124,6 +127,24 @@ cv::Mat draw_tile(const Cine& cine, const Segmentation& segmentation, const Shee
   return tile;
 }
 
+/// Square pixels, the longer edge of `longest_px`.
+cv::Size tile_size(const cv::Rect& rectangle, const Vec3& spacing, int longest_px) {
+  const double width_mm = rectangle.width * spacing[0];
+  const double height_mm = rectangle.height * spacing[1];
+  const double px_per_mm = longest_px / std::max(width_mm, height_mm);
+  return {std::max(1, static_cast<int>(std::lround(width_mm * px_per_mm))),
+          std::max(1, static_cast<int>(std::lround(height_mm * px_per_mm)))};
+}
+
+std::vector<std::byte> encoded(const cv::Mat& picture) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", picture, bytes)) {
+    throw Error(ErrorCode::Machine, "the overlay picture could not be encoded as PNG");
+  }
+  const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
+  return {first, first + bytes.size()};
+}
+
 void put_words(cv::Mat& picture, const std::string& words, cv::Point at, const cv::Scalar& colour) {
   cv::putText(picture, words, at, cv::FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv::LINE_AA);
 }
@@ -178,11 +199,7 @@ std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segment
   sheet.rectangle =
       heart_rectangle(grid, segmentation.coverage, {phases[0], phases[1]}, options.margin_mm);
   const Vec3 spacing = grid.spacing_mm();
-  const double width_mm = sheet.rectangle.width * spacing[0];
-  const double height_mm = sheet.rectangle.height * spacing[1];
-  const double px_per_mm = options.tile_px / std::max(width_mm, height_mm);
-  sheet.tile = {std::max(1, static_cast<int>(std::lround(width_mm * px_per_mm))),
-                std::max(1, static_cast<int>(std::lround(height_mm * px_per_mm)))};
+  sheet.tile = tile_size(sheet.rectangle, spacing, options.tile_px);
 
   const int slices = grid.size[2];
   const int pairs = std::max(1, static_cast<int>(std::ceil(std::sqrt(slices / 2.0))));
@@ -211,12 +228,56 @@ std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segment
           .copyTo(picture(cv::Rect({x, y + kCaptionPx}, sheet.tile)));
     }
   }
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", picture, bytes)) {
-    throw Error(ErrorCode::Machine, "the overlay picture could not be encoded as PNG");
+  return encoded(picture);
+}
+
+std::vector<std::byte> leak_png(const Cine& cine, const Segmentation& segmentation,
+                                const LeakAlarm& alarm, const OverlayOptions& options) {
+  check(cine, segmentation);
+  const Grid& grid = cine.grid();
+  const Vec3 at = grid.mm_from_index.inverse() * alarm.lps_mm;
+  const int k = static_cast<int>(std::lround(at[2]));
+  const cv::Point2d place(at[0], at[1]);
+  if (alarm.phase < 0 || alarm.phase >= cine.phase_count() ||
+      !grid.contains(static_cast<int>(std::lround(place.x)), static_cast<int>(std::lround(place.y)),
+                     k)) {
+    throw_invalid("the place or phase of a leak alarm lies outside the images");
   }
-  const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
-  return {first, first + bytes.size()};
+  // The heart, and room around the place, which may lie beyond it.
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Point room(static_cast<int>(std::ceil(options.margin_mm / spacing[0])),
+                       static_cast<int>(std::ceil(options.margin_mm / spacing[1])));
+  const cv::Rect around(cv::Point(place) - room, cv::Point(place) + room + cv::Point(1, 1));
+  Sheet sheet;
+  sheet.rectangle =
+      (heart_rectangle(grid, segmentation.coverage, {alarm.phase}, options.margin_mm) | around) &
+      cv::Rect(0, 0, grid.size[0], grid.size[1]);
+  sheet.tile = tile_size(sheet.rectangle, spacing, options.tile_px);
+
+  const auto window = grey_window(cine, alarm.phase, sheet.rectangle);
+  cv::Mat picture(sheet.tile.height + kCaptionPx + kGapPx,
+                  std::max(2 * sheet.tile.width + kGapPx, 560), CV_8UC3, cv::Scalar(24, 24, 24));
+  char words[160];
+  const bool of_volume = alarm.kind == LeakKind::VolumeJump || alarm.kind == LeakKind::OpenCycle;
+  std::snprintf(words, sizeof words, "%s of %s, slice %d, phase %d: %.0f %s (limit %.0f)",
+                std::string(leak_kind_name(alarm.kind)).c_str(),
+                std::string(structure_name(alarm.structure)).c_str(), k, alarm.phase, alarm.figure,
+                of_volume ? "%" : "mm2", alarm.limit);
+  put_words(picture, words, {kGapPx, kCaptionPx - 5}, cv::Scalar(220, 220, 220));
+  const double px_per_mm = sheet.tile.width / (sheet.rectangle.width * spacing[0]);
+  const cv::Point2d in_crop = place - cv::Point2d(sheet.rectangle.tl()) + cv::Point2d(0.5, 0.5);
+  const cv::Point marked(
+      static_cast<int>(std::lround(in_crop.x * sheet.tile.width / sheet.rectangle.width)),
+      static_cast<int>(std::lround(in_crop.y * sheet.tile.height / sheet.rectangle.height)));
+  Segmentation without;
+  for (int side = 0; side < 2; ++side) {
+    cv::Mat tile =
+        draw_tile(cine, side == 0 ? segmentation : without, sheet, k, alarm.phase, window);
+    cv::circle(tile, marked, std::max(6, static_cast<int>(std::lround(kRingMm * px_per_mm))),
+               bgr(kRingColour), 1, cv::LINE_AA);
+    tile.copyTo(picture(cv::Rect({side * (sheet.tile.width + kGapPx), kCaptionPx}, sheet.tile)));
+  }
+  return encoded(picture);
 }
 
 }  // namespace beatlas::report

@@ -26,4 +26,11 @@ using Colour = std::array<std::uint8_t, 3>;
 [[nodiscard]] std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segmentation,
                                                  const OverlayOptions& options = {});
 
+/// A PNG of where a leak alarm rang: the slice at its place in its phase, with the contours and
+/// without, both with a ring around the place, under a line that names alarm, figure and limit.
+/// @throws Error{InvalidInput} if grids or phases disagree or the place lies outside the images.
+[[nodiscard]] std::vector<std::byte> leak_png(const Cine& cine, const Segmentation& segmentation,
+                                              const LeakAlarm& alarm,
+                                              const OverlayOptions& options = {15, 560});
+
 }  // namespace beatlas::report

@@ -8,6 +8,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/distance_map.h"
+#include "pipeline/segment/known_outlines.h"
 
 namespace beatlas::segment {
 namespace {
@@ -21,6 +22,7 @@ constexpr double kThickOutsideFactor = 1.75;
 constexpr double kAtrialWallMm = 3.0;
 constexpr double kAtriaBelowMm = 10;  ///< how far atria bulge down beside the ventricles
 constexpr double kFatMm = 4.5;        ///< radius that no layer of fat on the heart holds
+constexpr double kGivenSigmaPx = 1;   ///< takes the steps of pixels from a given outline
 constexpr double kRvWallMm = 4.0;     ///< thickest RV wall where no outer edge shows
 
 cv::Mat fill_holes(const cv::Mat& mask) {
@@ -340,7 +342,7 @@ void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
   }
 }
 
-void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
+void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const KnownLabels& known) {
   const Grid& grid = labels.grid;
   const auto n = static_cast<std::size_t>(labels.phase_count());
   const Vec3 spacing = grid.spacing_mm();
@@ -356,17 +358,30 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
     const std::size_t begin = k * grid.slice_count();
     std::array<std::vector<cv::Mat>, 4> smooth;
     for (std::size_t set = 0; set < sets.size(); ++set) {
-      std::vector<cv::Mat> signed_distance(n);
-      for (std::size_t p = 0; p < n; ++p) {
-        const cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.phases[p].data() + begin);
+      const bool outside = sets[set][kLabelLvMyocardium];
+      const double sigma_px = sigma_mm * (thick && outside ? kThickOutsideFactor : 1.0) / step_mm;
+      const auto outline = [&](const std::vector<std::uint8_t>& phase, double smoothing_px) {
+        const cv::Mat slice(grid.size[1], grid.size[0], CV_8U,
+                            const_cast<std::uint8_t*>(phase.data() + begin));
         cv::Mat mask = cv::Mat::zeros(slice.size(), CV_8U);
         for (int label = 0; label < 5; ++label) {
           if (sets[set][static_cast<std::size_t>(label)]) mask |= slice == label;
         }
         const cv::Mat d = distance_from(mask, pixel_mm) - distance_from(~mask, pixel_mm);
-        const bool outside = sets[set][kLabelLvMyocardium];
-        cv::GaussianBlur(cv::min(cv::max(d, -30.0), 30.0), signed_distance[p], {0, 0},
-                         sigma_mm * (thick && outside ? kThickOutsideFactor : 1.0) / step_mm);
+        cv::Mat out;
+        cv::GaussianBlur(cv::min(cv::max(d, -30.0), 30.0), out, {0, 0}, smoothing_px);
+        return out;
+      };
+      std::vector<cv::Mat> signed_distance(n);
+      for (std::size_t p = 0; p < n; ++p) {
+        signed_distance[p] = outline(labels.phases[p], sigma_px);
+      }
+      if (!known.phases.empty()) {
+        std::vector<cv::Mat> given;
+        for (const std::vector<std::uint8_t>& phase : known.labels.phases) {
+          given.push_back(outline(phase, kGivenSigmaPx));
+        }
+        follow_known_outlines(signed_distance, known.phases, given, step_mm);
       }
       smooth[set] = std::move(signed_distance);
     }

@@ -16,7 +16,9 @@ void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels);
 
 /// Smooths the outlines of cavities, LV wall and heart in each slice: Gaussian of their signed
 /// distance. Not over phases: early filling bends a wall's path by millimetres between two phases.
-void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm);
+/// @param known labels in the same box teach the outlines of all phases, see known_outlines.h
+void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm,
+                     const KnownLabels& known = {});
 
 /// Keeps in each phase what hangs together with the heart's largest part, through space and time.
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);

@@ -13,19 +13,18 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kReachPx = 2;       // an outline is smoothed over one pixel and its neighbours
-constexpr double kMarginMm = 20;  // around labels painted outside the part that has coverage
+constexpr int kReachPx = 2;  // an outline is smoothed over one pixel and its neighbours
 
 void check_labels(const Segmentation& made, const LabelCycle& labels) {
   if (labels.grid.size != made.labels.grid.size ||
       labels.phase_count() != made.labels.phase_count()) {
-    throw_invalid("the edited labels have another size or number of phases than those made");
+    throw_invalid("the labels have another size or number of phases than those made");
   }
   for (std::size_t p = 0; p < labels.phases.size(); ++p) {
     for (const std::uint8_t label : labels.phases[p]) {
       if (label > kLabelRestOfHeart) {
         throw_invalid(
-            "the edited labels hold the value " + std::to_string(label) + " in phase " +
+            "the labels hold the value " + std::to_string(label) + " in phase " +
             std::to_string(p) +
             "; use 0 background, 1 RV blood, 2 LV myocardium, 3 LV blood, 4 rest of heart");
       }
@@ -36,7 +35,7 @@ void check_labels(const Segmentation& made, const LabelCycle& labels) {
 /// The smallest box that holds the part with coverage and, with a margin, every heart label.
 Box box_of(const CoverageCycle& coverage, const LabelCycle& labels) {
   const Grid& grid = labels.grid;
-  Box box{coverage.first, coverage.grid.size};
+  const Box box{coverage.first, coverage.grid.size};
   Index3 low = grid.size;
   Index3 high{-1, -1, -1};
   for (const auto& phase : labels.phases) {
@@ -54,17 +53,7 @@ Box box_of(const CoverageCycle& coverage, const LabelCycle& labels) {
       }
     }
   }
-  for (std::size_t a = 0; a < 3; ++a) {
-    const int margin =
-        static_cast<int>(std::ceil(kMarginMm / grid.spacing_mm()[static_cast<int>(a)]));
-    int first = box.first[a];
-    int last = first + box.size[a] - 1;
-    if (low[a] < first) first = std::max(0, low[a] - margin);
-    if (high[a] > last) last = std::min(grid.size[a] - 1, high[a] + margin);
-    box.first[a] = first;
-    box.size[a] = last - first + 1;
-  }
-  return box;
+  return widened(grid, box, low, high);
 }
 
 /// The same coverage on a larger part of the grid.
@@ -154,21 +143,20 @@ void drop_or_refuse_absent(CoverageCycle& coverage) {
       }
     }
     if (empty > 0 && empty < entry.second.size()) {
-      throw_invalid("the edited labels hold " + std::string(structure_name(entry.first)) +
+      throw_invalid("the labels hold " + std::string(structure_name(entry.first)) +
                     " in some phases but not in phase " + std::to_string(first_empty) +
                     "; paint it in every phase or in none");
     }
     return empty > 0;
   });
   if (coverage.phases.count(Structure::Heart) == 0) {
-    throw_invalid("the edited labels hold no heart");
+    throw_invalid("the labels hold no heart");
   }
 }
 
 }  // namespace
 
-Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
-                                StageContext& context) {
+Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, StageContext& context) {
   check_labels(made, labels);
   CoverageCycle& coverage = made.coverage;
   const Box box = box_of(coverage, labels);
@@ -215,21 +203,29 @@ Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
     }
   });
 
-  std::size_t changed = 0;
-  std::size_t phases_changed = 0;
-  for (std::size_t p = 0; p < n; ++p) {
-    std::size_t here = 0;
-    for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
-      here += labels.phases[p][v] != made.labels.phases[p][v] ? 1 : 0;
-    }
-    changed += here;
-    phases_changed += here > 0 ? 1 : 0;
-  }
   made.labels = labels;
   drop_or_refuse_absent(coverage);
   std::erase_if(made.base_cuts,
                 [&](const auto& cut) { return coverage.phases.count(cut.first) == 0; });
   find_ends(made);
+  made.alarms.clear();
+  return made;
+}
+
+Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
+                                StageContext& context) {
+  const LabelCycle before = made.labels;
+  made = with_other_labels(std::move(made), labels, context);
+  std::size_t changed = 0;
+  std::size_t phases_changed = 0;
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    std::size_t here = 0;
+    for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
+      here += labels.phases[p][v] != before.phases[p][v] ? 1 : 0;
+    }
+    changed += here;
+    phases_changed += here > 0 ? 1 : 0;
+  }
   if (changed > 0) {
     made.warnings.push_back("the labels were edited by hand (" + std::to_string(changed) +
                             " voxels in " + std::to_string(phases_changed) + " phases)");

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <sstream>
-#include <tuple>
 
 #include <opencv2/imgproc.hpp>
 
@@ -20,7 +17,6 @@ constexpr double kBeyondPlane = 4;       ///< times harder does the RV travel be
 constexpr double kLvSeedsBelowMm = 1.5;  ///< the LV's base plane, which is seen
 constexpr double kRvSeedsBelowMm = 4;    ///< the RV's, which is placed by rule
 constexpr double kAtriaBeyondMm = 3;     ///< of both planes: that blood is surely no ventricle's
-constexpr double kMostSeedMm = 50;       ///< radius; a heart is hardly larger
 
 /// Filled polygon of a radius per ray.
 template <class RadiusOfRay>
@@ -153,51 +149,6 @@ void part_at_base(const Grid& grid, const Chambers& chambers, LabelImages& seeds
       }
     }
   }
-}
-
-void check_seed(const Seed& seed) {
-  if (seed.label >= TravelCost::kLabels) {
-    throw_invalid("seed label " + std::to_string(seed.label) + " is not known; use 0 to 4");
-  }
-  if (!(seed.radius_mm > 0 && seed.radius_mm <= kMostSeedMm)) {
-    throw_invalid("seed radius must be a number of mm above 0 and at most " +
-                  std::to_string(static_cast<int>(kMostSeedMm)));
-  }
-}
-
-[[noreturn]] void refuse_outside(const Seed& seed) {
-  std::ostringstream message;
-  message << "seed at (" << seed.lps_mm.transpose()
-          << ") mm LPS lies outside the images; give its position in patient LPS mm";
-  throw_invalid(message.str());
-}
-
-/// The voxels of a seed's ball: those whose centres lie in it, and the one that holds its middle,
-/// for a ball between two thick slices holds no centre. Empty if the ball misses the grid.
-std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed) {
-  const Vec3 centre = grid.mm_from_index.inverse() * seed.lps_mm;
-  const Vec3 reach = (seed.radius_mm * grid.spacing_mm().cwiseInverse()).cwiseMax(0.5);
-  Index3 low{};
-  Index3 high{};
-  for (int a = 0; a < 3; ++a) {
-    const auto axis = static_cast<std::size_t>(a);
-    const double last = grid.size[axis] - 1;
-    // In doubles first: a place far outside fits no int.
-    if (!(centre[a] + reach[a] >= 0 && centre[a] - reach[a] <= last)) return {};
-    low[axis] = static_cast<int>(std::ceil(std::max(0.0, centre[a] - reach[a])));
-    high[axis] = static_cast<int>(std::floor(std::min(last, centre[a] + reach[a])));
-  }
-  std::vector<std::size_t> voxels;
-  for (int k = low[2]; k <= high[2]; ++k) {
-    for (int j = low[1]; j <= high[1]; ++j) {
-      for (int i = low[0]; i <= high[0]; ++i) {
-        const Vec3 d = Vec3(i, j, k) - centre;
-        const bool in_ball = d.cwiseQuotient(reach).squaredNorm() <= 1.0 + 1e-9;
-        if (in_ball || d.cwiseAbs().maxCoeff() <= 0.5) voxels.push_back(grid.offset(i, j, k));
-      }
-    }
-  }
-  return voxels;
 }
 
 }  // namespace
@@ -402,92 +353,6 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
   }
   if (chambers.parts_atria()) part_at_base(images.grid, chambers, seeds);
   return seeds;
-}
-
-void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases) {
-  for (const Seed& seed : seeds) {
-    check_seed(seed);
-    if (seed.phase < -1 || seed.phase >= phases) {
-      throw_invalid("seed phase " + std::to_string(seed.phase) + " is not known; use 0 to " +
-                    std::to_string(phases - 1) + ", or -1 for every phase");
-    }
-    if (voxels_of(grid, seed).empty()) refuse_outside(seed);
-  }
-}
-
-Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
-  constexpr double kMarginMm = 20;
-  Box out = box;
-  std::erase_if(seeds, [&](const Seed& seed) {
-    const std::vector<std::size_t> voxels = voxels_of(grid, seed);
-    Index3 low = grid.size;
-    Index3 high{-1, -1, -1};
-    bool reaches = false;
-    for (const std::size_t v : voxels) {
-      const std::size_t in_slice = v % grid.slice_count();
-      const auto nx = static_cast<std::size_t>(grid.size[0]);
-      const Index3 at{static_cast<int>(in_slice % nx), static_cast<int>(in_slice / nx),
-                      static_cast<int>(v / grid.slice_count())};
-      bool inside = true;
-      for (std::size_t a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], at[a]);
-        high[a] = std::max(high[a], at[a]);
-        inside = inside && at[a] >= box.first[a] && at[a] < box.first[a] + box.size[a];
-      }
-      reaches = reaches || inside;
-    }
-    if (seed.label == kLabelBackground) return !reaches;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const int margin =
-          static_cast<int>(std::ceil(kMarginMm / grid.spacing_mm()[static_cast<int>(a)]));
-      int first = out.first[a];
-      int last = first + out.size[a] - 1;
-      if (low[a] < first) first = std::max(0, low[a] - margin);
-      if (high[a] > last) last = std::min(grid.size[a] - 1, high[a] + margin);
-      out.first[a] = first;
-      out.size[a] = last - first + 1;
-    }
-    return false;
-  });
-  return out;
-}
-
-void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images) {
-  check_seeds(seeds, grid, static_cast<int>(images.size()));
-  const auto for_each_place = [&](const auto& visit) {
-    for (const Seed& seed : seeds) {
-      const std::vector<std::size_t> voxels = voxels_of(grid, seed);
-      for (std::size_t p = 0; p < images.size(); ++p) {
-        if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
-        for (std::size_t v : voxels) visit(seed, p, v);
-      }
-    }
-  };
-  // First what the drawn seeds replace, then the seeds, so that no seed erases another.
-  std::set<std::tuple<std::size_t, std::size_t, std::uint8_t>> cleared;
-  for_each_place([&](const Seed& seed, std::size_t p, std::size_t v) {
-    const std::size_t k = v / grid.slice_count();
-    if (!cleared.emplace(p, k, seed.label).second) return;
-    const auto from = images[p].begin() + static_cast<std::ptrdiff_t>(k * grid.slice_count());
-    std::replace(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), seed.label,
-                 kUnlabelled);
-  });
-  for_each_place(
-      [&](const Seed& seed, std::size_t p, std::size_t v) { images[p][v] = seed.label; });
-}
-
-void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
-                 Chambers& chambers) {
-  const Affine index_from_lps = images.grid.mm_from_index.inverse();
-  for (const Seed& seed : seeds) {
-    if (seed.label != kLabelLvBlood) continue;
-    const Vec3 at = index_from_lps * seed.lps_mm;
-    const int k = static_cast<int>(std::lround(at[2]));
-    if (images.grid.contains(static_cast<int>(std::lround(at[0])),
-                             static_cast<int>(std::lround(at[1])), k)) {
-      adopt_lv_slice(chambers, images, k, {at[0], at[1]});
-    }
-  }
 }
 
 }  // namespace beatlas::segment

@@ -1,5 +1,5 @@
 #pragma once
-/// Seeds and travel costs of the competition, from what find_chambers saw or a technician drew.
+/// Seeds and travel costs of the competition, from what find_chambers saw.
 
 #include <cstdint>
 #include <vector>
@@ -34,20 +34,5 @@ using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
 /// Seeds of every label from the chambers found.
 [[nodiscard]] LabelImages automatic_seeds(const ImageCycle<float>& images,
                                           const TemporalStats& stats, const Chambers& chambers);
-
-/// The heart's box made to hold a technician's seeds of the heart, with a margin; seeds of
-/// background that do not reach it are taken out, for beyond the box all is background.
-/// @param grid of the whole stack  @pre check_seeds
-[[nodiscard]] Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds);
-
-/// Draws a technician's seeds: in their slices and phases they replace the automatic ones of their
-/// label, elsewhere those stay.
-/// A seed marks the voxels whose centres lie in its ball, at least the voxel it lies in.
-/// @throws Error{InvalidInput} as check_seeds does
-void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
-
-/// Slices with a drawn seed of LV blood belong to the LV, see adopt_lv_slice.
-void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
-                 Chambers& chambers);
 
 }  // namespace beatlas::segment

@@ -9,6 +9,8 @@
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/tissue.h"
@@ -92,7 +94,8 @@ LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<See
 }  // namespace
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
-                          const SegmentOptions& options, StageContext& context) {
+                          const SegmentOptions& options, StageContext& context,
+                          const KnownLabels& known_labels) {
   const ImageCycle<float>& stack = exam.stack.images;
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
@@ -100,24 +103,29 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   check_seeds(given, stack.grid, stack.phase_count());
   const TemporalStats whole = temporal_stats(stack);
   std::vector<Seed> drawn = given;
-  const Box box = box_with_seeds(stack.grid, find_moving_box(stack.grid, whole), drawn);
+  const Box box = box_with_seeds(
+      stack.grid, box_with_labels(stack.grid, find_moving_box(stack.grid, whole), known_labels),
+      drawn);
   const ImageCycle<float> images = crop(stack, box);
+  const KnownLabels known = crop(known_labels, box);
   context.check_cancelled();
   const TemporalStats stats = temporal_stats(images);
   Chambers chambers = find_chambers(images, stats, context);
   context.check_cancelled();
 
   adopt_seeds(images, drawn, chambers);
-  chambers.axis = find_long_axis(images, chambers, options.tricuspid_excursion_mm);
+  if (known.phases.empty()) {
+    // What is known elsewhere tells where ventricles end.
+    chambers.axis = find_long_axis(images, chambers, options.tricuspid_excursion_mm);
+  }
   if (chambers.axis) chambers.height_mm = chambers.axis->heights_mm(images.grid);
   LabelImages seeds;
   if (chambers.axis) seeds = upright_seeds(images, drawn, chambers, context);
   if (seeds.empty()) seeds = automatic_seeds(images, stats, chambers);
-  if (!drawn.empty()) {
-    draw_seeds(images.grid, drawn, seeds);
-    if (!chambers.found_lv()) {
-      chambers.levels = levels_from_seeds(images, seeds, chambers.levels);
-    }
+  seed_known(images, known, chambers.levels, seeds);
+  draw_seeds(images.grid, drawn, seeds);
+  if (!chambers.found_lv() && !(drawn.empty() && known.phases.empty())) {
+    chambers.levels = levels_from_seeds(images, seeds, chambers.levels);
   }
   const bool any_heart = std::any_of(seeds.begin(), seeds.end(), [](const auto& phase) {
     return std::any_of(phase.begin(), phase.end(),
@@ -138,10 +146,13 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       {images, classes, seeds, cost, phase_step_mm, std::max(3 * stats.noise, kTexture * contrast),
        options.edge_cost_mm / contrast},
       context);
+  const std::vector<std::uint8_t> rest = near_known_rest(known);
   parallel_for(images.phases.size(), [&](std::size_t p) {
+    const std::vector<std::uint8_t> grown = labels.phases[p];
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
+    keep_known_rest(rest, grown, labels.phases[p]);
   });
-  smooth_outlines(labels, options.outline_sigma_mm);
+  smooth_outlines(labels, options.outline_sigma_mm, known);
   cut_at_base(chambers, labels);
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
@@ -154,6 +165,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       }
     }
   }
+  drop_unknown_labels(known, labels);
   keep_connected_heart(labels);
 
   Segmentation out;

@@ -8,15 +8,18 @@
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/stage_context.h"
+#include "pipeline/segment/alarm.h"
 
 namespace beatlas::segment {
 
-/// A place a technician marked: a ball of one label in one phase.
+/// What a technician marked with one label in one phase: a ball around a place, or a stroke.
 struct Seed {
   std::uint8_t label = 0;  ///< see atlas Label; 0 is background
   Vec3 lps_mm = Vec3::Zero();
   double radius_mm = 2.0;
   int phase = 0;  ///< phase it was drawn in; -1 = every phase
+  /// A stroke goes straight from lps_mm through these places; none: a ball.
+  std::vector<Vec3> stroke_lps_mm = {};
 };
 
 struct SegmentOptions {
@@ -29,16 +32,27 @@ struct SegmentOptions {
   /// (TAPSE; the phantom's 22 mm; normal 16..30). Only for stacks of thick slices with atria in
   /// view.
   double tricuspid_excursion_mm = 22;
+  /// Of leak_alarms, which whoever calls segment_exam asks afterwards.
+  LeakOptions leak;
 };
 
-/// @throws Error{InvalidInput} if a seed lies outside the images, has no known label or phase, or a
-/// radius that is not within 0..50 mm.
+/// @throws Error{InvalidInput} if a seed or a place of a stroke lies outside the images, has no
+/// known label or phase, or a radius that is not within 0..50 mm.
 void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases);
 
+/// Labels that were made elsewhere, of some phases.
+struct KnownLabels {
+  LabelCycle labels;        ///< on the exam's grid, an image for each of:
+  std::vector<int> phases;  ///< ascending
+};
+
 /// @param seeds empty = automatic: the heart is what moves at the heart rate
+/// @param known labels to grow the other phases from; their own phases come out as grown again, see
+/// segment_with_labels for what keeps them
 /// @throws Error{InvalidInput} if no heart is found, saying what was looked for.
 [[nodiscard]] Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& seeds,
-                                        const SegmentOptions& options, StageContext& context);
+                                        const SegmentOptions& options, StageContext& context,
+                                        const KnownLabels& known = {});
 
 /// Enclosed volume [ml] of a structure in every phase, from coverage.
 [[nodiscard]] std::vector<double> volume_curve_ml(const CoverageCycle& coverage,

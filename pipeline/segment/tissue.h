@@ -32,6 +32,9 @@ struct TemporalStats {
 /// @throws Error{InvalidInput} if nothing in the images moves more than their noise.
 [[nodiscard]] Box find_moving_box(const Grid& grid, const TemporalStats& stats);
 
+/// The box made to hold the voxels from `low` to `high`, with a margin on the sides that move.
+[[nodiscard]] Box widened(const Grid& grid, const Box& box, const Index3& low, const Index3& high);
+
 /// The part of a cine, or of its labels, in a box. T: float, std::uint8_t.
 template <class T>
 [[nodiscard]] ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box);

@@ -23,21 +23,6 @@ std::size_t count_label(const ImageCycle<std::uint8_t>& labels, std::size_t phas
       std::count(from, from + static_cast<std::ptrdiff_t>(labels.grid.slice_count()), label));
 }
 
-/// Most basal slice with the structure in a phase; -1 if it has none.
-int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
-               int step) {
-  const Grid& grid = labels.grid;
-  for (int k = step > 0 ? grid.size[2] - 1 : 0; k >= 0 && k < grid.size[2]; k -= step) {
-    const auto from =
-        labels.phases[phase].begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
-    if (std::any_of(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()),
-                    [&](std::uint8_t label) { return label_in_structure(label, structure); })) {
-      return k;
-    }
-  }
-  return -1;
-}
-
 /// A basal slice that the LV leaves in systole shows the atrium then: blood without a ring of
 /// muscle.
 void drop_unringed_base(ImageCycle<std::uint8_t>& labels, const Chambers& chambers) {
@@ -95,6 +80,29 @@ std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure 
 
 }  // namespace
 
+int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
+               int step) {
+  const Grid& grid = labels.grid;
+  for (int k = step > 0 ? grid.size[2] - 1 : 0; k >= 0 && k < grid.size[2]; k -= step) {
+    const auto from =
+        labels.phases[phase].begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+    if (std::any_of(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()),
+                    [&](std::uint8_t label) { return label_in_structure(label, structure); })) {
+      return k;
+    }
+  }
+  return -1;
+}
+
+std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels, int base_step) {
+  const std::vector<double> lv_volume = lv_voxels(labels);
+  std::map<Structure, BaseCut> cuts;
+  for (Structure structure : kAllStructures) {
+    cuts[structure] = {base_step, flat_ends(labels, structure, base_step, lv_volume)};
+  }
+  return cuts;
+}
+
 std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>& labels,
                                                         const Chambers& chambers,
                                                         double tricuspid_excursion_mm) {
@@ -122,9 +130,7 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
   }
   drop_unringed_base(labels, chambers);
   const std::vector<double> lv_volume = lv_voxels(labels);
-  for (Structure structure : kAllStructures) {
-    cuts[structure] = {step, flat_ends(labels, structure, step, lv_volume)};
-  }
+  cuts = flat_base_cuts(labels, step);
   if (!atria) return cuts;
 
   int lv_slices = 0;

@@ -23,4 +23,13 @@ inline constexpr double kLvLengthMm = 98;
 [[nodiscard]] std::map<Structure, BaseCut> part_ventricles_from_atria(
     ImageCycle<std::uint8_t>& labels, const Chambers& chambers, double tricuspid_excursion_mm);
 
+/// Where structures end flat on the base's side, half a gap beyond their most basal slices.
+/// @param base_step +1 if the base lies towards larger k, -1 if smaller
+[[nodiscard]] std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels,
+                                                          int base_step);
+
+/// Most basal slice with the structure in a phase; -1 if it has none.
+[[nodiscard]] int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase,
+                             Structure structure, int base_step);
+
 }  // namespace beatlas::segment

@@ -36,6 +36,49 @@ void read_cuts(const json& list, const std::string& path, int phases, Segmentati
   }
 }
 
+json alarms_to_json(const std::vector<LeakAlarm>& alarms) {
+  json out = json::array();
+  for (const LeakAlarm& alarm : alarms) {
+    out.push_back({{"kind", leak_kind_name(alarm.kind)},
+                   {"structure", structure_name(alarm.structure)},
+                   {"phase", alarm.phase},
+                   {"lps_mm", {alarm.lps_mm[0], alarm.lps_mm[1], alarm.lps_mm[2]}},
+                   {"figure", alarm.figure},
+                   {"limit", alarm.limit},
+                   {"sentence", alarm.sentence}});
+  }
+  return out;
+}
+
+void read_alarms(const json& list, const std::string& path, int phases, Segmentation& out) {
+  if (!list.is_array()) throw_invalid(path + " must be a list");
+  for (std::size_t at = 0; at < list.size(); ++at) {
+    const std::string here = path + "/" + std::to_string(at);
+    JsonObject object(list[at], here);
+    LeakAlarm alarm;
+    std::string kind;
+    std::string structure;
+    object.read("kind", kind);
+    object.read("structure", structure);
+    object.read("phase", alarm.phase, 0, phases - 1);
+    const std::vector<double> place = numbers_from_json(object.at("lps_mm"), here + "/lps_mm");
+    constexpr double kMost = 1e9;
+    object.read("figure", alarm.figure, 0.0, kMost);
+    object.read("limit", alarm.limit, 0.0, kMost);
+    object.read("sentence", alarm.sentence);
+    object.finish();
+    const auto known_kind = leak_kind_from_name(kind);
+    const auto known_structure = structure_from_name(structure);
+    if (!known_kind || !known_structure || place.size() != 3) {
+      throw_invalid(here + " must have the name of a kind and of a structure, and a place lps_mm");
+    }
+    alarm.kind = *known_kind;
+    alarm.structure = *known_structure;
+    alarm.lps_mm = Vec3(place[0], place[1], place[2]);
+    out.alarms.push_back(std::move(alarm));
+  }
+}
+
 }  // namespace
 
 FileList write_segmentation(const fs::path& study, const Segmentation& segmentation,
@@ -67,7 +110,8 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
                                        {"end_diastole", segmentation.end_diastole},
                                        {"end_systole", segmentation.end_systole},
                                        {"base_cuts", cuts},
-                                       {"warnings", segmentation.warnings}});
+                                       {"warnings", segmentation.warnings},
+                                       {"alarms", alarms_to_json(segmentation.alarms)}});
   return files;
 }
 
@@ -95,6 +139,7 @@ StoredSegmentation read_segmentation(const fs::path& study) {
     object.read("end_systole", out.end_systole, 0, phases - 1);
     read_cuts(object.at("base_cuts"), "/base_cuts", phases, out);
     out.warnings = strings_from_json(object.at("warnings"), "/warnings");
+    if (object.has("alarms")) read_alarms(object.at("alarms"), "/alarms", phases, out);
     object.finish();
     return stored;
   } catch (const Error& error) {

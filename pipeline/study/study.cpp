@@ -133,6 +133,8 @@ Study Study::open(const fs::path& folder) {
     }
     if (object.has("recipe")) study.recipe_ = object.at("recipe");
     if (object.has("seeds")) study.seeds_ = object.at("seeds");
+    if (object.has("given")) study.given_ = object.at("given");
+    if (!study.given_.is_object()) throw_invalid("/given must be a JSON object");
     std::string writing;
     object.read("writing", writing);
     study.writing_ = stage_from_name(writing);
@@ -215,6 +217,7 @@ void Study::save() const {
   json content{{"study_format", kStudyFormat}, {"stages", json::object()}};
   if (recipe_) content["recipe"] = *recipe_;
   if (seeds_) content["seeds"] = *seeds_;
+  if (!given_.empty()) content["given"] = given_;
   if (writing_) content["writing"] = stage_name(*writing_);
   if (!former_.empty()) content["former"] = former_;
   for (const auto& [stage, record] : records_) {

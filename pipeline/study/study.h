@@ -2,9 +2,10 @@
 /// A study: the folder in which every stage of a build leaves its values in standard formats.
 ///
 ///   study.json                          what ran: version, options, hashes of inputs and outputs
+///   given/    HASH.nii.gz                labels and paintings that a user gave
 ///   exam/     exam.json stack.nii.gz view_NN.nii.gz
 ///   segment/  segment.json labels.nii.gz labels_as_made.nii.gz coverage_<structure>.nii.gz
-///   pictures/ overlay.png volumes.svg
+///   pictures/ overlay.png volumes.svg leak_NN.png (refused_leak_NN.png of what was not kept)
 ///   register/ register.json cine.nii.gz labels.nii.gz shape_<structure>.nii.gz
 ///   field/    field.json <structure>.vdb
 ///   mesh/     mesh.json <structure>_<phase>.ply
@@ -70,6 +71,9 @@ class Study {
   void set_recipe(nlohmann::json recipe) { recipe_ = std::move(recipe); }
   [[nodiscard]] const std::optional<nlohmann::json>& seeds() const { return seeds_; }
   void set_seeds(std::optional<nlohmann::json> seeds) { seeds_ = std::move(seeds); }
+  /// Label images that were given, by what they are for; see given_files.h.
+  [[nodiscard]] const nlohmann::json& given() const { return given_; }
+  void set_given(nlohmann::json given) { given_ = std::move(given); }
 
   /// Nothing if the stage has not run to its end.
   [[nodiscard]] const StageRecord* find(Stage stage) const;
@@ -95,6 +99,7 @@ class Study {
   std::shared_ptr<const Lock> lock_;  ///< none: open to read
   std::optional<nlohmann::json> recipe_;
   std::optional<nlohmann::json> seeds_;
+  nlohmann::json given_ = nlohmann::json::object();
   std::map<Stage, StageRecord> records_;
   std::optional<Stage> writing_;
   std::set<std::string> former_;  ///< outputs of dropped records, until a stage is committed

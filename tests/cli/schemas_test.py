@@ -92,6 +92,13 @@ for section, content in sections.items():
                 expect({section: {key: value}}, accepted)
                 tried += 1
             continue
+        if rule["type"] == "string":
+            for value in rule["enum"]:
+                expect({section: {key: value}}, True)
+            expect({section: {key: "frobnicate"}}, False)
+            expect({section: {key: 1}}, False)
+            tried += 1
+            continue
         low, high = rule["minimum"], rule["maximum"]
         whole = rule["type"] == "integer"
         beyond = 1 if whole else 1e-6 * max(1, abs(high))

@@ -1,19 +1,31 @@
 // JSON that users write: recipes, seeds, scenes. The first byte says which.
+#include "pipeline/cli/markups.h"
 #include "pipeline/cli/recipe.h"
 #include "pipeline/cli/scene.h"
 #include "pipeline/cli/seeds.h"
+#include "pipeline/study/files.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace beatlas::fuzz {
 std::vector<std::string> seeds() {
   const auto drawn = nlohmann::json::parse(
       R"({"seeds": [{"label": 3, "lps_mm": [1, -2.5, 3], "phase": 0},
-                    {"label": 0, "lps_mm": [10, 20, 30], "radius_mm": 4, "phase": -1}]})");
+                    {"label": 0, "lps_mm": [10, 20, 30], "radius_mm": 4, "phase": -1},
+                    {"label": 2, "stroke_lps_mm": [[1, 2, 3], [4, 5, 6]]}], "version": 1})");
+  const auto markups = nlohmann::json::parse(
+      R"({"@schema": "markups-schema-v1.0.3.json#",
+          "markups": [{"type": "ClosedCurve", "name": "LV@2", "coordinateSystem": "RAS",
+                       "coordinateUnits": ["um", "UCUM", "micrometer"], "labelFormat": "%N-%d",
+                       "controlPoints": [{"label": "lv-1", "position": [1, -2.5, 3]},
+                                         {"label": "3@2", "position": [1, 2, 3],
+                                          "positionStatus": "defined"}]}]})");
   const auto scene =
       nlohmann::json::parse(R"({"content": "palpation", "material": {"stiffness_n_per_m": 200}})");
   (void)cli::seeds_from_json(drawn);  // they must be sound, or most of a reader is never reached
+  (void)cli::seeds_from_markups(markups, {});
   (void)cli::scene_from_json(scene);
-  return {"r" + cli::recipe_to_json({}).dump(1), "r{}", "s" + drawn.dump(1), "c" + scene.dump(1)};
+  return {"r" + cli::recipe_to_json({}).dump(1), "r{}", "s" + drawn.dump(1), "s" + markups.dump(1),
+          "c" + scene.dump(1)};
 }
 std::vector<std::string> tokens() {
   return {"{", "}", "[", "]", "\"", ":", ",", "null", "1e400", "-0", "[[[[[[[[", "\\ud800"};
@@ -30,7 +42,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       const cli::Recipe recipe = cli::read_recipe(file);
       (void)cli::recipe_from_json(cli::recipe_to_json(recipe));
     } else if (data[0] == 's') {
-      (void)cli::seeds_from_json(cli::seeds_to_json(cli::read_seeds(file)));
+      const nlohmann::json marks = study::read_json(file);
+      (void)cli::seeds_from_json(cli::seeds_to_json(cli::holds_markups(marks)
+                                                        ? cli::seeds_from_markups(marks, {})
+                                                        : cli::seeds_from_json(marks)));
     } else {
       (void)cli::read_scene(file.string());
     }

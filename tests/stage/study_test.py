@@ -97,6 +97,58 @@ def volume(package, name="heart"):
     return next(entry["volume_ml"] for entry in told["structures"] if entry["name"] == name)
 
 
+def block_at_the_border(labels):
+    """A block of heart from the heart to the border of the slices, in one phase."""
+    inside = numpy.argwhere(labels[..., 2] > 0)
+    low, middle = inside.min(axis=0), inside.mean(axis=0).astype(int)
+    labels[:low[0] + 8, middle[1] - 8:middle[1] + 8, middle[2] - 4:middle[2] + 4, 2] = 4
+
+
+def pictures(folder, pattern):
+    found = sorted((folder / "pictures").glob(pattern))
+    for file in found:
+        assert file.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n", file
+    return [file.name for file in found]
+
+
+def leak():
+    """A leak is a warning with a picture, or, where the recipe says so, an error that keeps it."""
+    folder, package = built("leak")
+    assert pictures(folder, "*leak*") == []
+    labels = folder / "segment" / "labels.nii.gz"
+    paint(labels, block_at_the_border)
+    _, _, said = again(folder, package)
+    assert "runs along the border of the slices" in said, said
+    assert "see pictures/leak_01.png in the study" in said, said
+    rang = pictures(folder, "leak_*")
+    assert rang and rang[0] == "leak_01.png", rang
+    told = json.loads(beatlas("info", package, "--json").stdout)["provenance"]["warnings"]
+    assert any("runs along the border" in line for line in told), told
+
+    # As an error, found in what was painted.
+    strict = WORK / "leak.json"
+    write_recipe(strict, segment={"leak": "error"})
+    before = digest(package)
+    said = beatlas("build", EXAM, "-o", package, "--study", folder, "--recipe", strict, code=4).stderr
+    assert "/segment/leak" in said and "limit 200 mm2" in said, said
+    assert digest(package) == before
+    assert pictures(folder, "refused_leak_*")[0] == "refused_leak_01.png"
+
+    # As an error, found in what the stage made: nothing of it is kept but the picture.
+    painted = digest(labels)
+    write_recipe(strict, segment={"leak": "error", "leak_still_mm2": 10})
+    said = beatlas("build", EXAM, "-o", package, "--study", folder, "--recipe", strict,
+                   "--discard-edits", code=4).stderr
+    assert "does not beat" in said and "refused_leak_01.png" in said, said
+    assert digest(labels) == painted and digest(package) == before
+    assert pictures(folder, "refused_leak_*") == ["refused_leak_01.png"]
+
+    # Made anew as before: no leak, no picture of one.
+    again(folder, package, "--recipe", RECIPE, "--discard-edits")
+    assert pictures(folder, "*leak*") == []
+    expect_same(PACKAGE, package)
+
+
 def resume():
     """Only what changed runs again: nothing, one stage's options, a missing file, another scene."""
     folder, package = built("resume")

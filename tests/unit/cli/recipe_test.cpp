@@ -64,6 +64,16 @@ TEST(Recipe, refusals_name_the_path) {
   EXPECT_NE(recipe_refusal("[]"), "(accepted)");
 }
 
+TEST(Recipe, a_leak_warns_or_is_an_error) {
+  EXPECT_EQ(recipe_from_json(json::object()).segment.leak.action, segment::LeakAction::Warn);
+  const Recipe strict = recipe_from_json(json::parse(R"({"segment": {"leak": "error"}})"));
+  EXPECT_EQ(strict.segment.leak.action, segment::LeakAction::Error);
+  EXPECT_EQ(recipe_to_json(strict)["segment"]["leak"], "error");
+  EXPECT_NE(recipe_refusal(R"({"segment": {"leak": "ring"}})").find("must be warn or error"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"segment": {"leak": 1}})").find("/segment/leak"), std::string::npos);
+}
+
 TEST(Recipe, limits_are_of_all_structures_and_of_single_ones) {
   const Recipe recipe = recipe_from_json(json::parse(
       R"({"validate": {"max_rms_mm": 0.5, "min_dice": null,

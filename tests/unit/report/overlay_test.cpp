@@ -1,5 +1,6 @@
 #include "pipeline/report/overlay.h"
 
+#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -118,6 +119,52 @@ TEST(Overlay, refuses_coverage_that_leaves_the_grid) {
   Case c;
   c.segmentation.coverage.first = {30, 6, 1};
   EXPECT_THROW((void)overlay_png(c.cine, c.segmentation), Error);
+}
+
+TEST(LeakPicture, rings_the_place_in_its_slice_with_the_contour_and_without) {
+  const Case c;
+  LeakAlarm alarm;
+  alarm.kind = LeakKind::NoEdge;
+  alarm.structure = Structure::LvBlood;
+  alarm.phase = 1;
+  alarm.lps_mm = c.cine.grid().mm(25, 16, 1);
+  const cv::Mat picture = decode(leak_png(c.cine, c.segmentation, alarm, {10, 240}));
+  ASSERT_FALSE(picture.empty());
+  // The ring's middle, on either side; its colour mixes with the image at its rim.
+  std::array<cv::Point2d, 2> middle{};
+  std::array<double, 2> count{};
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      const auto bgr = picture.at<cv::Vec3b>(y, x);
+      if (bgr[0] < 200 || bgr[2] < 200 || bgr[1] > 120) continue;
+      const std::size_t side = x < 242 ? 0 : 1;
+      middle[side] += cv::Point2d(x, y);
+      ++count[side];
+    }
+  }
+  ASSERT_GT(count[0], 20);
+  ASSERT_GT(count[1], 20);
+  const cv::Point2d left = middle[0] / count[0];
+  const cv::Point2d right = middle[1] / count[1];
+  EXPECT_NEAR(right.x - left.x, 244, 1);
+  EXPECT_NEAR(right.y, left.y, 1);
+  // The contour stands on the left only, its centre five voxels from the ring's.
+  const auto drawn = pixels_of(picture, Structure::LvBlood, {0, 20, 240, picture.rows - 20});
+  ASSERT_GT(drawn.size(), 50U);
+  EXPECT_TRUE(
+      pixels_of(picture, Structure::LvBlood, {244, 20, picture.cols - 244, picture.rows - 20})
+          .empty());
+  double x = 0;
+  for (const cv::Point& pixel : drawn) x += pixel.x / static_cast<double>(drawn.size());
+  const double px_per_voxel = 240.0 / 23;
+  EXPECT_NEAR(left.x - x, 5 * px_per_voxel, 6);
+}
+
+TEST(LeakPicture, of_a_place_outside_the_images_is_refused) {
+  const Case c;
+  LeakAlarm alarm;
+  alarm.lps_mm = c.cine.grid().mm(60, 16, 1);
+  EXPECT_THROW((void)leak_png(c.cine, c.segmentation, alarm), Error);
 }
 
 TEST(Overlay, shows_whole_slices_where_nothing_was_found) {

@@ -1,8 +1,9 @@
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/drawn_seeds.h"
 #include "runtime/atlas/structures.h"
 #include "tests/unit/segment/made_images.h"
 
@@ -93,6 +94,81 @@ TEST(DrawSeeds, outside_the_images_are_refused_with_their_place) {
     EXPECT_NE(said.find("outside the images"), std::string::npos) << said;
     EXPECT_NE(said.find("LPS"), std::string::npos) << said;
   }
+}
+
+TEST(DrawSeeds, a_stroke_marks_what_lies_within_its_radius_of_its_line) {
+  const Vec3 a = kOblique.mm(8.2, 9.1, 6.3);
+  const Vec3 b = kOblique.mm(24.6, 13.4, 9.8);
+  const Vec3 c = kOblique.mm(26.1, 27.9, 17.5);
+  const double radius = 3.5;  // more than half a voxel along every axis
+  LabelImages images = blank(kOblique, 2);
+  draw_seeds(kOblique, {{kLabelLvMyocardium, a, radius, 1, {b, c}}}, images);
+  const auto away_from = [](const Vec3& from, const Vec3& to, const Vec3& at) {
+    const double t = std::clamp((at - from).dot(to - from) / (to - from).squaredNorm(), 0.0, 1.0);
+    return (from + t * (to - from) - at).norm();
+  };
+  int painted = 0;
+  for (int k = 0; k < kOblique.size[2]; ++k) {
+    for (int j = 0; j < kOblique.size[1]; ++j) {
+      for (int i = 0; i < kOblique.size[0]; ++i) {
+        const Vec3 at = kOblique.mm(i, j, k);
+        const double away = std::min(away_from(a, b, at), away_from(b, c, at));
+        const std::uint8_t value = images[1][kOblique.offset(i, j, k)];
+        if (std::abs(away - radius) < 1e-6) continue;
+        EXPECT_EQ(value, away < radius ? std::uint8_t{kLabelLvMyocardium} : kUnlabelled)
+            << i << " " << j << " " << k;
+        painted += value == kLabelLvMyocardium;
+        EXPECT_EQ(images[0][kOblique.offset(i, j, k)], kUnlabelled);
+      }
+    }
+  }
+  EXPECT_GT(painted, 400);
+}
+
+TEST(DrawSeeds, a_thin_stroke_has_no_gaps) {
+  // Across thick slices and along the plane between two of them: every voxel that the line passes
+  // through is marked, wherever it is asked.
+  const Grid thick = made::oblique_grid({40, 40, 8}, {1.4, 1.4, 10}, {3, 5, -20});
+  const std::vector<Vec3> places = {
+      {2.3, 3.1, 0.4}, {37.2, 9.6, 2.5}, {30.1, 36.4, 2.5}, {4.4, 20.2, 6.9}};
+  std::vector<Vec3> through;
+  for (const Vec3& place : places) through.push_back(thick.mm(place[0], place[1], place[2]));
+  LabelImages images = blank(thick, 1);
+  draw_seeds(thick, {{kLabelRvBlood, through[0], 0.1, 0, {through[1], through[2], through[3]}}},
+             images);
+  for (std::size_t s = 0; s + 1 < places.size(); ++s) {
+    for (int step = 0; step <= 3000; ++step) {
+      const Vec3 at = places[s] + (places[s + 1] - places[s]) * step / 3000.0;
+      const Index3 voxel{static_cast<int>(std::lround(at[0])), static_cast<int>(std::lround(at[1])),
+                         static_cast<int>(std::lround(at[2]))};
+      ASSERT_EQ(images[0][thick.offset(voxel[0], voxel[1], voxel[2])], kLabelRvBlood)
+          << at.transpose();
+    }
+  }
+  const auto marked = std::count(images[0].begin(), images[0].end(), kLabelRvBlood);
+  EXPECT_LT(marked, 400) << "a line, and no more than the voxels beside it";
+}
+
+TEST(DrawSeeds, a_stroke_that_leaves_the_images_is_refused_with_the_place) {
+  const Seed seed{kLabelLvBlood, kOblique.mm(10, 10, 10), 2.0, 0, {kOblique.mm(-9, 10, 10)}};
+  const std::string said = made::refusal([&] { check_seeds({seed}, kOblique, 2); });
+  EXPECT_NE(said.find("outside the images"), std::string::npos) << said;
+}
+
+TEST(DrawSeeds, of_lv_blood_make_their_slice_one_of_the_lv_around_their_middle) {
+  const Grid grid = made::straight_grid({40, 40, 5}, {2, 2, 8});
+  const ImageCycle<float> images = made::constant_images(grid, 2, 100);
+  Chambers chambers;
+  chambers.lv.push_back({1, {20, 20}, {}});
+  const auto row = [&](double y, double from, double to) {
+    return Seed{kLabelLvBlood, grid.mm(from, y, 3), 0.1, 0, {grid.mm(to, y, 3)}};
+  };
+  // Rows of a painted disc, the first one at its rim.
+  adopt_seeds(images, {row(14, 18, 22), row(20, 14, 26), row(26, 18, 22)}, chambers);
+  ASSERT_EQ(chambers.lv.size(), 2U);
+  EXPECT_EQ(chambers.lv[1].k, 3);
+  EXPECT_NEAR(chambers.lv[1].centre_px.x, 20, 1e-6);
+  EXPECT_NEAR(chambers.lv[1].centre_px.y, 20, 1e-6);
 }
 
 TEST(DrawSeeds, of_no_known_label_are_refused) {

@@ -1,8 +1,11 @@
 /// Images that are hard on the numerics: none may crash, hang or give what is no segmentation.
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <gtest/gtest.h>
 
+#include "pipeline/segment/alarm.h"
 #include "pipeline/segment/segment.h"
 #include "tests/unit/segment/made_images.h"
 
@@ -135,6 +138,90 @@ TEST(HardImages, a_single_slice_is_taken) {
   const Segmentation result = segmented(exam);
   expect_sound(result);
   for (int p = 0; p < 4; ++p) EXPECT_GE(heart_dice(result, ball, p), 0.95) << p;
+}
+
+TEST(HardImages, the_range_of_signed_sixteen_bits_is_as_good_as_any) {
+  Exam exam = made::ellipsoid_exam(kGrid, kBall, 4, 32767, -32768);
+  const Segmentation result = segmented(exam);
+  expect_sound(result);
+  for (int p = 0; p < 4; ++p) EXPECT_GE(heart_dice(result, kBall, p), 0.96) << p;
+}
+
+/// Runs `change` for every voxel of every phase.
+void change_images(Exam& exam, const std::function<void(const Vec3& lps, float& value)>& change) {
+  const Grid& grid = exam.stack.grid();
+  for (std::vector<float>& phase : exam.stack.images.phases) {
+    std::size_t v = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i, ++v) change(grid.mm(i, j, k), phase[v]);
+      }
+    }
+  }
+}
+
+TEST(HardImages, against_a_still_body_as_bright_the_alarm_rings_and_seeds_help) {
+  // 3 mm of the ball's largest extent lie in it: no edge tells where the ball ends there.
+  constexpr double kFace = 84;
+  Exam exam = made::ellipsoid_exam(kGrid, kBall, 6, 400, 100);
+  change_images(exam, [](const Vec3& lps, float& value) {
+    if (lps[1] > kFace) value = 400;
+  });
+  made::add_rician_noise(exam.stack.images, 15, 6);
+  const Segmentation result = segmented(exam);
+  expect_sound(result);
+  for (int p = 0; p < 6; ++p) EXPECT_GE(heart_dice(result, kBall, p), 0.75) << p;
+  StageContext context;
+  const std::vector<LeakAlarm> alarms = leak_alarms(exam.stack, result, {}, context);
+  const auto bare = std::find_if(alarms.begin(), alarms.end(), [](const LeakAlarm& alarm) {
+    return alarm.kind == LeakKind::NoEdge;
+  });
+  ASSERT_NE(bare, alarms.end());
+  EXPECT_GT(bare->lps_mm[1], kFace - 6);
+
+  const Segmentation helped = segmented(exam, {{kLabelBackground, Vec3(55, 98, 43), 9, -1},
+                                               {kLabelBackground, Vec3(30, 98, 43), 9, -1},
+                                               {kLabelBackground, Vec3(80, 98, 43), 9, -1},
+                                               {kLabelRestOfHeart, kBall.centre_lps, 20, -1}});
+  expect_sound(helped);
+  // Where no edge is, three balls of background do not draw a face.
+  for (int p = 0; p < 6; ++p) {
+    EXPECT_GE(heart_dice(helped, kBall, p), 0.87) << p;
+    EXPECT_GT(heart_dice(helped, kBall, p), heart_dice(result, kBall, p)) << p;
+  }
+}
+
+TEST(HardImages, pools_parted_by_a_wall_of_one_voxel_are_one_heart) {
+  Exam exam = made::ellipsoid_exam(kGrid, kBall, 6, 400, 100);
+  change_images(exam, [](const Vec3& lps, float& value) {
+    if (std::abs(lps[0] - 56) < 0.5) value = std::min(value, 150.0F);  // one column of voxels
+  });
+  made::add_rician_noise(exam.stack.images, 15, 7);
+  const Segmentation result = segmented(exam);
+  expect_sound(result);
+  for (int p = 0; p < 6; ++p) EXPECT_GE(heart_dice(result, kBall, p), 0.9) << p;
+}
+
+TEST(HardImages, a_hundred_phases_are_taken) {
+  const BeatingEllipsoid ball = ball_at(Vec3(47, 47, 30), 26);
+  Exam exam =
+      made::ellipsoid_exam(made::straight_grid({32, 32, 16}, {3, 3, 4}), ball, 100, 400, 100);
+  made::add_rician_noise(exam.stack.images, 15, 8);
+  const Segmentation result = segmented(exam);
+  expect_sound(result);
+  ASSERT_EQ(result.labels.phase_count(), 100);
+  // Voxels of 3 x 3 x 4 mm: a quarter of the body's lie on its surface.
+  for (int p = 0; p < 100; p += 9) EXPECT_GE(heart_dice(result, ball, p), 0.9) << p;
+}
+
+TEST(HardImages, constant_images_are_refused_though_seeds_were_drawn) {
+  Exam exam;
+  exam.stack.images = made::constant_images(kGrid, 3, 200);
+  const std::string said = made::refusal([&] {
+    (void)segmented(exam, {{kLabelLvBlood, kBall.centre_lps, 4, -1},
+                           {kLabelBackground, Vec3(10, 10, 10), 4, -1}});
+  });
+  EXPECT_NE(said.find("no heart found"), std::string::npos) << said;
 }
 
 }  // namespace

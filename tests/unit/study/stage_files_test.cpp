@@ -94,6 +94,8 @@ Segmentation make_segmentation() {
   out.end_systole = 1;
   out.base_cuts[Structure::LvBlood] = {-1, {1.0 / 3, 2.5, 0.1}};
   out.warnings = {"thin"};
+  out.alarms = {{LeakKind::StillTissue, Structure::RvBlood, 1, Vec3(0.1, -2.0 / 3, 7), 812.5, 200,
+                 "it follows an edge that does not beat"}};
   return out;
 }
 
@@ -112,6 +114,15 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   EXPECT_EQ(segmentation.end_diastole, again.end_diastole);
   EXPECT_EQ(segmentation.end_systole, again.end_systole);
   EXPECT_EQ(segmentation.warnings, again.warnings);
+  ASSERT_EQ(again.alarms.size(), 1U);
+  const LeakAlarm& alarm = segmentation.alarms.front();
+  EXPECT_EQ(again.alarms[0].kind, alarm.kind);
+  EXPECT_EQ(again.alarms[0].structure, alarm.structure);
+  EXPECT_EQ(again.alarms[0].phase, alarm.phase);
+  EXPECT_EQ(again.alarms[0].lps_mm, alarm.lps_mm);
+  EXPECT_EQ(again.alarms[0].figure, alarm.figure);
+  EXPECT_EQ(again.alarms[0].limit, alarm.limit);
+  EXPECT_EQ(again.alarms[0].sentence, alarm.sentence);
   ASSERT_EQ(again.base_cuts.size(), 1U);
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).base_step, -1);
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).k,

@@ -1,9 +1,9 @@
-#include "pipeline/report/segmented_volume.h"
+#include "pipeline/core/segmented_volume.h"
 
 #include <algorithm>
 #include <numeric>
 
-namespace beatlas::report {
+namespace beatlas {
 
 double share_within_cut(const Segmentation& segmentation, Structure structure, int phase, int k) {
   const auto found = segmentation.base_cuts.find(structure);
@@ -32,4 +32,4 @@ std::vector<double> segmented_volume_ml(const Segmentation& segmentation, Struct
   return curve;
 }
 
-}  // namespace beatlas::report
+}  // namespace beatlas

@@ -3,7 +3,7 @@
 
 #include "pipeline/core/shapes.h"
 
-namespace beatlas::report {
+namespace beatlas {
 
 /// The share 0..1 of slice k (index in the source's grid, it covers k - 0.5 to k + 0.5) on the
 /// structure's side of its cut in one phase; 1 for a structure without one.
@@ -15,4 +15,4 @@ namespace beatlas::report {
 [[nodiscard]] std::vector<double> segmented_volume_ml(const Segmentation& segmentation,
                                                       Structure structure);
 
-}  // namespace beatlas::report
+}  // namespace beatlas

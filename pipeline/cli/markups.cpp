@@ -1,0 +1,169 @@
+#include "pipeline/cli/markups.h"
+
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "pipeline/cli/label_names.h"
+#include "pipeline/study/json_values.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::cli {
+using nlohmann::json;
+namespace {
+
+constexpr double kFarthestMm = 5000;  // beyond any scanner's bore
+constexpr int kMostPhase = 1023;
+constexpr std::string_view kSchema = "markups-schema-v";
+
+/// A text of an object, or `otherwise` where there is none.
+std::string text_of(const json& object, const char* key, const std::string& path,
+                    const std::string& otherwise) {
+  const auto found = object.find(key);
+  if (found == object.end() || found->is_null()) return otherwise;
+  if (!found->is_string()) throw_invalid(path + "/" + key + " must be a string");
+  return found->get<std::string>();
+}
+
+/// What a name tells: a label, and a phase if it ends with one.
+struct Told {
+  std::optional<std::uint8_t> label;
+  std::optional<int> phase;
+};
+
+Told told_by(const std::string& name, const std::string& path) {
+  const std::size_t at = name.rfind('@');
+  if (at == std::string::npos) return {label_from_name(name), std::nullopt};
+  // Programs number copies of a name behind it: "lv_blood@5-2".
+  std::string_view word = std::string_view(name).substr(at + 1);
+  if (word.starts_with("all")) return {label_from_name(name.substr(0, at)), -1};
+  int phase = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), phase);
+  const bool ends = end == word.data() + word.size() || *end == '-' || *end == '_' || *end == ' ';
+  if (error != std::errc() || !ends || phase < 0 || phase > kMostPhase) {
+    throw_invalid(path + ": " + shown_word(name) +
+                  " names no phase; end it with @ and a phase from 0, or with @all");
+  }
+  return {label_from_name(name.substr(0, at)), phase};
+}
+
+/// One markup: its kind, its name, and how its points lie.
+struct Markup {
+  const json& object;
+  std::string path;
+  std::string name;
+  Vec3 lps_from_numbers = Vec3::Ones();
+  bool points_are_counted = false;  ///< labels of points are but their count
+
+  Markup(const json& markup, std::string where) : object(markup), path(std::move(where)) {
+    if (!object.is_object()) throw_invalid(path + " must be a JSON object");
+    name = text_of(object, "name", path, "");
+    const std::string frame = text_of(object, "coordinateSystem", path, "LPS");
+    if (frame == "RAS" || frame == "0") {
+      lps_from_numbers = Vec3(-1, -1, 1);
+    } else if (frame != "LPS" && frame != "1") {
+      throw_invalid(path + "/coordinateSystem must be LPS or RAS");
+    }
+    const auto units = object.find("coordinateUnits");
+    if (units != object.end() && !units->is_null()) {
+      const json& unit = units->is_array() && !units->empty() ? units->front() : *units;
+      if (unit == "um") {
+        lps_from_numbers *= 1e-3;
+      } else if (unit != "mm") {
+        throw_invalid(path + "/coordinateUnits must be mm or um");
+      }
+    }
+    points_are_counted =
+        text_of(object, "labelFormat", path, "%N-%d").find("%N") == std::string::npos;
+  }
+
+  /// Label and phase of a point, or of the whole markup where the point tells none.
+  [[nodiscard]] Told told_at(const json& point, const std::string& where) const {
+    const std::string label = text_of(point, "label", where, "");
+    const Told list = told_by(name, path + "/name");
+    Told own;
+    const bool counted =
+        points_are_counted && label.find_first_not_of("0123456789") == std::string::npos;
+    if (!counted) own = told_by(label, where + "/label");
+    if (!own.label && !list.label) {
+      const std::string unknown = label.empty() || counted ? name : label;
+      throw_invalid(where + ": " + shown_word(unknown) +
+                    " is no known label; call the point or its list one of " + known_label_names());
+    }
+    return {own.label ? own.label : list.label, own.phase ? own.phase : list.phase};
+  }
+
+  [[nodiscard]] Vec3 place_of(const json& point, const std::string& where) const {
+    const auto found = point.find("position");
+    if (found == point.end()) throw_invalid(where + "/position is missing");
+    const std::vector<double> numbers = study::numbers_from_json(*found, where + "/position");
+    if (numbers.size() != 3) throw_invalid(where + "/position must be 3 numbers");
+    const Vec3 lps_mm = Vec3(numbers[0], numbers[1], numbers[2]).cwiseProduct(lps_from_numbers);
+    if (!(lps_mm.cwiseAbs().maxCoeff() <= kFarthestMm)) {
+      throw_invalid(where + "/position must lie within -5000 to 5000 mm");
+    }
+    return lps_mm;
+  }
+};
+
+void add_markup(const Markup& markup, const MarkingWords& words, std::vector<segment::Seed>& out) {
+  const std::string kind = text_of(markup.object, "type", markup.path, "");
+  const bool list = kind == "Fiducial";
+  const bool closed = kind == "ClosedCurve";
+  if (!list && !closed && kind != "Line" && kind != "Curve") {
+    throw_invalid(markup.path + "/type is " + shown_word(kind) +
+                  ", which marks no places; use points (Fiducial), Line, Curve or ClosedCurve");
+  }
+  const auto points = markup.object.find("controlPoints");
+  if (points == markup.object.end()) return;
+  if (!points->is_array()) throw_invalid(markup.path + "/controlPoints must be a list");
+  segment::Seed stroke;
+  int joined = 0;
+  for (std::size_t at = 0; at < points->size(); ++at) {
+    const json& point = (*points)[at];
+    const std::string where = markup.path + "/controlPoints/" + std::to_string(at);
+    if (!point.is_object()) throw_invalid(where + " must be a JSON object");
+    if (text_of(point, "positionStatus", where, "defined") != "defined") continue;
+    segment::Seed seed;
+    const Told told = markup.told_at(point, where);
+    seed.label = *told.label;
+    seed.phase = told.phase.value_or(words.phase);
+    seed.radius_mm = words.radius_mm;
+    seed.lps_mm = markup.place_of(point, where);
+    if (list) {
+      out.push_back(seed);
+    } else if (joined++ == 0) {
+      stroke = seed;
+    } else if (seed.label != stroke.label || seed.phase != stroke.phase) {
+      throw_invalid(where + " has another label or phase than the points before; a stroke has one");
+    } else {
+      stroke.stroke_lps_mm.push_back(seed.lps_mm);
+    }
+  }
+  if (joined == 0) return;
+  if (closed && joined > 2) stroke.stroke_lps_mm.push_back(stroke.lps_mm);
+  out.push_back(std::move(stroke));
+}
+
+}  // namespace
+
+bool holds_markups(const json& value) { return value.is_object() && value.contains("markups"); }
+
+std::vector<segment::Seed> seeds_from_markups(const json& value, const MarkingWords& words) {
+  const std::string schema = text_of(value, "@schema", "", "");
+  const std::size_t at = schema.find(kSchema);
+  if (at != std::string::npos && schema.substr(at + kSchema.size(), 2) != "1.") {
+    throw_invalid("/@schema names another version of markups than 1.x, which this program reads");
+  }
+  const json& list = value.at("markups");
+  if (!list.is_array()) throw_invalid("/markups must be a list");
+  std::vector<segment::Seed> seeds;
+  for (std::size_t m = 0; m < list.size(); ++m) {
+    add_markup(Markup(list[m], "/markups/" + std::to_string(m)), words, seeds);
+  }
+  if (seeds.empty()) throw_invalid("/markups hold no point that was placed");
+  return seeds;
+}
+
+}  // namespace beatlas::cli

@@ -1,0 +1,36 @@
+#pragma once
+/// What makes a segmentation look as if a label had leaked.
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "runtime/atlas/structures.h"
+#include "runtime/base/geometry.h"
+
+namespace beatlas {
+
+enum class LeakKind {
+  VolumeJump,   ///< a phase's volume is not what the phases beside it foretell
+  OpenCycle,    ///< the volume steps from the last phase to the first
+  ImageBorder,  ///< the structure runs along the border of the slices
+  Air,          ///< the structure's surface holds what is as dark as lung
+  StillTissue,  ///< the structure's surface follows an edge that does not move in the cycle
+  NoEdge,       ///< the structure's surface runs where the image has no step
+};
+
+/// "volume-jump", "open-cycle", "image-border", "air", "still-tissue", "no-edge".
+[[nodiscard]] std::string_view leak_kind_name(LeakKind kind) noexcept;
+[[nodiscard]] std::optional<LeakKind> leak_kind_from_name(std::string_view name) noexcept;
+
+struct LeakAlarm {
+  LeakKind kind{};
+  Structure structure{};
+  int phase = 0;               ///< the worst
+  Vec3 lps_mm = Vec3::Zero();  ///< where to look
+  double figure = 0;           ///< [% of the largest volume] or [mm2]
+  double limit = 0;            ///< same unit; figure > limit
+  std::string sentence;        ///< for the user: what, where, what to do
+};
+
+}  // namespace beatlas

@@ -1,0 +1,221 @@
+#include "pipeline/segment/drawn_seeds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kMostSeedMm = 50;  ///< radius; a heart is hardly larger
+/// Of a stroke at a time, so that the box around a slanting piece holds little else.
+constexpr double kPieceVoxels = 12;
+
+void check_seed(const Seed& seed, int phases) {
+  if (seed.label >= TravelCost::kLabels) {
+    throw_invalid("seed label " + std::to_string(seed.label) + " is not known; use 0 to 4");
+  }
+  if (!(seed.radius_mm > 0 && seed.radius_mm <= kMostSeedMm)) {
+    throw_invalid("seed radius must be a number of mm above 0 and at most " +
+                  std::to_string(static_cast<int>(kMostSeedMm)));
+  }
+  if (seed.phase < -1 || seed.phase >= phases) {
+    throw_invalid("seed phase " + std::to_string(seed.phase) + " is not known; use 0 to " +
+                  std::to_string(phases - 1) + ", or -1 for every phase");
+  }
+}
+
+[[noreturn]] void refuse_outside(const Vec3& lps_mm) {
+  std::ostringstream message;
+  message << "seed at (" << lps_mm.transpose()
+          << ") mm LPS lies outside the images; give its position in patient LPS mm";
+  throw_invalid(message.str());
+}
+
+/// Whether the line from a to b passes through the box of half a voxel around the origin.
+bool crosses_voxel(const Vec3& a, const Vec3& b) {
+  constexpr double kHalf = 0.5;
+  double enter = 0;
+  double leave = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double step = b[axis] - a[axis];
+    if (step == 0) {
+      if (std::abs(a[axis]) > kHalf) return false;
+      continue;
+    }
+    const double first = (-kHalf - a[axis]) / step;
+    const double second = (kHalf - a[axis]) / step;
+    enter = std::max(enter, std::min(first, second));
+    leave = std::min(leave, std::max(first, second));
+  }
+  return enter <= leave;
+}
+
+/// Calls visit(offset) for the voxels around a straight piece from a to b [indices], those whose
+/// centres lie within `reach` [voxels] of it and those that it crosses: a line between two thick
+/// slices has no centre near. A piece without length is a ball.
+template <class Visit>
+void visit_piece(const Grid& grid, const Vec3& a, const Vec3& b, const Vec3& reach, Visit&& visit) {
+  Index3 low{};
+  Index3 high{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto n = static_cast<std::size_t>(axis);
+    const double last = grid.size[n] - 1;
+    const double first = std::min(a[axis], b[axis]) - reach[axis];
+    const double end = std::max(a[axis], b[axis]) + reach[axis];
+    // In doubles first: a place far outside fits no int.
+    if (!(end >= 0 && first <= last)) return;
+    low[n] = static_cast<int>(std::ceil(std::max(0.0, first)));
+    high[n] = static_cast<int>(std::floor(std::min(last, end)));
+  }
+  const Vec3 along = (b - a).cwiseQuotient(reach);
+  const double length2 = along.squaredNorm();
+  for (int k = low[2]; k <= high[2]; ++k) {
+    for (int j = low[1]; j <= high[1]; ++j) {
+      for (int i = low[0]; i <= high[0]; ++i) {
+        const Vec3 from_a = a - Vec3(i, j, k);
+        const Vec3 scaled = from_a.cwiseQuotient(reach);
+        const double t = length2 > 0 ? std::clamp(-scaled.dot(along) / length2, 0.0, 1.0) : 0.0;
+        const bool near = (scaled + t * along).squaredNorm() <= 1.0 + 1e-9;
+        if (near || crosses_voxel(from_a, b - Vec3(i, j, k))) visit(grid.offset(i, j, k));
+      }
+    }
+  }
+}
+
+/// The voxels that a seed marks, ascending, each once. Empty if it misses the grid.
+std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed) {
+  const Affine index_from_lps = grid.mm_from_index.inverse();
+  const Vec3 reach = (seed.radius_mm * grid.spacing_mm().cwiseInverse()).cwiseMax(0.5);
+  std::vector<std::size_t> voxels;
+  const auto add = [&](std::size_t v) { voxels.push_back(v); };
+  Vec3 from = index_from_lps * seed.lps_mm;
+  if (seed.stroke_lps_mm.empty()) visit_piece(grid, from, from, reach, add);
+  for (const Vec3& place : seed.stroke_lps_mm) {
+    const Vec3 to = index_from_lps * place;
+    const double length = (to - from).cwiseAbs().maxCoeff();
+    // A place that is no number or far away makes one piece, which is then outside.
+    const int pieces = length <= 1e6 ? 1 + static_cast<int>(length / kPieceVoxels) : 1;
+    for (int piece = 0; piece < pieces; ++piece) {
+      visit_piece(grid, from + (to - from) * piece / pieces,
+                  from + (to - from) * (piece + 1) / pieces, reach, add);
+    }
+    from = to;
+  }
+  if (!std::is_sorted(voxels.begin(), voxels.end())) std::sort(voxels.begin(), voxels.end());
+  voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
+  return voxels;
+}
+
+Index3 index_of(const Grid& grid, std::size_t v) {
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  const std::size_t in_slice = v % grid.slice_count();
+  return {static_cast<int>(in_slice % nx), static_cast<int>(in_slice / nx),
+          static_cast<int>(v / grid.slice_count())};
+}
+
+}  // namespace
+
+void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases) {
+  for (const Seed& seed : seeds) {
+    check_seed(seed, phases);
+    Seed place = seed;
+    place.stroke_lps_mm.clear();
+    if (voxels_of(grid, place).empty()) refuse_outside(place.lps_mm);
+    for (const Vec3& lps_mm : seed.stroke_lps_mm) {
+      place.lps_mm = lps_mm;
+      if (voxels_of(grid, place).empty()) refuse_outside(lps_mm);
+    }
+  }
+}
+
+Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
+  Box out = box;
+  std::erase_if(seeds, [&](const Seed& seed) {
+    Index3 low = grid.size;
+    Index3 high{-1, -1, -1};
+    bool reaches = false;
+    for (const std::size_t v : voxels_of(grid, seed)) {
+      const Index3 at = index_of(grid, v);
+      bool inside = true;
+      for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], at[a]);
+        high[a] = std::max(high[a], at[a]);
+        inside = inside && at[a] >= box.first[a] && at[a] < box.first[a] + box.size[a];
+      }
+      reaches = reaches || inside;
+    }
+    if (seed.label == kLabelBackground) return !reaches;
+    out = widened(grid, out, low, high);
+    return false;
+  });
+  return out;
+}
+
+void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images) {
+  std::vector<std::vector<std::size_t>> marked;
+  for (const Seed& seed : seeds) {
+    check_seed(seed, static_cast<int>(images.size()));
+    marked.push_back(voxels_of(grid, seed));
+    if (marked.back().empty()) refuse_outside(seed.lps_mm);
+  }
+  const auto for_each_place = [&](const auto& visit) {
+    for (std::size_t s = 0; s < seeds.size(); ++s) {
+      for (std::size_t p = 0; p < images.size(); ++p) {
+        if (seeds[s].phase >= 0 && static_cast<std::size_t>(seeds[s].phase) != p) continue;
+        for (std::size_t v : marked[s]) visit(seeds[s], p, v);
+      }
+    }
+  };
+  // First what the drawn seeds replace, then the seeds, so that no seed erases another.
+  std::set<std::tuple<std::size_t, std::size_t, std::uint8_t>> cleared;
+  for_each_place([&](const Seed& seed, std::size_t p, std::size_t v) {
+    const std::size_t k = v / grid.slice_count();
+    if (!cleared.emplace(p, k, seed.label).second) return;
+    const auto from = images[p].begin() + static_cast<std::ptrdiff_t>(k * grid.slice_count());
+    std::replace(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), seed.label,
+                 kUnlabelled);
+  });
+  for_each_place(
+      [&](const Seed& seed, std::size_t p, std::size_t v) { images[p][v] = seed.label; });
+}
+
+void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
+                 Chambers& chambers) {
+  const Grid& grid = images.grid;
+  const Affine index_from_lps = grid.mm_from_index.inverse();
+  // Balls tell the middle of the cavity as they were placed; what was drawn, by its voxels.
+  std::map<int, std::vector<cv::Point2d>> places;  // by slice
+  for (const Seed& seed : seeds) {
+    if (seed.label != kLabelLvBlood) continue;
+    if (seed.stroke_lps_mm.empty()) {
+      const Vec3 at = index_from_lps * seed.lps_mm;
+      const int k = static_cast<int>(std::lround(at[2]));
+      if (grid.contains(static_cast<int>(std::lround(at[0])), static_cast<int>(std::lround(at[1])),
+                        k)) {
+        places[k].emplace_back(at[0], at[1]);
+      }
+      continue;
+    }
+    for (const std::size_t v : voxels_of(grid, seed)) {
+      const Index3 at = index_of(grid, v);
+      places[at[2]].emplace_back(at[0], at[1]);
+    }
+  }
+  for (const auto& [k, marks] : places) {
+    cv::Point2d mean;
+    for (const cv::Point2d& mark : marks) mean += mark / static_cast<double>(marks.size());
+    const auto nearest = std::min_element(
+        marks.begin(), marks.end(), [&](const cv::Point2d& a, const cv::Point2d& b) {
+          return (a - mean).dot(a - mean) < (b - mean).dot(b - mean);
+        });
+    adopt_lv_slice(chambers, images, k, *nearest);
+  }
+}
+
+}  // namespace beatlas::segment

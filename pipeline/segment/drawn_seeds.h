@@ -1,0 +1,30 @@
+#pragma once
+/// A technician's seeds in the competition: what they mark, and what they replace.
+
+#include <vector>
+
+#include "pipeline/segment/chambers.h"
+#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/segment.h"
+
+namespace beatlas::segment {
+
+/// The heart's box made to hold a technician's seeds of the heart, with a margin; seeds of
+/// background that do not reach it are taken out, for beyond the box all is background.
+/// @param grid of the whole stack  @pre check_seeds
+[[nodiscard]] Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds);
+
+/// Draws a technician's seeds: in their slices and phases they replace the automatic ones of their
+/// label, elsewhere those stay.
+/// A seed marks the voxels whose centres lie in its ball, at least the voxel it lies in; a stroke
+/// those within its radius of its line, at least those that the line crosses, so it has no gaps.
+/// @param grid of the images or a part of it  @throws Error{InvalidInput} as check_seeds does, but
+/// that only a part of a stroke need be in the grid
+void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
+
+/// Slices with drawn seeds of LV blood belong to the LV, see adopt_lv_slice: its middle there is
+/// the marked voxel nearest to the mean of the marks.
+void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
+                 Chambers& chambers);
+
+}  // namespace beatlas::segment

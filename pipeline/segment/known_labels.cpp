@@ -1,0 +1,111 @@
+#include "pipeline/segment/known_labels.h"
+
+#include <algorithm>
+#include <functional>
+#include <string>
+
+#include "pipeline/segment/edited_labels.h"
+#include "pipeline/segment/known_seeds.h"
+#include "pipeline/segment/valves.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::segment {
+namespace {
+
+using Mask = std::vector<std::uint8_t>;
+
+/// +1 if the cavity is larger towards larger k, where the base is then, -1 if smaller; 0: neither.
+int base_step_of(const LabelCycle& labels) {
+  const Grid& grid = labels.grid;
+  const auto size = [&](int k, bool (*inside)(std::uint8_t)) {
+    std::ptrdiff_t count = 0;
+    for (const Mask& phase : labels.phases) {
+      const auto from = phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+      count += std::count_if(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), inside);
+    }
+    return count;
+  };
+  const auto step_by = [&](bool (*inside)(std::uint8_t)) {
+    std::vector<std::ptrdiff_t> sizes;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (const std::ptrdiff_t here = size(k, inside); here > 0) sizes.push_back(here);
+    }
+    std::ptrdiff_t more = 0;  // of the upper half
+    for (std::size_t s = 0; s < sizes.size() / 2; ++s) {
+      more += sizes[sizes.size() - 1 - s] - sizes[s];
+    }
+    return more > 0 ? 1 : more < 0 ? -1 : 0;
+  };
+  const int by_cavity = step_by([](std::uint8_t label) { return label == kLabelLvBlood; });
+  return by_cavity != 0 ? by_cavity : step_by([](std::uint8_t label) { return label != 0; });
+}
+
+/// Of labels that are known in every phase.
+Segmentation as_they_are(const LabelCycle& labels, StageContext& context) {
+  const Grid& grid = labels.grid;
+  Segmentation made;
+  made.labels.grid = grid;
+  made.labels.phases.assign(labels.phases.size(), Mask(grid.count(), kLabelBackground));
+  const Box middle{{grid.size[0] / 2, grid.size[1] / 2, grid.size[2] / 2}, {1, 1, 1}};
+  const Box box = box_with_labels(grid, middle, {labels, {}});
+  made.coverage.first = box.first;
+  made.coverage.grid = grid.part(box.first, box.size);
+  const int step = base_step_of(labels);
+  if (grid.spacing_mm()[2] >= kThickSlicesMm && step != 0) {
+    made.base_cuts = flat_base_cuts(labels, step);
+  }
+  return with_other_labels(std::move(made), labels, context);
+}
+
+}  // namespace
+
+void check_known(const KnownLabels& known, const Grid& grid, int phases) {
+  const std::vector<int>& at = known.phases;
+  if (at.empty() || at.size() != known.labels.phases.size() || at.front() < 0 ||
+      at.back() >= phases ||
+      std::adjacent_find(at.begin(), at.end(), std::greater_equal<>()) != at.end()) {
+    throw_invalid("the labels hold " + std::to_string(known.labels.phases.size()) + " images for " +
+                  std::to_string(at.size()) + " phases, which must be ascending and within 0 to " +
+                  std::to_string(phases - 1));
+  }
+  if (!(known.labels.grid == grid)) throw_invalid("the labels are not on the grid of the images");
+  for (std::size_t p = 0; p < at.size(); ++p) {
+    const Mask& phase = known.labels.phases[p];
+    const auto [least, most] = std::minmax_element(phase.begin(), phase.end());
+    if (phase.empty() || *most == kLabelBackground) {
+      throw_invalid("the labels hold no heart in phase " + std::to_string(at[p]));
+    }
+    if (*most > kLabelRestOfHeart) {
+      throw_invalid("the labels hold the value " + std::to_string(*most) + " in phase " +
+                    std::to_string(at[p]) +
+                    "; use 0 background, 1 RV blood, 2 LV myocardium, 3 LV blood, 4 rest of heart");
+    }
+  }
+}
+
+Segmentation segment_with_labels(const Exam& exam, const KnownLabels& known,
+                                 const std::vector<Seed>& seeds, const SegmentOptions& options,
+                                 StageContext& context) {
+  const int phases = exam.stack.phase_count();
+  check_known(known, exam.stack.grid(), phases);
+  if (known.phases.size() == static_cast<std::size_t>(phases)) {
+    return as_they_are(known.labels, context);
+  }
+  Segmentation made = segment_exam(exam, seeds, options, context, known);
+  LabelCycle labels = made.labels;
+  drop_unknown_labels(known, labels);
+  for (std::size_t at = 0; at < known.phases.size(); ++at) {
+    labels.phases[static_cast<std::size_t>(known.phases[at])] = known.labels.phases[at];
+  }
+  made = with_other_labels(std::move(made), labels, context);
+  for (auto& [structure, cut] : made.base_cuts) {
+    for (const int phase : known.phases) {
+      const auto p = static_cast<std::size_t>(phase);
+      const int k = most_basal(labels, p, structure, cut.base_step);
+      if (k >= 0) cut.k[p] = k + 0.5 * cut.base_step;
+    }
+  }
+  return made;
+}
+
+}  // namespace beatlas::segment

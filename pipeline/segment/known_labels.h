@@ -1,0 +1,26 @@
+#pragma once
+/// A finished segmentation from elsewhere, of all phases or of some.
+
+#include <vector>
+
+#include "pipeline/segment/segment.h"
+
+namespace beatlas::segment {
+
+/// All phases known: the labels are taken as they are, with coverage from their own smoothed
+/// outlines (see with_edited_labels) and, in thick slices, flat ends on the base's side. Some
+/// known: those stay as given, the others grow in competition from seeds that the known ones,
+/// `seeds` and the images give; labels that no known phase has are made in none.
+/// @param known on the exam's grid, see labels_on_grid
+/// @throws Error{InvalidInput} as check_known; as segment_exam where phases have to be grown; if a
+/// structure is there in some phases and not in others.
+[[nodiscard]] Segmentation segment_with_labels(const Exam& exam, const KnownLabels& known,
+                                               const std::vector<Seed>& seeds,
+                                               const SegmentOptions& options,
+                                               StageContext& context);
+
+/// @throws Error{InvalidInput} if phases are not ascending phases of the exam, one a label image,
+/// or if a phase has no heart.
+void check_known(const KnownLabels& known, const Grid& grid, int phases);
+
+}  // namespace beatlas::segment

@@ -1,0 +1,255 @@
+"""What was marked or segmented elsewhere: given_test.py BEATLAS WORK_FOLDER NAME
+
+WORK_FOLDER is that of stage_test.py, whose `prepare` made the phantom.
+"""
+import json
+import shutil
+import sys
+
+import nibabel
+import numpy
+
+from stage_test import EXAM, WORK, beatlas, digest, new_folder
+
+PHANTOM = WORK / "phantom"
+RV, MUSCLE, LV, REST = 1, 2, 3, 4
+
+
+def truth():
+    image = nibabel.load(PHANTOM / "truth_labels.nii.gz")
+    return image, numpy.asarray(image.dataobj).astype(numpy.uint8)
+
+
+def save(name, labels, affine):
+    file = WORK / name
+    nibabel.save(nibabel.Nifti1Image(labels, affine), file)
+    return file
+
+
+def study_of(name):
+    """A study that holds the exam alone."""
+    folder, imported = new_folder(name), WORK / "given_imported"
+    if not imported.exists():
+        beatlas("import", EXAM, "--study", imported)
+    shutil.copytree(imported, folder)
+    return folder
+
+
+def labels_of(folder):
+    return numpy.asarray(nibabel.load(folder / "segment" / "labels.nii.gz").dataobj)
+
+
+def segment(folder, *words, code=0):
+    said = beatlas("segment", "--study", folder, *words, code=code).stderr
+    return [line for line in said.splitlines() if "warning" not in line][-1] if code else said
+
+
+def options(folder):
+    return json.loads((folder / "study.json").read_text())["stages"]["segment"]["options"]
+
+
+def dice(a, b):
+    return 2 * (a & b).sum() / (a.sum() + b.sum())
+
+
+def dices(found, true, phases):
+    """Of heart, LV blood, RV blood and muscle: mean over the phases."""
+    masks = ((lambda l: l > 0), (lambda l: l == LV), (lambda l: l == RV), (lambda l: l == MUSCLE))
+    return [numpy.mean([dice(mask(found[..., p]), mask(true[..., p])) for p in phases])
+            for mask in masks]
+
+
+def ends(true):
+    volume = (true == LV).sum(axis=(0, 1, 2))
+    return int(volume.argmax()), int(volume.argmin())
+
+
+def marks():
+    """Markups of 3D Slicer and a seeds file that says the same give the same labels."""
+    image, true = truth()
+    middle = true.shape[2] // 2
+    inner = {}
+    for label in (RV, MUSCLE, LV):
+        at = numpy.argwhere(true[:, :, middle, 0] == label)
+        column = at[at[:, 0] == int(numpy.median(at[:, 0]))]
+        ends_of = [(*column[0], middle), (*column[len(column) // 3], middle)]
+        inner[label] = nibabel.affines.apply_affine(image.affine, ends_of)
+    ours = {"version": 1, "seeds": []}
+    markups = []
+    for name, label in (("RV blood", RV), ("Myocardium", MUSCLE), ("LV", LV)):
+        lps = (inner[label] * (-1, -1, 1)).tolist()
+        ours["seeds"].append({"label": label, "stroke_lps_mm": lps, "radius_mm": 1.5, "phase": 1})
+        markups.append({"type": "Line", "name": name, "coordinateSystem": "RAS",
+                        "controlPoints": [{"label": f"{name}-{n + 1}", "position": place}
+                                          for n, place in enumerate(inner[label].tolist())]})
+    seeds, slicer = WORK / "marks.json", WORK / "marks.mrk.json"
+    seeds.write_text(json.dumps(ours))
+    slicer.write_text(json.dumps({"@schema": "https://x/markups-schema-v1.0.3.json#",
+                                  "markups": markups}))
+    one, two = study_of("given_seeds"), study_of("given_markups")
+    segment(one, "--seeds", seeds)
+    segment(two, "--seeds", slicer, "--seeds-phase", "1", "--seeds-radius", "1.5")
+    assert digest(one / "segment" / "labels.nii.gz") == digest(two / "segment" / "labels.nii.gz")
+    assert "Myocardium" not in (two / "study.json").read_text()
+    # The study remembers them; replayed from what it keeps they are the same.
+    assert "nothing has changed" in segment(one)
+    again = study_of("given_replayed")
+    kept = WORK / "kept.json"
+    kept.write_text(json.dumps(json.loads((two / "study.json").read_text())["seeds"]))
+    segment(again, "--seeds", kept)
+    assert digest(again / "segment" / "labels.nii.gz") == digest(one / "segment" / "labels.nii.gz")
+
+
+def painted():
+    """A painting on the grid of the images or a finer one, of one phase or of all; it stays drawn."""
+    image, true = truth()
+    plain = study_of("painted_none")
+    segment(plain)
+    # Half of the LV's blood painted as RV blood in the middle slices of one phase.
+    paint = numpy.zeros(true.shape[:3], numpy.uint8)
+    middle = true.shape[2] // 2
+    inside = true[..., 0] == LV
+    inside[:, :, : middle - 1] = inside[:, :, middle + 2 :] = False
+    half = int(numpy.median(numpy.argwhere(inside)[:, 0]))
+    inside[half:] = False
+    paint[inside] = RV
+    folder = study_of("painted")
+    segment(folder, "--seeds", save("painted.nii.gz", paint, image.affine))
+    found = labels_of(folder)
+    assert (found[..., 0][inside] == RV).mean() > 0.99, "what was painted stays as painted"
+    assert (labels_of(plain)[..., 0][inside] == RV).mean() < 0.01
+    told = options(folder)["painted"]
+    assert told["phases"] == [0] and len(told["file_sha256"]) == 64, told
+    text = (folder / "study.json").read_text()
+    assert "painted.nii" not in text and str(WORK) not in text
+
+    # Other numbers; twice as fine, so that each voxel holds eight of it: the same marks.
+    fine = numpy.kron(numpy.where(inside, 7, 0).astype(numpy.uint8), numpy.ones((2, 2, 2), numpy.uint8))
+    affine = image.affine.copy()
+    affine[:3, :3] /= 2
+    affine[:3, 3] -= affine[:3, :3] @ (0.5, 0.5, 0.5)
+    other = study_of("painted_fine")
+    segment(other, "--seeds", save("fine.nii.gz", fine, affine), "--label-map", "7=rv_blood")
+    assert (labels_of(other) == found).all()
+
+    # As 4-D with only that phase painted.
+    cycle = numpy.zeros(true.shape, numpy.uint8)
+    cycle[..., 0] = paint
+    other = study_of("painted_cycle")
+    segment(other, "--seeds", save("cycle.nii.gz", cycle, image.affine))
+    assert (labels_of(other) == found).all()
+
+    # The study remembers a painting, whatever becomes of the file; none gives it up.
+    (WORK / "painted.nii.gz").unlink()
+    assert "nothing has changed" in segment(folder)
+    segment(folder, "--discard-edits")
+    segment(folder, "--seeds", "none")
+    assert (labels_of(folder) == labels_of(plain)).all()
+    segment(folder)
+    assert "given" not in json.loads((folder / "study.json").read_text())
+    assert not list((folder / "given").glob("*.nii.gz"))
+
+
+def labels():
+    """A segmentation from elsewhere: whole, or end-diastole and end-systole, on any grid."""
+    image, true = truth()
+    phases = true.shape[3]
+    ed, es = ends(true)
+    others = [p for p in range(phases) if p not in (ed, es)]
+    whole = study_of("labels_whole")
+    segment(whole, "--labels", PHANTOM / "truth_labels.nii.gz")
+    assert (labels_of(whole) == true).all(), "as they are"
+    package = WORK / "labels.beatlas"
+    said = beatlas("build", "--study", whole, "-o", package).stderr
+    assert "edited by hand" not in said, said
+    provenance = json.loads(beatlas("info", package, "--json").stdout)["provenance"]
+    assert "truth_labels" not in json.dumps(provenance) and "file_sha256" in json.dumps(provenance)
+
+    # Only the two ends, as ACDC gives them: every slice in another order, M&Ms' numbers.
+    order = sorted((ed, es))
+    mms = numpy.select([true == LV, true == MUSCLE, true == RV], [1, 2, 3]).astype(numpy.uint8)
+    affine = image.affine.copy()
+    affine[:3, 3] += affine[:3, 2] * (true.shape[2] - 1)
+    affine[:3, 2] *= -1
+    file = save("mms.nii.gz", mms[:, :, ::-1][..., order], affine)
+    led, plain = study_of("labels_ends"), study_of("labels_none")
+    words = ("--labels", file, "--labels-phases", f"{order[0]},{order[1]}", "--label-map", "mms")
+    segment(led, *words)
+    segment(plain)
+    found = labels_of(led)
+    three = numpy.where(true == REST, 0, true)
+    for p in order:
+        assert (found[..., p] == three[..., p]).all(), "as given"
+    assert not (found == REST).any(), "what no given phase has is made in none"
+    automatic = labels_of(plain)
+    for name, a, b in zip(("LV", "RV", "muscle"), dices(automatic, true, others)[1:],
+                          dices(found, true, others)[1:]):
+        print(f"{name}: mean Dice of the other phases {a:.4f} automatic, {b:.4f} with ED and ES")
+        assert b >= a, (name, a, b)
+    # Remembered without the file, and given up.
+    file.unlink()
+    assert "nothing has changed" in segment(led)
+    segment(led, "--labels", "none")
+    assert (labels_of(led) == automatic).all()
+
+
+def wrong():
+    """Each mistake is one sentence that says what to do, and the study stays as it was."""
+    image, true = truth()
+    phases = true.shape[3]
+    folder = study_of("given_wrong")
+    segment(folder)
+    before = digest(folder / "segment" / "labels.nii.gz")
+    file = {name: save(f"wrong_{name}.nii.gz", *content) for name, content in {
+        "one": (true[..., 0], image.affine),
+        "two": (true[..., :2], image.affine),
+        "empty": (numpy.zeros_like(true[..., 0]), image.affine),
+        "numbers": (numpy.where(true[..., 0] == LV, 9, 0).astype(numpy.uint8), image.affine),
+        "halves": (true[..., 0] * numpy.float32(0.5), image.affine),
+        "flipped": (true, numpy.diag((-1, -1, 1, 1)) @ image.affine @ numpy.array(
+            [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 400], [0, 0, 0, 1]])),
+        "gap": (numpy.where(numpy.arange(phases) == 3, 0, true).astype(numpy.uint8), image.affine),
+    }.items()}
+    (WORK / "wrong.nrrd").write_text("NRRD0004\n")
+    slicer = WORK / "wrong.mrk.json"
+    slicer.write_text(json.dumps({"markups": [{"type": "Fiducial", "controlPoints": [
+        {"label": "spleen-1", "position": [0, 0, 0]}]}]}))
+    far = WORK / "far.mrk.json"
+    far.write_text(json.dumps({"markups": [{"type": "Fiducial", "controlPoints": [
+        {"label": "lv-1", "position": [900, 0, 0]}]}]}))
+    for words, code, told in (
+            (("--labels", file["one"]), 3, f"has {phases} phases"),
+            (("--labels", file["one"]), 3, "--labels-phases"),
+            (("--labels", file["two"], "--labels-phases", "0"), 3, "2 images"),
+            (("--labels", file["two"], "--labels-phases", f"0,{phases}"), 3, "not known"),
+            (("--labels", file["two"], "--labels-phases", "5,1"), 2, "ascending"),
+            (("--labels", file["empty"], "--labels-phases", "0"), 3, "empty"),
+            (("--labels", file["numbers"], "--labels-phases", "0"), 3, "--label-map 9=NAME"),
+            (("--labels", file["halves"], "--labels-phases", "0"), 3, "no label image"),
+            (("--labels", file["flipped"]), 3, "outside the images"),
+            (("--labels", file["gap"]), 3, "no heart in phase 3"),
+            (("--labels", WORK / "wrong.nrrd"), 3, "NIfTI"),
+            (("--labels", slicer), 3, "NIfTI"),
+            (("--labels", WORK / "none.nii.gz"), 3, "none.nii.gz"),
+            (("--labels", file["one"], "--label-map", "lge"), 2, "--label-map"),
+            (("--labels-phases", "0"), 2, "--labels must name"),
+            (("--label-map", "acdc"), 2, "--label-map"),
+            (("--seeds-phase", "0"), 2, "--seeds must name"),
+            (("--seeds", file["two"]), 3, f"has {phases} phases"),
+            (("--seeds", file["one"], "--seeds-phase", str(phases)), 3, "phase"),
+            (("--seeds", file["empty"]), 3, "empty"),
+            (("--seeds", file["numbers"]), 3, "--label-map 9=NAME"),
+            (("--seeds", file["halves"]), 3, "no label image"),
+            (("--seeds", file["flipped"]), 3, "outside the images"),
+            (("--seeds", slicer), 3, "'spleen-1' is no known label"),
+            (("--seeds", far), 3, "outside the images"),
+            (("--seeds", far, "--seeds-phase", "-1", "--seeds-radius", "99"), 2, "--seeds-radius")):
+        said = segment(folder, *words, code=code)
+        assert said.startswith("beatlas: ") and told in said, (words, said)
+        assert digest(folder / "segment" / "labels.nii.gz") == before, words
+    # A mistake of before does not stay in the study.
+    assert "nothing has changed" in segment(folder, "--seeds", "none", "--labels", "none")
+
+
+if __name__ == "__main__":
+    globals()[sys.argv[3]]()

@@ -1,0 +1,212 @@
+/// Labels from elsewhere, of all phases or of some, on phantoms whose truth is known.
+#include "pipeline/segment/known_labels.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/phantom/render.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+struct Case {
+  explicit Case(const phantom::PhantomSpec& spec) : phantom(spec) {
+    StageContext context;
+    phantom::Rendering rendering = phantom::render(phantom, context);
+    exam.stack = std::move(rendering.cine);
+    exam.source_format = "dicom";
+    truth = std::move(rendering.labels);
+  }
+  phantom::Phantom phantom;
+  Exam exam;
+  LabelCycle truth;
+};
+
+phantom::PhantomSpec ventricles(const std::string& preset) {
+  phantom::PhantomSpec spec = phantom::preset(preset);
+  spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+  return spec;
+}
+
+const Case& small_case() {
+  static const Case made(ventricles("small"));
+  return made;
+}
+
+int end_systole(const Case& made) {
+  int emptiest = 0;
+  for (int p = 0; p < made.truth.phase_count(); ++p) {
+    const auto volume = [&](int q) {
+      return made.phantom.volume_ml(Structure::LvBlood, made.phantom.phase_time_s(q));
+    };
+    if (volume(p) < volume(emptiest)) emptiest = p;
+  }
+  return emptiest;
+}
+
+KnownLabels known_of(const LabelCycle& truth, const std::vector<int>& phases) {
+  KnownLabels known{{truth.grid, {}}, phases};
+  for (const int p : phases) {
+    known.labels.phases.push_back(truth.phases[static_cast<std::size_t>(p)]);
+  }
+  return known;
+}
+
+Segmentation segmented(const Case& made, const KnownLabels& known) {
+  StageContext context;
+  return segment_with_labels(made.exam, known, {}, {}, context);
+}
+
+double dice_of(const Case& made, const Segmentation& result, Structure structure, std::size_t p) {
+  return made::dice(
+      made.truth.grid.count(),
+      [&](std::size_t v) { return label_in_structure(made.truth.phases[p][v], structure); },
+      [&](std::size_t v) { return label_in_structure(result.labels.phases[p][v], structure); });
+}
+
+TEST(KnownLabels, of_end_diastole_and_end_systole_make_the_other_phases_better_than_none) {
+  const Case& made = small_case();
+  const int es = end_systole(made);
+  StageContext context;
+  const Segmentation automatic = segment_exam(made.exam, {}, {}, context);
+  const Segmentation led = segmented(made, known_of(made.truth, {0, es}));
+  for (const Structure structure : kAllStructures) {
+    double before = 0;
+    double after = 0;
+    double least_before = 1;
+    double least_after = 1;
+    int others = 0;
+    for (int p = 0; p < made.truth.phase_count(); ++p) {
+      const auto at = static_cast<std::size_t>(p);
+      if (p == 0 || p == es) {
+        EXPECT_EQ(led.labels.phases[at], made.truth.phases[at]) << "as given";
+        continue;
+      }
+      before += dice_of(made, automatic, structure, at);
+      after += dice_of(made, led, structure, at);
+      least_before = std::min(least_before, dice_of(made, automatic, structure, at));
+      least_after = std::min(least_after, dice_of(made, led, structure, at));
+      ++others;
+    }
+    std::cout << structure_name(structure) << ": mean Dice of the " << others << " other phases "
+              << before / others << " automatic, " << after / others << " with ED and ES; least "
+              << least_before << ", " << least_after << "\n";
+    EXPECT_GE(after, before) << structure_name(structure);
+    EXPECT_GE(least_after, least_before) << structure_name(structure);
+  }
+}
+
+TEST(KnownLabels, part_ventricles_from_atria_in_the_phases_between) {
+  // Thin slices and the whole heart: no edge parts the blood of ventricles and atria.
+  const Case made(phantom::preset("small"));
+  const int es = end_systole(made);
+  const Segmentation led = segmented(made, known_of(made.truth, {0, es}));
+  // What networks reach on real cine, for chambers whose open side no image shows.
+  for (const auto& [structure, demand] :
+       {std::pair{Structure::Heart, 0.95}, std::pair{Structure::LvBlood, 0.93},
+        std::pair{Structure::RvBlood, 0.92}, std::pair{Structure::LvMyocardium, 0.92}}) {
+    double least = 1;
+    for (int p = 0; p < made.truth.phase_count(); ++p) {
+      least = std::min(least, dice_of(made, led, structure, static_cast<std::size_t>(p)));
+    }
+    std::cout << structure_name(structure) << ": least Dice " << least << "\n";
+    EXPECT_GE(least, demand) << structure_name(structure);
+  }
+}
+
+TEST(KnownLabels, of_all_phases_are_taken_as_they_are) {
+  const Case& made = small_case();
+  std::vector<int> all(static_cast<std::size_t>(made.truth.phase_count()));
+  std::iota(all.begin(), all.end(), 0);
+  const Segmentation result = segmented(made, known_of(made.truth, all));
+  EXPECT_EQ(result.labels.phases, made.truth.phases);
+  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_TRUE(result.base_cuts.empty());
+  EXPECT_EQ(result.end_systole, end_systole(made));
+  for (const Structure structure : kAllStructures) {
+    const std::vector<double> curve = volume_curve_ml(result.coverage, structure);
+    for (std::size_t p = 0; p < curve.size(); ++p) {
+      const double voxels = static_cast<double>(
+          std::count_if(made.truth.phases[p].begin(), made.truth.phases[p].end(),
+                        [&](std::uint8_t label) { return label_in_structure(label, structure); }));
+      // Smoothing takes pi sigma^2 pixels of each outline of some hundred: a few percent.
+      EXPECT_NEAR(curve[p], voxels * made.truth.grid.voxel_ml(),
+                  0.05 * voxels * made.truth.grid.voxel_ml())
+          << structure_name(structure) << " " << p;
+    }
+  }
+}
+
+TEST(KnownLabels, without_a_structure_make_it_in_no_phase) {
+  const Case& made = small_case();
+  LabelCycle lv_only = made.truth;
+  for (auto& phase : lv_only.phases) {
+    for (std::uint8_t& label : phase) {
+      if (label != kLabelLvBlood && label != kLabelLvMyocardium) label = kLabelBackground;
+    }
+  }
+  const Segmentation result = segmented(made, known_of(lv_only, {0, end_systole(made)}));
+  EXPECT_EQ(result.coverage.phases.count(Structure::RvBlood), 0U);
+  for (std::size_t p = 0; p < result.labels.phases.size(); ++p) {
+    for (const std::uint8_t label : result.labels.phases[p]) {
+      ASSERT_TRUE(label == kLabelBackground || label == kLabelLvBlood ||
+                  label == kLabelLvMyocardium);
+    }
+    EXPECT_GT(dice_of(made, result, Structure::LvBlood, p), 0.92) << p;
+  }
+}
+
+TEST(KnownLabels, of_thick_slices_end_flat_on_the_side_of_the_base) {
+  phantom::PhantomSpec spec = ventricles("clinical");
+  const Vec3 middle = spec.grid.mm(95.5, 95.5, 0);
+  spec.grid.size = {112, 112, 13};
+  spec.grid.mm_from_index.translation() += middle - spec.grid.mm(55.5, 55.5, 0);
+  const Case made(spec);
+  std::vector<int> all(static_cast<std::size_t>(made.truth.phase_count()));
+  std::iota(all.begin(), all.end(), 0);
+  const Segmentation result = segmented(made, known_of(made.truth, all));
+  EXPECT_EQ(result.labels.phases, made.truth.phases);
+  ASSERT_EQ(result.base_cuts.count(Structure::LvBlood), 1U);
+  const BaseCut& cut = result.base_cuts.at(Structure::LvBlood);
+  EXPECT_EQ(cut.base_step, 1);  // slices run from the apex to the base
+  EXPECT_NEAR(cut.k[0], 10.5, 1.0);
+}
+
+TEST(KnownLabels, give_the_same_on_one_thread_and_two) {
+  phantom::PhantomSpec spec = ventricles("small");
+  spec.phases = 4;
+  const Case made(spec);
+  const KnownLabels known = known_of(made.truth, {0, 2});
+  set_thread_count(1);
+  const Segmentation one = segmented(made, known);
+  set_thread_count(2);
+  const Segmentation two = segmented(made, known);
+  set_thread_count(0);
+  EXPECT_EQ(one.labels.phases, two.labels.phases);
+  EXPECT_EQ(one.coverage.phases, two.coverage.phases);
+}
+
+TEST(KnownLabels, that_cannot_be_used_are_refused) {
+  const Grid grid = made::straight_grid({10, 10, 4}, {2, 2, 8});
+  LabelCycle labels{grid,
+                    {std::vector<std::uint8_t>(grid.count(), kLabelLvBlood),
+                     std::vector<std::uint8_t>(grid.count(), kLabelBackground)}};
+  const auto said = [&](const LabelCycle& cycle, const std::vector<int>& phases) {
+    return made::refusal([&] { check_known({cycle, phases}, grid, 5); });
+  };
+  EXPECT_NE(said(labels, {0, 3}).find("no heart in phase 3"), std::string::npos);
+  EXPECT_NE(said(labels, {0, 5}).find("0 to 4"), std::string::npos);
+  EXPECT_NE(said(labels, {0}).find("2 images for 1 phases"), std::string::npos);
+  EXPECT_NE(said(labels, {3, 3}).find("ascending"), std::string::npos);
+  labels.phases[1][0] = 9;
+  EXPECT_NE(said(labels, {0, 3}).find("value 9"), std::string::npos);
+  labels.grid.size = {10, 4, 10};
+  EXPECT_NE(said(labels, {0, 3}).find("grid"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace beatlas::segment
