@@ -9,10 +9,12 @@
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/denoise.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/seeds.h"
+#include "pipeline/segment/shading.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
 #include "runtime/base/error.h"
@@ -91,6 +93,20 @@ LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<See
   return seeds;
 }
 
+/// In bSSFP fat is brighter than blood by a quarter and more; inflow and noise make blood brighter,
+/// too.
+double fat_level(double rv_blood, double noise) {
+  constexpr double kInflow = 0.12;
+  constexpr double kMost = 0.3;
+  return rv_blood * (1 + std::min(kInflow + 3 * noise / rv_blood, kMost));
+}
+
+ImageCycle<float> evenly_lit(ImageCycle<float> images, const SegmentOptions& options) {
+  if (!options.even_shading) return images;
+  const TemporalStats stats = temporal_stats(images);
+  return without_shading(images, find_shading(images.grid, stats.mean, stats.noise));
+}
+
 }  // namespace
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
@@ -106,7 +122,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   const Box box = box_with_seeds(
       stack.grid, box_with_labels(stack.grid, find_moving_box(stack.grid, whole), known_labels),
       drawn);
-  const ImageCycle<float> images = crop(stack, box);
+  const ImageCycle<float> images = evenly_lit(crop(stack, box), options);
   const KnownLabels known = crop(known_labels, box);
   context.check_cancelled();
   const TemporalStats stats = temporal_stats(images);
@@ -139,17 +155,21 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   const std::vector<std::vector<std::uint8_t>> classes =
       classify(stats, chambers, images.phases.size());
-  const TravelCost cost = travel_cost(chambers.levels);
+  const ImageCycle<float> calm = denoised(images, options.denoise ? stats.noise : 0);
+  const double noise = options.denoise ? noise_level(calm) : stats.noise;
+  if (chambers.levels.rv_blood > 0)
+    chambers.levels.fat = fat_level(chambers.levels.rv_blood, noise);
+  const TravelCost cost = travel_cost(chambers.levels, noise);
   const double contrast = chambers.levels.blood - chambers.levels.muscle;
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
   ImageCycle<std::uint8_t> labels = grow_in_competition(
-      {images, classes, seeds, cost, phase_step_mm, std::max(3 * stats.noise, kTexture * contrast),
+      {calm, classes, seeds, cost, phase_step_mm, std::max(3 * noise, kTexture * contrast),
        options.edge_cost_mm / contrast},
       context);
   const std::vector<std::uint8_t> rest = near_known_rest(known);
   parallel_for(images.phases.size(), [&](std::size_t p) {
     const std::vector<std::uint8_t> grown = labels.phases[p];
-    tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
+    tidy_phase(images.grid, calm.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
     keep_known_rest(rest, grown, labels.phases[p]);
   });
   smooth_outlines(labels, options.outline_sigma_mm, known);
