@@ -15,7 +15,7 @@ constexpr double kFall = 0.8;    ///< of the width, a round
 
 }  // namespace
 
-ImageCycle<float> denoised(const ImageCycle<float>& images, double noise) {
+ImageCycle<float> denoised(const ImageCycle<float>& images, double noise, double phase_step_mm) {
   ImageCycle<float> now{images.grid, images.phases};
   if (!(noise > 0)) return now;
   const Grid& grid = images.grid;
@@ -27,6 +27,8 @@ ImageCycle<float> denoised(const ImageCycle<float>& images, double noise) {
     const double closeness = pixel / spacing[a];
     rate[static_cast<std::size_t>(a)] = kRate * static_cast<float>(closeness * closeness);
   }
+  const double nearness = std::min(1.0, pixel / phase_step_mm);
+  const float rate_in_time = kRate * static_cast<float>(nearness * nearness);
   const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.size[0]),
                                           grid.slice_count()};
   ImageCycle<float> next{grid, std::vector<std::vector<float>>(n)};
@@ -56,7 +58,8 @@ ImageCycle<float> denoised(const ImageCycle<float>& images, double noise) {
           }
         };
         for (std::size_t v = row; v < row + stride[1]; ++v) {
-          target[v] = here[v] + kRate * (flow(before[v] - here[v]) + flow(after[v] - here[v]));
+          target[v] =
+              here[v] + rate_in_time * (flow(before[v] - here[v]) + flow(after[v] - here[v]));
         }
         for (std::size_t v = row + 1; v < row + stride[1]; ++v) {
           const float along = rate[0] * flow(here[v] - here[v - 1]);

@@ -93,18 +93,17 @@ LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<See
   return seeds;
 }
 
-/// In bSSFP fat is brighter than blood by a quarter and more; inflow and noise make blood brighter,
-/// too.
-double fat_level(double rv_blood, double noise) {
-  constexpr double kInflow = 0.12;
-  constexpr double kMost = 0.3;
-  return rv_blood * (1 + std::min(kInflow + 3 * noise / rv_blood, kMost));
+/// In bSSFP fat is brighter than blood by two fifths of what parts blood from muscle and more;
+/// inflow and noise make blood brighter, too.
+double fat_level(const TissueLevels& levels, double noise) {
+  const double contrast = levels.blood - levels.muscle;
+  return levels.rv_blood + std::min(0.2 * contrast + 3 * noise, 0.45 * contrast);
 }
 
 ImageCycle<float> evenly_lit(ImageCycle<float> images, const SegmentOptions& options) {
   if (!options.even_shading) return images;
   const TemporalStats stats = temporal_stats(images);
-  return without_shading(images, find_shading(images.grid, stats.mean, stats.noise));
+  return without_shading(images, find_shading(images.grid, stats));
 }
 
 }  // namespace
@@ -155,13 +154,12 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   const std::vector<std::vector<std::uint8_t>> classes =
       classify(stats, chambers, images.phases.size());
-  const ImageCycle<float> calm = denoised(images, options.denoise ? stats.noise : 0);
+  const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
+  const ImageCycle<float> calm = denoised(images, options.denoise ? stats.noise : 0, phase_step_mm);
   const double noise = options.denoise ? noise_level(calm) : stats.noise;
-  if (chambers.levels.rv_blood > 0)
-    chambers.levels.fat = fat_level(chambers.levels.rv_blood, noise);
+  if (chambers.found_lv()) chambers.levels.fat = fat_level(chambers.levels, noise);
   const TravelCost cost = travel_cost(chambers.levels, noise);
   const double contrast = chambers.levels.blood - chambers.levels.muscle;
-  const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
   ImageCycle<std::uint8_t> labels = grow_in_competition(
       {calm, classes, seeds, cost, phase_step_mm, std::max(3 * noise, kTexture * contrast),
        options.edge_cost_mm / contrast},

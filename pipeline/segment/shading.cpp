@@ -7,7 +7,6 @@
 #include <Eigen/Dense>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/segment/tissue.h"
 
 namespace beatlas::segment {
 namespace {
@@ -18,6 +17,8 @@ constexpr double kStepMm = 4;          ///< between voxels that are looked at
 constexpr double kSmoothMm = 1;        ///< Gaussian in plane, before
 constexpr double kSignalShare = 0.15;  ///< of the bright: less is air, lung or bone
 constexpr double kRidge = 1e-3;        ///< of the mean diagonal: what nothing tells of stays flat
+constexpr double kStillShare = 0.03;   ///< of the mean, beside the noise: changes less
+constexpr std::size_t kFewestSamples = 2000;  ///< less may be one body, whose form feigns a field
 constexpr int kRounds = 60;
 constexpr double kWidest = 0.25;       ///< of the histogram's smoothing, in the first round
 constexpr double kNarrowest = 0.06;    ///< in the last ones
@@ -45,18 +46,26 @@ struct Sample {
 
 class Logarithms {
  public:
-  Logarithms(const Grid& grid, const std::vector<float>& mean, double noise)
-      : grid_(grid), smooth_(smooth_in_plane(grid, mean, kSmoothMm)) {
+  Logarithms(const Grid& grid, const TemporalStats& stats)
+      : grid_(grid), stats_(stats), smooth_(smooth_in_plane(grid, stats.mean, kSmoothMm)) {
     std::vector<float> sorted = smooth_;
     const auto bright = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 95 / 100);
     std::nth_element(sorted.begin(), bright, sorted.end());
-    least_ = std::max(kSignalShare * *bright, 3 * noise);
+    least_ = std::max(kSignalShare * *bright, 3 * stats.noise);
     for (int a = 0; a < 3; ++a) {
       const int step = static_cast<int>(std::lround(kStepMm / grid.spacing_mm()[a]));
       step_[static_cast<std::size_t>(a)] = std::max(1, step);
     }
   }
 
+  /// Values have an offset: no gain multiplies them.
+  [[nodiscard]] bool below_zero() const {
+    return *std::min_element(smooth_.begin(), smooth_.end()) < -0.05 * least_ / kSignalShare;
+  }
+  [[nodiscard]] bool still(int i, int j, int k) const {
+    const std::size_t v = grid_.offset(i, j, k);
+    return stats_.swing[v] < stats_.noise + kStillShare * stats_.mean[v];
+  }
   [[nodiscard]] bool has(int i, int j, int k) const {
     return smooth_[grid_.offset(i, j, k)] > least_;
   }
@@ -74,7 +83,8 @@ class Logarithms {
     for (int k = 0; k < grid_.size[2]; k += step_[2]) {
       for (int j = 0; j < grid_.size[1]; j += step_[1]) {
         for (int i = 0; i < grid_.size[0]; i += step_[0]) {
-          if (has(i, j, k)) out.push_back({terms_at(place(i, j, k)), value(i, j, k)});
+          if (has(i, j, k) && still(i, j, k))
+            out.push_back({terms_at(place(i, j, k)), value(i, j, k)});
         }
       }
     }
@@ -83,6 +93,7 @@ class Logarithms {
 
  private:
   const Grid& grid_;
+  const TemporalStats& stats_;
   std::vector<float> smooth_;
   double least_ = 0;
   std::array<int, 3> step_{};
@@ -161,9 +172,11 @@ Terms fit(const std::vector<Sample>& samples) {
   return variance > kLeastSpread * kLeastSpread ? found : Terms(Terms::Zero());
 }
 
-/// The step that most voxels share within 5 %; 0 unless half as many again share it as share none.
+/// The step that most voxels share within 5 %; 0 unless more than half of all share it, and half as
+/// many again as share none.
 double shared_step(std::vector<double> steps) {
   constexpr double kWithin = 0.05;
+  constexpr std::size_t kFewestSteps = 100;
   std::sort(steps.begin(), steps.end());
   const auto sharing = [&](double step) {
     return std::upper_bound(steps.begin(), steps.end(), step + kWithin) -
@@ -180,7 +193,9 @@ double shared_step(std::vector<double> steps) {
       best = 0.01 * hundredths;
     }
   }
-  return 2 * most > 3 * none ? best : 0;
+  const bool majority =
+      steps.size() >= kFewestSteps && 2 * most > static_cast<std::ptrdiff_t>(steps.size());
+  return majority && 2 * most > 3 * none ? best : 0;
 }
 
 /// [slice] logarithm of its gain beside the smooth field.
@@ -204,12 +219,12 @@ std::vector<double> slice_gains(const Grid& grid, const Logarithms& logs, const 
 
 }  // namespace
 
-std::vector<float> find_shading(const Grid& grid, const std::vector<float>& mean, double noise) {
+std::vector<float> find_shading(const Grid& grid, const TemporalStats& stats) {
   std::vector<float> out(grid.count(), 1.0F);
-  const Logarithms logs(grid, mean, noise);
+  const Logarithms logs(grid, stats);
   const auto slices = static_cast<std::size_t>(grid.size[2]);
   const std::vector<Sample> samples = logs.samples();
-  if (samples.size() < 10 * kTerms) return out;
+  if (samples.size() < kFewestSamples || logs.below_zero()) return out;
   const Terms field = fit(samples);
   const std::vector<double> gains = slice_gains(grid, logs, field);
 

@@ -4,18 +4,17 @@
 
 #include <vector>
 
-#include "pipeline/core/grid.h"
+#include "pipeline/segment/tissue.h"
 
 namespace beatlas::segment {
 
 /// Factor of every voxel by which shading multiplies its signal, on average 1 (in the logarithm)
-/// where there is signal. From the mean over the cycle: a smooth field spreads each tissue's peak
-/// in the histogram of logarithms, and the polynomial of degree 2 is found that draws each voxel to
-/// the peak beside it (the principle of Sled et al. 1998, by mean shift). A field that spreads by
-/// less than 15 % cannot be told from anatomy, and is taken as none. A slice's gain is the median
-/// step from slice to slice that is left, where it exceeds 4 %.
-[[nodiscard]] std::vector<float> find_shading(const Grid& grid, const std::vector<float>& mean,
-                                              double noise);
+/// where there is signal. From the mean over the cycle of what does not move: a smooth field
+/// spreads each tissue's peak in the histogram of logarithms, and the polynomial of degree 2 is
+/// found that draws each voxel to the peak beside it (the principle of Sled et al. 1998, by mean
+/// shift). A field that spreads by less than 15 % cannot be told from anatomy, and is taken as
+/// none. A slice's gain is the median step from slice to slice that is left, where it exceeds 4 %.
+[[nodiscard]] std::vector<float> find_shading(const Grid& grid, const TemporalStats& stats);
 
 /// The images divided by the shading.
 [[nodiscard]] ImageCycle<float> without_shading(const ImageCycle<float>& images,

@@ -67,7 +67,7 @@ TEST_P(Shading, of_the_coil_is_found_over_the_heart) {
   const Coil coil = GetParam();
   const Imaged heart = imaged(coil.bias, coil.signals, coil.snr);
   const TemporalStats stats = temporal_stats(heart.images);
-  const std::vector<float> found = find_shading(heart.images.grid, stats.mean, stats.noise);
+  const std::vector<float> found = find_shading(heart.images.grid, stats);
   const double left = spread(heart, found);
   // The logarithms of muscle and blood differ by half at least; a seventh of that does no harm.
   EXPECT_LT(left, 0.07);
@@ -90,7 +90,7 @@ TEST(SliceGain, of_one_slice_is_found) {
     }
   }
   const TemporalStats stats = temporal_stats(heart.images);
-  const std::vector<float> found = find_shading(grid, stats.mean, stats.noise);
+  const std::vector<float> found = find_shading(grid, stats);
   const std::size_t here = grid.offset(44, 44, bright);
   const std::size_t below = grid.offset(44, 44, bright - 1);
   const std::size_t above = grid.offset(44, 44, bright + 1);
@@ -111,7 +111,9 @@ TEST(Shading, of_an_empty_or_constant_image_is_none) {
   Grid grid;
   grid.size = {30, 30, 8};
   for (const float value : {0.0F, 5.0F}) {
-    const std::vector<float> found = find_shading(grid, std::vector<float>(grid.count(), value), 0);
+    ImageCycle<float> images{grid, {}};
+    images.phases.assign(2, std::vector<float>(grid.count(), value));
+    const std::vector<float> found = find_shading(grid, temporal_stats(images));
     for (const float each : found) ASSERT_NEAR(each, 1, 1e-6);
   }
 }
@@ -130,7 +132,7 @@ TEST(Denoised, noise_falls_and_an_edge_stays) {
       phase[v] = static_cast<float>((v % 40 < 20 ? 0 : kEdge) + normal(random));
     }
   }
-  const ImageCycle<float> out = denoised(images, kNoise);
+  const ImageCycle<float> out = denoised(images, kNoise, 3);
   double left_squares = 0;
   double left = 0;
   double right = 0;
@@ -145,7 +147,7 @@ TEST(Denoised, noise_falls_and_an_edge_stays) {
   }
   EXPECT_LT(std::sqrt(left_squares / (10 * count)), 0.4 * kNoise);
   EXPECT_GT((right - left) / count, 0.9 * kEdge);
-  EXPECT_EQ(denoised(images, 0).phases, images.phases);
+  EXPECT_EQ(denoised(images, 0, 3).phases, images.phases);
 }
 
 }  // namespace
