@@ -433,7 +433,8 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
     found = best_chain(candidates_at(refined), s);
     if (chain_score(found) > chain_score(chain)) {
       chain = std::move(found);
-      out.levels = refined;
+      // Of the chain that stays: the first one may have been in another chamber.
+      out.levels = refine_levels(s, chain, refined);
     }
   }
   const bool sure = std::any_of(chain.begin(), chain.end(), [](const Candidate& c) {

@@ -171,7 +171,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
   out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
-  out.base_cuts = part_ventricles_from_atria(labels, chambers, options.tricuspid_excursion_mm);
+  out.base_cuts =
+      part_ventricles_from_atria(images, labels, chambers, options.tricuspid_excursion_mm);
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }

@@ -6,6 +6,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "pipeline/segment/base_plane.h"
 #include "pipeline/segment/seeds.h"
 
 namespace beatlas::segment {
@@ -78,6 +79,67 @@ std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure 
   return ends;
 }
 
+/// What lies beyond the plane of its phase, slice by slice, becomes the rest of the heart.
+void end_at(ImageCycle<std::uint8_t>& labels, const std::vector<std::uint8_t>& of,
+            const std::vector<double>& plane_k, int step) {
+  const Grid& grid = labels.grid;
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (step * (k - plane_k[p]) <= 0) continue;
+      const std::size_t begin = grid.offset(0, 0, k);
+      for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
+        std::uint8_t& label = labels.phases[p][v];
+        if (std::find(of.begin(), of.end(), label) != of.end()) label = kLabelRestOfHeart;
+      }
+    }
+  }
+}
+
+int base_slice(const Chambers& chambers) {
+  return chambers.base_step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
+}
+
+/// Whether a beating pool lies beyond the LV's most basal slice.
+bool atria_beyond(const Grid& grid, const Chambers& chambers) {
+  const int beyond = base_slice(chambers) + chambers.base_step;
+  if (beyond < 0 || beyond >= grid.size[2]) return false;
+  const Vec3 spacing = grid.spacing_mm();
+  return cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) *
+             spacing[0] * spacing[1] >=
+         kAtrialPoolMm2;
+}
+
+/// No ventricle beyond the LV's most basal slice.
+void end_at_last_slice(ImageCycle<std::uint8_t>& labels, const Chambers& chambers) {
+  const std::vector<double> ends(labels.phases.size(),
+                                 base_slice(chambers) + 0.5 * chambers.base_step);
+  end_at(labels, {kLabelLvBlood, kLabelLvMyocardium, kLabelRvBlood}, ends, chambers.base_step);
+}
+
+/// Slice index of the tricuspid plane in every phase; empty if there is no RV or it does not beat.
+std::vector<double> tricuspid_by_rule(const ImageCycle<std::uint8_t>& labels,
+                                      const Chambers& chambers, double tricuspid_excursion_mm) {
+  const double slice_mm = labels.grid.spacing_mm()[2];
+  const int step = chambers.base_step;
+  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
+  int lv_slices = 0;
+  for (int k = 0; k < labels.grid.size[2]; ++k) {
+    lv_slices += count_label(labels, ed, k, kLabelLvMyocardium) > 0 ? 1 : 0;
+  }
+  const int rv_base_k = most_basal(labels, ed, Structure::RvBlood, step);
+  const std::vector<double> lv_volume = lv_voxels(labels);
+  const auto [least, most] = std::minmax_element(lv_volume.begin(), lv_volume.end());
+  std::vector<double> ends;
+  if (rv_base_k < 0 || *most <= *least) return ends;
+  const double excursion_mm =
+      tricuspid_excursion_mm * std::min(1.3, lv_slices * slice_mm / kLvLengthMm);
+  for (const double volume : lv_volume) {
+    const double loss = (*most - volume) / (*most - *least);
+    ends.push_back(rv_base_k + step * (0.5 - loss * excursion_mm / slice_mm));
+  }
+  return ends;
+}
+
 }  // namespace
 
 int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
@@ -103,63 +165,40 @@ std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labe
   return cuts;
 }
 
-std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>& labels,
+std::map<Structure, BaseCut> part_ventricles_from_atria(const ImageCycle<float>& images,
+                                                        ImageCycle<std::uint8_t>& labels,
                                                         const Chambers& chambers,
                                                         double tricuspid_excursion_mm) {
-  std::map<Structure, BaseCut> cuts;
-  const Grid& grid = labels.grid;
-  const double slice_mm = grid.spacing_mm()[2];
-  if (!chambers.found_lv() || slice_mm < kThickSlicesMm) return cuts;
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return {};
   const int step = chambers.base_step;
-  const int base_k = step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
-  const int beyond = base_k + step;
-  const auto n = static_cast<std::size_t>(labels.phase_count());
-  const Vec3 spacing = grid.spacing_mm();
-  const bool atria =
-      beyond >= 0 && beyond < grid.size[2] &&
-      cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) *
-              spacing[0] * spacing[1] >=
-          kAtrialPoolMm2;
-  for (int k = beyond; atria && k >= 0 && k < grid.size[2]; k += step) {
-    const std::size_t begin = grid.offset(0, 0, k);
-    for (std::vector<std::uint8_t>& phase : labels.phases) {
-      for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
-        if (phase[v] != kLabelBackground) phase[v] = kLabelRestOfHeart;
-      }
+  const BasePlaneSearch search{images, labels, chambers.lv[chambers.lv.size() / 2].k, step,
+                               chambers.levels.blood - chambers.levels.muscle};
+  const std::vector<std::uint8_t> lv{kLabelLvBlood, kLabelLvMyocardium};
+  const std::vector<std::uint8_t> rv{kLabelRvBlood};
+  const std::optional<std::vector<double>> lv_ends = base_plane_by_mixture(search, lv);
+  const std::optional<std::vector<double>> rv_ends = base_plane_by_mixture(search, rv);
+
+  if (lv_ends) {
+    end_at(labels, lv, *lv_ends, step);
+  } else {
+    if (atria_beyond(labels.grid, chambers)) end_at_last_slice(labels, chambers);
+    drop_unringed_base(labels, chambers);
+  }
+  if (rv_ends) end_at(labels, rv, *rv_ends, step);
+  std::map<Structure, BaseCut> cuts = flat_base_cuts(labels, step);
+  if (lv_ends) {
+    cuts[Structure::LvBlood] = {step, *lv_ends};
+    cuts[Structure::LvMyocardium] = {step, *lv_ends};
+  }
+  if (rv_ends) {
+    cuts[Structure::RvBlood] = {step, *rv_ends};
+  } else if (lv_ends || atria_beyond(labels.grid, chambers)) {
+    const std::vector<double> ends = tricuspid_by_rule(labels, chambers, tricuspid_excursion_mm);
+    if (!ends.empty()) {
+      end_at(labels, rv, ends, step);
+      cuts[Structure::RvBlood] = {step, ends};
     }
   }
-  drop_unringed_base(labels, chambers);
-  const std::vector<double> lv_volume = lv_voxels(labels);
-  cuts = flat_base_cuts(labels, step);
-  if (!atria) return cuts;
-
-  int lv_slices = 0;
-  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
-  int rv_base_k = -1;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    lv_slices += count_label(labels, ed, k, kLabelLvMyocardium) > 0 ? 1 : 0;
-    if (count_label(labels, ed, k, kLabelRvBlood) > 0 && (rv_base_k < 0 || step > 0)) rv_base_k = k;
-  }
-  const auto [least, most] = std::minmax_element(lv_volume.begin(), lv_volume.end());
-  if (rv_base_k < 0 || *most <= *least) return cuts;
-
-  const double excursion_mm =
-      tricuspid_excursion_mm * std::min(1.3, lv_slices * slice_mm / kLvLengthMm);
-  BaseCut cut;
-  cut.base_step = step;
-  for (std::size_t p = 0; p < n; ++p) {
-    const double loss = (*most - lv_volume[p]) / (*most - *least);
-    cut.k.push_back(rv_base_k + step * (0.5 - loss * excursion_mm / slice_mm));
-    for (int k = 0; k < grid.size[2]; ++k) {
-      if (step * (k - cut.k.back()) <= 0) continue;
-      const std::size_t begin = grid.offset(0, 0, k);
-      for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
-        std::uint8_t& label = labels.phases[p][v];
-        if (label == kLabelRvBlood) label = kLabelRestOfHeart;
-      }
-    }
-  }
-  cuts[Structure::RvBlood] = cut;
   return cuts;
 }
 

@@ -12,16 +12,19 @@ namespace beatlas::segment {
 /// Length of the LV, apex to base plane, for which a tricuspid excursion is given (the phantom's).
 inline constexpr double kLvLengthMm = 98;
 
-/// Every structure ends flat on the base's side, half a gap beyond its most basal slice (the fair
-/// guess), not roundly as at the apex. Where beating pools lie beyond the LV's most basal slice
-/// (atria), every heart voxel there becomes rest of heart, and the RV, which has no ring of muscle
-/// that would show where it ends, is cut by a plane half a gap beyond its most basal slice at
-/// end-diastole that descends with the LV's volume loss by the tricuspid excursion, scaled to the
-/// heart's length; RV voxels of slices that it has passed become rest of heart (right atrium).
+/// Every structure ends flat on the base's side, not roundly as at the apex: a ventricle where its
+/// slices turn into the atrium's (base_plane.h), and what lies beyond becomes rest of heart.
+/// Where no slice shows that: half a gap beyond its most basal slice (the fair guess). Then, if
+/// beating pools lie beyond the LV's most basal slice (atria), every heart voxel there becomes rest
+/// of heart, and the RV, which has no ring of muscle that would show where it ends, is cut by a
+/// plane half a gap beyond its most basal slice at end-diastole that descends with the LV's volume
+/// loss by the tricuspid excursion, scaled to the heart's length; RV voxels of slices that it has
+/// passed become rest of heart (right atrium).
 /// Does nothing where slices are thin: then the image shows where the ventricles end.
 /// @return the cuts, slice indices in the labels' grid
 [[nodiscard]] std::map<Structure, BaseCut> part_ventricles_from_atria(
-    ImageCycle<std::uint8_t>& labels, const Chambers& chambers, double tricuspid_excursion_mm);
+    const ImageCycle<float>& images, ImageCycle<std::uint8_t>& labels, const Chambers& chambers,
+    double tricuspid_excursion_mm);
 
 /// Where structures end flat on the base's side, half a gap beyond their most basal slices.
 /// @param base_step +1 if the base lies towards larger k, -1 if smaller
