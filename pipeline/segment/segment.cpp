@@ -13,6 +13,7 @@
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/seeds.h"
+#include "pipeline/segment/taper.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
 #include "runtime/base/error.h"
@@ -152,8 +153,12 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
     keep_known_rest(rest, grown, labels.phases[p]);
   });
+  bound_apex(chambers, labels);
   smooth_outlines(labels, options.outline_sigma_mm, known);
   cut_at_base(chambers, labels);
+  const VentricleEnds ends = find_ventricle_ends(images, labels, chambers);
+  redraw_mixed_slices(chambers, ends, labels);
+  wall_atria(images, chambers, ends, labels);
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
     LabelImages marks(images.phases.size(),
@@ -172,7 +177,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
   out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
   out.base_cuts =
-      part_ventricles_from_atria(images, labels, chambers, options.tricuspid_excursion_mm);
+      part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }

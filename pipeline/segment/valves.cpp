@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "pipeline/segment/base_plane.h"
 #include "pipeline/segment/seeds.h"
@@ -12,7 +12,10 @@
 namespace beatlas::segment {
 namespace {
 
+const std::vector<std::uint8_t> kLv{kLabelLvBlood, kLabelLvMyocardium};
+const std::vector<std::uint8_t> kRv{kLabelRvBlood};
 constexpr double kLeastRing = 0.5;  ///< of the rays: what technicians ask for
+constexpr double kAtrialWallMm = 3;
 constexpr double kAtrialPoolMm2 =
     300;  ///< a smaller pool beyond the base is a vessel or a rest of LV
 
@@ -165,38 +168,60 @@ std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labe
   return cuts;
 }
 
-std::map<Structure, BaseCut> part_ventricles_from_atria(const ImageCycle<float>& images,
-                                                        ImageCycle<std::uint8_t>& labels,
+VentricleEnds find_ventricle_ends(const ImageCycle<float>& images,
+                                  const ImageCycle<std::uint8_t>& labels,
+                                  const Chambers& chambers) {
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return {};
+  const BasePlaneSearch search{images, labels, chambers.lv[chambers.lv.size() / 2].k,
+                               chambers.base_step, chambers.levels.blood - chambers.levels.muscle};
+  return {base_plane_by_mixture(search, kLv), base_plane_by_mixture(search, kRv)};
+}
+
+void wall_atria(const ImageCycle<float>& images, const Chambers& chambers,
+                const VentricleEnds& ends, ImageCycle<std::uint8_t>& labels) {
+  if (!ends.lv) return;
+  const Grid& grid = labels.grid;
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Mat reach = disc(kAtrialWallMm, {spacing[0], spacing[1]});
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (chambers.base_step * (k - (*ends.lv)[p]) <= 0) continue;
+      cv::Mat slice(grid.size[1], grid.size[0], CV_8U,
+                    labels.phases[p].data() + grid.offset(0, 0, k));
+      cv::Mat near;
+      cv::dilate(slice != kLabelBackground, near, reach);
+      const cv::Mat image = slice_of(grid, images.phases[p], k);
+      const cv::Mat muscle = (image > chambers.levels.dark) & (image < chambers.levels.threshold);
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), near & muscle & (slice == kLabelBackground));
+    }
+  }
+}
+
+std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>& labels,
                                                         const Chambers& chambers,
+                                                        const VentricleEnds& ends,
                                                         double tricuspid_excursion_mm) {
   if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return {};
   const int step = chambers.base_step;
-  const BasePlaneSearch search{images, labels, chambers.lv[chambers.lv.size() / 2].k, step,
-                               chambers.levels.blood - chambers.levels.muscle};
-  const std::vector<std::uint8_t> lv{kLabelLvBlood, kLabelLvMyocardium};
-  const std::vector<std::uint8_t> rv{kLabelRvBlood};
-  const std::optional<std::vector<double>> lv_ends = base_plane_by_mixture(search, lv);
-  const std::optional<std::vector<double>> rv_ends = base_plane_by_mixture(search, rv);
-
-  if (lv_ends) {
-    end_at(labels, lv, *lv_ends, step);
+  if (ends.lv) {
+    end_at(labels, kLv, *ends.lv, step);
   } else {
     if (atria_beyond(labels.grid, chambers)) end_at_last_slice(labels, chambers);
     drop_unringed_base(labels, chambers);
   }
-  if (rv_ends) end_at(labels, rv, *rv_ends, step);
+  if (ends.rv) end_at(labels, kRv, *ends.rv, step);
   std::map<Structure, BaseCut> cuts = flat_base_cuts(labels, step);
-  if (lv_ends) {
-    cuts[Structure::LvBlood] = {step, *lv_ends};
-    cuts[Structure::LvMyocardium] = {step, *lv_ends};
+  if (ends.lv) {
+    cuts[Structure::LvBlood] = {step, *ends.lv};
+    cuts[Structure::LvMyocardium] = {step, *ends.lv};
   }
-  if (rv_ends) {
-    cuts[Structure::RvBlood] = {step, *rv_ends};
-  } else if (lv_ends || atria_beyond(labels.grid, chambers)) {
-    const std::vector<double> ends = tricuspid_by_rule(labels, chambers, tricuspid_excursion_mm);
-    if (!ends.empty()) {
-      end_at(labels, rv, ends, step);
-      cuts[Structure::RvBlood] = {step, ends};
+  if (ends.rv) {
+    cuts[Structure::RvBlood] = {step, *ends.rv};
+  } else if (ends.lv || atria_beyond(labels.grid, chambers)) {
+    const std::vector<double> by_rule = tricuspid_by_rule(labels, chambers, tricuspid_excursion_mm);
+    if (!by_rule.empty()) {
+      end_at(labels, kRv, by_rule, step);
+      cuts[Structure::RvBlood] = {step, by_rule};
     }
   }
   return cuts;

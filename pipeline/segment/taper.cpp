@@ -1,0 +1,120 @@
+#include "pipeline/segment/taper.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/segment/seeds.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kMarginMm = 2;    ///< beyond the continuation: walls are not quite convex
+constexpr double kPure = 0.9;      ///< a slice with so much of the ventricle shows its outline
+constexpr double kRvWallMm = 3.5;  ///< muscle left about an RV that was bounded
+constexpr double kFarMm = 1000;
+
+using Set = std::array<bool, 5>;  ///< [label]
+constexpr Set kRv{false, true, false, false, false};
+constexpr Set kLvCavity{false, false, false, true, false};
+constexpr Set kLvOutside{false, false, true, true, false};
+constexpr Set kHeart{false, true, true, true, true};
+
+/// Labels of one phase, slice by slice.
+struct Stack {
+  const Grid& grid;
+  std::vector<std::uint8_t>& labels;
+
+  [[nodiscard]] cv::Mat slice(int k) const {
+    return {grid.size[1], grid.size[0], CV_8U, labels.data() + grid.offset(0, 0, k)};
+  }
+  [[nodiscard]] bool has(int k) const { return k >= 0 && k < grid.size[2]; }
+  [[nodiscard]] cv::Mat mask(int k, const Set& set) const {
+    cv::Mat out = cv::Mat::zeros(grid.size[1], grid.size[0], CV_8U);
+    for (std::size_t label = 0; label < set.size(); ++label) {
+      if (set[label]) out |= slice(k) == static_cast<int>(label);
+    }
+    return out;
+  }
+  /// Distance to the outline of a set [mm], negative inside; far without one.
+  [[nodiscard]] cv::Mat distance(int k, const Set& set) const {
+    const cv::Mat in = mask(k, set);
+    if (cv::countNonZero(in) == 0) return {in.size(), CV_32F, cv::Scalar(kFarMm)};
+    cv::Mat outward;
+    cv::Mat inward;
+    cv::distanceTransform(~in, outward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    cv::distanceTransform(in, inward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    const Vec3 spacing = grid.spacing_mm();
+    return (outward - inward) * std::sqrt(spacing[0] * spacing[1]);
+  }
+  /// Straight continuation into slice k of the next two on the side of `from`; never wider than the
+  /// next one. Far everywhere if the next one has none.
+  [[nodiscard]] cv::Mat continued(int k, int from, const Set& set) const {
+    const cv::Mat next = distance(k + from, set);
+    if (!has(k + 2 * from)) return next;
+    const cv::Mat second = distance(k + 2 * from, set);
+    if (second.at<float>(0, 0) >= kFarMm) return next;
+    return cv::max(2 * next - second, next);
+  }
+};
+
+}  // namespace
+
+void bound_apex(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
+  const int up = chambers.base_step;
+  const int apical = up > 0 ? chambers.lv.front().k : chambers.lv.back().k;
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    const Stack stack{labels.grid, labels.phases[p]};
+    for (int k = apical; stack.has(k); k -= up) {
+      cv::Mat slice = stack.slice(k);
+      if (k != apical) {
+        slice.setTo(cv::Scalar(kLabelLvMyocardium), slice == kLabelLvBlood);
+      }
+      slice.setTo(cv::Scalar(kLabelBackground), stack.continued(k, up, kHeart) > kMarginMm);
+      const cv::Mat rv = stack.mask(k, kRv);
+      if (cv::countNonZero(rv) == 0) continue;
+      const cv::Mat bound = stack.continued(k, up, kRv);
+      const cv::Mat beyond = rv & (bound > kMarginMm);
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), beyond);
+      const cv::Mat outside = stack.distance(k, kRv) > kRvWallMm;
+      slice.setTo(cv::Scalar(kLabelBackground), beyond & outside);
+    }
+  });
+}
+
+void redraw_mixed_slices(const Chambers& chambers, const VentricleEnds& ends,
+                         ImageCycle<std::uint8_t>& labels) {
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
+  const int up = chambers.base_step;
+  /// The slice that the plane passes through, if it is to be redrawn.
+  const auto mixed = [&](const std::optional<std::vector<double>>& planes, std::size_t p) {
+    if (!planes) return -1;
+    const double plane = (*planes)[p];
+    const int k = up > 0 ? static_cast<int>(std::floor(plane)) : static_cast<int>(std::ceil(plane));
+    const double share = 0.5 + up * (plane - k);
+    return share < kPure && k >= 0 && k < labels.grid.size[2] ? k : -1;
+  };
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    const Stack stack{labels.grid, labels.phases[p]};
+    if (const int k = mixed(ends.lv, p); k >= 0 && stack.has(k - 2 * up)) {
+      cv::Mat slice = stack.slice(k);
+      const cv::Mat outside = stack.continued(k, -up, kLvOutside) < 0;
+      const cv::Mat cavity = stack.continued(k, -up, kLvCavity) < 0;
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kLvOutside));
+      slice.setTo(cv::Scalar(kLabelLvMyocardium), outside);
+      slice.setTo(cv::Scalar(kLabelLvBlood), outside & cavity);
+    }
+    if (const int k = mixed(ends.rv, p); k >= 0 && stack.has(k - 2 * up)) {
+      cv::Mat slice = stack.slice(k);
+      const cv::Mat rv = stack.continued(k, -up, kRv) < 0;
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kRv));
+      slice.setTo(cv::Scalar(kLabelRvBlood), rv & ~stack.mask(k, kLvOutside));
+    }
+  });
+}
+
+}  // namespace beatlas::segment
