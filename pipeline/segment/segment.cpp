@@ -156,7 +156,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   bound_apex(chambers, labels);
   smooth_outlines(labels, options.outline_sigma_mm, known);
   cut_at_base(chambers, labels);
-  const VentricleEnds ends = find_ventricle_ends(images, labels, chambers);
+  const VentricleEnds ends =
+      find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);
   redraw_mixed_slices(chambers, ends, labels);
   wall_atria(images, chambers, ends, labels);
   if (!drawn.empty()) {
@@ -175,7 +176,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
+  out.coverage = ends.lv || ends.rv ? cover(images, continued_to_base(chambers, ends, labels), box,
+                                            chambers.levels, stats.noise)
+                                    : cover(images, labels, box, chambers.levels, stats.noise);
+  if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
   out.base_cuts =
       part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
   for (auto& [structure, cut] : out.base_cuts) {

@@ -13,7 +13,7 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kMarginMm = 2;    ///< beyond the continuation: walls are not quite convex
-constexpr double kPure = 0.9;      ///< a slice with so much of the ventricle shows its outline
+constexpr double kPureMm = 4;      ///< of ventricle beyond its centre: a slice shows its outline
 constexpr double kRvWallMm = 3.5;  ///< muscle left about an RV that was bounded
 constexpr double kFarMm = 1000;
 
@@ -59,7 +59,58 @@ struct Stack {
     if (second.at<float>(0, 0) >= kFarMm) return next;
     return cv::max(2 * next - second, next);
   }
+  /// How far a set moves from one slice to the next on the way from `from` to slice k.
+  [[nodiscard]] cv::Mat lean(int k, int from, const Set& set) const {
+    const cv::Moments next = cv::moments(mask(k + from, set), true);
+    const cv::Moments second = cv::moments(mask(k + 2 * from, set), true);
+    cv::Mat move = cv::Mat::eye(2, 3, CV_64F);
+    if (next.m00 > 0 && second.m00 > 0) {
+      move.at<double>(0, 2) = next.m10 / next.m00 - second.m10 / second.m00;
+      move.at<double>(1, 2) = next.m01 / next.m00 - second.m01 / second.m00;
+    }
+    return move;
+  }
+  /// The set of the slice beside, moved.
+  [[nodiscard]] cv::Mat carried(int k, int from, const Set& set, const cv::Mat& move) const {
+    cv::Mat out;
+    cv::warpAffine(mask(k + from, set), out, move, {grid.size[0], grid.size[1]}, cv::INTER_NEAREST);
+    return out;
+  }
 };
+
+/// Redraws each ventricle in the slice whose centre lies from `least_mm` to `most_mm` below the
+/// plane.
+void redraw(const Chambers& chambers, const VentricleEnds& ends, double least_mm, double most_mm,
+            ImageCycle<std::uint8_t>& labels) {
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
+  const int up = chambers.base_step;
+  const double slice_mm = labels.grid.spacing_mm()[2];
+  const auto slice_at = [&](const std::optional<std::vector<double>>& planes, std::size_t p) {
+    if (!planes) return -1;
+    const auto k = static_cast<int>(std::lround((*planes)[p]));
+    const double below_mm = up * ((*planes)[p] - k) * slice_mm;
+    const bool wanted = below_mm >= least_mm && below_mm < most_mm;
+    return wanted && k >= 0 && k < labels.grid.size[2] ? k : -1;
+  };
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    const Stack stack{labels.grid, labels.phases[p]};
+    if (const int k = slice_at(ends.lv, p); k >= 0 && stack.has(k - 2 * up)) {
+      cv::Mat slice = stack.slice(k);
+      const cv::Mat move = stack.lean(k, -up, kLvOutside);
+      const cv::Mat outside = stack.carried(k, -up, kLvOutside, move);
+      const cv::Mat cavity = stack.carried(k, -up, kLvCavity, move);
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kLvOutside));
+      slice.setTo(cv::Scalar(kLabelLvMyocardium), outside);
+      slice.setTo(cv::Scalar(kLabelLvBlood), outside & cavity);
+    }
+    if (const int k = slice_at(ends.rv, p); k >= 0 && stack.has(k - 2 * up)) {
+      cv::Mat slice = stack.slice(k);
+      const cv::Mat rv = stack.carried(k, -up, kRv, stack.lean(k, -up, kLvOutside));
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kRv));
+      slice.setTo(cv::Scalar(kLabelRvBlood), rv & ~stack.mask(k, kLvOutside));
+    }
+  });
+}
 
 }  // namespace
 
@@ -86,35 +137,17 @@ void bound_apex(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
   });
 }
 
+ImageCycle<std::uint8_t> continued_to_base(const Chambers& chambers, const VentricleEnds& ends,
+                                           const ImageCycle<std::uint8_t>& labels) {
+  ImageCycle<std::uint8_t> out = labels;
+  const double slice_mm = labels.grid.spacing_mm()[2];
+  redraw(chambers, ends, -0.5 * slice_mm, 0, out);
+  return out;
+}
+
 void redraw_mixed_slices(const Chambers& chambers, const VentricleEnds& ends,
                          ImageCycle<std::uint8_t>& labels) {
-  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
-  const int up = chambers.base_step;
-  /// The slice that the plane passes through, if it is to be redrawn.
-  const auto mixed = [&](const std::optional<std::vector<double>>& planes, std::size_t p) {
-    if (!planes) return -1;
-    const double plane = (*planes)[p];
-    const int k = up > 0 ? static_cast<int>(std::floor(plane)) : static_cast<int>(std::ceil(plane));
-    const double share = 0.5 + up * (plane - k);
-    return share < kPure && k >= 0 && k < labels.grid.size[2] ? k : -1;
-  };
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    const Stack stack{labels.grid, labels.phases[p]};
-    if (const int k = mixed(ends.lv, p); k >= 0 && stack.has(k - 2 * up)) {
-      cv::Mat slice = stack.slice(k);
-      const cv::Mat outside = stack.continued(k, -up, kLvOutside) < 0;
-      const cv::Mat cavity = stack.continued(k, -up, kLvCavity) < 0;
-      slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kLvOutside));
-      slice.setTo(cv::Scalar(kLabelLvMyocardium), outside);
-      slice.setTo(cv::Scalar(kLabelLvBlood), outside & cavity);
-    }
-    if (const int k = mixed(ends.rv, p); k >= 0 && stack.has(k - 2 * up)) {
-      cv::Mat slice = stack.slice(k);
-      const cv::Mat rv = stack.continued(k, -up, kRv) < 0;
-      slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kRv));
-      slice.setTo(cv::Scalar(kLabelRvBlood), rv & ~stack.mask(k, kLvOutside));
-    }
-  });
+  redraw(chambers, ends, 0, kPureMm, labels);
 }
 
 }  // namespace beatlas::segment

@@ -1,7 +1,8 @@
 #pragma once
-/// Outlines of thick slices from those of the slices beside them. A ventricle is convex, so along
-/// its axis an outline lies within the straight continuation of the next two; where a slice shows
-/// no outline of its own that continuation is the best there is.
+/// Outlines of thick slices from those of the slices beside them. A ventricle is convex, so toward
+/// its apex an outline lies within the straight continuation of the next two. About its base it is
+/// as wide as ever, so where a slice shows no outline of its own, that of the next one, moved as
+/// the ventricle leans, is the best there is.
 
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/valves.h"
@@ -13,10 +14,16 @@ namespace beatlas::segment {
 /// ring becomes muscle. Nothing in thin slices.
 void bound_apex(const Chambers& chambers, ImageCycle<std::uint8_t>& labels);
 
-/// Slices that the base plane passes through, half or more on the ventricle's side, show the sum of
-/// ventricle and atrium: they get the continuation of the slices below. Nothing in thin slices, and
-/// nothing of the heart's outside.
+/// Slices whose centre lies just below the base plane show ventricle and atrium at once: they get
+/// the outline of the slice below. Nothing without base planes, and nothing of the heart's
+/// outside.
 void redraw_mixed_slices(const Chambers& chambers, const VentricleEnds& ends,
                          ImageCycle<std::uint8_t>& labels);
+
+/// The same labels, with the ventricles carried on into the slices whose centre lies just beyond
+/// their base plane: of the shape that ends there, not of those voxels.
+[[nodiscard]] ImageCycle<std::uint8_t> continued_to_base(const Chambers& chambers,
+                                                         const VentricleEnds& ends,
+                                                         const ImageCycle<std::uint8_t>& labels);
 
 }  // namespace beatlas::segment

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/segment/base_plane.h"
+#include "pipeline/segment/long_axis_views.h"
 #include "pipeline/segment/seeds.h"
 
 namespace beatlas::segment {
@@ -98,6 +99,20 @@ void end_at(ImageCycle<std::uint8_t>& labels, const std::vector<std::uint8_t>& o
   }
 }
 
+/// The cavity does not reach slices beyond its apical end: that is muscle.
+void close_at_apex(ImageCycle<std::uint8_t>& labels, const std::vector<double>& apex_k, int step) {
+  const Grid& grid = labels.grid;
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (step * (k - apex_k[p]) >= 0) continue;
+      const auto begin =
+          labels.phases[p].begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+      std::replace(begin, begin + static_cast<std::ptrdiff_t>(grid.slice_count()), kLabelLvBlood,
+                   kLabelLvMyocardium);
+    }
+  }
+}
+
 int base_slice(const Chambers& chambers) {
   return chambers.base_step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
 }
@@ -117,6 +132,44 @@ void end_at_last_slice(ImageCycle<std::uint8_t>& labels, const Chambers& chamber
   const std::vector<double> ends(labels.phases.size(),
                                  base_slice(chambers) + 0.5 * chambers.base_step);
   end_at(labels, {kLabelLvBlood, kLabelLvMyocardium, kLabelRvBlood}, ends, chambers.base_step);
+}
+
+/// A slice beyond the LV's that shows no ring of muscle in a phase lies beyond the base plane,
+/// though the views may place that a little farther.
+void keep_off_unringed_slice(const ImageCycle<float>& images, const Chambers& chambers,
+                             std::vector<double>& plane_k) {
+  const Grid& grid = images.grid;
+  const int step = chambers.base_step;
+  const int beyond = base_slice(chambers) + step;
+  const std::size_t n = chambers.lv.size();
+  if (beyond < 0 || beyond >= grid.size[2] || n < 2) return;
+  const LvSlice& last = chambers.lv[step > 0 ? n - 1 : 0];
+  const LvSlice& before = chambers.lv[step > 0 ? n - 2 : 1];
+  const cv::Point2d centre = 2 * last.centre_px - before.centre_px;
+  const Vec3 spacing = grid.spacing_mm();
+  for (std::size_t p = 0; p < plane_k.size(); ++p) {
+    if (step * (plane_k[p] - beyond) < 0) continue;
+    const Ring ring = trace_ring(slice_of(grid, images.phases[p], beyond), {spacing[0], spacing[1]},
+                                 centre, chambers.levels);
+    if (ring.muscle_share() < kLeastRing) plane_k[p] = beyond - 0.01 * step;
+  }
+}
+
+/// The tricuspid plane lies with the mitral one where that is highest, and descends with it.
+std::vector<double> tricuspid_beside(const std::vector<double>& mitral_k,
+                                     const std::vector<int>& lv_slices, int step, double slice_mm,
+                                     double tricuspid_excursion_mm) {
+  const auto [low, high] = std::minmax_element(mitral_k.begin(), mitral_k.end());
+  const double top = step > 0 ? *high : *low;
+  const double range = *high - *low;
+  const int apical = step > 0 ? lv_slices.front() : lv_slices.back();
+  const double scale = std::min(1.3, std::abs(top - apical) * slice_mm / kLvLengthMm);
+  std::vector<double> ends;
+  for (const double k : mitral_k) {
+    const double loss = range > 0 ? std::abs(top - k) / range : 0;
+    ends.push_back(top - step * loss * scale * tricuspid_excursion_mm / slice_mm);
+  }
+  return ends;
 }
 
 /// Slice index of the tricuspid plane in every phase; empty if there is no RV or it does not beat.
@@ -168,13 +221,30 @@ std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labe
   return cuts;
 }
 
-VentricleEnds find_ventricle_ends(const ImageCycle<float>& images,
-                                  const ImageCycle<std::uint8_t>& labels,
-                                  const Chambers& chambers) {
-  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return {};
+VentricleEnds find_ventricle_ends(const ImageCycle<float>& images, const std::vector<Cine>& views,
+                                  const ImageCycle<std::uint8_t>& labels, const Chambers& chambers,
+                                  double tricuspid_excursion_mm) {
+  VentricleEnds ends;
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return ends;
+  ViewSearch in_views{views, labels, {}, chambers.base_step, chambers.end_diastole};
+  for (const LvSlice& slice : chambers.lv) in_views.lv_slices.push_back(slice.k);
+  std::optional<LvEndsInViews> seen = find_lv_ends_in_views(in_views, ends.trouble);
   const BasePlaneSearch search{images, labels, chambers.lv[chambers.lv.size() / 2].k,
                                chambers.base_step, chambers.levels.blood - chambers.levels.muscle};
-  return {base_plane_by_mixture(search, kLv), base_plane_by_mixture(search, kRv)};
+  if (seen) {
+    ends.from_views = true;
+    ends.lv = std::move(seen->base_k);
+    keep_off_unringed_slice(images, chambers, *ends.lv);
+    if (!seen->apex_k.empty()) ends.lv_apex = std::move(seen->apex_k);
+  } else {
+    ends.lv = base_plane_by_mixture(search, kLv);
+  }
+  ends.rv = base_plane_by_mixture(search, kRv);
+  if (seen && !ends.rv) {
+    ends.rv = tricuspid_beside(*ends.lv, in_views.lv_slices, chambers.base_step,
+                               labels.grid.spacing_mm()[2], tricuspid_excursion_mm);
+  }
+  return ends;
 }
 
 void wall_atria(const ImageCycle<float>& images, const Chambers& chambers,
@@ -203,6 +273,7 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
                                                         double tricuspid_excursion_mm) {
   if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return {};
   const int step = chambers.base_step;
+  if (ends.lv_apex) close_at_apex(labels, *ends.lv_apex, step);
   if (ends.lv) {
     end_at(labels, kLv, *ends.lv, step);
   } else {
