@@ -134,27 +134,6 @@ void end_at_last_slice(ImageCycle<std::uint8_t>& labels, const Chambers& chamber
   end_at(labels, {kLabelLvBlood, kLabelLvMyocardium, kLabelRvBlood}, ends, chambers.base_step);
 }
 
-/// A slice beyond the LV's that shows no ring of muscle in a phase lies beyond the base plane,
-/// though the views may place that a little farther.
-void keep_off_unringed_slice(const ImageCycle<float>& images, const Chambers& chambers,
-                             std::vector<double>& plane_k) {
-  const Grid& grid = images.grid;
-  const int step = chambers.base_step;
-  const int beyond = base_slice(chambers) + step;
-  const std::size_t n = chambers.lv.size();
-  if (beyond < 0 || beyond >= grid.size[2] || n < 2) return;
-  const LvSlice& last = chambers.lv[step > 0 ? n - 1 : 0];
-  const LvSlice& before = chambers.lv[step > 0 ? n - 2 : 1];
-  const cv::Point2d centre = 2 * last.centre_px - before.centre_px;
-  const Vec3 spacing = grid.spacing_mm();
-  for (std::size_t p = 0; p < plane_k.size(); ++p) {
-    if (step * (plane_k[p] - beyond) < 0) continue;
-    const Ring ring = trace_ring(slice_of(grid, images.phases[p], beyond), {spacing[0], spacing[1]},
-                                 centre, chambers.levels);
-    if (ring.muscle_share() < kLeastRing) plane_k[p] = beyond - 0.01 * step;
-  }
-}
-
 /// The tricuspid plane lies with the mitral one where that is highest, and descends with it.
 std::vector<double> tricuspid_beside(const std::vector<double>& mitral_k,
                                      const std::vector<int>& lv_slices, int step, double slice_mm,
@@ -234,7 +213,6 @@ VentricleEnds find_ventricle_ends(const ImageCycle<float>& images, const std::ve
   if (seen) {
     ends.from_views = true;
     ends.lv = std::move(seen->base_k);
-    keep_off_unringed_slice(images, chambers, *ends.lv);
     if (!seen->apex_k.empty()) ends.lv_apex = std::move(seen->apex_k);
   } else {
     ends.lv = base_plane_by_mixture(search, kLv);
