@@ -147,10 +147,16 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       {images, classes, seeds, cost, phase_step_mm, std::max(3 * stats.noise, kTexture * contrast),
        options.edge_cost_mm / contrast},
       context);
+  LabelImages marks;
+  if (!drawn.empty()) {
+    marks.assign(images.phases.size(), std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
+    draw_seeds(images.grid, drawn, marks);
+  }
   const std::vector<std::uint8_t> rest = near_known_rest(known);
   parallel_for(images.phases.size(), [&](std::size_t p) {
     const std::vector<std::uint8_t> grown = labels.phases[p];
-    tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
+    tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p),
+               marks.empty() ? std::vector<std::uint8_t>() : marks[p], labels.phases[p]);
     keep_known_rest(rest, grown, labels.phases[p]);
   });
   bound_apex(chambers, labels);
@@ -162,9 +168,6 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   wall_atria(images, chambers, ends, labels);
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
-    LabelImages marks(images.phases.size(),
-                      std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
-    draw_seeds(images.grid, drawn, marks);
     for (std::size_t p = 0; p < marks.size(); ++p) {
       for (std::size_t v = 0; v < marks[p].size(); ++v) {
         if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];

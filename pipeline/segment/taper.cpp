@@ -12,9 +12,10 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kMarginMm = 2;    ///< beyond the continuation: walls are not quite convex
-constexpr double kPureMm = 4;      ///< of ventricle beyond its centre: a slice shows its outline
-constexpr double kRvWallMm = 3.5;  ///< muscle left about an RV that was bounded
+constexpr double kMarginMm = 2;         ///< beyond the continuation: walls are not quite convex
+constexpr double kPureMm = 4;           ///< half a thick slice below the plane a slice is pure
+constexpr double kPureBySightMm = 1.5;  ///< the same where views tell: slices far apart are thinner
+constexpr double kRvWallMm = 3.5;       ///< muscle left about an RV that was bounded
 constexpr double kFarMm = 1000;
 
 using Set = std::array<bool, 5>;  ///< [label]
@@ -81,7 +82,7 @@ struct Stack {
 /// Redraws each ventricle in the slice whose centre lies from `least_mm` to `most_mm` below the
 /// plane.
 void redraw(const Chambers& chambers, const VentricleEnds& ends, double least_mm, double most_mm,
-            ImageCycle<std::uint8_t>& labels) {
+            double unseen_mm, ImageCycle<std::uint8_t>& labels) {
   if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
   const int up = chambers.base_step;
   const double slice_mm = labels.grid.spacing_mm()[2];
@@ -89,7 +90,9 @@ void redraw(const Chambers& chambers, const VentricleEnds& ends, double least_mm
     if (!planes) return -1;
     const auto k = static_cast<int>(std::lround((*planes)[p]));
     const double below_mm = up * ((*planes)[p] - k) * slice_mm;
-    const bool wanted = below_mm >= least_mm && below_mm < most_mm;
+    const bool seen = std::any_of(chambers.lv.begin(), chambers.lv.end(),
+                                  [&](const LvSlice& slice) { return slice.k == k; });
+    const bool wanted = below_mm >= least_mm && below_mm < (seen ? most_mm : unseen_mm);
     return wanted && k >= 0 && k < labels.grid.size[2] ? k : -1;
   };
   parallel_for(labels.phases.size(), [&](std::size_t p) {
@@ -141,13 +144,14 @@ ImageCycle<std::uint8_t> continued_to_base(const Chambers& chambers, const Ventr
                                            const ImageCycle<std::uint8_t>& labels) {
   ImageCycle<std::uint8_t> out = labels;
   const double slice_mm = labels.grid.spacing_mm()[2];
-  redraw(chambers, ends, -0.5 * slice_mm, 0, out);
+  redraw(chambers, ends, -slice_mm, 0, 0, out);
   return out;
 }
 
 void redraw_mixed_slices(const Chambers& chambers, const VentricleEnds& ends,
                          ImageCycle<std::uint8_t>& labels) {
-  redraw(chambers, ends, 0, kPureMm, labels);
+  redraw(chambers, ends, 0, ends.from_views ? kPureBySightMm : kPureMm, labels.grid.spacing_mm()[2],
+         labels);
 }
 
 }  // namespace beatlas::segment
