@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include <opencv2/imgproc.hpp>
+
 namespace beatlas::segment {
 namespace {
 
@@ -14,6 +16,8 @@ constexpr double kFirstOfChanges = 0.5;   ///< of the largest: the first one tha
 constexpr double kTellingPixel = 0.5;     ///< a pixel's change that tells, of the contrast
 constexpr double kLowerShare = 0.25;
 constexpr double kMostUnexplained = 0.5;  ///< of the change: what is no mixture of the neighbours
+constexpr double kFatReachMm = 12;        ///< fat so near the RV's blood lies on its wall
+constexpr double kMostFatMm = 5;          ///< thicker, it is the chest's
 constexpr double kLeastPhases = 0.7;
 
 /// A slice between its neighbours in one phase, in the region of the one on the ventricle's side.
@@ -66,6 +70,33 @@ std::optional<Step> step_at(const BasePlaneSearch& s, std::size_t phase, int k,
   return out;
 }
 
+/// Mean thickness of what is bright on the heart's outside near the region [mm].
+double fat_on_wall_mm(const BasePlaneSearch& s, std::size_t phase, int k,
+                      const std::vector<std::uint8_t>& region) {
+  const Grid& grid = s.labels.grid;
+  const std::size_t begin = grid.offset(0, 0, k);
+  const cv::Size size(grid.size[0], grid.size[1]);
+  const cv::Mat labels(size, CV_8U,
+                       const_cast<std::uint8_t*>(s.labels.phases[phase].data() + begin));
+  const cv::Mat image(size, CV_32F, const_cast<float*>(s.images.phases[phase].data() + begin));
+  cv::Mat blood = cv::Mat::zeros(size, CV_8U);
+  for (const std::uint8_t label : region) blood |= labels == label;
+  const cv::Mat heart = labels != kLabelBackground;
+  const double pixel_mm = std::sqrt(grid.spacing_mm()[0] * grid.spacing_mm()[1]);
+  const auto near = [&](const cv::Mat& mask, double reach_mm) {
+    cv::Mat away;
+    cv::distanceTransform(~mask, away, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    return cv::Mat(away * pixel_mm <= reach_mm);
+  };
+  const cv::Mat beside = near(blood, kFatReachMm);
+  cv::Mat inner;
+  cv::erode(heart, inner, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
+  const int outline = cv::countNonZero(heart & ~inner & beside);
+  const int fat =
+      cv::countNonZero((image > s.threshold) & ~heart & near(heart, kMostFatMm) & beside);
+  return outline > 0 ? std::min(kMostFatMm, fat * pixel_mm / outline) : 0;
+}
+
 /// Median of each value and its two neighbours in time, cyclic.
 std::vector<double> without_outliers(const std::vector<double>& values) {
   const std::size_t n = values.size();
@@ -99,12 +130,14 @@ std::vector<double> filled(std::vector<double> values) {
 }  // namespace
 
 std::optional<std::vector<double>> base_plane_by_mixture(const BasePlaneSearch& search,
-                                                         const std::vector<std::uint8_t>& region) {
+                                                         const std::vector<std::uint8_t>& region,
+                                                         bool under_fat) {
   const int slices = search.labels.grid.size[2];
   const int step = search.base_step;
   const int last = step > 0 ? slices - 1 : 0;
   const double least = kLeastChange * search.contrast * search.contrast;
   std::vector<double> planes;
+  std::vector<double> fat_mm;
   int told = 0;
   bool inside = false;
   for (std::size_t p = 0; p < search.labels.phases.size(); ++p) {
@@ -129,10 +162,17 @@ std::optional<std::vector<double>> base_plane_by_mixture(const BasePlaneSearch& 
     if (at + 1 != steps.end() && (at + 1)->second.change > at->second.change) ++at;
     const bool mixed = at->second.unexplained <= kMostUnexplained;
     told += mixed ? 1 : 0;
+    if (mixed) fat_mm.push_back(fat_on_wall_mm(search, p, at->first - step, region));
     planes.push_back(mixed ? at->first + step * (at->second.share - 0.5) : std::nan(""));
   }
   if (!inside || told < kLeastPhases * static_cast<double>(planes.size())) return {};
-  return without_outliers(filled(planes));
+  planes = without_outliers(filled(planes));
+  if (under_fat && !fat_mm.empty()) {
+    const double mean_mm =
+        std::accumulate(fat_mm.begin(), fat_mm.end(), 0.0) / static_cast<double>(fat_mm.size());
+    for (double& plane : planes) plane -= step * mean_mm / search.labels.grid.spacing_mm()[2];
+  }
+  return planes;
 }
 
 }  // namespace beatlas::segment

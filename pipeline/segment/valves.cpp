@@ -208,16 +208,20 @@ VentricleEnds find_ventricle_ends(const ImageCycle<float>& images, const std::ve
   ViewSearch in_views{views, labels, {}, chambers.base_step, chambers.end_diastole};
   for (const LvSlice& slice : chambers.lv) in_views.lv_slices.push_back(slice.k);
   std::optional<LvEndsInViews> seen = find_lv_ends_in_views(in_views, ends.trouble);
-  const BasePlaneSearch search{images, labels, chambers.lv[chambers.lv.size() / 2].k,
-                               chambers.base_step, chambers.levels.blood - chambers.levels.muscle};
+  const BasePlaneSearch search{images,
+                               labels,
+                               chambers.lv[chambers.lv.size() / 2].k,
+                               chambers.base_step,
+                               chambers.levels.blood - chambers.levels.muscle,
+                               chambers.levels.threshold};
   if (seen) {
     ends.from_views = true;
     ends.lv = std::move(seen->base_k);
     if (!seen->apex_k.empty()) ends.lv_apex = std::move(seen->apex_k);
   } else {
-    ends.lv = base_plane_by_mixture(search, kLv);
+    ends.lv = base_plane_by_mixture(search, kLv, false);
   }
-  ends.rv = base_plane_by_mixture(search, kRv);
+  ends.rv = base_plane_by_mixture(search, kRv, true);
   if (seen && !ends.rv) {
     ends.rv = tricuspid_beside(*ends.lv, in_views.lv_slices, chambers.base_step,
                                labels.grid.spacing_mm()[2], tricuspid_excursion_mm);

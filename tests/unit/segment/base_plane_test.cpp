@@ -58,8 +58,9 @@ Tube tube(bool upside_down, double top_k) {
 }
 
 std::optional<std::vector<double>> found(const Tube& made, int step) {
-  return base_plane_by_mixture({made.images, made.labels, 4, step, kBlood - kMuscle},
-                               {kLabelLvBlood, kLabelLvMyocardium});
+  return base_plane_by_mixture(
+      {made.images, made.labels, 4, step, kBlood - kMuscle, 0.5 * (kBlood + kMuscle)},
+      {kLabelLvBlood, kLabelLvMyocardium}, false);
 }
 
 TEST(BasePlane, is_found_within_slices_to_two_millimetres) {
