@@ -165,6 +165,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   const VentricleEnds ends =
       find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);
   redraw_mixed_slices(chambers, ends, labels);
+  clear_mixed_atria(chambers, ends, labels);
   wall_atria(images, chambers, ends, labels);
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.

@@ -22,6 +22,8 @@ using Set = std::array<bool, 5>;  ///< [label]
 constexpr Set kRv{false, true, false, false, false};
 constexpr Set kLvCavity{false, false, false, true, false};
 constexpr Set kLvOutside{false, false, true, true, false};
+constexpr Set kLvOrRest{false, false, true, true, true};
+constexpr Set kRvOrRest{false, true, false, false, true};
 constexpr Set kHeart{false, true, true, true, true};
 
 /// Labels of one phase, slice by slice.
@@ -137,6 +139,24 @@ void bound_apex(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
       const cv::Mat outside = stack.distance(k, kRv) > kRvWallMm;
       slice.setTo(cv::Scalar(kLabelBackground), beyond & outside);
     }
+  });
+}
+
+void clear_mixed_atria(const Chambers& chambers, const VentricleEnds& ends,
+                       ImageCycle<std::uint8_t>& labels) {
+  if (!chambers.found_lv() || ends.from_views) return;
+  const int up = chambers.base_step;
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    const Stack stack{labels.grid, labels.phases[p]};
+    const auto clear = [&](const std::optional<std::vector<double>>& planes, const Set& set) {
+      if (!planes) return;
+      const auto k = static_cast<int>(std::lround((*planes)[p]));
+      if (up * ((*planes)[p] - k) >= 0 || !stack.has(k) || !stack.has(k + up)) return;
+      cv::Mat slice = stack.slice(k);
+      slice.setTo(cv::Scalar(kLabelBackground), stack.mask(k, set) & ~stack.mask(k + up, kHeart));
+    };
+    clear(ends.lv, kLvOrRest);
+    clear(ends.rv, kRvOrRest);
   });
 }
 

@@ -20,6 +20,12 @@ void bound_apex(const Chambers& chambers, ImageCycle<std::uint8_t>& labels);
 void redraw_mixed_slices(const Chambers& chambers, const VentricleEnds& ends,
                          ImageCycle<std::uint8_t>& labels);
 
+/// Slices whose centre lies just beyond a ventricle's base plane still show some of it beside its
+/// atrium: of that, what the next slice beyond shows as heart too is the atrium, the rest is not of
+/// the heart. Where the slices tell the plane themselves, not where views do.
+void clear_mixed_atria(const Chambers& chambers, const VentricleEnds& ends,
+                       ImageCycle<std::uint8_t>& labels);
+
 /// The same labels, with the ventricles carried on into the slices whose centre lies just beyond
 /// their base plane: of the shape that ends there, not of those voxels.
 [[nodiscard]] ImageCycle<std::uint8_t> continued_to_base(const Chambers& chambers,
