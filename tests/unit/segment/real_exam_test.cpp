@@ -75,7 +75,7 @@ TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_sy
   StageContext context;
   const Exam exam = ingest::read_exam({shared("two-phase-ge")}, {}, context);
   const Segmentation automatic = segment_exam(exam, {}, {}, context);
-  EXPECT_GE(dice(automatic, kEndDiastole, 0), 0.89);
+  EXPECT_GE(dice(automatic, kEndDiastole, 0), 0.90);
 
   // At end-systole trabeculae and papillary muscles, which count as cavity, fill half of it: one
   // stroke a slice along their outer rim, as a technician draws it.
@@ -117,6 +117,7 @@ TEST(RealExam, of_distant_slices_pumps_as_much_left_as_right) {
   };
   const double left = stroke_ml(Structure::LvBlood);
   const double right = stroke_ml(Structure::RvBlood);
+  EXPECT_NEAR(left / right, 1, 0.15);
   // The mitral plane descends by what a healthy heart's does [mm].
   const BaseCut& base = result.base_cuts.at(Structure::LvBlood);
   const auto [low, high] = std::minmax_element(base.k.begin(), base.k.end());
