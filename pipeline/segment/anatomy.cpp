@@ -156,7 +156,8 @@ Mask find_atria(const Grid& grid, const std::vector<float>& image, const Chamber
 }  // namespace
 
 void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
-                int phase, std::vector<std::uint8_t>& labels) {
+                int phase, const std::vector<std::uint8_t>& drawn,
+                std::vector<std::uint8_t>& labels) {
   const Vec3 spacing = grid.spacing_mm();
   const cv::Point2d pixel_mm(spacing[0], spacing[1]);
   const TissueLevels& levels = chambers.levels;
@@ -198,6 +199,11 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     if (cv::countNonZero(lv) > 0) {
       cv::morphologyEx(lv, lv, cv::MORPH_OPEN, disc(0.8, pixel_mm));
       lv = keep_large(lv, 0.3);
+    }
+    if (!drawn.empty()) {
+      const cv::Mat marks(slice.size(), CV_8U,
+                          const_cast<std::uint8_t*>(drawn.data() + grid.offset(0, 0, k)));
+      lv |= marks == kLabelLvBlood;
     }
     if (cv::countNonZero(lv) > 0) {
       lv = take_in_papillaries(lv, pixel_mm) & ((slice == kLabelLvMyocardium) | lv);

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/segment.h"
 
@@ -79,10 +80,9 @@ std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure str
 }
 
 void find_ends(Segmentation& segmentation) {
-  const std::vector<double> curve = volume_curve_ml(
-      segmentation.coverage, segmentation.coverage.phases.count(Structure::LvBlood) != 0
-                                 ? Structure::LvBlood
-                                 : Structure::Heart);
+  const std::vector<double> curve = segmented_volume_ml(
+      segmentation, segmentation.coverage.phases.count(Structure::LvBlood) != 0 ? Structure::LvBlood
+                                                                                : Structure::Heart);
   segmentation.end_diastole =
       static_cast<int>(std::max_element(curve.begin(), curve.end()) - curve.begin());
   segmentation.end_systole =

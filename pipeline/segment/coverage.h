@@ -20,7 +20,8 @@ namespace beatlas::segment {
                                   const ImageCycle<std::uint8_t>& labels, const Box& box,
                                   const TissueLevels& levels, double noise);
 
-/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one.
+/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one, as
+/// cut at the base.
 void find_ends(Segmentation& segmentation);
 
 }  // namespace beatlas::segment

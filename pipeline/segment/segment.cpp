@@ -15,6 +15,7 @@
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/shading.h"
+#include "pipeline/segment/taper.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
 #include "runtime/base/error.h"
@@ -164,19 +165,28 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       {calm, classes, seeds, cost, phase_step_mm, std::max(3 * noise, kTexture * contrast),
        options.edge_cost_mm / contrast},
       context);
+  LabelImages marks;
+  if (!drawn.empty()) {
+    marks.assign(images.phases.size(), std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
+    draw_seeds(images.grid, drawn, marks);
+  }
   const std::vector<std::uint8_t> rest = near_known_rest(known);
   parallel_for(images.phases.size(), [&](std::size_t p) {
     const std::vector<std::uint8_t> grown = labels.phases[p];
-    tidy_phase(images.grid, calm.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
+    tidy_phase(images.grid, calm.phases[p], chambers, static_cast<int>(p),
+               marks.empty() ? std::vector<std::uint8_t>() : marks[p], labels.phases[p]);
     keep_known_rest(rest, grown, labels.phases[p]);
   });
+  bound_apex(chambers, labels);
   smooth_outlines(labels, options.outline_sigma_mm, known);
   cut_at_base(chambers, labels);
+  const VentricleEnds ends =
+      find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);
+  redraw_mixed_slices(chambers, ends, labels);
+  clear_mixed_atria(chambers, ends, labels);
+  wall_atria(images, chambers, ends, labels);
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
-    LabelImages marks(images.phases.size(),
-                      std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
-    draw_seeds(images.grid, drawn, marks);
     for (std::size_t p = 0; p < marks.size(); ++p) {
       for (std::size_t v = 0; v < marks[p].size(); ++v) {
         if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
@@ -188,8 +198,12 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
-  out.base_cuts = part_ventricles_from_atria(labels, chambers, options.tricuspid_excursion_mm);
+  out.coverage = ends.lv || ends.rv ? cover(images, continued_to_base(chambers, ends, labels), box,
+                                            chambers.levels, stats.noise)
+                                    : cover(images, labels, box, chambers.levels, stats.noise);
+  if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
+  out.base_cuts =
+      part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }
