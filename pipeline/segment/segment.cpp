@@ -15,6 +15,7 @@
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
+#include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -170,7 +171,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
+  Covered covered = cover(images, labels, box, chambers.levels, stats.noise);
+  out.coverage = std::move(covered.coverage);
+  out.uncertainty = std::move(covered.uncertainty);
   out.base_cuts = part_ventricles_from_atria(labels, chambers, options.tricuspid_excursion_mm);
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
@@ -199,6 +202,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       }
     }
   }
+  out.axis = ventricle_axis(out, chambers.axis);
   return out;
 }
 
