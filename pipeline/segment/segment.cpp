@@ -12,7 +12,9 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
+#include "pipeline/segment/papillary.h"
 #include "pipeline/segment/seeds.h"
+#include "pipeline/segment/threshold_growing.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
 #include "pipeline/segment/ventricle_ends.h"
@@ -138,6 +140,13 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
         "give seeds with --seeds");
   }
 
+  if (options.method == Method::Threshold) {
+    if (!known.phases.empty()) {
+      throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
+    }
+    return segment_by_threshold(exam, given, seeds, box, chambers.levels, options);
+  }
+
   const std::vector<std::vector<std::uint8_t>> classes =
       classify(stats, chambers, images.phases.size());
   const TravelCost cost = travel_cost(chambers.levels);
@@ -155,6 +164,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   });
   smooth_outlines(labels, options.outline_sigma_mm, known);
   cut_at_base(chambers, labels);
+  if (options.papillary == Papillary::Muscle) {
+    papillary_muscles_to_wall(images, chambers.levels, labels);
+  }
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
     LabelImages marks(images.phases.size(),
