@@ -1,6 +1,7 @@
 #include "pipeline/cli/chain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "pipeline/cli/correction_words.h"
@@ -262,6 +263,16 @@ void Chain::note_segmentation() {
       continue;
     }
     facts_.volumes.push_back({structure, segmented_volume_ml(*segmentation_, structure)});
+  }
+  if (segmentation_->axis) {
+    const LongAxis& axis = *segmentation_->axis;
+    const auto length = [&](int phase) {
+      const auto p = static_cast<std::size_t>(phase);
+      return std::lround(axis.lv_base_mm[p] - axis.apex_mm[p]);
+    };
+    console_.tell("segment: LV " + std::to_string(length(facts_.end_diastole)) +
+                  " mm from apex to base at end-diastole, " +
+                  std::to_string(length(facts_.end_systole)) + " mm at end-systole");
   }
   for (const std::string& warning : facts_.warnings) console_.warn(warning);
   for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {

@@ -20,6 +20,12 @@ struct Choice {
 };
 constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
                                   Choice<segment::LeakAction>{"error", segment::LeakAction::Error}};
+constexpr std::array kMethods{Choice<segment::Method>{"competition", segment::Method::Competition},
+                              Choice<segment::Method>{"threshold", segment::Method::Threshold}};
+constexpr std::array kPapillary{Choice<segment::Papillary>{"cavity", segment::Papillary::Cavity},
+                                Choice<segment::Papillary>{"muscle", segment::Papillary::Muscle}};
+constexpr std::array kNeighbours{Choice<segment::Neighbours>{"faces", segment::Neighbours::Faces},
+                                 Choice<segment::Neighbours>{"all", segment::Neighbours::All}};
 
 constexpr std::array kSliceAlignments{
     Choice<reg::AlignOptions::Slices>{"auto", reg::AlignOptions::Slices::Auto},
@@ -39,9 +45,14 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.section("segment");
   visit.flag("even_shading", recipe.segment.even_shading);
   visit.flag("denoise", recipe.segment.denoise);
+  visit.choice("method", recipe.segment.method, kMethods);
+  visit.choice("papillary", recipe.segment.papillary, kPapillary);
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
   visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);
+  visit.option("threshold_low", recipe.segment.threshold_low, 0.0, 1e6);
+  visit.option("threshold_high", recipe.segment.threshold_high, 0.0, 1e6);
+  visit.choice("threshold_neighbours", recipe.segment.threshold_neighbours, kNeighbours);
   visit.choice("leak", recipe.segment.leak.action, kLeakActions);
   visit.option("leak_volume_percent", recipe.segment.leak.volume_percent, 2.0, 100.0);
   visit.option("leak_contact_mm2", recipe.segment.leak.contact_mm2, 10.0, 10000.0);

@@ -13,11 +13,14 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
+#include "pipeline/segment/papillary.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/shading.h"
 #include "pipeline/segment/taper.h"
+#include "pipeline/segment/threshold_growing.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
+#include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -153,6 +156,13 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
         "give seeds with --seeds");
   }
 
+  if (options.method == Method::Threshold) {
+    if (!known.phases.empty()) {
+      throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
+    }
+    return segment_by_threshold(exam, given, seeds, box, chambers.levels, options);
+  }
+
   const std::vector<std::vector<std::uint8_t>> classes =
       classify(stats, chambers, images.phases.size());
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
@@ -185,6 +195,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   redraw_mixed_slices(chambers, ends, labels);
   clear_mixed_atria(chambers, ends, labels);
   wall_atria(images, chambers, ends, labels);
+  if (options.papillary == Papillary::Muscle) {
+    papillary_muscles_to_wall(images, chambers.levels, labels);
+  }
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
     for (std::size_t p = 0; p < marks.size(); ++p) {
@@ -198,9 +211,12 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  out.coverage = ends.lv || ends.rv ? cover(images, continued_to_base(chambers, ends, labels), box,
-                                            chambers.levels, stats.noise)
-                                    : cover(images, labels, box, chambers.levels, stats.noise);
+  Covered covered = ends.lv || ends.rv
+                        ? cover(images, continued_to_base(chambers, ends, labels), box,
+                                chambers.levels, stats.noise)
+                        : cover(images, labels, box, chambers.levels, stats.noise);
+  out.coverage = std::move(covered.coverage);
+  out.uncertainty = std::move(covered.uncertainty);
   if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
   out.base_cuts =
       part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
@@ -231,6 +247,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       }
     }
   }
+  out.axis = ventricle_axis(out, chambers.axis);
   return out;
 }
 

@@ -293,6 +293,42 @@ def edit_of_another():
     assert ["register/labels.nii.gz"] in [stage["unused_edits"] for stage in told], told
 
 
+def axis():
+    """The long axis and the boundaries' uncertainty: files that others can read; an edited axis."""
+    folder, package = built("axis")
+    file = folder / "segment" / "long_axis.json"
+    whole = json.loads(file.read_text())
+    jsonschema.validate(whole, json.loads((SCHEMAS / "long_axis.schema.json").read_text()))
+    lengths = [phase["lv_base_mm"] - phase["apex_mm"] for phase in whole["phases"]]
+    # The phantom's: 98 mm at end-diastole, 84 mm at end-systole.
+    assert 94 < max(lengths) < 102 and 80 < min(lengths) < 88, lengths
+    told = f"LV {round(min(lengths))} to {round(max(lengths))} mm from apex to base"
+    assert told in beatlas("status", folder).stdout, told
+    assert json.loads(beatlas("status", folder, "--json").stdout)["long_axis"] == whole
+
+    for name in ("heart", "lv_blood", "rv_blood", "lv_myocardium"):
+        sigma = nibabel.load(folder / "segment" / f"uncertainty_{name}.nii.gz").get_fdata()
+        coverage = nibabel.load(folder / "segment" / f"coverage_{name}.nii.gz").get_fdata()
+        assert sigma.shape == coverage.shape and sigma.min() == 0, name
+        stated = sigma > 0
+        assert stated.sum() > 1000, name
+        assert ((coverage[stated] > 0) & (coverage[stated] < 1)).all(), name
+        assert 0.05 < numpy.median(sigma[stated]) < 1, name  # voxels of 2 mm
+
+    whole["phases"][0]["apex_mm"] += 1
+    file.write_text(json.dumps(whole))
+    assert states(folder)["segment"] == "edited"
+    kept, made, said = again(folder, package)
+    assert "segment/long_axis.json edited by hand and kept" in said, said
+    assert "segment" in kept and "register" in made, said
+    whole["phases"][0]["apex_mm"] = whole["phases"][0]["lv_base_mm"] + 1
+    file.write_text(json.dumps(whole))
+    said = beatlas("build", "-o", package, "--study", folder, code=3).stderr
+    assert "long_axis.json" in said and "/phases/0" in said, said
+    again(folder, package, "--discard-edits")
+    expect_same(PACKAGE, package)
+
+
 def edit_goes_wrong():
     """Labels that no editor should have left; files that are gone; all of it can be given up."""
     folder, package = built("edit_goes_wrong")
