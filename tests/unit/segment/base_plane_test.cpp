@@ -74,6 +74,38 @@ TEST(BasePlane, is_found_within_slices_to_two_millimetres) {
   }
 }
 
+TEST(BasePlane, of_a_ventricle_under_fat_is_not_the_upper_side_of_the_fat) {
+  constexpr double kFat = 1250;
+  constexpr double kFatMm = 4;
+  Tube made = tube(false, 7.3);
+  const Grid& grid = made.images.grid;
+  for (std::size_t p = 0; p < made.images.phases.size(); ++p) {
+    for (int k = 0; k < kSlices; ++k) {
+      const double share = std::clamp(made.plane_k[p] - k + 0.5, 0.0, 1.0);
+      const double with_fat = std::clamp(made.plane_k[p] + kFatMm / 10 - k + 0.5, 0.0, 1.0);
+      for (int j = 0; j < 64; ++j) {
+        for (int i = 0; i < 64; ++i) {
+          const double r = 1.5 * std::hypot(i - 32, j - 32);
+          if (r >= 30 + kFatMm) continue;
+          const std::size_t v = grid.offset(i, j, k);
+          const double below = r < 30 ? kBlood : kFat;
+          made.images.phases[p][v] = static_cast<float>(share * below + (with_fat - share) * kFat +
+                                                        (1 - with_fat) * kLung);
+          made.labels.phases[p][v] = r < 30 ? kLabelRvBlood : kLabelBackground;
+        }
+      }
+    }
+  }
+  made::add_noise(made.images, 50, 3);
+  const auto planes = base_plane_by_mixture(
+      {made.images, made.labels, 4, 1, kBlood - kMuscle, 0.5 * (kBlood + kMuscle)}, {kLabelRvBlood},
+      true);
+  ASSERT_TRUE(planes);
+  for (std::size_t p = 0; p < planes->size(); ++p) {
+    EXPECT_NEAR((*planes)[p], made.plane_k[p], 0.25) << p;  // the fat is 0.4 of a slice
+  }
+}
+
 TEST(BasePlane, beyond_the_stack_is_told_by_no_slice) { EXPECT_FALSE(found(tube(false, 12), 1)); }
 
 TEST(BasePlane, is_not_told_by_slices_that_are_no_mixture) {
