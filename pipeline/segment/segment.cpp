@@ -211,10 +211,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  Covered covered = ends.lv || ends.rv
-                        ? cover(images, continued_to_base(chambers, ends, labels), box,
-                                chambers.levels, stats.noise)
-                        : cover(images, labels, box, chambers.levels, stats.noise);
+  Covered covered = ends.lv || ends.rv ? cover(images, continued_to_base(chambers, ends, labels),
+                                               box, chambers.levels, stats.noise)
+                                       : cover(images, labels, box, chambers.levels, stats.noise);
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
   if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);

@@ -62,6 +62,7 @@ TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
     const Exam exam{cine({7, 5, 4}, whole),
                     {cine({4, 6, 1}, whole), cine({3, 3, 1}, whole)},
                     {"Took \"this\", left that."},
+                    {Vec2(0.5, -1.25), Vec2(0, 2), Vec2(-1, 1.0 / 3), Vec2(0, 0)},
                     "dicom",
                     {},
                     {}};
@@ -74,6 +75,7 @@ TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
     ASSERT_EQ(again.views.size(), 2U);
     expect_same(exam.views[1].images, again.views[1].images);
     EXPECT_EQ(exam.decisions, again.decisions);
+    EXPECT_EQ(exam.slice_shifts_mm, again.slice_shifts_mm);
     EXPECT_EQ(exam.source_format, again.source_format);
   }
 }
