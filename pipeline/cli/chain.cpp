@@ -270,9 +270,9 @@ void Chain::note_segmentation() {
       const auto p = static_cast<std::size_t>(phase);
       return std::lround(axis.lv_base_mm[p] - axis.apex_mm[p]);
     };
-    console_.tell("segment: LV " + std::to_string(length(facts_.end_diastole)) +
-                  " mm from apex to base at end-diastole, " +
-                  std::to_string(length(facts_.end_systole)) + " mm at end-systole");
+    console_.log("segment: LV " + std::to_string(length(facts_.end_diastole)) +
+                 " mm from apex to base at end-diastole, " +
+                 std::to_string(length(facts_.end_systole)) + " mm at end-systole");
   }
   for (const std::string& warning : facts_.warnings) console_.warn(warning);
   for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {

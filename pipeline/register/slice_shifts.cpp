@@ -15,6 +15,7 @@ namespace beatlas::reg {
 namespace {
 
 constexpr int kFewestSlices = 5;
+constexpr double kLeastFieldMm = 100;  ///< fewer blocks cannot outvote one that is wrong
 constexpr double kBlockMm = 40;
 constexpr double kSmoothMm = 2;          ///< Gaussian, before blocks are followed
 constexpr double kSmallestSizeMm = 0.3;  ///< what is less is not worth resampling
@@ -165,6 +166,7 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   out.shift_mm.assign(slices, Vec2::Zero());
   if (grid.size[2] < kFewestSlices) return out;
   const Vec3 spacing = grid.spacing_mm();
+  if (std::min(grid.size[0] * spacing[0], grid.size[1] * spacing[1]) < kLeastFieldMm) return out;
 
   std::vector<cv::Mat> means(slices);
   std::vector<cv::Mat> smooth(slices);
