@@ -17,6 +17,9 @@ namespace {
 constexpr int kFewestSlices = 5;
 constexpr double kLeastFieldMm = 100;  ///< fewer blocks cannot outvote one that is wrong
 constexpr double kBlockMm = 40;
+constexpr double kFewestBlockPixels = 12;  ///< along a side: coarser ones hold no structure
+constexpr double kLargestStepMm = 20;      ///< between neighbours: breath-holds do not differ more
+constexpr double kLargestSizeMm = 8;
 constexpr double kSmoothMm = 2;          ///< Gaussian, before blocks are followed
 constexpr double kSmallestSizeMm = 0.3;  ///< what is less is not worth resampling
 constexpr double kBlockErrorPx = 0.02;   ///< of a block at best: interpolation
@@ -157,7 +160,9 @@ std::string mm_text(double mm) {
 
 }  // namespace
 
-bool SliceShifts::certain() const { return size_mm > kSmallestSizeMm && size_mm > 3 * error_mm; }
+bool SliceShifts::certain() const {
+  return size_mm > kSmallestSizeMm && size_mm < kLargestSizeMm && size_mm > 3 * error_mm;
+}
 
 SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   const Grid& grid = images.grid;
@@ -167,6 +172,7 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   if (grid.size[2] < kFewestSlices) return out;
   const Vec3 spacing = grid.spacing_mm();
   if (std::min(grid.size[0] * spacing[0], grid.size[1] * spacing[1]) < kLeastFieldMm) return out;
+  if (std::max(spacing[0], spacing[1]) * kFewestBlockPixels > kBlockMm) return out;
 
   std::vector<cv::Mat> means(slices);
   std::vector<cv::Mat> smooth(slices);
@@ -177,7 +183,8 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   const std::vector<cv::Rect> blocks = blocks_of(means.front().size(), spacing);
   std::vector<std::vector<PatchShift>> steps(slices - 1);
   parallel_for(slices - 1, [&](std::size_t k) {
-    const Vec2 whole = whole_shift_px(means[k], means[k + 1]);
+    Vec2 whole = whole_shift_px(means[k], means[k + 1]);
+    if (whole.cwiseProduct(spacing.head<2>()).norm() > kLargestStepMm) whole.setZero();
     for (const cv::Rect& block : blocks) {
       steps[k].push_back(follow_patch(smooth[k], smooth[k + 1], block, whole));
     }
@@ -214,25 +221,21 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   return out;
 }
 
-ImageCycle<float> without_shifts(const ImageCycle<float>& images,
-                                 const std::vector<Vec2>& shift_mm) {
-  const Grid& grid = images.grid;
+ImageCycle<float> without_shifts(ImageCycle<float> images, const std::vector<Vec2>& shift_mm) {
+  const Grid grid = images.grid;
   const auto slices = static_cast<std::size_t>(grid.size[2]);
   if (shift_mm.size() != slices) {
     throw_invalid("there are " + std::to_string(shift_mm.size()) + " shifts for " +
                   std::to_string(slices) + " slices; give one a slice");
   }
   const Vec3 spacing = grid.spacing_mm();
-  ImageCycle<float> out{grid, images.phases};
   parallel_for(slices, [&](std::size_t k) {
     if (shift_mm[k].isZero(0)) return;
     const Taps along_i(shift_mm[k][0] / spacing[0]);
     const Taps along_j(shift_mm[k][1] / spacing[1]);
     std::vector<float> rows(grid.slice_count());
-    for (std::size_t p = 0; p < images.phases.size(); ++p) {
-      const std::size_t begin = grid.offset(0, 0, static_cast<int>(k));
-      const float* source = images.phases[p].data() + begin;
-      float* target = out.phases[p].data() + begin;
+    for (std::vector<float>& phase : images.phases) {
+      float* slice = phase.data() + grid.offset(0, 0, static_cast<int>(k));
       const int ni = grid.size[0];
       const int nj = grid.size[1];
       for (int j = 0; j < nj; ++j) {
@@ -240,7 +243,7 @@ ImageCycle<float> without_shifts(const ImageCycle<float>& images,
           float sum = 0;
           for (int t = 0; t < 6; ++t) {
             const int from = std::clamp(i + along_i.first + t, 0, ni - 1);
-            sum += along_i.weight[static_cast<std::size_t>(t)] * source[j * ni + from];
+            sum += along_i.weight[static_cast<std::size_t>(t)] * slice[j * ni + from];
           }
           rows[static_cast<std::size_t>(j * ni + i)] = sum;
         }
@@ -253,19 +256,19 @@ ImageCycle<float> without_shifts(const ImageCycle<float>& images,
             sum += along_j.weight[static_cast<std::size_t>(t)] *
                    rows[static_cast<std::size_t>(from * ni + i)];
           }
-          target[j * ni + i] = sum;
+          slice[j * ni + i] = sum;
         }
       }
     }
   });
-  return out;
+  return images;
 }
 
 Exam with_aligned_slices(Exam exam, const AlignOptions& options) {
   if (options.slices == AlignOptions::Slices::Off) return exam;
   SliceShifts found = find_slice_shifts(exam.stack.images);
   if (!found.certain()) return exam;
-  exam.stack.images = without_shifts(exam.stack.images, found.shift_mm);
+  exam.stack.images = without_shifts(std::move(exam.stack.images), found.shift_mm);
   const auto most = std::max_element(
       found.shift_mm.begin(), found.shift_mm.end(),
       [](const Vec2& a, const Vec2& b) { return a.squaredNorm() < b.squaredNorm(); });

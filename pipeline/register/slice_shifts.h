@@ -15,7 +15,8 @@ struct SliceShifts {
   double size_mm = 0;   ///< standard deviation of a slice's shift along one axis
   double error_mm = 0;  ///< that size which the anatomy's own change from slice to slice feigns
 
-  /// Larger than 0.3 mm and than three times what anatomy feigns.
+  /// Larger than 0.3 mm and than three times what anatomy feigns, and under the 8 mm that no pause
+  /// of breath exceeds: more is a comparison gone astray.
   [[nodiscard]] bool certain() const;
 };
 
@@ -28,10 +29,10 @@ struct SliceShifts {
 /// under 100 mm wide: no shift.
 [[nodiscard]] SliceShifts find_slice_shifts(const ImageCycle<float>& images);
 
-/// The images with every slice moved back by its shift: windowed sinc over six pixels, which keeps
-/// noise and edges; beyond the rim as at the rim.
+/// The images, in their own memory, with every slice moved back by its shift: windowed sinc over
+/// six pixels, which keeps noise and edges; beyond the rim as at the rim.
 /// @throws Error{InvalidInput} unless there is a shift for every slice.
-[[nodiscard]] ImageCycle<float> without_shifts(const ImageCycle<float>& images,
+[[nodiscard]] ImageCycle<float> without_shifts(ImageCycle<float> images,
                                                const std::vector<Vec2>& shift_mm);
 
 struct AlignOptions {

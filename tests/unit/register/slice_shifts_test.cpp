@@ -100,6 +100,19 @@ TEST(SliceShifts, of_few_or_empty_slices_are_none) {
   }
 }
 
+TEST(SliceShifts, of_coarse_pixels_are_none) {
+  phantom::PhantomSpec spec = phantom::preset("small");
+  spec.phases = 3;
+  spec.oblique_deg = Vec3(12, -7, 20);
+  StageContext context;
+  for (const int width : {32, 48, 64}) {
+    phantom::PhantomSpec coarse = spec;
+    coarse.grid = phantom::on_matrix(spec.grid, {width, width, 11}, Vec3::Zero());
+    const auto images = phantom::render(phantom::Phantom(coarse), context).cine.images;
+    EXPECT_FALSE(find_slice_shifts(images).certain()) << width;
+  }
+}
+
 TEST(WithoutShifts, moves_a_wave_back) {
   ImageCycle<float> images;
   images.grid.size = {60, 50, 2};
