@@ -1,6 +1,7 @@
 #include "pipeline/cli/chain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "pipeline/cli/correction_words.h"
@@ -263,6 +264,16 @@ void Chain::note_segmentation() {
     }
     facts_.volumes.push_back({structure, segmented_volume_ml(*segmentation_, structure)});
   }
+  if (segmentation_->axis) {
+    const LongAxis& axis = *segmentation_->axis;
+    const auto length = [&](int phase) {
+      const auto p = static_cast<std::size_t>(phase);
+      return std::lround(axis.lv_base_mm[p] - axis.apex_mm[p]);
+    };
+    console_.log("segment: LV " + std::to_string(length(facts_.end_diastole)) +
+                 " mm from apex to base at end-diastole, " +
+                 std::to_string(length(facts_.end_systole)) + " mm at end-systole");
+  }
   for (const std::string& warning : facts_.warnings) console_.warn(warning);
   for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {
     const std::string& sentence = segmentation_->alarms[at].sentence;
@@ -315,6 +326,7 @@ void Chain::import(const std::vector<fs::path>& sources) {
   console_.stage("import", [&](StageContext& context) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
     facts_.input_sha256 = stack_sha256(exam_->stack);
+    exam_ = reg::with_aligned_slices(std::move(*exam_), orders_.recipe.align);
     note_exam();
     study::StageRecord record = new_record(Stage::Import);
     record.inputs[study::kSourceStack] = facts_.input_sha256;

@@ -20,6 +20,16 @@ struct Choice {
 };
 constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
                                   Choice<segment::LeakAction>{"error", segment::LeakAction::Error}};
+constexpr std::array kMethods{Choice<segment::Method>{"competition", segment::Method::Competition},
+                              Choice<segment::Method>{"threshold", segment::Method::Threshold}};
+constexpr std::array kPapillary{Choice<segment::Papillary>{"cavity", segment::Papillary::Cavity},
+                                Choice<segment::Papillary>{"muscle", segment::Papillary::Muscle}};
+constexpr std::array kNeighbours{Choice<segment::Neighbours>{"faces", segment::Neighbours::Faces},
+                                 Choice<segment::Neighbours>{"all", segment::Neighbours::All}};
+
+constexpr std::array kSliceAlignments{
+    Choice<reg::AlignOptions::Slices>{"auto", reg::AlignOptions::Slices::Auto},
+    Choice<reg::AlignOptions::Slices>{"off", reg::AlignOptions::Slices::Off}};
 
 /// Every option of a recipe, once: section, key, member and range.
 template <class AnyRecipe, class Visit>
@@ -31,10 +41,18 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("exam", recipe.import.exam, 0, 100000);
   visit.option("series", recipe.import.series, 0, 2147483647);
   visit.option("stack", recipe.import.stack, 0, 100000);
+  visit.choice("align_slices", recipe.align.slices, kSliceAlignments);
   visit.section("segment");
+  visit.flag("even_shading", recipe.segment.even_shading);
+  visit.flag("denoise", recipe.segment.denoise);
+  visit.choice("method", recipe.segment.method, kMethods);
+  visit.choice("papillary", recipe.segment.papillary, kPapillary);
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
   visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);
+  visit.option("threshold_low", recipe.segment.threshold_low, 0.0, 1e6);
+  visit.option("threshold_high", recipe.segment.threshold_high, 0.0, 1e6);
+  visit.choice("threshold_neighbours", recipe.segment.threshold_neighbours, kNeighbours);
   visit.choice("leak", recipe.segment.leak.action, kLeakActions);
   visit.option("leak_volume_percent", recipe.segment.leak.volume_percent, 2.0, 100.0);
   visit.option("leak_contact_mm2", recipe.segment.leak.contact_mm2, 10.0, 10000.0);
@@ -73,6 +91,7 @@ class Reader {
   void option(const std::string& key, T& value, Bound low, Bound high) {
     section_->read(key, value, low, high);
   }
+  void flag(const std::string& key, bool& value) { section_->read(key, value); }
   template <class T, std::size_t N>
   void choice(const std::string& key, T& value, const std::array<Choice<T>, N>& choices) {
     if (!section_->has(key)) return;
@@ -133,6 +152,7 @@ class Writer {
   void option(const std::string& key, const T& value, Bound, Bound) {
     out_[section_][key] = value;
   }
+  void flag(const std::string& key, bool value) { out_[section_][key] = value; }
   template <class T, std::size_t N>
   void choice(const std::string& key, const T& value, const std::array<Choice<T>, N>& choices) {
     for (const Choice<T>& each : choices) {

@@ -1,8 +1,14 @@
 #include "pipeline/cli/study_status.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "pipeline/cli/orders.h"
 #include "pipeline/study/lock.h"
+#include "pipeline/study/long_axis_json.h"
+#include "pipeline/study/stage_files.h"
 #include "pipeline/study/state.h"
+#include "runtime/base/error.h"
 
 namespace beatlas::cli {
 using study::Stage;
@@ -30,6 +36,15 @@ StageStatus status_of(const study::Study& study, Stage stage, const Orders& orde
   out.changed = state.changed;
   out.state = !state.edited.empty() ? "edited" : state.up_to_date() ? "done" : "stale";
   return out;
+}
+
+/// None too where the file was spoilt by hand: that is for the stage that reads it to say.
+std::optional<LongAxis> axis_of(const study::Study& study) {
+  try {
+    return study::read_long_axis(study.folder());
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -60,6 +75,7 @@ StudyStatus status_of(const study::Study& study) {
     }
     const bool runs = status.state != "done" && status.state != "edited";
     if (stage != Stage::Pictures) runs_before = runs_before || runs;
+    if (stage == Stage::Segment && !runs) out.axis = axis_of(study);
     out.stages.push_back(std::move(status));
   }
   return out;
@@ -84,6 +100,17 @@ std::string to_text(const StudyStatus& status) {
     }
     out += line + "\n";
   }
+  if (status.axis) {
+    const LongAxis& axis = *status.axis;
+    double least = axis.lv_base_mm[0] - axis.apex_mm[0];
+    double most = least;
+    for (std::size_t p = 1; p < axis.apex_mm.size(); ++p) {
+      least = std::min(least, axis.lv_base_mm[p] - axis.apex_mm[p]);
+      most = std::max(most, axis.lv_base_mm[p] - axis.apex_mm[p]);
+    }
+    out += "LV " + std::to_string(std::lround(least)) + " to " + std::to_string(std::lround(most)) +
+           " mm from apex to base, see segment/long_axis.json\n";
+  }
   if (status.in_use) out += "another beatlas writes in this study now\n";
   return out;
 }
@@ -98,7 +125,9 @@ nlohmann::json to_json(const StudyStatus& status) {
                       {"missing", stage.missing},
                       {"changed", stage.changed}});
   }
-  return {{"stages", stages}, {"in_use", status.in_use}};
+  nlohmann::json out{{"stages", stages}, {"in_use", status.in_use}};
+  if (status.axis) out["long_axis"] = study::long_axis_to_json(*status.axis);
+  return out;
 }
 
 }  // namespace beatlas::cli

@@ -1,9 +1,11 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/core/long_axis.h"
 #include "pipeline/study/study.h"
 
 namespace beatlas::cli {
@@ -19,12 +21,13 @@ struct StageStatus {
 
 struct StudyStatus {
   std::vector<StageStatus> stages;  ///< in order
+  std::optional<LongAxis> axis;     ///< as it is now, if segment will not run again
   bool in_use = false;              ///< another program writes in the study now
 };
 
 [[nodiscard]] StudyStatus status_of(const study::Study& study);
 
-/// A line a stage.
+/// A line a stage, and what else there is to tell.
 [[nodiscard]] std::string to_text(const StudyStatus& status);
 /// See schemas/status.schema.json.
 [[nodiscard]] nlohmann::json to_json(const StudyStatus& status);

@@ -3,11 +3,13 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/core/grid.h"
 #include "pipeline/core/leak_alarm.h"
+#include "pipeline/core/long_axis.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas {
@@ -30,13 +32,25 @@ struct BaseCut {
   std::vector<double> k;  ///< [phase] slice index of the plane, fractional, in the source's grid
 };
 
+/// How well a boundary is known where it crosses a voxel.
+struct BoundaryPoint {
+  std::uint32_t voxel = 0;  ///< of the coverage's grid
+  float sigma_mm = 0;       ///< standard deviation [mm] of its place, along the surface's normal
+};
+
+/// [structure][phase][point], voxels ascending. Voxels that a boundary crosses in the plane of the
+/// slices; phases and places whose labels were drawn by hand or came from elsewhere have none.
+using BoundaryUncertainty = std::map<Structure, std::vector<std::vector<BoundaryPoint>>>;
+
 /// What segmentation gives.
 struct Segmentation {
   LabelCycle labels;
   CoverageCycle coverage;
+  BoundaryUncertainty uncertainty;
   int end_diastole = 0;                    ///< phase of the largest LV (or heart) volume
   int end_systole = 0;                     ///< phase of the smallest
   std::map<Structure, BaseCut> base_cuts;  ///< coverage beyond a cut does not count
+  std::optional<LongAxis> axis;            ///< none without a left ventricle
   std::vector<std::string> warnings;
   std::vector<LeakAlarm> alarms;  ///< that rang, see segment/alarm.h
 };

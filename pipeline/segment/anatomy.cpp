@@ -13,8 +13,7 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kPapillaryMm = 8.0;   ///< radius of the closing that takes papillary muscles in
-constexpr double kFatOverBlood = 1.3;  ///< fat is brighter than blood by more than this
+constexpr double kPapillaryMm = 8.0;  ///< radius of the closing that takes papillary muscles in
 constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV muscle at the septum
 /// Outer outlines in thick slices, where fat and liver blur into the wall, are smoothed this much
 /// more.
@@ -157,7 +156,8 @@ Mask find_atria(const Grid& grid, const std::vector<float>& image, const Chamber
 }  // namespace
 
 void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
-                int phase, std::vector<std::uint8_t>& labels) {
+                int phase, const std::vector<std::uint8_t>& drawn,
+                std::vector<std::uint8_t>& labels) {
   const Vec3 spacing = grid.spacing_mm();
   const cv::Point2d pixel_mm(spacing[0], spacing[1]);
   const TissueLevels& levels = chambers.levels;
@@ -200,11 +200,16 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       cv::morphologyEx(lv, lv, cv::MORPH_OPEN, disc(0.8, pixel_mm));
       lv = keep_large(lv, 0.3);
     }
+    if (!drawn.empty()) {
+      const cv::Mat marks(slice.size(), CV_8U,
+                          const_cast<std::uint8_t*>(drawn.data() + grid.offset(0, 0, k)));
+      lv |= marks == kLabelLvBlood;
+    }
     if (cv::countNonZero(lv) > 0) {
       lv = take_in_papillaries(lv, pixel_mm) & ((slice == kLabelLvMyocardium) | lv);
       slice.setTo(cv::Scalar(kLabelLvBlood), lv);
     }
-    cv::Mat rv = (slice == kLabelRvBlood) & bright & (pixels < kFatOverBlood * levels.rv_blood);
+    cv::Mat rv = (slice == kLabelRvBlood) & bright & (pixels < levels.fat);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), slice == kLabelRvBlood);
     if (cv::countNonZero(rv) > 0) {
       cv::Mat core;

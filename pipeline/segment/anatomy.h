@@ -8,8 +8,12 @@
 namespace beatlas::segment {
 
 /// Works slice by slice on one phase of labels (see atlas Label), in place.
+/// @param drawn marks of a technician in this phase, kUnlabelled elsewhere; empty without. What is
+/// marked as LV blood is cavity however dark it is, a papillary muscle say, and with it what lies
+/// between it and the pool.
 void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chambers& chambers,
-                int phase, std::vector<std::uint8_t>& labels);
+                int phase, const std::vector<std::uint8_t>& drawn,
+                std::vector<std::uint8_t>& labels);
 
 /// Makes of what smoothing carried beyond the LV's base plane the rest of the heart.
 void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels);

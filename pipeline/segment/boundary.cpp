@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include <opencv2/imgproc.hpp>
 
@@ -11,6 +13,12 @@ namespace {
 constexpr float kBandPx = 2.0F;        ///< where intensity is asked, on both sides
 constexpr double kAlongPx = 1.5;       ///< Gaussian along the outline
 constexpr float kMostShiftPx = 1.25F;  ///< labels are no farther off than this
+constexpr float kLeastAlong = 0.02F;   ///< outline, weighted, that has to be told of a place
+constexpr double kUntoldPx = 0.625;    ///< standard deviation where no intensity tells the place
+constexpr double kOfMisfit = 1.0;      ///< [px2] of the place's variance, for the misfit's
+constexpr double kFloorPx = 0.05;      ///< what no fit tells of
+constexpr float kLeastCore = 0.03F;    ///< share of the window that has to tell a level
+constexpr double kLeastAcross = 0.35;  ///< a surface along the slices is known by its neighbours
 constexpr double kWindowMm = 3.5;      ///< half width of the window that tells a side's level
 
 /// Mean of `image` over the voxels of `mask` in a window around each pixel; `weight` gets how
@@ -38,6 +46,41 @@ cv::Mat outline_distance_px(const cv::Mat& mask) {
   return distance;
 }
 
+/// outline_distance_px of every slice; empty where a slice lies inside or outside as a whole.
+std::vector<cv::Mat> outline_distances_px(const Grid& grid,
+                                          const std::vector<std::uint8_t>& inside) {
+  std::vector<cv::Mat> out(static_cast<std::size_t>(grid.size[2]));
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const cv::Mat in =
+        cv::Mat(grid.size[1], grid.size[0], CV_8U,
+                const_cast<std::uint8_t*>(inside.data() + grid.offset(0, 0, k))) != 0;
+    const int within = cv::countNonZero(in);
+    if (within > 0 && within < in.rows * in.cols) {
+      out[static_cast<std::size_t>(k)] = outline_distance_px(in);
+    }
+  }
+  return out;
+}
+
+/// What a way in the plane of a slice, across the outline, is along the surface's normal: the
+/// outline's way from slice to slice tells how the surface leans.
+double along_normal(const std::vector<cv::Mat>& distances_px, int k, int j, int i,
+                    double pixel_per_slice) {
+  const auto at = [&](int slice) -> std::optional<float> {
+    if (slice < 0 || slice >= static_cast<int>(distances_px.size())) return {};
+    const cv::Mat& distance = distances_px[static_cast<std::size_t>(slice)];
+    if (distance.empty()) return {};
+    return distance.at<float>(j, i);
+  };
+  const std::optional<float> below = at(k - 1);
+  const std::optional<float> above = at(k + 1);
+  const float here = *at(k);
+  const int steps = (below ? 1 : 0) + (above ? 1 : 0);
+  if (steps == 0) return 1;
+  const double lean = static_cast<double>(above.value_or(here) - below.value_or(here)) / steps;
+  return std::max(kLeastAcross, 1 / std::hypot(1.0, lean * pixel_per_slice));
+}
+
 }  // namespace
 
 std::vector<float> outline_coverage(const Grid& grid, const std::vector<std::uint8_t>& inside) {
@@ -56,25 +99,30 @@ std::vector<float> outline_coverage(const Grid& grid, const std::vector<std::uin
   return coverage;
 }
 
-std::vector<float> boundary_coverage(const Grid& grid, const std::vector<float>& image,
-                                     const std::vector<std::uint8_t>& inside,
-                                     const std::vector<std::uint8_t>& reference, double contrast) {
-  std::vector<float> coverage(image.size());
+Boundary find_boundary(const BoundaryInput& input) {
+  const Grid& grid = input.grid;
+  Boundary found;
+  found.coverage.resize(input.image.size());
   const Vec3 spacing = grid.spacing_mm();
+  const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
   const cv::Size window(2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[0]))) + 1,
                         2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[1]))) + 1);
   const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
+  const std::vector<cv::Mat> distances_px = outline_distances_px(grid, input.inside);
   for (int k = 0; k < grid.size[2]; ++k) {
     const std::size_t begin = grid.offset(0, 0, k);
     const cv::Mat pixels(grid.size[1], grid.size[0], CV_32F,
-                         const_cast<float*>(image.data() + begin));
+                         const_cast<float*>(input.image.data() + begin));
     const cv::Mat in = cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                               const_cast<std::uint8_t*>(inside.data() + begin)) != 0;
+                               const_cast<std::uint8_t*>(input.inside.data() + begin)) != 0;
     const cv::Mat told = cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                                 const_cast<std::uint8_t*>(reference.data() + begin)) != 0;
-    cv::Mat out(grid.size[1], grid.size[0], CV_32F, coverage.data() + begin);
+                                 const_cast<std::uint8_t*>(input.tells_inner.data() + begin)) != 0;
+    const cv::Mat told_outer =
+        cv::Mat(grid.size[1], grid.size[0], CV_8U,
+                const_cast<std::uint8_t*>(input.tells_outer.data() + begin)) != 0;
+    cv::Mat out(grid.size[1], grid.size[0], CV_32F, found.coverage.data() + begin);
     in.convertTo(out, CV_32F, 1.0 / 255.0);
-    if (cv::countNonZero(in) == 0) continue;
+    if (distances_px[static_cast<std::size_t>(k)].empty()) continue;
 
     // Levels are told by voxels that are whole: one pixel or more off the boundary; thin walls
     // have none, there the boundary's own inner pixels must do.
@@ -87,25 +135,31 @@ std::vector<float> boundary_coverage(const Grid& grid, const std::vector<float>&
     cv::Mat inner = masked_mean(pixels, core, window, inner_weight);
     cv::Mat thin_weight;
     const cv::Mat thin = masked_mean(pixels, in & told, window, thin_weight);
-    thin.copyTo(inner, inner_weight < 0.03F);
+    thin.copyTo(inner, inner_weight < kLeastCore);
     cv::Mat outer_weight;
-    const cv::Mat outer = masked_mean(pixels, ~grown, window, outer_weight);
+    cv::Mat outer = masked_mean(pixels, ~grown & told_outer, window, outer_weight);
+    cv::Mat any_weight;
+    const cv::Mat any = masked_mean(pixels, ~grown, window, any_weight);
+    const cv::Mat few = outer_weight < kLeastCore;
+    any.copyTo(outer, few);
+    any_weight.copyTo(outer_weight, few);
 
     // Geometry first: coverage g of the mask's own smooth outline. Intensity then tells by how much
     // that outline must move: across the boundary the excess of measured coverage over g adds up to
     // the shift, in pixels. Averaged along the outline, so that noise and single odd pixels cancel.
-    const cv::Mat distance_px = outline_distance_px(in);
+    const cv::Mat& distance_px = distances_px[static_cast<std::size_t>(k)];
     cv::Mat geometric = 0.5F - distance_px;
     geometric = cv::min(cv::max(geometric, 0.0F), 1.0F);
     cv::Mat excess = cv::Mat::zeros(out.size(), CV_32F);
     cv::Mat trusted = cv::Mat::zeros(out.size(), CV_32F);
+    cv::Mat variance = cv::Mat::zeros(out.size(), CV_32F);  // of `excess`, by the image's noise
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
         const float d = distance_px.at<float>(j, i);
         if (std::abs(d) > kBandPx) continue;
         const float difference = inner.at<float>(j, i) - outer.at<float>(j, i);
         if (thin_weight.at<float>(j, i) <= 0 || outer_weight.at<float>(j, i) <= 0.02F ||
-            std::abs(difference) <= contrast) {
+            std::abs(difference) <= input.contrast) {
           continue;
         }
         const float measured =
@@ -114,6 +168,9 @@ std::vector<float> boundary_coverage(const Grid& grid, const std::vector<float>&
         if (d < 0 && measured < 0.2F) continue;
         trusted.at<float>(j, i) = 1;
         excess.at<float>(j, i) = measured - geometric.at<float>(j, i);
+        // What is beyond a level counts as that level, noise and all.
+        const float noise_here = static_cast<float>(input.noise) / difference;
+        variance.at<float>(j, i) = measured > 0 && measured < 1 ? noise_here * noise_here : 0.0F;
       }
     }
     cv::Mat dx;
@@ -126,19 +183,51 @@ std::vector<float> boundary_coverage(const Grid& grid, const std::vector<float>&
     cv::Mat along;
     cv::GaussianBlur(excess, moved, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
     cv::GaussianBlur(length.mul(trusted), along, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
+    cv::Mat shift_px = cv::Mat::zeros(out.size(), CV_32F);
+    cv::Mat misfit = cv::Mat::zeros(out.size(), CV_32F);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
         const float d = distance_px.at<float>(j, i);
         if (std::abs(d) > kBandPx + kMostShiftPx) continue;
         const float weight = along.at<float>(j, i);
-        const float shift =
-            weight > 0.02F ? std::clamp(moved.at<float>(j, i) / weight, -kMostShiftPx, kMostShiftPx)
-                           : 0.0F;
-        out.at<float>(j, i) = std::clamp(0.5F - d + shift, 0.0F, 1.0F);
+        const float shift = weight > kLeastAlong ? std::clamp(moved.at<float>(j, i) / weight,
+                                                              -kMostShiftPx, kMostShiftPx)
+                                                 : 0.0F;
+        shift_px.at<float>(j, i) = shift;
+        const float covered = std::clamp(0.5F - d + shift, 0.0F, 1.0F);
+        out.at<float>(j, i) = covered;
+        if (trusted.at<float>(j, i) > 0) {
+          const float off = excess.at<float>(j, i) + geometric.at<float>(j, i) - covered;
+          misfit.at<float>(j, i) = off * off;
+        }
+      }
+    }
+
+    // The square of a Gaussian is a narrower one.
+    constexpr double kNarrowPx = kAlongPx / std::numbers::sqrt2;
+    constexpr double kOfSquare = 1 / (4 * std::numbers::pi * kAlongPx * kAlongPx);
+    misfit -= variance;
+    cv::GaussianBlur(variance, variance, {0, 0}, kNarrowPx, kNarrowPx, cv::BORDER_ISOLATED);
+    cv::GaussianBlur(misfit, misfit, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
+    for (int j = 0; j < out.rows; ++j) {
+      for (int i = 0; i < out.cols; ++i) {
+        const float covered = out.at<float>(j, i);
+        if (!(covered > 0 && covered < 1)) continue;
+        const double weight = along.at<float>(j, i);
+        double sigma_px = kUntoldPx;
+        if (weight > kLeastAlong) {
+          const double by_noise = kOfSquare * variance.at<float>(j, i) / (weight * weight);
+          const double by_fit = kOfMisfit * std::max(0.0F, misfit.at<float>(j, i)) / weight;
+          sigma_px = std::sqrt(by_noise + by_fit + kFloorPx * kFloorPx);
+        }
+        sigma_px *= along_normal(distances_px, k, j, i, pixel_mm / spacing[2]);
+        found.points.push_back(
+            {static_cast<std::uint32_t>(begin + static_cast<std::size_t>(j * out.cols + i)),
+             static_cast<float>(sigma_px * pixel_mm)});
       }
     }
   }
-  return coverage;
+  return found;
 }
 
 }  // namespace beatlas::segment

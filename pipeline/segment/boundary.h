@@ -4,20 +4,37 @@
 
 #include <vector>
 
-#include "pipeline/core/grid.h"
+#include "pipeline/core/shapes.h"
 
 namespace beatlas::segment {
 
-/// @param image intensities; @param inside 1 in the structure; @param reference 1 where a voxel
-/// may tell the inner level (e.g. only muscle, under an outer surface); same length
-/// @param contrast least difference of the two levels that is trusted
-/// @return coverage 0..1 of each voxel; 0.5 lies on the boundary. Where levels do not differ the
-/// boundary runs between the voxels, smoothed.
-[[nodiscard]] std::vector<float> boundary_coverage(const Grid& grid,
-                                                   const std::vector<float>& image,
-                                                   const std::vector<std::uint8_t>& inside,
-                                                   const std::vector<std::uint8_t>& reference,
-                                                   double contrast);
+/// A structure's boundary in one phase.
+struct Boundary {
+  std::vector<float> coverage;        ///< 0..1 of each voxel; 0.5 lies on the boundary
+  std::vector<BoundaryPoint> points;  ///< in voxels that the boundary crosses in plane, ascending
+};
+
+struct BoundaryInput {
+  const Grid& grid;
+  const std::vector<float>& image;
+  const std::vector<std::uint8_t>& inside;  ///< 1 in the structure
+  /// Voxels inside that may tell the inner level, and any that may tell the outer one outside:
+  /// under an outer surface only muscle, beside a cavity only its wall. Where one has none nearby,
+  /// others must do.
+  const std::vector<std::uint8_t>& tells_inner;
+  const std::vector<std::uint8_t>& tells_outer;
+  double contrast = 0;  ///< least difference of the two levels that is trusted
+  double noise = 0;     ///< standard deviation of the intensities
+};
+
+/// Where levels do not differ the boundary runs between the voxels, smoothed.
+/// A point's standard deviation is that of the shift by which intensities moved the outline there:
+/// the image's noise, carried through that shift (it averages along the outline, so it lies below
+/// the limit of a single profile, sqrt(2 sqrt(pi) s p) / CNR, by the root of their number), and how
+/// badly one edge between two levels fits what is seen; times what a way in plane is along the
+/// surface's normal. Where nothing but the labels tells the place, half of the most that
+/// intensities may move them.
+[[nodiscard]] Boundary find_boundary(const BoundaryInput& input);
 
 /// The same from the mask alone: coverage of its outline, smoothed in plane.
 [[nodiscard]] std::vector<float> outline_coverage(const Grid& grid,

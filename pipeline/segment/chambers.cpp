@@ -19,6 +19,8 @@ constexpr double kLvWallMm = 8.0;           ///< thinner median walls count less
 constexpr double kMostSlope = 0.12;         ///< across a wall, of blood's height over muscle
 constexpr double kLeastWallPx = 2.5;        ///< thinner rings are rims of mixed pixels
 constexpr double kLargeAreaMm2 = 1200.0;    ///< larger pools count no more
+constexpr int kMostRounds = 3;              ///< of levels from a chain and a chain from levels
+constexpr double kSettled = 0.1;            ///< of blood's height over muscle: no new chain
 constexpr double kMinRvContact = 0.08;      ///< of the rays: about 30 degrees of septum
 
 double median_of(std::vector<float> values) {
@@ -429,8 +431,15 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
   for (const TissueLevels& levels : {first, levels_above(s, first)}) {
     std::vector<Candidate> found = best_chain(candidates_at(levels), s);
     if (found.empty()) continue;
-    const TissueLevels refined = refine_levels(s, found, levels);
-    found = best_chain(candidates_at(refined), s);
+    // The first chain may be in another chamber, whose levels are not the LV's.
+    TissueLevels refined = levels;
+    for (int round = 0; round < kMostRounds && !found.empty(); ++round) {
+      const TissueLevels before = refined;
+      refined = refine_levels(s, found, before);
+      const double moved = std::abs(refined.threshold - before.threshold);
+      if (round > 0 && moved < kSettled * (refined.blood - refined.muscle)) break;
+      found = best_chain(candidates_at(refined), s);
+    }
     if (chain_score(found) > chain_score(chain)) {
       chain = std::move(found);
       out.levels = refined;

@@ -1,24 +1,59 @@
 #include "pipeline/segment/coverage.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {
 namespace {
 
-/// Myocardium is what lies around the cavity: where both touch, their shares make one voxel.
-void share_wall(const std::vector<std::uint8_t>& labels, const std::vector<float>& blood,
-                std::vector<float>& myocardium) {
-  for (std::size_t v = 0; v < labels.size(); ++v) {
-    const float b = blood[v];
-    if (!(b > 0)) continue;
-    if (labels[v] == kLabelLvBlood) myocardium[v] = 1 - b;
-    if (labels[v] == kLabelLvMyocardium) myocardium[v] = std::min(myocardium[v], 1 - b);
+constexpr double kMuscleShare = 0.5;  ///< of the way from muscle to the threshold to blood
+
+/// Myocardium is what lies around the cavity: where both touch, their shares make one voxel. Where
+/// the cavity ends at its valve there is no wall to share with.
+void share_wall(const Grid& grid, const std::vector<std::uint8_t>& labels,
+                const std::vector<float>& blood, std::vector<float>& myocardium) {
+  const auto beside_wall = [&](int i, int j, int k) {
+    for (int b = std::max(0, j - 1); b <= std::min(grid.size[1] - 1, j + 1); ++b) {
+      for (int a = std::max(0, i - 1); a <= std::min(grid.size[0] - 1, i + 1); ++a) {
+        if (labels[grid.offset(a, b, k)] == kLabelLvMyocardium) return true;
+      }
+    }
+    return false;
+  };
+  std::size_t v = 0;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i, ++v) {
+        const float b = blood[v];
+        if (!(b > 0)) continue;
+        if (labels[v] == kLabelLvBlood && b < 1 && beside_wall(i, j, k)) myocardium[v] = 1 - b;
+        if (labels[v] == kLabelLvMyocardium) myocardium[v] = std::min(myocardium[v], 1 - b);
+      }
+    }
   }
+}
+
+/// The wall's inner boundary is the cavity's, its uncertainty too.
+std::vector<BoundaryPoint> points_of_wall(const std::vector<BoundaryPoint>& outer,
+                                          const std::vector<BoundaryPoint>& inner,
+                                          const std::vector<float>& myocardium) {
+  std::vector<BoundaryPoint> out;
+  const auto before = [](const BoundaryPoint& a, const BoundaryPoint& b) {
+    return a.voxel < b.voxel;
+  };
+  // Of two points of one voxel the first range's is taken.
+  std::set_union(inner.begin(), inner.end(), outer.begin(), outer.end(), std::back_inserter(out),
+                 before);
+  std::erase_if(out, [&](const BoundaryPoint& point) {
+    return !(myocardium[point.voxel] > 0 && myocardium[point.voxel] < 1);
+  });
+  return out;
 }
 
 }  // namespace
@@ -31,9 +66,14 @@ std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels, Structu
   return mask;
 }
 
-CoverageCycle cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
-                    const Box& box, const TissueLevels& levels, double noise) {
-  CoverageCycle out;
+Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
+              const Box& box, const TissueLevels& levels, double noise) {
+  // Voxels that are muscle and nothing else: under a thin wall most are half blood.
+  const double muscle = std::min(
+      levels.threshold,
+      levels.muscle + std::max(2 * noise, kMuscleShare * (levels.threshold - levels.muscle)));
+  Covered made;
+  CoverageCycle& out = made.coverage;
   out.grid = images.grid;
   out.first = box.first;
   const auto n = static_cast<std::size_t>(images.phase_count());
@@ -41,31 +81,48 @@ CoverageCycle cover(const ImageCycle<float>& images, const ImageCycle<std::uint8
   for (Structure structure : kAllStructures) {
     std::vector<std::vector<float>>& phases = out.phases[structure];
     phases.resize(n);
+    std::vector<std::vector<BoundaryPoint>>& points = made.uncertainty[structure];
+    points.resize(n);
     parallel_for(n, [&](std::size_t p) {
       const std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
-      std::vector<std::uint8_t> reference = inside;
+      std::vector<std::uint8_t> inner = inside;
+      std::vector<std::uint8_t> outer(inside.size(), 1);
       if (structure == Structure::Heart && levels.muscle > 0) {
         // Under the outer surface lies muscle; blood behind a thin wall must not tell its level.
-        for (std::size_t v = 0; v < reference.size(); ++v) {
-          reference[v] =
-              static_cast<std::uint8_t>(inside[v] && images.phases[p][v] < levels.threshold);
+        for (std::size_t v = 0; v < inner.size(); ++v) {
+          inner[v] = static_cast<std::uint8_t>(inside[v] && images.phases[p][v] < muscle);
         }
+      } else if (structure == Structure::LvBlood || structure == Structure::RvBlood) {
+        // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
+        outer = where(labels.phases[p], Structure::Heart);
       }
-      phases[p] = boundary_coverage(images.grid, images.phases[p], inside, reference, contrast);
+      Boundary found = find_boundary({.grid = images.grid,
+                                      .image = images.phases[p],
+                                      .inside = inside,
+                                      .tells_inner = inner,
+                                      .tells_outer = outer,
+                                      .contrast = contrast,
+                                      .noise = noise});
+      phases[p] = std::move(found.coverage);
+      points[p] = std::move(found.points);
     });
     const bool empty = std::all_of(phases.begin(), phases.end(), [](const auto& phase) {
       return std::none_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
     });
-    if (empty) out.phases.erase(structure);
+    if (!empty) continue;
+    out.phases.erase(structure);
+    made.uncertainty.erase(structure);
   }
   const auto myocardium = out.phases.find(Structure::LvMyocardium);
   const auto blood = out.phases.find(Structure::LvBlood);
   if (myocardium != out.phases.end() && blood != out.phases.end()) {
     for (std::size_t p = 0; p < n; ++p) {
-      share_wall(labels.phases[p], blood->second[p], myocardium->second[p]);
+      share_wall(images.grid, labels.phases[p], blood->second[p], myocardium->second[p]);
+      std::vector<BoundaryPoint>& wall = made.uncertainty[Structure::LvMyocardium][p];
+      wall = points_of_wall(wall, made.uncertainty[Structure::LvBlood][p], myocardium->second[p]);
     }
   }
-  return out;
+  return made;
 }
 
 std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure structure) {
@@ -79,10 +136,9 @@ std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure str
 }
 
 void find_ends(Segmentation& segmentation) {
-  const std::vector<double> curve = volume_curve_ml(
-      segmentation.coverage, segmentation.coverage.phases.count(Structure::LvBlood) != 0
-                                 ? Structure::LvBlood
-                                 : Structure::Heart);
+  const std::vector<double> curve = segmented_volume_ml(
+      segmentation, segmentation.coverage.phases.count(Structure::LvBlood) != 0 ? Structure::LvBlood
+                                                                                : Structure::Heart);
   segmentation.end_diastole =
       static_cast<int>(std::max_element(curve.begin(), curve.end()) - curve.begin());
   segmentation.end_systole =

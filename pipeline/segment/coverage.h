@@ -13,14 +13,19 @@ namespace beatlas::segment {
 [[nodiscard]] std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels,
                                               Structure structure);
 
-/// Coverage of every structure by the images' own edges, see boundary.h; structures that no
-/// phase holds are left out.
-/// @param images, labels the part of the exam in `box`; @param noise its standard deviation
-[[nodiscard]] CoverageCycle cover(const ImageCycle<float>& images,
-                                  const ImageCycle<std::uint8_t>& labels, const Box& box,
-                                  const TissueLevels& levels, double noise);
+/// Coverage of every structure by the images' own edges and how well those are known, see
+/// boundary.h; structures that no phase holds are left out.
+struct Covered {
+  CoverageCycle coverage;
+  BoundaryUncertainty uncertainty;
+};
 
-/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one.
+/// @param images, labels the part of the exam in `box`; @param noise its standard deviation
+[[nodiscard]] Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
+                            const Box& box, const TissueLevels& levels, double noise);
+
+/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one, as
+/// cut at the base.
 void find_ends(Segmentation& segmentation);
 
 }  // namespace beatlas::segment

@@ -8,6 +8,7 @@
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/tissue.h"
+#include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -57,7 +58,8 @@ Box box_of(const CoverageCycle& coverage, const LabelCycle& labels) {
 }
 
 /// The same coverage on a larger part of the grid.
-void enlarge(CoverageCycle& coverage, const Grid& whole, const Box& box) {
+void enlarge(CoverageCycle& coverage, BoundaryUncertainty& uncertainty, const Grid& whole,
+             const Box& box) {
   if (box.first == coverage.first && box.size == coverage.grid.size) return;
   const Grid old = coverage.grid;
   const Grid grid = whole.part(box.first, box.size);
@@ -75,6 +77,18 @@ void enlarge(CoverageCycle& coverage, const Grid& whole, const Box& box) {
         }
       }
       phase = std::move(next);
+    }
+  }
+  for (auto& [structure, phases] : uncertainty) {
+    for (std::vector<BoundaryPoint>& points : phases) {
+      for (BoundaryPoint& point : points) {
+        const std::size_t in_slice = point.voxel % old.slice_count();
+        const auto i = static_cast<int>(in_slice % static_cast<std::size_t>(old.size[0]));
+        const auto j = static_cast<int>(in_slice / static_cast<std::size_t>(old.size[0]));
+        const auto k = static_cast<int>(point.voxel / old.slice_count());
+        point.voxel =
+            static_cast<std::uint32_t>(grid.offset(i + shift[0], j + shift[1], k + shift[2]));
+      }
     }
   }
   coverage.grid = grid;
@@ -160,7 +174,7 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
   check_labels(made, labels);
   CoverageCycle& coverage = made.coverage;
   const Box box = box_of(coverage, labels);
-  enlarge(coverage, labels.grid, box);
+  enlarge(coverage, made.uncertainty, labels.grid, box);
   const ImageCycle<std::uint8_t> before = crop(made.labels, box);
   const ImageCycle<std::uint8_t> after = crop(labels, box);
   const Grid& grid = coverage.grid;
@@ -201,13 +215,21 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
         if (zone[v] != 0) phases[p][v] = outline[v];
       }
     }
+    for (auto& [structure, phases] : made.uncertainty) {
+      std::erase_if(phases[p], [&](const BoundaryPoint& point) { return zone[point.voxel] != 0; });
+    }
   });
 
   made.labels = labels;
   drop_or_refuse_absent(coverage);
+  std::erase_if(made.uncertainty,
+                [&](const auto& entry) { return coverage.phases.count(entry.first) == 0; });
   std::erase_if(made.base_cuts,
                 [&](const auto& cut) { return coverage.phases.count(cut.first) == 0; });
   find_ends(made);
+  std::vector<char> changed(n);
+  for (std::size_t p = 0; p < n; ++p) changed[p] = before.phases[p] != after.phases[p] ? 1 : 0;
+  follow_changed_labels(made, changed);
   made.alarms.clear();
   return made;
 }

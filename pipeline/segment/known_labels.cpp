@@ -7,6 +7,7 @@
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/valves.h"
+#include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -105,6 +106,9 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& known,
       if (k >= 0) cut.k[p] = k + 0.5 * cut.base_step;
     }
   }
+  std::vector<char> given(static_cast<std::size_t>(phases));
+  for (const int phase : known.phases) given[static_cast<std::size_t>(phase)] = 1;
+  follow_changed_labels(made, given);
   return made;
 }
 

@@ -266,18 +266,6 @@ std::optional<double> opening(const Sections& sections, std::size_t phase,
 
 }  // namespace
 
-std::vector<float> LongAxis::heights_mm(const Grid& grid) const {
-  std::vector<float> heights(grid.count());
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        heights[grid.offset(i, j, k)] = static_cast<float>(height_mm(grid.mm(i, j, k)));
-      }
-    }
-  }
-  return heights;
-}
-
 std::optional<LongAxis> find_long_axis(const ImageCycle<float>& images, const Chambers& chambers,
                                        double tricuspid_excursion_mm) {
   const Grid& grid = images.grid;
@@ -301,12 +289,13 @@ std::optional<LongAxis> find_long_axis(const ImageCycle<float>& images, const Ch
   }
   for (const auto& at : opens) out.lv_base_mm.push_back(*at);
   // The apical wall is thinner than the rest by about this share.
-  out.apex_mm = settled->apex_mm - 0.7 * chambers.wall_mm;
+  const double apex_mm = settled->apex_mm - 0.7 * chambers.wall_mm;
+  out.apex_mm.assign(n, apex_mm);
 
   const auto ed = static_cast<std::size_t>(chambers.end_diastole);
   const auto [least, most] = std::minmax_element(out.lv_base_mm.begin(), out.lv_base_mm.end());
   const double range = *most - *least;
-  const double scale = std::min(1.3, (out.lv_base_mm[ed] - out.apex_mm) / kLvLengthMm);
+  const double scale = std::min(1.3, (out.lv_base_mm[ed] - apex_mm) / kLvLengthMm);
   for (const double at : out.lv_base_mm) {
     const double loss = range > 0 ? (*most - at) / range : 0;
     out.rv_base_mm.push_back(*most - loss * scale * tricuspid_excursion_mm);
@@ -333,7 +322,7 @@ ImageCycle<float> across_axis(const ImageCycle<float>& images, const LongAxis& a
   constexpr double kBeyondBaseMm = 60;
   const Vec3 spacing = images.grid.spacing_mm();
   const double pixel = std::max(1.0, std::min(spacing[0], spacing[1]));
-  const double low = axis.apex_mm - kBelowMm;
+  const double low = *std::min_element(axis.apex_mm.begin(), axis.apex_mm.end()) - kBelowMm;
   const double high =
       *std::max_element(axis.lv_base_mm.begin(), axis.lv_base_mm.end()) + kBeyondBaseMm;
   const Vec3 u = axis.towards_base.unitOrthogonal();

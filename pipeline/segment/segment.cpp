@@ -9,12 +9,18 @@
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/denoise.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
+#include "pipeline/segment/papillary.h"
 #include "pipeline/segment/seeds.h"
+#include "pipeline/segment/shading.h"
+#include "pipeline/segment/taper.h"
+#include "pipeline/segment/threshold_growing.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
+#include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -91,6 +97,19 @@ LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<See
   return seeds;
 }
 
+/// In bSSFP fat is brighter than blood by two fifths of what parts blood from muscle and more;
+/// inflow and noise make blood brighter, too.
+double fat_level(const TissueLevels& levels, double noise) {
+  const double contrast = levels.blood - levels.muscle;
+  return levels.rv_blood + std::min(0.2 * contrast + 3 * noise, 0.45 * contrast);
+}
+
+ImageCycle<float> evenly_lit(ImageCycle<float> images, const SegmentOptions& options) {
+  if (!options.even_shading) return images;
+  const TemporalStats stats = temporal_stats(images);
+  return without_shading(images, find_shading(images.grid, stats));
+}
+
 }  // namespace
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
@@ -106,7 +125,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   const Box box = box_with_seeds(
       stack.grid, box_with_labels(stack.grid, find_moving_box(stack.grid, whole), known_labels),
       drawn);
-  const ImageCycle<float> images = crop(stack, box);
+  const ImageCycle<float> images = evenly_lit(crop(stack, box), options);
   const KnownLabels known = crop(known_labels, box);
   context.check_cancelled();
   const TemporalStats stats = temporal_stats(images);
@@ -137,28 +156,50 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
         "give seeds with --seeds");
   }
 
+  if (options.method == Method::Threshold) {
+    if (!known.phases.empty()) {
+      throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
+    }
+    return segment_by_threshold(exam, given, seeds, box, chambers.levels, options);
+  }
+
   const std::vector<std::vector<std::uint8_t>> classes =
       classify(stats, chambers, images.phases.size());
-  const TravelCost cost = travel_cost(chambers.levels);
-  const double contrast = chambers.levels.blood - chambers.levels.muscle;
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
+  const ImageCycle<float> calm = denoised(images, options.denoise ? stats.noise : 0, phase_step_mm);
+  const double noise = options.denoise ? noise_level(calm) : stats.noise;
+  if (chambers.found_lv()) chambers.levels.fat = fat_level(chambers.levels, noise);
+  const TravelCost cost = travel_cost(chambers.levels, noise);
+  const double contrast = chambers.levels.blood - chambers.levels.muscle;
   ImageCycle<std::uint8_t> labels = grow_in_competition(
-      {images, classes, seeds, cost, phase_step_mm, std::max(3 * stats.noise, kTexture * contrast),
+      {calm, classes, seeds, cost, phase_step_mm, std::max(3 * noise, kTexture * contrast),
        options.edge_cost_mm / contrast},
       context);
+  LabelImages marks;
+  if (!drawn.empty()) {
+    marks.assign(images.phases.size(), std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
+    draw_seeds(images.grid, drawn, marks);
+  }
   const std::vector<std::uint8_t> rest = near_known_rest(known);
   parallel_for(images.phases.size(), [&](std::size_t p) {
     const std::vector<std::uint8_t> grown = labels.phases[p];
-    tidy_phase(images.grid, images.phases[p], chambers, static_cast<int>(p), labels.phases[p]);
+    tidy_phase(images.grid, calm.phases[p], chambers, static_cast<int>(p),
+               marks.empty() ? std::vector<std::uint8_t>() : marks[p], labels.phases[p]);
     keep_known_rest(rest, grown, labels.phases[p]);
   });
+  bound_apex(chambers, labels);
   smooth_outlines(labels, options.outline_sigma_mm, known);
   cut_at_base(chambers, labels);
+  const VentricleEnds ends =
+      find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);
+  redraw_mixed_slices(chambers, ends, labels);
+  clear_mixed_atria(chambers, ends, labels);
+  wall_atria(images, chambers, ends, labels);
+  if (options.papillary == Papillary::Muscle) {
+    papillary_muscles_to_wall(images, chambers.levels, labels);
+  }
   if (!drawn.empty()) {
     // What was drawn stays as it was drawn, whatever the tidying thinks of it.
-    LabelImages marks(images.phases.size(),
-                      std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
-    draw_seeds(images.grid, drawn, marks);
     for (std::size_t p = 0; p < marks.size(); ++p) {
       for (std::size_t v = 0; v < marks[p].size(); ++v) {
         if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
@@ -170,8 +211,14 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  out.coverage = cover(images, labels, box, chambers.levels, stats.noise);
-  out.base_cuts = part_ventricles_from_atria(labels, chambers, options.tricuspid_excursion_mm);
+  Covered covered = ends.lv || ends.rv ? cover(images, continued_to_base(chambers, ends, labels),
+                                               box, chambers.levels, stats.noise)
+                                       : cover(images, labels, box, chambers.levels, stats.noise);
+  out.coverage = std::move(covered.coverage);
+  out.uncertainty = std::move(covered.uncertainty);
+  if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
+  out.base_cuts =
+      part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }
@@ -199,6 +246,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       }
     }
   }
+  out.axis = ventricle_axis(out, chambers.axis);
   return out;
 }
 

@@ -22,7 +22,23 @@ struct Seed {
   std::vector<Vec3> stroke_lps_mm = {};
 };
 
+enum class Method {
+  Competition,  ///< all labels grow at once, see competition.h
+  Threshold,    ///< LV blood alone, where a window of intensity reaches, see threshold_growing.h:
+                ///< the method of paper A, which leaks; for comparison
+};
+
+/// What papillary muscles and trabeculae as dark as muscle, inside the LV's pool, count as.
+enum class Papillary { Cavity, Muscle };
+
+/// Which voxels touch.
+enum class Neighbours { Faces, All };
+
 struct SegmentOptions {
+  bool even_shading = true;  ///< the coil's shading is taken off, see shading.h
+  bool denoise = true;       ///< noise is smoothed, edges are not, before growing; see denoise.h
+  Method method = Method::Competition;
+  Papillary papillary = Papillary::Cavity;
   /// [mm] 0..100: what crossing an edge as high as that between muscle and blood costs a label, in
   /// millimetres of easy travel. 0: labels meet half-way between seeds whatever lies between.
   double edge_cost_mm = 20;
@@ -32,6 +48,11 @@ struct SegmentOptions {
   /// (TAPSE; the phantom's 22 mm; normal 16..30). Only for stacks of thick slices with atria in
   /// view.
   double tricuspid_excursion_mm = 22;
+  /// [the images' intensity] 0..1e6: ends of the window of Method::Threshold. 0: from the levels of
+  /// blood and muscle that the images show: half-way between them, and as far beyond blood.
+  double threshold_low = 0;
+  double threshold_high = 0;
+  Neighbours threshold_neighbours = Neighbours::Faces;
   /// Of leak_alarms, which whoever calls segment_exam asks afterwards.
   LeakOptions leak;
 };

@@ -26,6 +26,20 @@ double quantile_of(std::vector<float> values, double share) {
   return values[static_cast<std::size_t>(index)];
 }
 
+/// A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
+constexpr double kSmoothedVariance = 0.1624;
+
+/// The swing [in standard deviations of the noise] that noise alone exceeds in two voxels of a
+/// thousand: a quantile of chi-squared (Wilson and Hilferty 1931). The fewer the phases, the wider.
+double swing_of_noise(int phases) {
+  const double freedom = std::max(1, phases - 1);
+  const double part = 2 / (9 * freedom);
+  const double quantile = freedom * std::pow(1 - part + 2.878 * std::sqrt(part), 3);
+  return std::sqrt(kSmoothedVariance * std::max(0.0, quantile / (freedom + 1) - 1));
+}
+
+}  // namespace
+
 /// Noise from temporal second differences of voxels that hold signal: what is left after motion
 /// slower than two phases; the median ignores the few voxels that move faster. Air is left out:
 /// where there is no signal, magnitude images show only two thirds of the noise.
@@ -52,20 +66,6 @@ double noise_level(const ImageCycle<float>& images) {
   }
   return median_of(residuals) / 0.6745;
 }
-
-/// A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
-constexpr double kSmoothedVariance = 0.1624;
-
-/// The swing [in standard deviations of the noise] that noise alone exceeds in two voxels of a
-/// thousand: a quantile of chi-squared (Wilson and Hilferty 1931). The fewer the phases, the wider.
-double swing_of_noise(int phases) {
-  const double freedom = std::max(1, phases - 1);
-  const double part = 2 / (9 * freedom);
-  const double quantile = freedom * std::pow(1 - part + 2.878 * std::sqrt(part), 3);
-  return std::sqrt(kSmoothedVariance * std::max(0.0, quantile / (freedom + 1) - 1));
-}
-
-}  // namespace
 
 std::vector<float> smooth_in_plane(const Grid& grid, const std::vector<float>& image,
                                    double sigma_mm) {

@@ -4,14 +4,19 @@
 #include <cmath>
 #include <numeric>
 
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "pipeline/segment/base_plane.h"
+#include "pipeline/segment/long_axis_views.h"
 #include "pipeline/segment/seeds.h"
 
 namespace beatlas::segment {
 namespace {
 
+const std::vector<std::uint8_t> kLv{kLabelLvBlood, kLabelLvMyocardium};
+const std::vector<std::uint8_t> kRv{kLabelRvBlood};
 constexpr double kLeastRing = 0.5;  ///< of the rays: what technicians ask for
+constexpr double kAtrialWallMm = 3;
 constexpr double kAtrialPoolMm2 =
     300;  ///< a smaller pool beyond the base is a vessel or a rest of LV
 
@@ -78,6 +83,98 @@ std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure 
   return ends;
 }
 
+/// What lies beyond the plane of its phase, slice by slice, becomes the rest of the heart.
+void end_at(ImageCycle<std::uint8_t>& labels, const std::vector<std::uint8_t>& of,
+            const std::vector<double>& plane_k, int step) {
+  const Grid& grid = labels.grid;
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (step * (k - plane_k[p]) <= 0) continue;
+      const std::size_t begin = grid.offset(0, 0, k);
+      for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
+        std::uint8_t& label = labels.phases[p][v];
+        if (std::find(of.begin(), of.end(), label) != of.end()) label = kLabelRestOfHeart;
+      }
+    }
+  }
+}
+
+/// The cavity does not reach slices beyond its apical end: that is muscle.
+void close_at_apex(ImageCycle<std::uint8_t>& labels, const std::vector<double>& apex_k, int step) {
+  const Grid& grid = labels.grid;
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (step * (k - apex_k[p]) >= 0) continue;
+      const auto begin =
+          labels.phases[p].begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+      std::replace(begin, begin + static_cast<std::ptrdiff_t>(grid.slice_count()), kLabelLvBlood,
+                   kLabelLvMyocardium);
+    }
+  }
+}
+
+int base_slice(const Chambers& chambers) {
+  return chambers.base_step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
+}
+
+/// Whether a beating pool lies beyond the LV's most basal slice.
+bool atria_beyond(const Grid& grid, const Chambers& chambers) {
+  const int beyond = base_slice(chambers) + chambers.base_step;
+  if (beyond < 0 || beyond >= grid.size[2]) return false;
+  const Vec3 spacing = grid.spacing_mm();
+  return cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) *
+             spacing[0] * spacing[1] >=
+         kAtrialPoolMm2;
+}
+
+/// No ventricle beyond the LV's most basal slice.
+void end_at_last_slice(ImageCycle<std::uint8_t>& labels, const Chambers& chambers) {
+  const std::vector<double> ends(labels.phases.size(),
+                                 base_slice(chambers) + 0.5 * chambers.base_step);
+  end_at(labels, {kLabelLvBlood, kLabelLvMyocardium, kLabelRvBlood}, ends, chambers.base_step);
+}
+
+/// The tricuspid plane lies with the mitral one where that is highest, and descends with it.
+std::vector<double> tricuspid_beside(const std::vector<double>& mitral_k,
+                                     const std::vector<int>& lv_slices, int step, double slice_mm,
+                                     double tricuspid_excursion_mm) {
+  const auto [low, high] = std::minmax_element(mitral_k.begin(), mitral_k.end());
+  const double top = step > 0 ? *high : *low;
+  const double range = *high - *low;
+  const int apical = step > 0 ? lv_slices.front() : lv_slices.back();
+  const double scale = std::min(1.3, std::abs(top - apical) * slice_mm / kLvLengthMm);
+  std::vector<double> ends;
+  for (const double k : mitral_k) {
+    const double loss = range > 0 ? std::abs(top - k) / range : 0;
+    ends.push_back(top - step * loss * scale * tricuspid_excursion_mm / slice_mm);
+  }
+  return ends;
+}
+
+/// Slice index of the tricuspid plane in every phase; empty if there is no RV or it does not beat.
+std::vector<double> tricuspid_by_rule(const ImageCycle<std::uint8_t>& labels,
+                                      const Chambers& chambers, double tricuspid_excursion_mm) {
+  const double slice_mm = labels.grid.spacing_mm()[2];
+  const int step = chambers.base_step;
+  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
+  int lv_slices = 0;
+  for (int k = 0; k < labels.grid.size[2]; ++k) {
+    lv_slices += count_label(labels, ed, k, kLabelLvMyocardium) > 0 ? 1 : 0;
+  }
+  const int rv_base_k = most_basal(labels, ed, Structure::RvBlood, step);
+  const std::vector<double> lv_volume = lv_voxels(labels);
+  const auto [least, most] = std::minmax_element(lv_volume.begin(), lv_volume.end());
+  std::vector<double> ends;
+  if (rv_base_k < 0 || *most <= *least) return ends;
+  const double excursion_mm =
+      tricuspid_excursion_mm * std::min(1.3, lv_slices * slice_mm / kLvLengthMm);
+  for (const double volume : lv_volume) {
+    const double loss = (*most - volume) / (*most - *least);
+    ends.push_back(rv_base_k + step * (0.5 - loss * excursion_mm / slice_mm));
+  }
+  return ends;
+}
+
 }  // namespace
 
 int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
@@ -103,63 +200,83 @@ std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labe
   return cuts;
 }
 
+VentricleEnds find_ventricle_ends(const ImageCycle<float>& images, const std::vector<Cine>& views,
+                                  const ImageCycle<std::uint8_t>& labels, const Chambers& chambers,
+                                  double tricuspid_excursion_mm) {
+  VentricleEnds ends;
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return ends;
+  ViewSearch in_views{views, labels, {}, chambers.base_step, chambers.end_diastole};
+  for (const LvSlice& slice : chambers.lv) in_views.lv_slices.push_back(slice.k);
+  std::optional<LvEndsInViews> seen = find_lv_ends_in_views(in_views, ends.trouble);
+  const BasePlaneSearch search{images,
+                               labels,
+                               chambers.lv[chambers.lv.size() / 2].k,
+                               chambers.base_step,
+                               chambers.levels.blood - chambers.levels.muscle,
+                               chambers.levels.threshold};
+  if (seen) {
+    ends.from_views = true;
+    ends.lv = std::move(seen->base_k);
+    if (!seen->apex_k.empty()) ends.lv_apex = std::move(seen->apex_k);
+  } else {
+    ends.lv = base_plane_by_mixture(search, kLv, false);
+  }
+  ends.rv = base_plane_by_mixture(search, kRv, true);
+  if (seen && !ends.rv) {
+    ends.rv = tricuspid_beside(*ends.lv, in_views.lv_slices, chambers.base_step,
+                               labels.grid.spacing_mm()[2], tricuspid_excursion_mm);
+  }
+  return ends;
+}
+
+void wall_atria(const ImageCycle<float>& images, const Chambers& chambers,
+                const VentricleEnds& ends, ImageCycle<std::uint8_t>& labels) {
+  if (!ends.lv) return;
+  const Grid& grid = labels.grid;
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Mat reach = disc(kAtrialWallMm, {spacing[0], spacing[1]});
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (chambers.base_step * (k - (*ends.lv)[p]) <= 0) continue;
+      cv::Mat slice(grid.size[1], grid.size[0], CV_8U,
+                    labels.phases[p].data() + grid.offset(0, 0, k));
+      cv::Mat near;
+      cv::dilate(slice != kLabelBackground, near, reach);
+      const cv::Mat image = slice_of(grid, images.phases[p], k);
+      const cv::Mat muscle = (image > chambers.levels.dark) & (image < chambers.levels.threshold);
+      slice.setTo(cv::Scalar(kLabelRestOfHeart), near & muscle & (slice == kLabelBackground));
+    }
+  }
+}
+
 std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>& labels,
                                                         const Chambers& chambers,
+                                                        const VentricleEnds& ends,
                                                         double tricuspid_excursion_mm) {
-  std::map<Structure, BaseCut> cuts;
-  const Grid& grid = labels.grid;
-  const double slice_mm = grid.spacing_mm()[2];
-  if (!chambers.found_lv() || slice_mm < kThickSlicesMm) return cuts;
+  if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return {};
   const int step = chambers.base_step;
-  const int base_k = step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
-  const int beyond = base_k + step;
-  const auto n = static_cast<std::size_t>(labels.phase_count());
-  const Vec3 spacing = grid.spacing_mm();
-  const bool atria =
-      beyond >= 0 && beyond < grid.size[2] &&
-      cv::countNonZero(chambers.always_blood_moving[static_cast<std::size_t>(beyond)]) *
-              spacing[0] * spacing[1] >=
-          kAtrialPoolMm2;
-  for (int k = beyond; atria && k >= 0 && k < grid.size[2]; k += step) {
-    const std::size_t begin = grid.offset(0, 0, k);
-    for (std::vector<std::uint8_t>& phase : labels.phases) {
-      for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
-        if (phase[v] != kLabelBackground) phase[v] = kLabelRestOfHeart;
-      }
+  if (ends.lv_apex) close_at_apex(labels, *ends.lv_apex, step);
+  if (ends.lv) {
+    end_at(labels, kLv, *ends.lv, step);
+  } else {
+    if (atria_beyond(labels.grid, chambers)) end_at_last_slice(labels, chambers);
+    drop_unringed_base(labels, chambers);
+  }
+  if (ends.rv) end_at(labels, kRv, *ends.rv, step);
+  std::map<Structure, BaseCut> cuts = flat_base_cuts(labels, step);
+  if (ends.lv) {
+    cuts[Structure::LvBlood] = {step, *ends.lv};
+    cuts[Structure::LvMyocardium] = {step, *ends.lv};
+  }
+  if (ends.rv) {
+    cuts[Structure::RvBlood] = {step, *ends.rv};
+  } else if (ends.lv || atria_beyond(labels.grid, chambers)) {
+    const std::vector<double> by_rule = tricuspid_by_rule(labels, chambers, tricuspid_excursion_mm);
+    if (!by_rule.empty()) {
+      end_at(labels, kRv, by_rule, step);
+      cuts[Structure::RvBlood] = {step, by_rule};
     }
   }
-  drop_unringed_base(labels, chambers);
-  const std::vector<double> lv_volume = lv_voxels(labels);
-  cuts = flat_base_cuts(labels, step);
-  if (!atria) return cuts;
-
-  int lv_slices = 0;
-  const auto ed = static_cast<std::size_t>(chambers.end_diastole);
-  int rv_base_k = -1;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    lv_slices += count_label(labels, ed, k, kLabelLvMyocardium) > 0 ? 1 : 0;
-    if (count_label(labels, ed, k, kLabelRvBlood) > 0 && (rv_base_k < 0 || step > 0)) rv_base_k = k;
-  }
-  const auto [least, most] = std::minmax_element(lv_volume.begin(), lv_volume.end());
-  if (rv_base_k < 0 || *most <= *least) return cuts;
-
-  const double excursion_mm =
-      tricuspid_excursion_mm * std::min(1.3, lv_slices * slice_mm / kLvLengthMm);
-  BaseCut cut;
-  cut.base_step = step;
-  for (std::size_t p = 0; p < n; ++p) {
-    const double loss = (*most - lv_volume[p]) / (*most - *least);
-    cut.k.push_back(rv_base_k + step * (0.5 - loss * excursion_mm / slice_mm));
-    for (int k = 0; k < grid.size[2]; ++k) {
-      if (step * (k - cut.k.back()) <= 0) continue;
-      const std::size_t begin = grid.offset(0, 0, k);
-      for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
-        std::uint8_t& label = labels.phases[p][v];
-        if (label == kLabelRvBlood) label = kLabelRestOfHeart;
-      }
-    }
-  }
-  cuts[Structure::RvBlood] = cut;
   return cuts;
 }
 

@@ -1,6 +1,7 @@
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/json_values.h"
+#include "pipeline/study/long_axis_json.h"
 #include "pipeline/study/stage.h"
 #include "pipeline/study/stage_files.h"
 #include "pipeline/study/structure_list.h"
@@ -79,6 +80,23 @@ void read_alarms(const json& list, const std::string& path, int phases, Segmenta
   }
 }
 
+constexpr int kMostPhases = 10000;
+constexpr auto kLongAxisName = "long_axis.json";
+
+LongAxis read_axis_file(const fs::path& study) {
+  const fs::path file = study / "segment" / kLongAxisName;
+  const json content = read_json(file);
+  try {
+    return long_axis_from_json(content);
+  } catch (const Error& error) {
+    throw said_of(file, error);
+  }
+}
+
+std::string uncertainty_name(Structure structure) {
+  return "uncertainty_" + std::string(structure_name(structure)) + ".nii.gz";
+}
+
 }  // namespace
 
 FileList write_segmentation(const fs::path& study, const Segmentation& segmentation,
@@ -97,6 +115,23 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
     structures.push_back(structure);
     files.push_back("segment/" + name);
   }
+  std::vector<Structure> uncertain;
+  for (const auto& [structure, phases] : segmentation.uncertainty) {
+    ImageCycle<float> sigma_mm{coverage.grid, {}};
+    for (const std::vector<BoundaryPoint>& points : phases) {
+      sigma_mm.phases.emplace_back(coverage.grid.count(), 0.0F);
+      for (const BoundaryPoint& point : points)
+        sigma_mm.phases.back()[point.voxel] = point.sigma_mm;
+    }
+    const std::string name = uncertainty_name(structure);
+    write_images(folder / name, sigma_mm, coverage.grid, frame_interval_s);
+    uncertain.push_back(structure);
+    files.push_back("segment/" + name);
+  }
+  if (segmentation.axis) {
+    write_json(folder / kLongAxisName, long_axis_to_json(*segmentation.axis));
+    files.push_back("segment/" + std::string(kLongAxisName));
+  }
   json cuts = json::array();
   for (const auto& [structure, cut] : segmentation.base_cuts) {
     cuts.push_back(
@@ -110,6 +145,8 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
                                        {"end_diastole", segmentation.end_diastole},
                                        {"end_systole", segmentation.end_systole},
                                        {"base_cuts", cuts},
+                                       {"long_axis", segmentation.axis.has_value()},
+                                       {"uncertainty", structures_to_json(uncertain)},
                                        {"warnings", segmentation.warnings},
                                        {"alarms", alarms_to_json(segmentation.alarms)}});
   return files;
@@ -119,13 +156,14 @@ StoredSegmentation read_segmentation(const fs::path& study) {
   const fs::path folder = study / "segment";
   const fs::path index = folder / "segment.json";
   const json content = read_json(index);
+  int phases = 0;
+  bool has_axis = false;
+  StoredSegmentation stored;
   try {
     JsonObject object(content, "");
-    StoredSegmentation stored;
     Segmentation& out = stored.made;
     const Grid grid = grid_from_json(object.at("grid"), "/grid");
-    int phases = 0;
-    object.read("phases", phases, 1, 10000);
+    object.read("phases", phases, 1, kMostPhases);
     stored.labels = read_labels(folder / "labels.nii.gz", {grid, grid, phases});
     out.labels = read_labels(study / kLabelsAsMade, {grid, grid, phases});
     out.coverage.grid = grid_from_json(object.at("coverage_grid"), "/coverage_grid");
@@ -140,11 +178,54 @@ StoredSegmentation read_segmentation(const fs::path& study) {
     read_cuts(object.at("base_cuts"), "/base_cuts", phases, out);
     out.warnings = strings_from_json(object.at("warnings"), "/warnings");
     if (object.has("alarms")) read_alarms(object.at("alarms"), "/alarms", phases, out);
+    object.read("long_axis", has_axis);
+    if (object.has("uncertainty")) (void)object.at("uncertainty");
     object.finish();
-    return stored;
   } catch (const Error& error) {
     throw said_of(index, error);
   }
+  if (has_axis) {
+    stored.made.axis = read_axis_file(study);
+    if (stored.made.axis->apex_mm.size() != static_cast<std::size_t>(phases)) {
+      throw_invalid((folder / kLongAxisName).string() + ": /phases must have " +
+                    std::to_string(phases) + " entries, one for each phase of the images");
+    }
+  }
+  return stored;
+}
+
+BoundaryUncertainty read_uncertainty(const fs::path& study) {
+  const fs::path folder = study / "segment";
+  const fs::path index = folder / "segment.json";
+  const json content = read_json(index);
+  try {
+    JsonObject object(content, "");
+    BoundaryUncertainty out;
+    int phases = 0;
+    object.read("phases", phases, 1, kMostPhases);
+    const Grid grid = grid_from_json(object.at("coverage_grid"), "/coverage_grid");
+    if (!object.has("uncertainty")) return out;
+    for (Structure structure : structures_from_json(object.at("uncertainty"), "/uncertainty")) {
+      const ImageCycle<float> sigma_mm =
+          read_images(folder / uncertainty_name(structure), {grid, grid, phases});
+      for (const std::vector<float>& phase : sigma_mm.phases) {
+        std::vector<BoundaryPoint>& points = out[structure].emplace_back();
+        for (std::size_t v = 0; v < phase.size(); ++v) {
+          if (phase[v] > 0) points.push_back({static_cast<std::uint32_t>(v), phase[v]});
+        }
+      }
+    }
+    return out;
+  } catch (const Error& error) {
+    throw said_of(index, error);
+  }
+}
+
+std::optional<LongAxis> read_long_axis(const fs::path& study) {
+  const json content = read_json(study / "segment" / "segment.json");
+  const auto has = content.find("long_axis");
+  if (has == content.end() || !has->is_boolean() || !has->get<bool>()) return {};
+  return read_axis_file(study);
 }
 
 }  // namespace beatlas::study

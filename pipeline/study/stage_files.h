@@ -4,6 +4,7 @@
 /// Writers throw Error{Machine}, readers Error{InvalidInput} naming the file.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,16 +19,22 @@ using FileList = std::vector<std::string>;
 FileList write_exam(const std::filesystem::path& study, const Exam& exam);
 [[nodiscard]] Exam read_exam(const std::filesystem::path& study);
 
-/// segment/: labels on the source's grid, coverage of each structure on its part of it.
+/// segment/: labels on the source's grid; coverage of each structure on its part of it and, beside
+/// it, how well its boundary is known; the LV's long axis (schemas/long_axis.schema.json).
 FileList write_segmentation(const std::filesystem::path& study, const Segmentation& segmentation,
                             double frame_interval_s);
 
 /// A segmentation as it was made, and its labels as they are now: those may have been painted over.
+/// Without its uncertainty, which no stage reads.
 struct StoredSegmentation {
   Segmentation made;  ///< its labels are all background if labels_as_made.nii.gz is gone
   LabelCycle labels;
 };
 [[nodiscard]] StoredSegmentation read_segmentation(const std::filesystem::path& study);
+/// Of the boundaries as they were made. Empty for a structure that has none.
+[[nodiscard]] BoundaryUncertainty read_uncertainty(const std::filesystem::path& study);
+/// As it was made, or changed by hand; none if the study holds none.
+[[nodiscard]] std::optional<LongAxis> read_long_axis(const std::filesystem::path& study);
 
 /// What the stage `register` gives.
 struct Registration {

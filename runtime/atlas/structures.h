@@ -9,7 +9,7 @@
 namespace beatlas {
 
 /// `Heart` is everything inside the epicardium, cavities included, pericardial fat excluded.
-/// Papillary muscles count as cavity.
+/// Papillary muscles count as cavity, unless whoever made it chose otherwise.
 enum class Structure : std::uint8_t { Heart, LvBlood, RvBlood, LvMyocardium };
 
 inline constexpr std::array kAllStructures{Structure::Heart, Structure::LvBlood, Structure::RvBlood,

@@ -92,6 +92,11 @@ for section, content in sections.items():
                 expect({section: {key: value}}, accepted)
                 tried += 1
             continue
+        if rule["type"] == "boolean":
+            for value, accepted in ((True, True), (False, True), (1, False), ("true", False)):
+                expect({section: {key: value}}, accepted)
+            tried += 1
+            continue
         if rule["type"] == "string":
             for value in rule["enum"]:
                 expect({section: {key: value}}, True)

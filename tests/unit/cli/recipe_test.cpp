@@ -74,6 +74,28 @@ TEST(Recipe, a_leak_warns_or_is_an_error) {
   EXPECT_NE(recipe_refusal(R"({"segment": {"leak": 1}})").find("/segment/leak"), std::string::npos);
 }
 
+TEST(Recipe, the_method_and_the_papillary_muscles_are_chosen_by_name) {
+  const segment::SegmentOptions plain = recipe_from_json(json::object()).segment;
+  EXPECT_EQ(plain.method, segment::Method::Competition);
+  EXPECT_EQ(plain.papillary, segment::Papillary::Cavity);
+  const json other = json::parse(
+      R"({"segment": {"method": "threshold", "papillary": "muscle", "threshold_low": 100,
+          "threshold_high": 300.5, "threshold_neighbours": "all"}})");
+  const Recipe recipe = recipe_from_json(other);
+  EXPECT_EQ(recipe.segment.method, segment::Method::Threshold);
+  EXPECT_EQ(recipe.segment.papillary, segment::Papillary::Muscle);
+  EXPECT_EQ(recipe.segment.threshold_neighbours, segment::Neighbours::All);
+  EXPECT_EQ(recipe.segment.threshold_high, 300.5);
+  for (const auto& option : other["segment"].items()) {
+    EXPECT_EQ(recipe_to_json(recipe)["segment"][option.key()], option.value());
+  }
+  EXPECT_NE(recipe_refusal(R"({"segment": {"method": "snake"}})")
+                .find("must be competition or threshold"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"segment": {"papillary": true}})").find("/segment/papillary"),
+            std::string::npos);
+}
+
 TEST(Recipe, limits_are_of_all_structures_and_of_single_ones) {
   const Recipe recipe = recipe_from_json(json::parse(
       R"({"validate": {"max_rms_mm": 0.5, "min_dice": null,

@@ -38,7 +38,8 @@ struct Case {
     levels.threshold = 0.67 * levels.blood;
     levels.dark = 0.17 * levels.blood;
     right.coverage = cover(exam.stack.images, right.labels, Box{{0, 0, 0}, exam.stack.grid().size},
-                           levels, 0.05 * levels.blood);
+                           levels, 0.05 * levels.blood)
+                         .coverage;
     find_ends(right);
   }
   Exam exam;

@@ -65,6 +65,17 @@ Slice make(const Ellipse& ellipse, double sigma) {
   return s;
 }
 
+Boundary boundary_of(const Slice& s, const std::vector<std::uint8_t>& inside, double contrast,
+                     double noise) {
+  return find_boundary({.grid = s.grid,
+                        .image = s.image,
+                        .inside = inside,
+                        .tells_inner = inside,
+                        .tells_outer = std::vector<std::uint8_t>(inside.size(), 1),
+                        .contrast = contrast,
+                        .noise = noise});
+}
+
 double area_mm2(const std::vector<float>& coverage) {
   return std::accumulate(coverage.begin(), coverage.end(), 0.0) * kPixelMm * kPixelMm;
 }
@@ -119,7 +130,7 @@ const std::vector<Ellipse> kShapes{{47.3, 46.6, 20, 20, 0}, {47.3, 46.6, 25, 15,
 TEST(Boundary, of_a_disc_or_ellipse_lies_within_a_tenth_of_a_pixel) {
   for (const Ellipse& e : kShapes) {
     const Slice s = make(e, 0);
-    const auto coverage = boundary_coverage(s.grid, s.image, s.inside, s.inside, 50);
+    const auto coverage = boundary_of(s, s.inside, 50, 0).coverage;
     const OutlineError error = outline_error(e, coverage);
     RecordProperty("rms_mm", std::to_string(error.rms));
     // Without noise what is left is the smoothing along the outline, 1.5 pixels.
@@ -134,7 +145,7 @@ TEST(Boundary, stands_noise_of_a_clinical_image) {
   // sigma 50 on a contrast of 700: CNR 14.
   for (const Ellipse& e : kShapes) {
     const Slice s = make(e, 50);
-    const auto coverage = boundary_coverage(s.grid, s.image, s.inside, s.inside, 2.5 * 50);
+    const auto coverage = boundary_of(s, s.inside, 2.5 * 50, 50).coverage;
     const OutlineError error = outline_error(e, coverage);
     EXPECT_LT(std::abs(error.mean), 0.1 * kPixelMm) << e.a;
     EXPECT_LT(error.rms, 0.15 * kPixelMm) << e.a;
@@ -151,7 +162,7 @@ TEST(Boundary, moves_an_outline_that_is_off_by_a_pixel_to_where_the_intensity_is
     wrong.a += off_mm;
     wrong.b += off_mm;
     const auto inside = make(wrong, 0).inside;
-    const auto coverage = boundary_coverage(s.grid, s.image, inside, inside, 50);
+    const auto coverage = boundary_of(s, inside, 50, 0).coverage;
     // Two thirds of the shift at least is taken back: what is left is a third of a pixel.
     EXPECT_LT(std::abs(outline_error(e, coverage).mean), 0.3 * kPixelMm) << off_mm;
   }
@@ -161,7 +172,7 @@ TEST(Boundary, of_a_constant_image_is_the_masks_own_smooth_outline) {
   const Ellipse e;
   Slice s = make(e, 0);
   std::fill(s.image.begin(), s.image.end(), 500.0F);
-  const auto coverage = boundary_coverage(s.grid, s.image, s.inside, s.inside, 50);
+  const auto coverage = boundary_of(s, s.inside, 50, 0).coverage;
   const OutlineError error = outline_error(e, coverage);
   // The mask tells its outline to a fraction of a pixel where a staircase is smoothed.
   EXPECT_LT(error.rms, 0.2 * kPixelMm);
@@ -172,16 +183,16 @@ TEST(Boundary, of_a_constant_image_is_the_masks_own_smooth_outline) {
 TEST(Boundary, is_of_the_same_place_when_dark_and_bright_are_swapped) {
   const Ellipse e;
   Slice s = make(e, 0);
-  const auto bright = boundary_coverage(s.grid, s.image, s.inside, s.inside, 50);
+  const auto bright = boundary_of(s, s.inside, 50, 0).coverage;
   for (float& value : s.image) value = 1300 - value;
-  const auto dark = boundary_coverage(s.grid, s.image, s.inside, s.inside, 50);
+  const auto dark = boundary_of(s, s.inside, 50, 0).coverage;
   for (std::size_t v = 0; v < bright.size(); ++v) EXPECT_NEAR(bright[v], dark[v], 1e-3);
 }
 
 TEST(Boundary, far_from_the_outline_coverage_is_the_mask) {
   const Ellipse e;
   const Slice s = make(e, 50);
-  const auto coverage = boundary_coverage(s.grid, s.image, s.inside, s.inside, 125);
+  const auto coverage = boundary_of(s, s.inside, 125, 50).coverage;
   for (int j = 0; j < kPixels; ++j) {
     for (int i = 0; i < kPixels; ++i) {
       const double off = (e.level(i * kPixelMm, j * kPixelMm) - 1) * e.a;
@@ -201,8 +212,113 @@ TEST(Boundary, of_nothing_is_nothing_and_of_everything_is_everything) {
   const Slice s = make(Ellipse{}, 0);
   const std::vector<std::uint8_t> none(s.inside.size(), 0);
   const std::vector<std::uint8_t> all(s.inside.size(), 1);
-  for (float c : boundary_coverage(s.grid, s.image, none, none, 50)) EXPECT_EQ(c, 0);
-  for (float c : boundary_coverage(s.grid, s.image, all, all, 50)) EXPECT_EQ(c, 1);
+  for (float c : boundary_of(s, none, 50, 0).coverage) EXPECT_EQ(c, 0);
+  for (float c : boundary_of(s, all, 50, 0).coverage) EXPECT_EQ(c, 1);
+}
+
+/// Of every boundary point: how far the boundary there is from the ellipse's, a circle's, in units
+/// of what it says of itself, over several draws of the noise.
+struct Calibration {
+  double rms = 0;
+  double mean_sigma_mm = 0;
+  int points = 0;
+};
+
+Calibration calibration(double sigma, double contrast) {
+  Calibration out;
+  const Ellipse e;  // a circle of 20 mm
+  for (unsigned draw = 0; draw < 8; ++draw) {
+    Slice s = make(e, 0);
+    std::mt19937 random(100 + draw);
+    std::normal_distribution<double> normal(0, sigma);
+    if (contrast == 0) std::fill(s.image.begin(), s.image.end(), 500.0F);
+    for (float& value : s.image) value += static_cast<float>(normal(random));
+    const Boundary found = boundary_of(s, s.inside, 2.5 * sigma + 50, sigma);
+    for (const BoundaryPoint& point : found.points) {
+      const int i = static_cast<int>(point.voxel) % kPixels;
+      const int j = static_cast<int>(point.voxel) / kPixels;
+      const double radius = std::hypot(i * kPixelMm - e.x, j * kPixelMm - e.y);
+      // Coverage falls by one in a pixel, across the outline.
+      const double off = radius + (found.coverage[point.voxel] - 0.5) * kPixelMm - e.a;
+      out.rms += off * off / (point.sigma_mm * point.sigma_mm);
+      out.mean_sigma_mm += point.sigma_mm;
+      ++out.points;
+    }
+  }
+  out.rms = std::sqrt(out.rms / out.points);
+  out.mean_sigma_mm /= out.points;
+  return out;
+}
+
+TEST(BoundaryUncertainty, is_the_errors_size_where_noise_makes_it) {
+  double before = 0;
+  for (const double sigma : {50.0, 100.0}) {  // contrast over noise 14 and 7
+    const Calibration found = calibration(sigma, 1);
+    EXPECT_GT(found.points, 8 * 60);
+    EXPECT_NEAR(found.rms, 1, 0.25) << sigma;
+    EXPECT_GT(found.mean_sigma_mm, before);
+    before = found.mean_sigma_mm;
+    // A single profile cannot do better than sqrt(2 sqrt(pi) s p) / CNR, s the width of a pixel's
+    // own blur; a Gaussian of 1.5 pixels along the outline holds 2 sqrt(pi) 1.5 of them.
+    const double cnr = (kInside - kOutside) / sigma;
+    const double limit =
+        std::sqrt(2 * std::sqrt(std::numbers::pi) * kPixelMm / std::sqrt(12.0) * kPixelMm) / cnr;
+    EXPECT_GT(found.mean_sigma_mm, 0.9 * limit / std::sqrt(2 * std::sqrt(std::numbers::pi) * 1.5));
+    EXPECT_LT(found.mean_sigma_mm, 1.5 * limit) << "averaging along the outline gains";
+  }
+}
+
+TEST(BoundaryUncertainty, is_large_where_no_intensity_tells_the_place) {
+  const Calibration found = calibration(20, 0);
+  EXPECT_NEAR(found.mean_sigma_mm, 0.625 * kPixelMm, 0.01);
+  EXPECT_LT(found.rms, 1);
+}
+
+TEST(BoundaryUncertainty, is_stated_in_the_voxels_that_the_outline_crosses) {
+  const Slice s = make(Ellipse{}, 50);
+  const Boundary found = boundary_of(s, s.inside, 125, 50);
+  std::vector<std::uint8_t> stated(s.inside.size(), 0);
+  for (std::size_t n = 0; n < found.points.size(); ++n) {
+    if (n > 0) {
+      EXPECT_LT(found.points[n - 1].voxel, found.points[n].voxel);
+    }
+    EXPECT_GT(found.points[n].sigma_mm, 0);
+    stated[found.points[n].voxel] = 1;
+  }
+  for (std::size_t v = 0; v < stated.size(); ++v) {
+    EXPECT_EQ(stated[v] != 0, found.coverage[v] > 0 && found.coverage[v] < 1);
+  }
+}
+
+TEST(BoundaryUncertainty, is_smaller_along_the_normal_of_a_leaning_surface) {
+  // A cone whose outline moves by a pixel from slice to slice, 1.5 mm apart: 45 degrees.
+  Slice flat = make(Ellipse{}, 0);
+  Slice cone = flat;
+  cone.grid = made::straight_grid({kPixels, kPixels, 3}, {kPixelMm, kPixelMm, kPixelMm});
+  cone.image.clear();
+  cone.inside.clear();
+  for (int k = 0; k < 3; ++k) {
+    Ellipse e;
+    e.a = e.b = 20 + (k - 1) * kPixelMm;
+    const Slice slice = make(e, 50);
+    cone.image.insert(cone.image.end(), slice.image.begin(), slice.image.end());
+    cone.inside.insert(cone.inside.end(), slice.inside.begin(), slice.inside.end());
+  }
+  flat = make(Ellipse{}, 50);
+  const auto mean = [](const std::vector<BoundaryPoint>& points, std::size_t from, std::size_t to) {
+    double sum = 0;
+    int count = 0;
+    for (const BoundaryPoint& point : points) {
+      if (point.voxel < from || point.voxel >= to) continue;
+      sum += point.sigma_mm;
+      ++count;
+    }
+    return sum / count;
+  };
+  const std::size_t slice = flat.inside.size();
+  const double upright = mean(boundary_of(flat, flat.inside, 125, 50).points, 0, slice);
+  const double leaning = mean(boundary_of(cone, cone.inside, 125, 50).points, slice, 2 * slice);
+  EXPECT_NEAR(leaning / upright, 1 / std::numbers::sqrt2, 0.05);
 }
 
 }  // namespace

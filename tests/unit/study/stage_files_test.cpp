@@ -1,12 +1,14 @@
 /// Every stage's values come back bit by bit: the condition for the same package stage by stage.
 #include "pipeline/study/stage_files.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "pipeline/study/files.h"
+#include "pipeline/study/stage.h"
 #include "runtime/base/error.h"
 #include "tests/unit/study/temporary_folder.h"
 
@@ -60,6 +62,7 @@ TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
     const Exam exam{cine({7, 5, 4}, whole),
                     {cine({4, 6, 1}, whole), cine({3, 3, 1}, whole)},
                     {"Took \"this\", left that."},
+                    {Vec2(0.5, -1.25), Vec2(0, 2), Vec2(-1, 1.0 / 3), Vec2(0, 0)},
                     "dicom",
                     {},
                     {}};
@@ -72,6 +75,7 @@ TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
     ASSERT_EQ(again.views.size(), 2U);
     expect_same(exam.views[1].images, again.views[1].images);
     EXPECT_EQ(exam.decisions, again.decisions);
+    EXPECT_EQ(exam.slice_shifts_mm, again.slice_shifts_mm);
     EXPECT_EQ(exam.source_format, again.source_format);
   }
 }
@@ -93,6 +97,16 @@ Segmentation make_segmentation() {
   out.end_diastole = 2;
   out.end_systole = 1;
   out.base_cuts[Structure::LvBlood] = {-1, {1.0 / 3, 2.5, 0.1}};
+  out.axis = LongAxis{Vec3(10, -20.0 / 3, 7),
+                      Vec3(0.1, -0.7, 1.0 / 3).normalized(),
+                      {-60.5, -61.0 / 3, -60},
+                      {30, 20, 10.0 / 7},
+                      {31, 22, 9},
+                      true};
+  for (int p = 0; p < kPhases; ++p) {
+    out.uncertainty[Structure::RvBlood].push_back(
+        {{static_cast<std::uint32_t>(p), 0.1F}, {static_cast<std::uint32_t>(p + 7), 1.0F / 3}});
+  }
   out.warnings = {"thin"};
   out.alarms = {{LeakKind::StillTissue, Structure::RvBlood, 1, Vec3(0.1, -2.0 / 3, 7), 812.5, 200,
                  "it follows an edge that does not beat"}};
@@ -127,6 +141,88 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).base_step, -1);
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).k,
             segmentation.base_cuts.at(Structure::LvBlood).k);
+}
+
+TEST(StageFiles, the_long_axis_comes_back_bit_by_bit) {
+  const TemporaryFolder folder;
+  const Segmentation made = make_segmentation();
+  (void)write_segmentation(folder.path(), made, 0.05);
+  const std::optional<LongAxis> again = read_segmentation(folder.path()).made.axis;
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->origin_mm, made.axis->origin_mm);
+  EXPECT_EQ(again->towards_base, made.axis->towards_base);
+  EXPECT_EQ(again->apex_mm, made.axis->apex_mm);
+  EXPECT_EQ(again->lv_base_mm, made.axis->lv_base_mm);
+  EXPECT_EQ(again->rv_base_mm, made.axis->rv_base_mm);
+  EXPECT_EQ(again->atria, made.axis->atria);
+  EXPECT_EQ(read_long_axis(folder.path())->apex_mm, made.axis->apex_mm);
+}
+
+TEST(StageFiles, a_heart_without_an_axis_has_none_whatever_lies_in_the_folder) {
+  const TemporaryFolder folder;
+  Segmentation made = make_segmentation();
+  (void)write_segmentation(folder.path(), made, 0.05);
+  made.axis.reset();
+  const FileList files = write_segmentation(folder.path(), made, 0.05);
+  EXPECT_EQ(std::count(files.begin(), files.end(), "segment/long_axis.json"), 0);
+  EXPECT_FALSE(read_segmentation(folder.path()).made.axis);
+  EXPECT_FALSE(read_long_axis(folder.path()));
+}
+
+TEST(StageFiles, a_long_axis_that_is_none_is_refused_by_its_place) {
+  const TemporaryFolder folder;
+  (void)write_segmentation(folder.path(), make_segmentation(), 0.05);
+  const fs::path file = folder.path() / "segment" / "long_axis.json";
+  const nlohmann::json good = read_json(file);
+  const auto refusal = [&](const nlohmann::json& changed) -> std::string {
+    write_json(file, changed);
+    try {
+      (void)read_segmentation(folder.path());
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+      return error.what();
+    }
+    return "(accepted)";
+  };
+  const auto with = [&](const char* pointer, const nlohmann::json& value) {
+    nlohmann::json changed = good;
+    changed[nlohmann::json::json_pointer(pointer)] = value;
+    return changed;
+  };
+  EXPECT_EQ(refusal(good), "(accepted)");
+  EXPECT_NE(refusal(with("/version", 2)).find("/version is 2"), std::string::npos);
+  EXPECT_NE(refusal(with("/towards_base_lps", {0, 0, 0})).find("long_axis.json"),
+            std::string::npos);
+  EXPECT_NE(refusal(with("/phases/1/lv_base_mm", -100)).find("/phases/1"), std::string::npos);
+  EXPECT_NE(refusal(with("/phases/1/lv_base_mm", "x")).find("/phases/1/lv_base_mm"),
+            std::string::npos);
+  EXPECT_NE(refusal(with("/phases/1/middle_mm", 1)).find("/phases/1/middle_mm"), std::string::npos);
+  nlohmann::json changed = good;
+  changed["phases"][2].erase("rv_base_mm");
+  EXPECT_NE(refusal(changed).find("in each or in none"), std::string::npos);
+  changed = good;
+  changed["phases"].erase(0);
+  EXPECT_NE(refusal(changed).find("must have 3 entries"), std::string::npos);
+}
+
+TEST(StageFiles, uncertainty_comes_back_bit_by_bit) {
+  const TemporaryFolder folder;
+  const Segmentation made = make_segmentation();
+  (void)write_segmentation(folder.path(), made, 0.05);
+  const BoundaryUncertainty again = read_uncertainty(folder.path());
+  ASSERT_EQ(again.size(), 1U);
+  const auto& wanted = made.uncertainty.at(Structure::RvBlood);
+  const auto& phases = again.at(Structure::RvBlood);
+  ASSERT_EQ(phases.size(), wanted.size());
+  for (std::size_t p = 0; p < wanted.size(); ++p) {
+    ASSERT_EQ(phases[p].size(), wanted[p].size());
+    for (std::size_t n = 0; n < wanted[p].size(); ++n) {
+      EXPECT_EQ(phases[p][n].voxel, wanted[p][n].voxel);
+      EXPECT_EQ(phases[p][n].sigma_mm, wanted[p][n].sigma_mm);
+    }
+  }
+  EXPECT_TRUE(for_the_eye("segment/uncertainty_rv_blood.nii.gz"));
+  EXPECT_FALSE(for_the_eye("segment/long_axis.json"));
 }
 
 TEST(StageFiles, an_image_of_another_place_or_size_is_refused) {

@@ -1,0 +1,284 @@
+#include "pipeline/segment/ventricle_ends.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kBinMm = 0.5;
+constexpr double kLeastLengthMm = 20;  ///< of a ventricle that is one
+/// The apex is told by the part of the LV's volume between these shares, from its apical end on.
+constexpr double kTipFrom = 0.005;
+constexpr double kTipTo = 0.08;
+constexpr double kPlateauFromMm = 5;  ///< below the top of a structure, where its section is whole
+constexpr double kPlateauToMm = 12;
+
+/// The area of a structure's section at heights along the axis.
+struct Profile {
+  double low_mm = 0;  ///< middle of the first bin
+  std::vector<double> area_mm2;
+
+  [[nodiscard]] double height_mm(double bin) const { return low_mm + bin * kBinMm; }
+  [[nodiscard]] double volume_mm3() const {
+    double sum = 0;
+    for (const double area : area_mm2) sum += area * kBinMm;
+    return sum;
+  }
+};
+
+/// Coverage of one phase, of the structures together, without what lies beyond their cuts.
+class Body {
+ public:
+  Body(const Segmentation& segmentation, const std::vector<Structure>& structures,
+       std::size_t phase)
+      : segmentation_(segmentation), structures_(structures), phase_(phase) {}
+
+  /// visit(lps of the voxel's centre, covered share > 0)
+  template <class Visit>
+  void each(const Visit& visit) const {
+    const CoverageCycle& coverage = segmentation_.coverage;
+    const Grid& grid = coverage.grid;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      std::vector<double> within;
+      std::vector<const float*> voxels;
+      for (const Structure structure : structures_) {
+        within.push_back(share_within_cut(segmentation_, structure, static_cast<int>(phase_),
+                                          k + coverage.first[2]));
+        voxels.push_back(coverage.phases.at(structure)[phase_].data());
+      }
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i) {
+          const std::size_t v = grid.offset(i, j, k);
+          double share = 0;
+          for (std::size_t s = 0; s < voxels.size(); ++s) {
+            share += within[s] * static_cast<double>(voxels[s][v]);
+          }
+          if (share > 0) visit(grid.mm(i, j, k), std::min(1.0, share));
+        }
+      }
+    }
+  }
+
+ private:
+  const Segmentation& segmentation_;
+  const std::vector<Structure>& structures_;
+  std::size_t phase_;
+};
+
+Profile profile_of(const Segmentation& segmentation, const LongAxis& axis,
+                   const std::vector<Structure>& structures, std::size_t phase) {
+  const Grid& grid = segmentation.coverage.grid;
+  const Vec3 along = grid.mm_from_index.linear().transpose() * axis.towards_base;
+  const double half_mm = std::max(kBinMm, 0.5 * along.cwiseAbs().sum());  // of a voxel's height
+  double low = 1e9;
+  double high = -1e9;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto end = [&](std::size_t a) {
+      return (corner >> a & 1) != 0 ? grid.size[a] - 1.0 : 0.0;
+    };
+    const double height = axis.height_mm(grid.mm(end(0), end(1), end(2)));
+    low = std::min(low, height - half_mm - kBinMm);
+    high = std::max(high, height + half_mm + kBinMm);
+  }
+  const auto bins = static_cast<std::size_t>((high - low) / kBinMm) + 2;
+  // A voxel is spread over its height: two steps of what is then summed up.
+  std::vector<double> steps(bins + 1, 0.0);
+  const auto step = [&](double height, double area) {
+    const double at = (height - low) / kBinMm;
+    const auto bin = static_cast<std::size_t>(at);
+    steps[bin] += area * (1 - (at - static_cast<double>(bin)));
+    steps[bin + 1] += area * (at - static_cast<double>(bin));
+  };
+  const double density = grid.voxel_ml() * 1e3 / (2 * half_mm);
+  Body(segmentation, structures, phase).each([&](const Vec3& lps, double share) {
+    const double height = axis.height_mm(lps);
+    step(height - half_mm, density * share);
+    step(height + half_mm, -density * share);
+  });
+  Profile out{low + 0.5 * kBinMm, std::vector<double>(bins)};
+  double area = 0;
+  for (std::size_t b = 0; b < bins; ++b) {
+    area += steps[b];
+    out.area_mm2[b] = std::max(0.0, area);
+  }
+  return out;
+}
+
+/// Height at which the body closes on its lower side; none if it has no volume.
+std::optional<double> closing_mm(const Profile& profile) {
+  const double whole = profile.volume_mm3();
+  if (!(whole > 0)) return {};
+  // root of the volume = a + b h + c h^2, by least squares
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Vec3 right = Vec3::Zero();
+  double below = 0;
+  double first = 0;
+  int count = 0;
+  for (std::size_t b = 0; b < profile.area_mm2.size() && below < kTipTo * whole; ++b) {
+    below += profile.area_mm2[b] * kBinMm;
+    if (below < kTipFrom * whole) continue;
+    const double height = profile.height_mm(static_cast<double>(b) + 0.5);
+    if (count++ == 0) first = height;
+    const Vec3 powers(1, height - first, (height - first) * (height - first));
+    normal += powers * powers.transpose();
+    right += std::sqrt(below) * powers;
+  }
+  if (count < 4) return {};
+  const Vec3 fit = normal.ldlt().solve(right);
+  const double root = fit[1] * fit[1] - 4 * fit[2] * fit[0];
+  if (!(fit[1] > 0) || !(root >= 0)) return first;
+  // The root next to the data, in the form that stands a vanishing square.
+  return first - 2 * fit[0] / (fit[1] + std::sqrt(root));
+}
+
+/// Height at which a body that ends flat on its upper side does so: where its section falls to half
+/// of what it is a little below.
+std::optional<double> flat_end_mm(const Profile& profile) {
+  const std::vector<double>& area = profile.area_mm2;
+  const double most = *std::max_element(area.begin(), area.end());
+  if (!(most > 0)) return {};
+  auto top = static_cast<std::ptrdiff_t>(area.size()) - 1;
+  while (top > 0 && area[static_cast<std::size_t>(top)] < 0.25 * most) --top;
+  std::vector<double> whole;
+  for (auto b = top - static_cast<std::ptrdiff_t>(kPlateauToMm / kBinMm);
+       b <= top - static_cast<std::ptrdiff_t>(kPlateauFromMm / kBinMm); ++b) {
+    if (b >= 0) whole.push_back(area[static_cast<std::size_t>(b)]);
+  }
+  if (whole.empty()) return {};
+  std::sort(whole.begin(), whole.end());
+  const double half = 0.5 * whole[whole.size() / 2];
+  auto b = static_cast<std::ptrdiff_t>(area.size()) - 2;
+  while (b > 0 && area[static_cast<std::size_t>(b)] < half) --b;
+  const double here = area[static_cast<std::size_t>(b)];
+  const double next = area[static_cast<std::size_t>(b) + 1];
+  const double share = here > next ? std::clamp((here - half) / (here - next), 0.0, 1.0) : 0.5;
+  return profile.height_mm(static_cast<double>(b) + share);
+}
+
+/// Height at which the axis meets the plane of a cut; none if it runs along the slices.
+std::optional<double> cut_mm(const Segmentation& segmentation, const LongAxis& axis,
+                             Structure structure, std::size_t phase) {
+  const auto cut = segmentation.base_cuts.find(structure);
+  if (cut == segmentation.base_cuts.end()) return {};
+  const Affine index_from_mm = segmentation.labels.grid.mm_from_index.inverse(Eigen::Affine);
+  const double per_mm = (index_from_mm.linear() * axis.towards_base)[2];
+  if (!(std::abs(per_mm) > 1e-3)) return {};
+  return (cut->second.k[phase] - (index_from_mm * axis.origin_mm)[2]) / per_mm;
+}
+
+std::optional<double> base_mm(const Segmentation& segmentation, const LongAxis& axis,
+                              Structure structure, std::size_t phase) {
+  const std::optional<double> cut = cut_mm(segmentation, axis, structure, phase);
+  return cut ? cut : flat_end_mm(profile_of(segmentation, axis, {structure}, phase));
+}
+
+bool holds(const Segmentation& segmentation, Structure structure) {
+  return segmentation.coverage.phases.count(structure) != 0;
+}
+
+const std::vector<Structure> kVentricle{Structure::LvBlood, Structure::LvMyocardium};
+
+/// Origin and direction alone.
+std::optional<LongAxis> principal_axis(const Segmentation& segmentation) {
+  const auto ed = static_cast<std::size_t>(segmentation.end_diastole);
+  const auto moments = [&](const std::vector<Structure>& structures, Vec3& mean,
+                           Eigen::Matrix3d& spread) {
+    double sum = 0;
+    Vec3 first = Vec3::Zero();
+    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+    Body(segmentation, structures, ed).each([&](const Vec3& lps, double share) {
+      sum += share;
+      first += share * lps;
+      second += share * lps * lps.transpose();
+    });
+    if (!(sum > 0)) return false;
+    mean = first / sum;
+    spread = second / sum - mean * mean.transpose();
+    return true;
+  };
+  LongAxis axis;
+  Eigen::Matrix3d spread;
+  Eigen::Matrix3d unused;
+  Vec3 blood;
+  Vec3 muscle;
+  if (!moments(kVentricle, axis.origin_mm, spread) ||
+      !moments({Structure::LvBlood}, blood, unused) ||
+      !moments({Structure::LvMyocardium}, muscle, unused)) {
+    return {};
+  }
+  axis.towards_base = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+  // Muscle closes the ventricle at its apex, nothing does at its base.
+  if (axis.towards_base.dot(blood - muscle) < 0) axis.towards_base = -axis.towards_base;
+  return axis;
+}
+
+}  // namespace
+
+std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation,
+                                       const std::optional<LongAxis>& seen) {
+  if (!holds(segmentation, Structure::LvBlood) || !holds(segmentation, Structure::LvMyocardium)) {
+    return {};
+  }
+  std::optional<LongAxis> axis = seen ? seen : principal_axis(segmentation);
+  if (!axis) return {};
+  const std::size_t n = segmentation.labels.phases.size();
+  const bool rv = holds(segmentation, Structure::RvBlood);
+  const bool planes = seen && seen->atria;
+  const LongAxis direction = *axis;
+  std::vector<std::optional<double>> apex(n);
+  std::vector<std::optional<double>> left(n);
+  std::vector<std::optional<double>> right(n);
+  parallel_for(n, [&](std::size_t p) {
+    apex[p] = closing_mm(profile_of(segmentation, direction, kVentricle, p));
+    if (planes) {
+      left[p] = seen->lv_base_mm[p];
+      right[p] = seen->rv_base_mm[p];
+    } else {
+      left[p] = base_mm(segmentation, direction, Structure::LvBlood, p);
+      if (rv) right[p] = base_mm(segmentation, direction, Structure::RvBlood, p);
+    }
+  });
+  axis->apex_mm.resize(n);
+  axis->lv_base_mm.resize(n);
+  axis->rv_base_mm.resize(rv ? n : 0);
+  for (std::size_t p = 0; p < n; ++p) {
+    if (!apex[p] || !left[p] || (rv && !right[p])) return {};
+    if (*left[p] - *apex[p] < kLeastLengthMm) return {};
+    axis->apex_mm[p] = *apex[p];
+    axis->lv_base_mm[p] = *left[p];
+    if (rv) axis->rv_base_mm[p] = *right[p];
+  }
+  return axis;
+}
+
+void follow_changed_labels(Segmentation& segmentation, const std::vector<char>& changed) {
+  if (!segmentation.axis || !holds(segmentation, Structure::LvBlood) ||
+      !holds(segmentation, Structure::LvMyocardium)) {
+    segmentation.axis = ventricle_axis(segmentation, {});
+    return;
+  }
+  LongAxis& axis = *segmentation.axis;
+  if (!holds(segmentation, Structure::RvBlood)) axis.rv_base_mm.clear();
+  const LongAxis direction = axis;
+  parallel_for(changed.size(), [&](std::size_t p) {
+    if (changed[p] == 0) return;
+    const auto apex = closing_mm(profile_of(segmentation, direction, kVentricle, p));
+    const auto lv = base_mm(segmentation, direction, Structure::LvBlood, p);
+    if (apex && lv && *lv - *apex >= kLeastLengthMm) {
+      axis.apex_mm[p] = *apex;
+      axis.lv_base_mm[p] = *lv;
+    }
+    if (axis.rv_base_mm.empty()) return;
+    const auto right = base_mm(segmentation, direction, Structure::RvBlood, p);
+    if (right) axis.rv_base_mm[p] = *right;
+  });
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,24 @@
+#pragma once
+/// Apex and base planes of a segmentation, in every phase, for the stages that follow.
+
+#include <optional>
+#include <vector>
+
+#include "pipeline/core/shapes.h"
+
+namespace beatlas::segment {
+
+/// The axis with its planes. The direction is what the images showed (`seen`, see long_axis.h),
+/// else the principal axis of the LV's blood and wall at end-diastole. Base planes are those at
+/// which the ventricles were parted from atria (`seen`) or cut between thick slices, else where a
+/// ventricle's section falls by half. The apex is where the LV's outside, blood and wall, closes:
+/// near a rounded end the root of the volume below a height grows nearly as the height, so it is
+/// carried on to nothing. None without LV blood and LV muscle, or if they have no length.
+[[nodiscard]] std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation,
+                                                     const std::optional<LongAxis>& seen);
+
+/// Sets the planes of those phases whose labels were changed, from the labels as they are now;
+/// axis and other phases stay. @param changed [phase] not 0: changed
+void follow_changed_labels(Segmentation& segmentation, const std::vector<char>& changed);
+
+}  // namespace beatlas::segment

@@ -1,0 +1,85 @@
+/// Papillary muscles in the cavity or in the wall, against the phantom's volumes.
+#include "pipeline/segment/papillary.h"
+
+#include <algorithm>
+#include <iostream>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/phantom/render.h"
+#include "pipeline/segment/segment.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+TEST(Papillary, AreCavityOrWallAsIsAsked) {
+  phantom::PhantomSpec spec = phantom::preset("small");
+  spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+  spec.anatomy.papillary_muscles.present = true;
+  spec.phases = 6;
+  const phantom::Phantom phantom(spec);
+  StageContext context;
+  Exam exam;
+  exam.stack = phantom::render(phantom, context).cine;
+  SegmentOptions options;
+  const Segmentation in = segment_exam(exam, {}, options, context);
+  options.papillary = Papillary::Muscle;
+  const Segmentation out = segment_exam(exam, {}, options, context);
+  const auto curve = [](const Segmentation& of, Structure structure) {
+    return volume_curve_ml(of.coverage, structure);
+  };
+  const auto in_blood = curve(in, Structure::LvBlood);
+  const auto out_blood = curve(out, Structure::LvBlood);
+  const auto in_wall = curve(in, Structure::LvMyocardium);
+  const auto out_wall = curve(out, Structure::LvMyocardium);
+  const double full = phantom.volume_ml(Structure::LvBlood, 0);
+  double moved = 0;
+  double muscles = 0;
+  for (int p = 0; p < spec.phases; ++p) {
+    const auto at = static_cast<std::size_t>(p);
+    const double t = phantom.phase_time_s(p);
+    const double blood = phantom.volume_ml(Structure::LvBlood, t);
+    const double papillary = phantom.volume_ml(phantom::Part::PapillaryMuscles, t);
+    // 3 %: what the end-diastolic volume may be off.
+    EXPECT_NEAR(in_blood[at], blood, 0.03 * full) << p;
+    EXPECT_NEAR(out_blood[at], blood - papillary, 0.03 * full) << p;
+    EXPECT_NEAR(out_wall[at] - in_wall[at], in_blood[at] - out_blood[at], 0.3 * papillary) << p;
+    moved += in_blood[at] - out_blood[at];
+    muscles += papillary;
+    std::cout << "phase " << p << ": " << in_blood[at] - out_blood[at] << " ml for " << papillary
+              << "\n";
+  }
+  // Their ends, where voxels of 2 x 2 x 4 mm are half blood, are hard to see.
+  EXPECT_NEAR(moved / muscles, 1, 0.3);
+  EXPECT_EQ(curve(in, Structure::RvBlood), curve(out, Structure::RvBlood));
+  EXPECT_EQ(curve(in, Structure::Heart), curve(out, Structure::Heart));
+}
+
+TEST(Papillary, ADarkRimIsNoMuscleAndASpeckIsNoise) {
+  const Grid grid = made::straight_grid({40, 40, 1}, {1, 1, 8});
+  ImageCycle<float> images = made::constant_images(grid, 1, 1000);
+  ImageCycle<std::uint8_t> labels{grid, {std::vector<std::uint8_t>(grid.count(), kLabelLvBlood)}};
+  const auto darken = [&](int i0, int i1, int j0, int j1) {
+    for (int j = j0; j < j1; ++j) {
+      for (int i = i0; i < i1; ++i) images.phases[0][grid.offset(i, j, 0)] = 300;
+    }
+  };
+  darken(0, 2, 0, 40);     // a rim
+  darken(30, 31, 30, 31);  // a speck
+  darken(15, 24, 15, 24);  // a muscle
+  TissueLevels levels;
+  levels.blood = 1000;
+  levels.muscle = 300;
+  levels.threshold = 650;
+  papillary_muscles_to_wall(images, levels, labels);
+  EXPECT_EQ(labels.phases[0][grid.offset(0, 20, 0)], kLabelLvBlood);
+  EXPECT_EQ(labels.phases[0][grid.offset(30, 30, 0)], kLabelLvBlood);
+  EXPECT_EQ(labels.phases[0][grid.offset(19, 19, 0)], kLabelLvMyocardium);
+  const auto count = std::count(labels.phases[0].begin(), labels.phases[0].end(),
+                                std::uint8_t{kLabelLvMyocardium});
+  EXPECT_NEAR(static_cast<double>(count), 81, 16) << "its corners are rounded off";
+}
+
+}  // namespace
+}  // namespace beatlas::segment

@@ -1,0 +1,130 @@
+/// Segmentation of real exams, which are no part of the project: skipped where they are absent.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/core/segmented_volume.h"
+#include "pipeline/ingest/ingest.h"
+#include "pipeline/segment/segment.h"
+
+namespace beatlas::segment {
+namespace {
+
+std::filesystem::path shared(const std::string& name) {
+  const char* root = std::getenv("BEATLAS_SHARED_DATA");
+  return std::filesystem::path(root != nullptr ? root : BEATLAS_SHARED_DATA) / name;
+}
+
+#define SKIP_WITHOUT(name)                                                             \
+  if (!std::filesystem::exists(shared(name))) {                                        \
+    GTEST_SKIP() << "the real exam " << name                                           \
+                 << " is not on this machine (set BEATLAS_SHARED_DATA to its folder)"; \
+  }
+
+using Polygon = std::vector<Eigen::Vector2d>;  ///< column, row
+
+Polygon contour(int number) {
+  char name[64];
+  std::snprintf(name, sizeof name, "IM-0001-%04d-icontour-manual.txt", number);
+  std::ifstream file(shared("two-phase-ge") / "contours" / name);
+  Polygon out;
+  for (double x = 0, y = 0; file >> x >> y;) out.emplace_back(x, y);
+  return out;
+}
+
+bool inside(const Polygon& polygon, double x, double y) {
+  bool in = false;
+  for (std::size_t a = 0, b = polygon.size() - 1; a < polygon.size(); b = a++) {
+    const Eigen::Vector2d& p = polygon[a];
+    const Eigen::Vector2d& q = polygon[b];
+    if ((p.y() > y) != (q.y() > y) && x < (q.x() - p.x()) * (y - p.y()) / (q.y() - p.y()) + p.x()) {
+      in = !in;
+    }
+  }
+  return in;
+}
+
+/// Of the LV's cavity in all slices of a phase, against the experts' contours.
+double dice(const Segmentation& result, const std::vector<int>& numbers, std::size_t phase) {
+  const Grid& grid = result.labels.grid;
+  std::size_t both = 0;
+  std::size_t sum = 0;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const Polygon expert = contour(numbers[static_cast<std::size_t>(k)]);
+    EXPECT_GT(expert.size(), 10U);
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const bool theirs = inside(expert, i, j);
+        const bool ours = result.labels.phases[phase][grid.offset(i, j, k)] == kLabelLvBlood;
+        both += theirs && ours ? 1 : 0;
+        sum += (theirs ? 1 : 0) + (ours ? 1 : 0);
+      }
+    }
+  }
+  return 2.0 * static_cast<double>(both) / static_cast<double>(sum);
+}
+
+// Numbers of the experts' contours in the slices of the stack, from the apex on.
+const std::vector<int> kEndDiastole{100, 80, 60, 40};
+const std::vector<int> kEndSystole{88, 68, 48, 28};
+
+TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_systole) {
+  SKIP_WITHOUT("two-phase-ge");
+  StageContext context;
+  const Exam exam = ingest::read_exam({shared("two-phase-ge")}, {}, context);
+  const Segmentation automatic = segment_exam(exam, {}, {}, context);
+  EXPECT_GE(dice(automatic, kEndDiastole, 0), 0.90);
+
+  // At end-systole trabeculae and papillary muscles, which count as cavity, fill half of it: one
+  // stroke a slice along their outer rim, as a technician draws it.
+  const Grid& grid = exam.stack.grid();
+  const auto stroke = [&](int k, const std::vector<Vec3>& at) {
+    Seed seed{kLabelLvBlood, grid.mm(at[0][0], at[0][1], k), 2.0, 1, {}};
+    for (std::size_t n = 1; n < at.size(); ++n) {
+      seed.stroke_lps_mm.push_back(grid.mm(at[n][0], at[n][1], k));
+    }
+    return seed;
+  };
+  const std::vector<Seed> strokes{
+      stroke(0, {{139, 115, 0}, {143, 124, 0}, {139, 133, 0}}),
+      stroke(1, {{141, 118, 0}, {147, 127, 0}, {141, 137, 0}}),
+      stroke(2, {{141, 118, 0}, {147, 127, 0}, {141, 137, 0}}),
+  };
+  const Segmentation corrected = segment_exam(exam, strokes, {}, context);
+  EXPECT_GE(dice(corrected, kEndDiastole, 0), 0.90);
+  EXPECT_GE(dice(corrected, kEndSystole, 1), 0.85);
+}
+
+TEST(RealExam, of_distant_slices_pumps_as_much_left_as_right) {
+  SKIP_WITHOUT("cine-exam");
+  StageContext context;
+  const Exam exam = ingest::read_exam({shared("cine-exam")}, {}, context);
+  const Segmentation result = segment_exam(exam, {}, {}, context);
+  EXPECT_TRUE(result.warnings.empty());
+  const auto stroke_ml = [&](Structure structure) {
+    const std::vector<double> curve = segmented_volume_ml(result, structure);
+    const auto [least, most] = std::minmax_element(curve.begin(), curve.end());
+    // A volume curve is smooth: no phase stands off its neighbours' mean by a seventh of the swing.
+    for (std::size_t p = 0; p < curve.size(); ++p) {
+      const double mean =
+          0.5 * (curve[(p + 1) % curve.size()] + curve[(p + curve.size() - 1) % curve.size()]);
+      EXPECT_LT(std::abs(curve[p] - mean), (*most - *least) / 7)
+          << structure_name(structure) << " " << p;
+    }
+    return *most - *least;
+  };
+  const double left = stroke_ml(Structure::LvBlood);
+  const double right = stroke_ml(Structure::RvBlood);
+  EXPECT_NEAR(left / right, 1, 0.15);
+  // The mitral plane descends by what a healthy heart's does [mm].
+  const BaseCut& base = result.base_cuts.at(Structure::LvBlood);
+  const auto [low, high] = std::minmax_element(base.k.begin(), base.k.end());
+  const double excursion_mm = (*high - *low) * exam.stack.grid().spacing_mm()[2];
+  EXPECT_GT(excursion_mm, 8);
+  EXPECT_LT(excursion_mm, 20);
+}
+
+}  // namespace
+}  // namespace beatlas::segment

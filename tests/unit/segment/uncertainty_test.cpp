@@ -1,0 +1,119 @@
+/// Is a segmentation's boundary as far from the phantom's as it says of itself?
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/phantom/render.h"
+#include "pipeline/segment/segment.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+struct Off {
+  double error_mm = 0;  ///< along the true surface's normal
+  double sigma_mm = 0;
+};
+
+/// Of boundary points that are 4 mm or more from creases and base planes, every `stride`th.
+std::vector<Off> offs(const Segmentation& found, const phantom::Phantom& phantom,
+                      Structure structure, std::size_t stride) {
+  const Grid& grid = found.coverage.grid;
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  std::vector<Off> out;
+  const auto& phases = found.uncertainty.at(structure);
+  for (std::size_t p = 0; p < phases.size(); ++p) {
+    const auto frame = phantom.frame(phantom.phase_time_s(static_cast<int>(p)));
+    const std::vector<float>& covered = found.coverage.phases.at(structure)[p];
+    for (std::size_t n = 0; n < phases[p].size(); n += stride) {
+      const std::size_t v = phases[p][n].voxel;
+      const auto i = static_cast<int>(v % nx);
+      const auto j = static_cast<int>(v % grid.slice_count() / nx);
+      const auto k = static_cast<int>(v / grid.slice_count());
+      if (i < 1 || j < 1 || i + 1 >= grid.size[0] || j + 1 >= grid.size[1]) continue;
+      const double gx = covered[v + 1] - covered[v - 1];
+      const double gy = covered[v + nx] - covered[v - nx];
+      const double length = std::hypot(gx, gy);
+      if (length < 0.2) continue;  // outlines that touch
+      // Coverage falls by one in a pixel.
+      const double inward = 0.5 - covered[v];
+      const Vec3 at = grid.mm(i + inward * gx / length, j + inward * gy / length, k);
+      const auto base =
+          static_cast<double>(std::min(found.axis->lv_base_mm[p], found.axis->rv_base_mm[p]));
+      if (found.axis->height_mm(at) > base - 4) continue;
+      if (frame->crease_distance_mm(structure, at) < 4) continue;
+      out.push_back({frame->distance_mm(structure, at), phases[p][n].sigma_mm});
+    }
+  }
+  return out;
+}
+
+double rms(const std::vector<Off>& list, double (*of)(const Off&)) {
+  double sum = 0;
+  for (const Off& off : list) sum += of(off) * of(off);
+  return std::sqrt(sum / static_cast<double>(list.size()));
+}
+
+/// Rms and median (scaled to a normal law's) of error over stated sigma lie in these ranges.
+struct Wanted {
+  Structure structure;
+  double most_rms, most_median;
+};
+
+void expect_calibrated(const std::string& preset, double snr, std::size_t stride,
+                       const std::vector<Wanted>& wanted) {
+  phantom::PhantomSpec spec = phantom::preset(preset);
+  spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+  spec.phases = 5;
+  spec.scanner.snr_blood = snr;
+  StageContext context;
+  const phantom::Phantom phantom(spec);
+  Exam exam;
+  exam.stack = phantom::render(phantom, context).cine;
+  const Segmentation found = segment_exam(exam, {}, {}, context);
+  ASSERT_TRUE(found.axis);
+  for (const Wanted& want : wanted) {
+    std::vector<Off> list = offs(found, phantom, want.structure, stride);
+    ASSERT_GT(list.size(), 300U);
+    const double ratio = rms(list, [](const Off& o) { return o.error_mm / o.sigma_mm; });
+    std::vector<double> sizes;
+    for (const Off& off : list) sizes.push_back(std::abs(off.error_mm / off.sigma_mm));
+    std::sort(sizes.begin(), sizes.end());
+    const double median = sizes[sizes.size() / 2] / 0.6745;
+    const std::string name(structure_name(want.structure));
+    std::cout << preset << ", SNR " << snr << ", " << name << ": error over stated sigma rms "
+              << ratio << ", by median " << median << "; rms error "
+              << rms(list, [](const Off& o) { return o.error_mm; }) << " mm, rms sigma "
+              << rms(list, [](const Off& o) { return o.sigma_mm; }) << " mm\n";
+    EXPECT_GT(ratio, 0.7) << name;
+    EXPECT_LT(ratio, want.most_rms) << name;
+    EXPECT_GT(median, 0.6) << name;
+    EXPECT_LT(median, want.most_median) << name;
+    if (want.structure == Structure::Heart) continue;  // errs most where its wall is thinnest
+    // What says it is uncertain is: the third with the largest sigma errs more than the other two.
+    std::sort(list.begin(), list.end(),
+              [](const Off& a, const Off& b) { return a.sigma_mm < b.sigma_mm; });
+    const auto split = list.begin() + static_cast<std::ptrdiff_t>(2 * list.size() / 3);
+    EXPECT_GT(rms({split, list.end()}, [](const Off& o) { return o.error_mm; }),
+              1.1 * rms({list.begin(), split}, [](const Off& o) { return o.error_mm; }))
+        << name;
+  }
+}
+
+// The cavities' errors are those of the noise. The outside errs by more than noise makes: its wall
+// over the RV is thinner than two voxels of 2 mm, and fat, lung and liver lie on it.
+TEST(Calibration, small) {
+  expect_calibrated("small", 20, 5,
+                    {{Structure::LvBlood, 1.3, 1.2},
+                     {Structure::RvBlood, 1.4, 1.3},
+                     {Structure::Heart, 1.8, 1.6}});
+}
+
+TEST(Calibration, small_with_much_noise) {
+  expect_calibrated("small", 10, 5, {{Structure::LvBlood, 1.4, 1.3}});
+}
+
+}  // namespace
+}  // namespace beatlas::segment

@@ -1,0 +1,167 @@
+/// The axis, apex and base that a segmentation keeps, against the phantom's closed form.
+#include "pipeline/segment/ventricle_ends.h"
+
+#include <iostream>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/phantom/motion.h"
+#include "pipeline/phantom/render.h"
+#include "pipeline/segment/edited_labels.h"
+#include "pipeline/segment/known_labels.h"
+#include "pipeline/segment/segment.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+struct Heart {
+  phantom::PhantomSpec spec;
+  Exam exam;
+  LabelCycle truth;
+};
+
+Heart image(const phantom::PhantomSpec& spec) {
+  StageContext context;
+  phantom::Rendering rendering = phantom::render(phantom::Phantom(spec), context);
+  Heart out{spec, {}, std::move(rendering.labels)};
+  out.exam.stack = std::move(rendering.cine);
+  out.exam.source_format = "nifti";
+  return out;
+}
+
+phantom::PhantomSpec small(bool alone, const Vec3& oblique_deg = Vec3::Zero()) {
+  phantom::PhantomSpec spec = phantom::preset("small");
+  spec.phases = 6;
+  spec.oblique_deg = oblique_deg;
+  if (alone) spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+  return spec;
+}
+
+struct Tolerance {
+  double degrees, apex_mm, lv_mm, rv_mm;
+};
+
+void expect_the_phantoms(const phantom::PhantomSpec& spec, const std::optional<LongAxis>& axis,
+                         const Tolerance& most) {
+  ASSERT_TRUE(axis);
+  const phantom::Anatomy& anatomy = spec.anatomy;
+  const Vec3 towards_base = -anatomy.apex_direction_lps.normalized();
+  EXPECT_NEAR(axis->towards_base.norm(), 1, 1e-9);
+  const double turned =
+      std::acos(std::min(1.0, axis->towards_base.dot(towards_base))) * 180 / std::numbers::pi;
+  EXPECT_LT(turned, most.degrees);
+  const auto n = static_cast<std::size_t>(spec.phases);
+  ASSERT_EQ(axis->apex_mm.size(), n);
+  ASSERT_EQ(axis->lv_base_mm.size(), n);
+  ASSERT_EQ(axis->rv_base_mm.size(), n);
+  const phantom::Phantom phantom(spec);
+  const double end_systolic_base = anatomy.apex_mm + anatomy.lv_end_systole.apex_wall_mm +
+                                   anatomy.lv_end_systole.length_mm +
+                                   anatomy.lv_end_systole.base_mm;
+  const double origin = towards_base.dot(axis->origin_mm - anatomy.origin_lps_mm);
+  Vec3 worst = Vec3::Zero();
+  for (std::size_t p = 0; p < n; ++p) {
+    const double loss =
+        phantom::volume_loss(phantom.phase_time_s(static_cast<int>(p)), spec.rr_interval_s);
+    const double lv = (1 - loss) * anatomy.lv_end_diastole.base_mm + loss * end_systolic_base;
+    const double rv =
+        (1 - loss) * anatomy.rv_end_diastole.cut_mm + loss * anatomy.rv_end_systole.cut_mm;
+    const Vec3 off = Vec3(origin + axis->apex_mm[p] - anatomy.apex_mm,
+                          origin + axis->lv_base_mm[p] - lv, origin + axis->rv_base_mm[p] - rv);
+    EXPECT_LT(std::abs(off[0]), most.apex_mm) << "apex, phase " << p << ": " << off[0];
+    EXPECT_LT(std::abs(off[1]), most.lv_mm) << "LV's base, phase " << p << ": " << off[1];
+    EXPECT_LT(std::abs(off[2]), most.rv_mm) << "RV's base, phase " << p << ": " << off[2];
+    worst = worst.cwiseMax(off.cwiseAbs());
+  }
+  std::cout << "axis " << turned << " degrees off; apex " << worst[0] << ", LV's base " << worst[1]
+            << ", RV's base " << worst[2] << " mm at most\n";
+  // Shares of the length: apex, base.
+  const Vec3 apex = anatomy.origin_lps_mm + anatomy.apex_mm * towards_base;
+  EXPECT_NEAR(axis->share_of_length(apex, 0), 0, most.apex_mm / 90);
+}
+
+std::optional<LongAxis> segmented_axis(const Heart& heart) {
+  StageContext context;
+  return segment_exam(heart.exam, {}, {}, context).axis;
+}
+
+/// Half a slice for planes that the images show; the tricuspid plane is placed by rule.
+constexpr Tolerance kThin{3, 2, 1.5, 4};
+
+TEST(VentricleAxis, IsThePhantomsWithAtria) {
+  const Heart heart = image(small(false));
+  expect_the_phantoms(heart.spec, segmented_axis(heart), kThin);
+}
+
+TEST(VentricleAxis, IsThePhantomsInSlicesOfAnyDirection) {
+  const Heart heart = image(small(false, {25, -20, 40}));
+  expect_the_phantoms(heart.spec, segmented_axis(heart), kThin);
+}
+
+TEST(VentricleAxis, IsThePhantomsWithVentriclesAlone) {
+  const Heart heart = image(small(true));
+  expect_the_phantoms(heart.spec, segmented_axis(heart), kThin);
+}
+
+TEST(VentricleAxis, OfLabelsAloneIsTheirs) {
+  const Heart heart = image(small(true));
+  StageContext context;
+  const Segmentation known =
+      segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
+  expect_the_phantoms(heart.spec, known.axis, {3, 2, 1.5, 1.5});
+}
+
+TEST(VentricleAxis, InThickSlicesIsWithinASlice) {
+  phantom::PhantomSpec spec = phantom::preset("clinical");
+  spec.phases = 8;
+  // Half the field of view, about the same middle.
+  const Vec3 middle = spec.grid.mm(95.5, 95.5, 0);
+  spec.grid.size = {112, 112, 13};
+  spec.grid.mm_from_index.translation() += middle - spec.grid.mm(55.5, 55.5, 0);
+  spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+  const Heart heart = image(spec);
+  expect_the_phantoms(heart.spec, segmented_axis(heart), {4, 7, 5, 5});
+}
+
+TEST(VentricleAxis, FollowsLabelsThatAreCutInOnePhase) {
+  const Heart heart = image(small(true));
+  StageContext context;
+  const Segmentation made =
+      segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
+  ASSERT_TRUE(made.axis);
+  // Everything of the LV within 20 mm of its base becomes the rest of the heart.
+  LabelCycle labels = made.labels;
+  for (std::size_t v = 0; v < labels.grid.count(); ++v) {
+    const auto k = static_cast<int>(v / labels.grid.slice_count());
+    const auto j = static_cast<int>(v % labels.grid.slice_count() /
+                                    static_cast<std::size_t>(labels.grid.size[0]));
+    const auto i = static_cast<int>(v % static_cast<std::size_t>(labels.grid.size[0]));
+    const double height = made.axis->height_mm(labels.grid.mm(i, j, k));
+    std::uint8_t& label = labels.phases[2][v];
+    if (height > made.axis->lv_base_mm[2] - 20 &&
+        (label == kLabelLvBlood || label == kLabelLvMyocardium)) {
+      label = kLabelRestOfHeart;
+    }
+  }
+  const Segmentation edited = with_edited_labels(made, labels, context);
+  ASSERT_TRUE(edited.axis);
+  EXPECT_NEAR(edited.axis->lv_base_mm[2], made.axis->lv_base_mm[2] - 20, 1.5);
+  EXPECT_NEAR(edited.axis->apex_mm[2], made.axis->apex_mm[2], 1.5);
+  for (const std::size_t p : {0, 1, 3, 4, 5}) {
+    EXPECT_EQ(edited.axis->lv_base_mm[p], made.axis->lv_base_mm[p]);
+    EXPECT_EQ(edited.axis->apex_mm[p], made.axis->apex_mm[p]);
+  }
+}
+
+TEST(VentricleAxis, IsNoneWithoutAVentricle) {
+  StageContext context;
+  const Grid grid = made::oblique_grid({70, 70, 40}, {2, 2, 4}, Vec3(12, -20, 44));
+  const Exam exam = made::ellipsoid_exam(
+      grid, {Vec3(12, -20, 44), Eigen::Matrix3d::Identity(), Vec3(48, 53, 60), 0.06}, 5, 400, 100);
+  EXPECT_FALSE(segment_exam(exam, {}, {}, context).axis);
+}
+
+}  // namespace
+}  // namespace beatlas::segment
