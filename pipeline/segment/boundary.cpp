@@ -5,6 +5,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/segment/chambers.h"
+
 namespace beatlas::segment {
 namespace {
 
@@ -64,17 +66,21 @@ std::vector<float> boundary_coverage(const Grid& grid, const std::vector<float>&
   const cv::Size window(2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[0]))) + 1,
                         2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[1]))) + 1);
   const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
+  // The band along the outline, what its levels are told by, and what its distance is smoothed by.
+  const int room = 16 + std::max(window.width, window.height);
   for (int k = 0; k < grid.size[2]; ++k) {
     const std::size_t begin = grid.offset(0, 0, k);
-    const cv::Mat pixels(grid.size[1], grid.size[0], CV_32F,
-                         const_cast<float*>(image.data() + begin));
-    const cv::Mat in = cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                               const_cast<std::uint8_t*>(inside.data() + begin)) != 0;
+    const cv::Mat whole(grid.size[1], grid.size[0], CV_8U,
+                        const_cast<std::uint8_t*>(inside.data() + begin));
+    const cv::Rect part = rect_around(whole, room);
+    if (part.empty()) continue;
+    const cv::Mat pixels =
+        cv::Mat(grid.size[1], grid.size[0], CV_32F, const_cast<float*>(image.data() + begin))(part);
+    const cv::Mat in = whole(part) != 0;
     const cv::Mat told = cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                                 const_cast<std::uint8_t*>(reference.data() + begin)) != 0;
-    cv::Mat out(grid.size[1], grid.size[0], CV_32F, coverage.data() + begin);
+                                 const_cast<std::uint8_t*>(reference.data() + begin))(part) != 0;
+    cv::Mat out = cv::Mat(grid.size[1], grid.size[0], CV_32F, coverage.data() + begin)(part);
     in.convertTo(out, CV_32F, 1.0 / 255.0);
-    if (cv::countNonZero(in) == 0) continue;
 
     // Levels are told by voxels that are whole: one pixel or more off the boundary; thin walls
     // have none, there the boundary's own inner pixels must do.

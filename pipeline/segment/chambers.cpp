@@ -214,6 +214,13 @@ cv::Mat disc(double radius_mm, const cv::Point2d& pixel_mm) {
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rx + 1, 2 * ry + 1});
 }
 
+cv::Rect rect_around(const cv::Mat& mask, int room_px) {
+  const cv::Rect around = cv::boundingRect(mask);
+  if (around.empty()) return {};
+  return (around - cv::Point(room_px, room_px) + cv::Size(2 * room_px, 2 * room_px)) &
+         cv::Rect({0, 0}, mask.size());
+}
+
 cv::Mat slice_of(const Grid& grid, const std::vector<float>& image, int k) {
   return {grid.size[1], grid.size[0], CV_32F,
           const_cast<float*>(image.data() + grid.offset(0, 0, k))};

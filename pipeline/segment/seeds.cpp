@@ -106,7 +106,8 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
   spread(chambers.lv.back().k, +1);
   // Thin slices through a leaning ventricle: muscle lies around the cavity in space.
   if (slice_mm < kThickSlicesMm) {
-    const std::vector<float> away = distance_map(grid, cavities(grid, chambers, ed), true);
+    const std::vector<float> away =
+        distance_near(grid, cavities(grid, chambers, ed), true, 1.6 * chambers.wall_mm + 2.0);
     for (std::size_t k = 0; k < n; ++k) {
       const cv::Mat slice(size, CV_32F, const_cast<float*>(away.data()) + k * grid.slice_count());
       zones[k] |= slice <= 1.6 * chambers.wall_mm + 2.0;
@@ -284,9 +285,15 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
   }
 
   const bool across = spacing[2] < kThickSlicesMm;
+  double widest_wall = chambers.wall_mm;
+  for (const LvSlice& slice : chambers.lv) {
+    for (const Ring& ring : slice.rings) widest_wall = std::max(widest_wall, wall_of(ring, 0));
+  }
+  for (const double wall : chambers.wall_by_phase_mm) widest_wall = std::max(widest_wall, wall);
   std::vector<std::vector<float>> away(n);
-  parallel_for(
-      n, [&](std::size_t p) { away[p] = distance_map(grid, cavities(grid, chambers, p), across); });
+  parallel_for(n, [&](std::size_t p) {
+    away[p] = distance_near(grid, cavities(grid, chambers, p), across, 1.4 * widest_wall);
+  });
   for (const LvSlice& slice : chambers.lv) {
     const auto k = static_cast<std::size_t>(slice.k);
     for (std::size_t p = 0; p < n; ++p) {
