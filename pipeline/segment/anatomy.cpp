@@ -347,7 +347,8 @@ void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
   }
 }
 
-void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const KnownLabels& known) {
+void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const KnownLabels& known,
+                     const SmoothedBefore& before) {
   const Grid& grid = labels.grid;
   const auto n = static_cast<std::size_t>(labels.phase_count());
   const Vec3 spacing = grid.spacing_mm();
@@ -361,6 +362,16 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
                                                  {false, true, true, true, true}}};
   parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t k) {
     const std::size_t begin = k * grid.slice_count();
+    const auto from = static_cast<std::ptrdiff_t>(begin);
+    const auto to = from + static_cast<std::ptrdiff_t>(grid.slice_count());
+    std::vector<char> done(n, 0);
+    for (std::size_t p = 0; p < n && before.in != nullptr && known.phases.empty(); ++p) {
+      std::vector<std::uint8_t>& phase = labels.phases[p];
+      const std::vector<std::uint8_t>& then = (*before.in)[p];
+      if (!std::equal(phase.begin() + from, phase.begin() + to, then.begin() + from)) continue;
+      std::copy_n((*before.out)[p].begin() + from, to - from, phase.begin() + from);
+      done[p] = 1;
+    }
     std::array<std::vector<cv::Mat>, 4> smooth;
     for (std::size_t set = 0; set < sets.size(); ++set) {
       const bool outside = sets[set][kLabelLvMyocardium];
@@ -388,7 +399,7 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
       };
       std::vector<cv::Mat> signed_distance(n);
       for (std::size_t p = 0; p < n; ++p) {
-        signed_distance[p] = outline(labels.phases[p], sigma_px);
+        if (done[p] == 0) signed_distance[p] = outline(labels.phases[p], sigma_px);
       }
       if (!known.phases.empty()) {
         std::vector<cv::Mat> given;
@@ -400,6 +411,7 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
       smooth[set] = std::move(signed_distance);
     }
     for (std::size_t p = 0; p < n; ++p) {
+      if (done[p] != 0) continue;
       cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.phases[p].data() + begin);
       const cv::Mat rv = smooth[0][p] < 0;
       const cv::Mat lv = smooth[1][p] < 0;

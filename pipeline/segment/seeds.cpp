@@ -168,8 +168,9 @@ std::vector<std::uint8_t> classify_motion(const TemporalStats& stats) {
   return classes;
 }
 
-LabelImages classify(const TemporalStats& stats, const Chambers& chambers, std::size_t phases) {
-  LabelImages classes(phases, classify_motion(stats));
+LabelImages classify(const std::vector<std::uint8_t>& motion, const Chambers& chambers,
+                     std::size_t phases) {
+  LabelImages classes(phases, motion);
   if (!chambers.parts_atria()) return classes;
   for (std::size_t p = 0; p < phases; ++p) {
     for (std::size_t v = 0; v < classes[p].size(); ++v) {
