@@ -30,7 +30,9 @@ cv::Point2d recentre(const Ring& ring, const cv::Point2d& centre, const cv::Poin
   return {m.m10 / m.m00, m.m01 / m.m00};
 }
 
-Candidate rate(const Setting& s, int k, cv::Point2d centre, const TissueLevels& levels) {
+/// @param leave_early once it is sure that the pool is none: its rings are not all traced then
+Candidate rate(const Setting& s, int k, cv::Point2d centre, const TissueLevels& levels,
+               bool leave_early) {
   Candidate c;
   c.k = k;
   const int n = s.images.phase_count();
@@ -44,7 +46,8 @@ Candidate rate(const Setting& s, int k, cv::Point2d centre, const TissueLevels& 
     const Ring& ring = c.rings.back();
     c.walled_share += ring.walled_share / n;
     // Most pools are seen to be none before the last phase.
-    if (c.walled_share + static_cast<double>(n - 1 - p) / n < kMinWalledShare - 1e-9) return c;
+    const double most = c.walled_share + static_cast<double>(n - 1 - p) / n;
+    if (leave_early && most < kMinWalledShare - 1e-9) return c;
     roundness += ring.roundness / n;
     thickness += std::min(1.0, ring.median_wall_mm() / kLvWallMm) / n;
     largest = std::max(largest, ring.area_mm2);
@@ -95,7 +98,7 @@ std::vector<std::vector<Candidate>> lv_candidates(const Setting& s, const Tissue
   }
   parallel_for(all.size(), [&](std::size_t at) {
     const auto [k, pool] = all[at];
-    candidates[k][pool] = rate(s, static_cast<int>(k), centres[k][pool], levels);
+    candidates[k][pool] = rate(s, static_cast<int>(k), centres[k][pool], levels, true);
   });
   return candidates;
 }
@@ -177,7 +180,7 @@ void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueL
     }
     const Ring& before = last.rings[static_cast<std::size_t>(reference_phase)];
     if (best_share < kSureWalledShare) return;
-    Candidate next = rate(s, k, best, levels);
+    Candidate next = rate(s, k, best, levels, false);
     // Towards the apex pools shrink; a pool that grows again is another one.
     if (next.rings[static_cast<std::size_t>(reference_phase)].area_mm2 > 1.3 * before.area_mm2) {
       return;

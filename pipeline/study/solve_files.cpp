@@ -1,7 +1,9 @@
 #include "pipeline/study/solve_files.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/json_values.h"
@@ -26,6 +28,8 @@ SolveMemory memory_from(const fs::path& study, const json& content, const std::s
   for (const auto& [name, list] : object.at("numbers").items()) {
     memory.numbers[name] = numbers_from_json(list, "/numbers/" + name);
   }
+  std::vector<std::string> names;
+  std::vector<ExpectedImages> expected;
   for (const auto& [name, image] : object.at("images").items()) {
     const std::string path = "/images/" + name;
     JsonObject told(image, path);
@@ -33,9 +37,17 @@ SolveMemory memory_from(const fs::path& study, const json& content, const std::s
     int phases = 0;
     told.read("phases", phases, 1, 10000);
     told.finish();
-    memory.images[name] = read_labels(study / file_of(name), {grid, grid, phases});
+    names.push_back(name);
+    expected.push_back({grid, grid, phases});
   }
   object.finish();
+  std::vector<LabelCycle> images(names.size());
+  parallel_for(names.size(), [&](std::size_t at) {
+    images[at] = read_labels(study / file_of(names[at]), expected[at]);
+  });
+  for (std::size_t at = 0; at < names.size(); ++at) {
+    memory.images[names[at]] = std::move(images[at]);
+  }
   return memory;
 }
 
@@ -46,11 +58,15 @@ FileList write_solve_memory(const fs::path& study, const SolveMemory& memory,
   make_folder(study / "solve");
   FileList files{kIndex};
   json images = json::object();
+  std::vector<const LabelCycle*> written;
   for (const auto& [name, labels] : memory.images) {
-    write_labels(study / file_of(name), labels, labels.grid, frame_interval_s);
+    written.push_back(&labels);
     files.push_back(file_of(name));
     images[name] = {{"grid", grid_to_json(labels.grid)}, {"phases", labels.phase_count()}};
   }
+  parallel_for(written.size(), [&](std::size_t at) {
+    write_labels(study / files[at + 1], *written[at], written[at]->grid, frame_interval_s);
+  });
   write_text(study / kIndex,
              json{{"key", key}, {"numbers", memory.numbers}, {"images", images}}.dump() + "\n");
   return files;
