@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "pipeline/segment/groundwork.h"
@@ -242,7 +243,9 @@ bool get_looked(const SolveMemory& memory, std::vector<LvSlices>& out) {
       place.centre_px.y = adopted.next();
       slices.adopted.push_back(place);
     }
-    if (!grid.done() || !found.done() || !adopted.done()) return false;
+    const bool ascending = std::adjacent_find(slices.found.begin(), slices.found.end(),
+                                              std::greater_equal<>()) == slices.found.end();
+    if (!grid.done() || !found.done() || !adopted.done() || !ascending) return false;
     out.push_back(std::move(slices));
   }
 }
