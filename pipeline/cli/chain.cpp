@@ -316,6 +316,7 @@ void Chain::import(const std::vector<fs::path>& sources) {
   console_.stage("import", [&](StageContext& context) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
     facts_.input_sha256 = stack_sha256(exam_->stack);
+    exam_ = reg::with_aligned_slices(std::move(*exam_), orders_.recipe.align);
     note_exam();
     study::StageRecord record = new_record(Stage::Import);
     record.inputs[study::kSourceStack] = facts_.input_sha256;

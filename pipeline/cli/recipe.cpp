@@ -21,6 +21,10 @@ struct Choice {
 constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
                                   Choice<segment::LeakAction>{"error", segment::LeakAction::Error}};
 
+constexpr std::array kSliceAlignments{
+    Choice<reg::AlignOptions::Slices>{"auto", reg::AlignOptions::Slices::Auto},
+    Choice<reg::AlignOptions::Slices>{"off", reg::AlignOptions::Slices::Off}};
+
 /// Every option of a recipe, once: section, key, member and range.
 template <class AnyRecipe, class Visit>
 void visit_options(AnyRecipe& recipe, Visit& visit) {
@@ -31,7 +35,10 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("exam", recipe.import.exam, 0, 100000);
   visit.option("series", recipe.import.series, 0, 2147483647);
   visit.option("stack", recipe.import.stack, 0, 100000);
+  visit.choice("align_slices", recipe.align.slices, kSliceAlignments);
   visit.section("segment");
+  visit.flag("even_shading", recipe.segment.even_shading);
+  visit.flag("denoise", recipe.segment.denoise);
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
   visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);
@@ -73,6 +80,7 @@ class Reader {
   void option(const std::string& key, T& value, Bound low, Bound high) {
     section_->read(key, value, low, high);
   }
+  void flag(const std::string& key, bool& value) { section_->read(key, value); }
   template <class T, std::size_t N>
   void choice(const std::string& key, T& value, const std::array<Choice<T>, N>& choices) {
     if (!section_->has(key)) return;
@@ -133,6 +141,7 @@ class Writer {
   void option(const std::string& key, const T& value, Bound, Bound) {
     out_[section_][key] = value;
   }
+  void flag(const std::string& key, bool value) { out_[section_][key] = value; }
   template <class T, std::size_t N>
   void choice(const std::string& key, const T& value, const std::array<Choice<T>, N>& choices) {
     for (const Choice<T>& each : choices) {

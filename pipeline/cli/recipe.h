@@ -10,6 +10,7 @@
 #include "pipeline/ingest/ingest.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/pack/pack.h"
+#include "pipeline/register/slice_shifts.h"
 #include "pipeline/register/workspace.h"
 #include "pipeline/segment/segment.h"
 #include "pipeline/study/study.h"
@@ -25,6 +26,7 @@ struct QualityOptions {
 
 struct Recipe {
   ingest::IngestOptions import;
+  reg::AlignOptions align;
   segment::SegmentOptions segment;
   reg::RegisterOptions registration;
   field::FieldOptions field;

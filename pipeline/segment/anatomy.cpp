@@ -13,8 +13,7 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kPapillaryMm = 8.0;   ///< radius of the closing that takes papillary muscles in
-constexpr double kFatOverBlood = 1.3;  ///< fat is brighter than blood by more than this
+constexpr double kPapillaryMm = 8.0;  ///< radius of the closing that takes papillary muscles in
 constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV muscle at the septum
 /// Outer outlines in thick slices, where fat and liver blur into the wall, are smoothed this much
 /// more.
@@ -205,7 +204,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       lv = take_in_papillaries(lv, pixel_mm) & ((slice == kLabelLvMyocardium) | lv);
       slice.setTo(cv::Scalar(kLabelLvBlood), lv);
     }
-    cv::Mat rv = (slice == kLabelRvBlood) & bright & (pixels < kFatOverBlood * levels.rv_blood);
+    cv::Mat rv = (slice == kLabelRvBlood) & bright & (pixels < levels.fat);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), slice == kLabelRvBlood);
     if (cv::countNonZero(rv) > 0) {
       cv::Mat core;

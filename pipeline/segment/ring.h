@@ -1,6 +1,7 @@
 #pragma once
 /// The left ventricle's sign in any slice: a blood pool inside a ring of muscle.
 
+#include <limits>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -14,6 +15,7 @@ struct TissueLevels {
   double muscle = 0;     ///< typical muscle; 0 = not known yet
   double threshold = 0;  ///< between muscle and blood
   double dark = 0;       ///< below it: lung, air
+  double fat = std::numeric_limits<double>::infinity();  ///< above it: fat
 };
 
 /// What rays from a point in a blood pool meet. Angle a is 2 pi a / rays, from +column to +row.

@@ -12,6 +12,9 @@
 namespace beatlas::segment {
 namespace {
 
+constexpr double kSurelyNoise = 3;       ///< brighter by so many deviations is no muscle's noise
+constexpr double kLeastMuscleEnd = 0.2;  ///< of the way from muscle to blood
+constexpr double kMostMuscleEnd = 0.35;
 constexpr double kMostCost = 25;         ///< of a millimetre
 constexpr double kBeyondPlane = 4;       ///< times harder does the RV travel beyond its plane
 constexpr double kLvSeedsBelowMm = 1.5;  ///< the LV's base plane, which is seen
@@ -182,9 +185,11 @@ LabelImages classify(const std::vector<std::uint8_t>& motion, const Chambers& ch
   return classes;
 }
 
-TravelCost travel_cost(const TissueLevels& levels) {
+TravelCost travel_cost(const TissueLevels& levels, double noise) {
   TravelCost cost(2.5 * levels.blood);
   const double span = levels.blood - levels.muscle;
+  const double muscle_end =
+      std::clamp(kSurelyNoise * noise / span, kLeastMuscleEnd, kMostMuscleEnd);
   for (int bin = 0; bin < TravelCost::kBins; ++bin) {
     const double intensity = cost.intensity_of(bin);
     const double f = (intensity - levels.muscle) / span;  // 0 muscle, 1 blood
@@ -193,7 +198,7 @@ TravelCost travel_cost(const TissueLevels& levels) {
                          : f >= 0.6 ? 0.1
                          : f >= 0.4 ? 0.1 + 5 * (0.6 - f)
                                     : 1.1 + 25 * (0.4 - f);
-    double muscle = f <= 0.35 ? 0.25 : std::min(8.0, 0.25 + 18 * (f - 0.35));
+    double muscle = f <= muscle_end ? 0.25 : std::min(8.0, 0.25 + 18 * (f - muscle_end));
     if (dark) muscle = 1.0 + 4.0 * (levels.dark - intensity) / levels.dark;
     for (int index = 0; index < TravelCost::kClasses; ++index) {
       const int c = index % kBeyondLv;
@@ -201,18 +206,19 @@ TravelCost travel_cost(const TissueLevels& levels) {
       const bool beyond_rv = index / kBeyondRv != 0;
       const double still_penalty = c == kStill ? 1.5 : 1.0;
       const double b = std::min(blood, kMostCost);
-      const double rv = intensity > 1.45 * levels.rv_blood ? std::max(b, 1.5) : b;
-      const double rest = std::min(b * 1.2, std::max(0.6, muscle) * still_penalty);
+      const bool fat = intensity > levels.fat;
+      const double pool = fat ? std::max(b, 1.5) : b;
+      const double rest = std::min(pool * 1.2, std::max(0.6, muscle) * still_penalty);
       cost.at(kLabelLvBlood, index, bin) = static_cast<float>(beyond_lv ? kMostCost : b);
       cost.at(kLabelLvMyocardium, index, bin) =
           static_cast<float>(beyond_lv ? kMostCost : muscle * still_penalty);
       cost.at(kLabelRvBlood, index, bin) =
-          static_cast<float>(beyond_rv ? std::min(kMostCost, kBeyondPlane * rv) : rv);
+          static_cast<float>(beyond_rv ? std::min(kMostCost, kBeyondPlane * pool) : pool);
       cost.at(kLabelRestOfHeart, index, bin) = static_cast<float>(rest);
       double background = 0.3;
       if (dark) {
         background = 0.1;
-      } else if (f > 1.5) {
+      } else if (fat || f > 1.5) {
         background = 0.2;
       } else if (f > 0.5) {
         background = c == kStill ? 0.4 : c == kStirring ? 1.5 : 4.0;

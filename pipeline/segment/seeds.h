@@ -29,7 +29,7 @@ using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
 /// What a millimetre costs each label. Blood: bright; muscle: between dark and blood; background:
 /// what is dark, brighter than blood, or still. Beyond its base plane the LV travels hard, the RV,
 /// whose plane is a guess, harder than the atria.
-[[nodiscard]] TravelCost travel_cost(const TissueLevels& levels);
+[[nodiscard]] TravelCost travel_cost(const TissueLevels& levels, double noise);
 
 /// Seeds of every label from the chambers found.
 [[nodiscard]] LabelImages automatic_seeds(const ImageCycle<float>& images,

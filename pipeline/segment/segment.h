@@ -24,6 +24,8 @@ struct Seed {
 };
 
 struct SegmentOptions {
+  bool even_shading = true;  ///< the coil's shading is taken off, see shading.h
+  bool denoise = true;       ///< noise is smoothed, edges are not, before growing; see denoise.h
   /// [mm] 0..100: what crossing an edge as high as that between muscle and blood costs a label, in
   /// millimetres of easy travel. 0: labels meet half-way between seeds whatever lies between.
   double edge_cost_mm = 20;

@@ -27,31 +27,16 @@ double quantile_of(std::vector<float> values, double share) {
   return values[static_cast<std::size_t>(index)];
 }
 
-/// Noise from temporal second differences of voxels that hold signal: what is left after motion
-/// slower than two phases; the median ignores the few voxels that move faster. Air is left out:
-/// where there is no signal, magnitude images show only two thirds of the noise.
-double noise_level(const ImageCycle<float>& images) {
-  const int n = images.phase_count();
-  const std::size_t count = images.grid.count();
-  const std::size_t stride = std::max<std::size_t>(1, count / 200000);
-  std::vector<float> sampled;
-  for (std::size_t v = 0; v < count; v += stride) sampled.push_back(images.phases[0][v]);
-  const double dark = quantile_of(sampled, 0.02);
-  const double signal = dark + 0.2 * (quantile_of(sampled, 0.98) - dark);
-  std::vector<float> residuals;
-  for (std::size_t v = 0; v < count; v += stride) {
-    const int p = static_cast<int>(v / stride) % n;
-    const double before = images.phases[static_cast<std::size_t>((p + n - 1) % n)][v];
-    const double here = images.phases[static_cast<std::size_t>(p)][v];
-    const double after = images.phases[static_cast<std::size_t>((p + 1) % n)][v];
-    // Of two phases each is the other's neighbour on both sides. The means choose voxels without
-    // favour: they are uncorrelated with the differences.
-    const double mean = n == 2 ? (here + after) / 2 : (before + here + after) / 3;
-    if (mean < signal) continue;
-    residuals.push_back(static_cast<float>(std::abs(here - 0.5 * (before + after)) /
-                                           std::sqrt(n == 2 ? 2.0 : 1.5)));
-  }
-  return median_of(residuals) / 0.6745;
+/// A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
+constexpr double kSmoothedVariance = 0.1624;
+
+/// The swing [in standard deviations of the noise] that noise alone exceeds in two voxels of a
+/// thousand: a quantile of chi-squared (Wilson and Hilferty 1931). The fewer the phases, the wider.
+double swing_of_noise(int phases) {
+  const double freedom = std::max(1, phases - 1);
+  const double part = 2 / (9 * freedom);
+  const double quantile = freedom * std::pow(1 - part + 2.878 * std::sqrt(part), 3);
+  return std::sqrt(kSmoothedVariance * std::max(0.0, quantile / (freedom + 1) - 1));
 }
 
 /// Ascending, by the digits of their bits: millions of intensities, no comparisons.
@@ -78,19 +63,34 @@ void sort_floats(std::vector<float>& values) {
   });
 }
 
-/// A Gaussian of sigma 0.7 pixel keeps 1 / (4 pi 0.49) of white noise's variance.
-constexpr double kSmoothedVariance = 0.1624;
-
-/// The swing [in standard deviations of the noise] that noise alone exceeds in two voxels of a
-/// thousand: a quantile of chi-squared (Wilson and Hilferty 1931). The fewer the phases, the wider.
-double swing_of_noise(int phases) {
-  const double freedom = std::max(1, phases - 1);
-  const double part = 2 / (9 * freedom);
-  const double quantile = freedom * std::pow(1 - part + 2.878 * std::sqrt(part), 3);
-  return std::sqrt(kSmoothedVariance * std::max(0.0, quantile / (freedom + 1) - 1));
-}
-
 }  // namespace
+
+/// Noise from temporal second differences of voxels that hold signal: what is left after motion
+/// slower than two phases; the median ignores the few voxels that move faster. Air is left out:
+/// where there is no signal, magnitude images show only two thirds of the noise.
+double noise_level(const ImageCycle<float>& images) {
+  const int n = images.phase_count();
+  const std::size_t count = images.grid.count();
+  const std::size_t stride = std::max<std::size_t>(1, count / 200000);
+  std::vector<float> sampled;
+  for (std::size_t v = 0; v < count; v += stride) sampled.push_back(images.phases[0][v]);
+  const double dark = quantile_of(sampled, 0.02);
+  const double signal = dark + 0.2 * (quantile_of(sampled, 0.98) - dark);
+  std::vector<float> residuals;
+  for (std::size_t v = 0; v < count; v += stride) {
+    const int p = static_cast<int>(v / stride) % n;
+    const double before = images.phases[static_cast<std::size_t>((p + n - 1) % n)][v];
+    const double here = images.phases[static_cast<std::size_t>(p)][v];
+    const double after = images.phases[static_cast<std::size_t>((p + 1) % n)][v];
+    // Of two phases each is the other's neighbour on both sides. The means choose voxels without
+    // favour: they are uncorrelated with the differences.
+    const double mean = n == 2 ? (here + after) / 2 : (before + here + after) / 3;
+    if (mean < signal) continue;
+    residuals.push_back(static_cast<float>(std::abs(here - 0.5 * (before + after)) /
+                                           std::sqrt(n == 2 ? 2.0 : 1.5)));
+  }
+  return median_of(residuals) / 0.6745;
+}
 
 std::vector<float> smooth_in_plane(const Grid& grid, const std::vector<float>& image,
                                    double sigma_mm) {

@@ -26,6 +26,9 @@ struct TemporalStats {
 [[nodiscard]] std::vector<float> smooth_in_plane(const Grid& grid, const std::vector<float>& image,
                                                  double sigma_mm);
 
+/// Standard deviation of the noise in one phase, from voxels that hold signal.
+[[nodiscard]] double noise_level(const ImageCycle<float>& images);
+
 [[nodiscard]] TemporalStats temporal_stats(const ImageCycle<float>& images);
 
 /// The box around what moves at the heart rate, with a margin.

@@ -46,6 +46,21 @@ Cine read_cine(const fs::path& folder, const json& value, const std::string& nam
   return cine;
 }
 
+std::vector<Vec2> slice_shifts_from_json(const json& value, int slices) {
+  const std::string path = "/slice_shifts_mm";
+  if (!value.is_array() || value.size() != static_cast<std::size_t>(slices)) {
+    throw_invalid(path + " must be a list of a pair of numbers for each slice");
+  }
+  std::vector<Vec2> out;
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    const std::string at = path + "/" + std::to_string(k);
+    const std::vector<double> pair = numbers_from_json(value[k], at);
+    if (pair.size() != 2) throw_invalid(at + " must be a pair of numbers");
+    out.emplace_back(pair[0], pair[1]);
+  }
+  return out;
+}
+
 std::string view_name(std::size_t view) {
   std::array<char, 48> name{};
   std::snprintf(name.data(), name.size(), "view_%02zu.nii.gz", view);
@@ -62,6 +77,9 @@ FileList write_exam(const fs::path& study, const Exam& exam) {
                {"views", json::array()},
                {"decisions", exam.decisions},
                {"source_format", exam.source_format}};
+  for (const Vec2& shift : exam.slice_shifts_mm) {
+    content["slice_shifts_mm"].push_back({shift[0], shift[1]});
+  }
   if (!exam.phantom_identity.empty()) content["phantom_identity"] = exam.phantom_identity;
   for (std::size_t view = 0; view < exam.views.size(); ++view) {
     content["views"].push_back(write_cine(folder, view_name(view), exam.views[view]));
@@ -86,6 +104,10 @@ Exam read_exam(const fs::path& study) {
           read_cine(folder, views[view], view_name(view), "/views/" + std::to_string(view)));
     }
     exam.decisions = strings_from_json(object.at("decisions"), "/decisions");
+    if (object.has("slice_shifts_mm")) {
+      exam.slice_shifts_mm =
+          slice_shifts_from_json(object.at("slice_shifts_mm"), exam.stack.grid().size[2]);
+    }
     object.read("source_format", exam.source_format);
     object.read("phantom_identity", exam.phantom_identity);
     if (!exam.phantom_identity.empty() && !is_phantom_identity(exam.phantom_identity)) {

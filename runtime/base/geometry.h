@@ -10,6 +10,7 @@
 
 namespace beatlas {
 
+using Vec2 = Eigen::Vector2d;
 using Vec3 = Eigen::Vector3d;
 using Vec3f = Eigen::Vector3f;
 using Affine = Eigen::Affine3d;  ///< `a_from_b * point_in_b`
