@@ -12,6 +12,7 @@
 #include "pipeline/report/overlay.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/study/files.h"
+#include "pipeline/study/solve_files.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
@@ -342,8 +343,12 @@ void Chain::segment() {
     console_.stage("segment", [&](StageContext& context) {
       const Exam& images = exam();
       const Corrections corrections = corrections_for(images.stack, orders_);
+      const std::string key =
+          study_ ? solve_key(orders_, study_->inputs_now(Stage::Segment)) : std::string();
+      SolveMemory memory = study_ ? study::read_solve_memory(*study_, key) : SolveMemory();
       try {
-        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, context);
+        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, context,
+                                     study_ ? &memory : nullptr);
       } catch (const Error& error) {
         if (error.code() != ErrorCode::InvalidInput) throw;
         throw error.with_context(images.shown_source.empty() ? study_->folder().string()
@@ -351,8 +356,14 @@ void Chain::segment() {
       }
       ask_for_leaks(context);
       leave(Stage::Segment, new_record(Stage::Segment), [&] {
-        return study::write_segmentation(study_->folder(), *segmentation_,
-                                         frame_interval_s(exam().stack));
+        const double interval_s = frame_interval_s(exam().stack);
+        study::FileList files =
+            study::write_segmentation(study_->folder(), *segmentation_, interval_s);
+        if (memory.empty()) return files;
+        const study::FileList kept =
+            study::write_solve_memory(study_->folder(), memory, key, interval_s);
+        files.insert(files.end(), kept.begin(), kept.end());
+        return files;
       });
     });
     note_segmentation();

@@ -275,10 +275,12 @@ Corrections corrections_for(const Cine& stack, const Orders& orders) {
 }
 
 Segmentation segment_with(const Exam& exam, const Corrections& corrections,
-                          const segment::SegmentOptions& options, StageContext& context) {
+                          const segment::SegmentOptions& options, StageContext& context,
+                          SolveMemory* memory) {
   if (corrections.known.phases.empty()) {
-    return segment::segment_exam(exam, corrections.seeds, options, context);
+    return segment::segment_exam(exam, corrections.seeds, options, context, {}, memory);
   }
+  if (memory != nullptr) *memory = {};
   const bool all =
       corrections.known.phases.size() == static_cast<std::size_t>(exam.stack.phase_count());
   if (all && !corrections.seeds.empty()) {

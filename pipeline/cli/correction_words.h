@@ -40,8 +40,9 @@ struct Corrections {
 [[nodiscard]] Corrections corrections_for(const Cine& stack, const Orders& orders);
 
 /// Segments an exam with what was made by hand, if anything was.
+/// @param memory see segment_exam; empty afterwards where labels are known
 [[nodiscard]] Segmentation segment_with(const Exam& exam, const Corrections& corrections,
                                         const segment::SegmentOptions& options,
-                                        StageContext& context);
+                                        StageContext& context, SolveMemory* memory);
 
 }  // namespace beatlas::cli

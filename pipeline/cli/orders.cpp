@@ -12,6 +12,7 @@ namespace beatlas::cli {
 using study::Stage;
 namespace {
 
+constexpr auto kSeeds = "seeds";
 constexpr auto kPainted = "painted";
 constexpr auto kLabels = "labels";
 
@@ -71,12 +72,23 @@ study::Wanted wanted_of(Stage stage, const Orders& orders) {
   out.options = stage_options(orders.recipe, stage);
   if (stage == Stage::Segment && !orders.seeds.empty()) {
     const std::string text = seeds_to_json(orders.seeds).dump();
-    out.options["seeds"] = {{"count", orders.seeds.size()},
-                            {"sha256", sha256_hex(std::as_bytes(std::span(text)))}};
+    out.options[kSeeds] = {{"count", orders.seeds.size()},
+                           {"sha256", sha256_hex(std::as_bytes(std::span(text)))}};
   }
   if (stage == Stage::Segment && orders.painted) out.options[kPainted] = told_of(*orders.painted);
   if (stage == Stage::Segment && orders.labels) out.options[kLabels] = told_of(*orders.labels);
   return out;
+}
+
+std::string solve_key(const Orders& orders, const study::FileHashes& inputs) {
+  study::Wanted wanted = wanted_of(Stage::Segment, orders);
+  wanted.options.erase(kSeeds);
+  wanted.options.erase(kPainted);
+  const std::string text = nlohmann::json{
+      {"version", wanted.version},
+      {"options", wanted.options},
+      {"inputs", inputs}}.dump();
+  return sha256_hex(std::as_bytes(std::span(text)));
 }
 
 bool packed_with_surfaces(const study::StageRecord& record) {

@@ -19,10 +19,13 @@ constexpr double kSeptumMm = 6.0;  ///< farthest the RV lies from labelled LV mu
 /// more.
 constexpr double kThickOutsideFactor = 1.75;
 constexpr double kAtrialWallMm = 3.0;
+constexpr double kFarOfWall = 1.35;   ///< walls away from the cavity, and
+constexpr double kFarBeyondMm = 1.0;  ///< this much: that is no muscle of the LV
 constexpr double kAtriaBelowMm = 10;  ///< how far atria bulge down beside the ventricles
 constexpr double kFatMm = 4.5;        ///< radius that no layer of fat on the heart holds
 constexpr double kGivenSigmaPx = 1;   ///< takes the steps of pixels from a given outline
 constexpr double kRvWallMm = 4.0;     ///< thickest RV wall where no outer edge shows
+constexpr double kFarOutsideMm = 30;  ///< farther from an outline is as far
 
 cv::Mat fill_holes(const cv::Mat& mask) {
   cv::Mat framed;
@@ -136,17 +139,15 @@ Mask find_atria(const Grid& grid, const std::vector<float>& image, const Chamber
   const double lowest =
       std::min(chambers.axis->lv_base_mm[p], chambers.axis->rv_base_mm[p]) - kAtriaBelowMm;
   Mask pools(labels.size());
-  Mask others(labels.size());
   for (std::size_t v = 0; v < labels.size(); ++v) {
     const bool pool = labels[v] == kLabelRestOfHeart && image[v] > chambers.levels.threshold &&
                       static_cast<double>(chambers.height_mm[v]) > lowest;
     pools[v] = pool ? 255 : 0;
-    others[v] = pool ? 0 : 255;
   }
-  const std::vector<float> depth = distance_map(grid, others, true);
+  const std::vector<float> depth = depth_within(grid, pools, true);
   Mask cores(labels.size());
   for (std::size_t v = 0; v < labels.size(); ++v) cores[v] = depth[v] > kFatMm ? 255 : 0;
-  const std::vector<float> to_core = distance_map(grid, cores, true);
+  const std::vector<float> to_core = distance_near(grid, cores, true, kFatMm + 1);
   for (std::size_t v = 0; v < labels.size(); ++v) {
     if (to_core[v] > kFatMm + 1) pools[v] = 0;
   }
@@ -200,11 +201,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       cv::morphologyEx(lv, lv, cv::MORPH_OPEN, disc(0.8, pixel_mm));
       lv = keep_large(lv, 0.3);
     }
-    if (!drawn.empty()) {
-      const cv::Mat marks(slice.size(), CV_8U,
-                          const_cast<std::uint8_t*>(drawn.data() + grid.offset(0, 0, k)));
-      lv |= marks == kLabelLvBlood;
-    }
+    lv |= slice_of(grid, drawn, k) == kLabelLvBlood;
     if (cv::countNonZero(lv) > 0) {
       lv = take_in_papillaries(lv, pixel_mm) & ((slice == kLabelLvMyocardium) | lv);
       slice.setTo(cv::Scalar(kLabelLvBlood), lv);
@@ -246,17 +243,21 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     lv[v] = labels[v] == kLabelLvBlood ? 255 : 0;
     rv[v] = labels[v] == kLabelRvBlood ? 255 : 0;
   }
-  const std::vector<float> to_lv = distance_map(grid, lv, across);
-  const std::vector<float> to_rv = distance_map(grid, rv, across);
+  double widest_wall = wall_mm(-1);
+  for (int k = 0; k < grid.size[2]; ++k) widest_wall = std::max(widest_wall, wall_mm(k));
+  const std::vector<float> to_lv =
+      distance_near(grid, lv, across, kFarOfWall * widest_wall + kFarBeyondMm);
+  const double rim_mm = 1.5 * std::max(spacing[0], spacing[1]);
+  const std::vector<float> to_rv = distance_near(grid, rv, across, std::max(kRvWallMm, rim_mm));
   const Mask atria =
       chambers.parts_atria() ? find_atria(grid, image, chambers, phase, labels) : Mask();
-  const std::vector<float> to_atria =
-      chambers.parts_atria() ? distance_map(grid, atria, across) : std::vector<float>();
+  const std::vector<float> to_atria = chambers.parts_atria()
+                                          ? distance_near(grid, atria, across, kAtrialWallMm)
+                                          : std::vector<float>();
   const auto lv_base =
       chambers.parts_atria()
           ? static_cast<float>(chambers.axis->lv_base_mm[static_cast<std::size_t>(phase)])
           : 0.F;
-  const double rim_mm = 1.5 * std::max(spacing[0], spacing[1]);
   Mask muscle(labels.size());
   for (int k = 0; k < grid.size[2]; ++k) {
     const double wall = wall_mm(k);
@@ -264,7 +265,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     for (std::size_t v = grid.offset(0, 0, k); v < grid.offset(0, 0, k) + grid.slice_count(); ++v) {
       std::uint8_t& label = labels[v];
       const bool lv_here = to_lv[v] < kNoDistance;
-      if (label == kLabelLvMyocardium && lv_here && to_lv[v] > 1.35 * wall + 1.0) {
+      if (label == kLabelLvMyocardium && lv_here && to_lv[v] > kFarOfWall * wall + kFarBeyondMm) {
         label = kLabelBackground;
       }
       const bool atrial = !to_atria.empty() && to_atria[v] <= kAtrialWallMm;
@@ -347,7 +348,8 @@ void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
   }
 }
 
-void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const KnownLabels& known) {
+void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const KnownLabels& known,
+                     const SmoothedBefore& before) {
   const Grid& grid = labels.grid;
   const auto n = static_cast<std::size_t>(labels.phase_count());
   const Vec3 spacing = grid.spacing_mm();
@@ -361,25 +363,43 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
                                                  {false, true, true, true, true}}};
   parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t k) {
     const std::size_t begin = k * grid.slice_count();
+    const auto from = static_cast<std::ptrdiff_t>(begin);
+    const auto to = from + static_cast<std::ptrdiff_t>(grid.slice_count());
+    std::vector<char> done(n, 0);
+    for (std::size_t p = 0; p < n && before.in != nullptr && known.phases.empty(); ++p) {
+      std::vector<std::uint8_t>& phase = labels.phases[p];
+      const std::vector<std::uint8_t>& then = (*before.in)[p];
+      if (!std::equal(phase.begin() + from, phase.begin() + to, then.begin() + from)) continue;
+      std::copy_n((*before.out)[p].begin() + from, to - from, phase.begin() + from);
+      done[p] = 1;
+    }
     std::array<std::vector<cv::Mat>, 4> smooth;
     for (std::size_t set = 0; set < sets.size(); ++set) {
       const bool outside = sets[set][kLabelLvMyocardium];
       const double sigma_px = sigma_mm * (thick && outside ? kThickOutsideFactor : 1.0) / step_mm;
+      // Farther from the outline than the Gaussian reaches nothing can come below zero.
+      const int room = 2 * static_cast<int>(std::ceil(4 * sigma_px + 1)) + 1;
       const auto outline = [&](const std::vector<std::uint8_t>& phase, double smoothing_px) {
-        const cv::Mat slice(grid.size[1], grid.size[0], CV_8U,
-                            const_cast<std::uint8_t*>(phase.data() + begin));
+        const cv::Mat slice = slice_of(grid, phase, static_cast<int>(k));
         cv::Mat mask = cv::Mat::zeros(slice.size(), CV_8U);
         for (int label = 0; label < 5; ++label) {
           if (sets[set][static_cast<std::size_t>(label)]) mask |= slice == label;
         }
+        cv::Mat out(slice.size(), CV_32F, cv::Scalar(kFarOutsideMm));
+        const cv::Rect part =
+            known.phases.empty() ? rect_around(mask, room) : cv::Rect({0, 0}, mask.size());
+        if (part.empty()) return out;
+        mask = mask(part);
         const cv::Mat d = distance_from(mask, pixel_mm) - distance_from(~mask, pixel_mm);
-        cv::Mat out;
-        cv::GaussianBlur(cv::min(cv::max(d, -30.0), 30.0), out, {0, 0}, smoothing_px);
+        cv::Mat smoothed;
+        cv::GaussianBlur(cv::min(cv::max(d, -kFarOutsideMm), kFarOutsideMm), smoothed, {0, 0},
+                         smoothing_px);
+        smoothed.copyTo(out(part));
         return out;
       };
       std::vector<cv::Mat> signed_distance(n);
       for (std::size_t p = 0; p < n; ++p) {
-        signed_distance[p] = outline(labels.phases[p], sigma_px);
+        if (done[p] == 0) signed_distance[p] = outline(labels.phases[p], sigma_px);
       }
       if (!known.phases.empty()) {
         std::vector<cv::Mat> given;
@@ -391,6 +411,7 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
       smooth[set] = std::move(signed_distance);
     }
     for (std::size_t p = 0; p < n; ++p) {
+      if (done[p] != 0) continue;
       cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.phases[p].data() + begin);
       const cv::Mat rv = smooth[0][p] < 0;
       const cv::Mat lv = smooth[1][p] < 0;

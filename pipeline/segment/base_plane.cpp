@@ -7,6 +7,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/segment/chambers.h"
+
 namespace beatlas::segment {
 namespace {
 
@@ -74,12 +76,9 @@ std::optional<Step> step_at(const BasePlaneSearch& s, std::size_t phase, int k,
 double fat_on_wall_mm(const BasePlaneSearch& s, std::size_t phase, int k,
                       const std::vector<std::uint8_t>& region) {
   const Grid& grid = s.labels.grid;
-  const std::size_t begin = grid.offset(0, 0, k);
-  const cv::Size size(grid.size[0], grid.size[1]);
-  const cv::Mat labels(size, CV_8U,
-                       const_cast<std::uint8_t*>(s.labels.phases[phase].data() + begin));
-  const cv::Mat image(size, CV_32F, const_cast<float*>(s.images.phases[phase].data() + begin));
-  cv::Mat blood = cv::Mat::zeros(size, CV_8U);
+  const cv::Mat labels = slice_of(grid, s.labels.phases[phase], k);
+  const cv::Mat image = slice_of(grid, s.images.phases[phase], k);
+  cv::Mat blood = cv::Mat::zeros(labels.size(), CV_8U);
   for (const std::uint8_t label : region) blood |= labels == label;
   const cv::Mat heart = labels != kLabelBackground;
   const double pixel_mm = std::sqrt(grid.spacing_mm()[0] * grid.spacing_mm()[1]);

@@ -7,6 +7,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/segment/chambers.h"
+
 namespace beatlas::segment {
 namespace {
 
@@ -46,14 +48,12 @@ cv::Mat outline_distance_px(const cv::Mat& mask) {
   return distance;
 }
 
-/// outline_distance_px of every slice; empty where a slice lies inside or outside as a whole.
-std::vector<cv::Mat> outline_distances_px(const Grid& grid,
-                                          const std::vector<std::uint8_t>& inside) {
+/// outline_distance_px of a part of every slice; empty where it lies inside or outside as a whole.
+std::vector<cv::Mat> outline_distances_px(const Grid& grid, const std::vector<std::uint8_t>& inside,
+                                          const cv::Rect& part) {
   std::vector<cv::Mat> out(static_cast<std::size_t>(grid.size[2]));
   for (int k = 0; k < grid.size[2]; ++k) {
-    const cv::Mat in =
-        cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                const_cast<std::uint8_t*>(inside.data() + grid.offset(0, 0, k))) != 0;
+    const cv::Mat in = slice_of(grid, inside, k)(part) != 0;
     const int within = cv::countNonZero(in);
     if (within > 0 && within < in.rows * in.cols) {
       out[static_cast<std::size_t>(k)] = outline_distance_px(in);
@@ -86,10 +86,8 @@ double along_normal(const std::vector<cv::Mat>& distances_px, int k, int j, int 
 std::vector<float> outline_coverage(const Grid& grid, const std::vector<std::uint8_t>& inside) {
   std::vector<float> coverage(inside.size());
   for (int k = 0; k < grid.size[2]; ++k) {
-    const std::size_t begin = grid.offset(0, 0, k);
-    const cv::Mat in = cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                               const_cast<std::uint8_t*>(inside.data() + begin)) != 0;
-    cv::Mat out(grid.size[1], grid.size[0], CV_32F, coverage.data() + begin);
+    const cv::Mat in = slice_of(grid, inside, k) != 0;
+    cv::Mat out = slice_of(grid, coverage, k);
     in.convertTo(out, CV_32F, 1.0 / 255.0);
     const int within = cv::countNonZero(in);
     if (within == 0 || within == in.rows * in.cols) continue;
@@ -108,19 +106,18 @@ Boundary find_boundary(const BoundaryInput& input) {
   const cv::Size window(2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[0]))) + 1,
                         2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[1]))) + 1);
   const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
-  const std::vector<cv::Mat> distances_px = outline_distances_px(grid, input.inside);
+  // The band along the outlines, what its levels are told by, and what its distance is smoothed by.
+  const int room = 16 + std::max(window.width, window.height);
+  cv::Rect part;
+  for (int k = 0; k < grid.size[2]; ++k) part |= rect_around(slice_of(grid, input.inside, k), room);
+  if (part.empty()) return found;
+  const std::vector<cv::Mat> distances_px = outline_distances_px(grid, input.inside, part);
   for (int k = 0; k < grid.size[2]; ++k) {
-    const std::size_t begin = grid.offset(0, 0, k);
-    const cv::Mat pixels(grid.size[1], grid.size[0], CV_32F,
-                         const_cast<float*>(input.image.data() + begin));
-    const cv::Mat in = cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                               const_cast<std::uint8_t*>(input.inside.data() + begin)) != 0;
-    const cv::Mat told = cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                                 const_cast<std::uint8_t*>(input.tells_inner.data() + begin)) != 0;
-    const cv::Mat told_outer =
-        cv::Mat(grid.size[1], grid.size[0], CV_8U,
-                const_cast<std::uint8_t*>(input.tells_outer.data() + begin)) != 0;
-    cv::Mat out(grid.size[1], grid.size[0], CV_32F, found.coverage.data() + begin);
+    const cv::Mat pixels = slice_of(grid, input.image, k)(part);
+    const cv::Mat in = slice_of(grid, input.inside, k)(part) != 0;
+    const cv::Mat told = slice_of(grid, input.tells_inner, k)(part) != 0;
+    const cv::Mat told_outer = slice_of(grid, input.tells_outer, k)(part) != 0;
+    cv::Mat out = slice_of(grid, found.coverage, k)(part);
     in.convertTo(out, CV_32F, 1.0 / 255.0);
     if (distances_px[static_cast<std::size_t>(k)].empty()) continue;
 
@@ -221,9 +218,8 @@ Boundary find_boundary(const BoundaryInput& input) {
           sigma_px = std::sqrt(by_noise + by_fit + kFloorPx * kFloorPx);
         }
         sigma_px *= along_normal(distances_px, k, j, i, pixel_mm / spacing[2]);
-        found.points.push_back(
-            {static_cast<std::uint32_t>(begin + static_cast<std::size_t>(j * out.cols + i)),
-             static_cast<float>(sigma_px * pixel_mm)});
+        found.points.push_back({static_cast<std::uint32_t>(grid.offset(part.x + i, part.y + j, k)),
+                                static_cast<float>(sigma_px * pixel_mm)});
       }
     }
   }

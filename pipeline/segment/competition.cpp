@@ -1,113 +1,191 @@
 #include "pipeline/segment/competition.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
+
+#include "pipeline/core/parallel.h"
 
 namespace beatlas::segment {
 namespace {
 
 constexpr double kUnitsPerMm = 16;
 constexpr std::uint32_t kMaxArc = 4095;  ///< dearest step, in units: 256 mm worth
-constexpr std::uint32_t kUnreached = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kBuckets = kMaxArc + 1;
+
+/// Cost and label of a voxel in one number, so that the lesser number is the winner: the cheaper
+/// one, and of two as cheap the lower label. What a voxel gets depends on those that are strictly
+/// cheaper and on nothing else, so no order of work, and no number of threads, can change it.
+using State = std::uint32_t;
+constexpr int kLabelBits = 3;
+constexpr State kUnreached = std::numeric_limits<State>::max();
+static_assert(TravelCost::kLabels < 1 << kLabelBits);
+
+constexpr State state_of(std::uint32_t cost, std::uint32_t label) {
+  return cost << kLabelBits | label;
+}
+constexpr std::uint32_t cost_of(State state) { return state >> kLabelBits; }
+constexpr std::uint32_t label_of(State state) { return state & ((1U << kLabelBits) - 1); }
+
+using Node = std::uint32_t;  ///< phase * voxels + voxel
+
+/// The fronts of all labels, which move outward together. A step costs kMaxArc at most and one
+/// unit at least, so a ring of buckets is a full queue, and those of one bucket are done at once.
+class Fronts {
+ public:
+  explicit Fronts(const CompetitionInput& input)
+      : in_(input),
+        count_(static_cast<Node>(input.images.grid.count())),
+        phases_(static_cast<Node>(input.images.phase_count())),
+        cell_(std::size_t{count_} * phases_),
+        state_(std::size_t{count_} * phases_, kUnreached) {
+    parallel_for(phases_, [&](std::size_t p) {
+      for (std::size_t v = 0; v < count_; ++v) {
+        const std::size_t node = p * count_ + v;
+        cell_[node] = input.cost.cell(input.classes[p][v], input.images.phases[p][v]);
+        if (input.seeds[p][v] != kUnlabelled) state_[node] = state_of(0, input.seeds[p][v]);
+      }
+    });
+  }
+
+  void run(StageContext& context) {
+    // Seeds, the first bucket, are found where they lie.
+    const std::size_t all = state_.size();
+    parallel_for(kLanes, [&](std::size_t lane) {
+      const auto end = static_cast<Node>(all * (lane + 1) / kLanes);
+      for (auto node = static_cast<Node>(all * lane / kLanes); node < end; ++node) {
+        if (cost_of(state_[node]) == 0) spread(node, 0, queues_[lane]);
+      }
+    });
+    std::size_t visited = 0;
+    std::uint32_t empty_run = 0;
+    std::vector<Node> current;
+    for (std::uint32_t cost = 1; empty_run <= kMaxArc; ++cost) {
+      current.clear();
+      for (Queue& queue : queues_) {
+        std::vector<Node>& bucket = queue[cost % kBuckets];
+        current.insert(current.end(), bucket.begin(), bucket.end());
+        bucket.clear();
+      }
+      empty_run = current.empty() ? empty_run + 1 : 0;
+      if (current.empty()) continue;
+      const auto part = [&](std::size_t lane, std::size_t lanes) {
+        const std::size_t end = current.size() * (lane + 1) / lanes;
+        for (std::size_t at = current.size() * lane / lanes; at < end; ++at) {
+          spread(current[at], cost, queues_[lane]);
+        }
+      };
+      if (current.size() < kWorthSharing) {
+        part(0, 1);
+      } else {
+        parallel_for(kLanes, [&](std::size_t lane) { part(lane, kLanes); });
+      }
+      if ((visited >> 20) != ((visited + current.size()) >> 20)) {
+        context.check_cancelled();
+        context.progress(std::min(1.0, static_cast<double>(visited) / static_cast<double>(all)));
+      }
+      visited += current.size();
+    }
+  }
+
+  [[nodiscard]] ImageCycle<std::uint8_t> labels() const {
+    ImageCycle<std::uint8_t> out{in_.images.grid, {}};
+    out.phases.resize(phases_);
+    parallel_for(phases_, [&](std::size_t p) {
+      out.phases[p].resize(count_);
+      for (std::size_t v = 0; v < count_; ++v) {
+        const State state = state_[p * count_ + v];
+        out.phases[p][v] =
+            state == kUnreached ? kUnlabelled : static_cast<std::uint8_t>(label_of(state));
+      }
+    });
+    return out;
+  }
+
+ private:
+  static constexpr std::size_t kLanes = 4;  ///< parts that a bucket is worked on in
+  static constexpr std::size_t kWorthSharing = 4096;
+  using Queue = std::array<std::vector<Node>, kBuckets>;
+
+  /// Offers what lies around a node its label.
+  void spread(Node node, std::uint32_t cost, Queue& queue) {
+    // Neighbours of other parts of the bucket may change it meanwhile, but to nothing cheaper.
+    const State here = std::atomic_ref(state_[node]).load(std::memory_order_relaxed);
+    if (cost_of(here) != cost) return;  // reached more cheaply since
+    const Grid& grid = in_.images.grid;
+    const auto nx = static_cast<Node>(grid.size[0]);
+    const auto slice = static_cast<Node>(grid.slice_count());
+    const Node p = node / count_;
+    const Node v = node - p * count_;
+    const Node in_slice = v % slice;
+    const Node i = in_slice % nx;
+    const std::uint32_t label = label_of(here);
+    const float* image = in_.images.phases[p].data();
+    const float level = image[v];
+    const std::array<float, TravelCost::kCells>& per_mm = in_.cost.of(label);
+    const auto offer = [&](Node to, float there, double step_mm) {
+      std::atomic_ref<State> target(state_[to]);
+      State held = target.load(std::memory_order_relaxed);
+      if (cost_of(held) <= cost) return;
+      const double jump = std::abs(there - level) - in_.edge_free;
+      const double price = step_mm * per_mm[cell_[to]] + (jump > 0 ? in_.edge_cost * jump : 0.0);
+      const auto arc = static_cast<std::uint32_t>(
+          std::clamp(price * kUnitsPerMm, 1.0, static_cast<double>(kMaxArc)));
+      const State offered = state_of(cost + arc, label);
+      while (offered < held) {
+        if (!target.compare_exchange_weak(held, offered, std::memory_order_relaxed)) continue;
+        // As cheap as before: it waits there already.
+        if (cost_of(held) != cost + arc) queue[(cost + arc) % kBuckets].push_back(to);
+        break;
+      }
+    };
+    if (i > 0) offer(node - 1, image[v - 1], spacing_[0]);
+    if (i + 1 < nx) offer(node + 1, image[v + 1], spacing_[0]);
+    if (in_slice >= nx) offer(node - nx, image[v - nx], spacing_[1]);
+    if (in_slice + nx < slice) offer(node + nx, image[v + nx], spacing_[1]);
+    if (v >= slice) offer(node - slice, image[v - slice], spacing_[2]);
+    if (v + slice < count_) offer(node + slice, image[v + slice], spacing_[2]);
+    if (phases_ > 1) {
+      const Node next = p + 1 < phases_ ? p + 1 : 0;
+      const Node before = p > 0 ? p - 1 : phases_ - 1;
+      offer(next * count_ + v, in_.images.phases[next][v], in_.phase_step_mm);
+      offer(before * count_ + v, in_.images.phases[before][v], in_.phase_step_mm);
+    }
+  }
+
+  const CompetitionInput& in_;
+  Node count_;
+  Node phases_;
+  Vec3 spacing_ = in_.images.grid.spacing_mm();
+  std::vector<std::uint16_t> cell_;  ///< of the table of costs
+  std::vector<State> state_;
+  std::vector<Queue> queues_ = std::vector<Queue>(kLanes);
+};
 
 }  // namespace
 
-TravelCost::TravelCost(double top)
-    : top_(top), table_(static_cast<std::size_t>(kLabels * kClasses * kBins), 1.0F) {}
-
-float& TravelCost::at(int label, int voxel_class, int bin) {
-  return table_[static_cast<std::size_t>((label * kClasses + voxel_class) * kBins + bin)];
+TravelCost::TravelCost(double top) : top_(top) {
+  for (auto& label : table_) label.fill(1.0F);
 }
 
-float TravelCost::at(int label, int voxel_class, float intensity) const {
+float& TravelCost::at(int label, int voxel_class, int bin) {
+  return table_[static_cast<std::size_t>(label)]
+               [static_cast<std::size_t>(voxel_class * kBins + bin)];
+}
+
+std::uint16_t TravelCost::cell(int voxel_class, float intensity) const {
   const int bin = std::clamp(static_cast<int>(intensity / top_ * kBins), 0, kBins - 1);
-  return table_[static_cast<std::size_t>((label * kClasses + voxel_class) * kBins + bin)];
+  return static_cast<std::uint16_t>(voxel_class * kBins + bin);
 }
 
 double TravelCost::intensity_of(int bin) const { return (bin + 0.5) * top_ / kBins; }
 
 ImageCycle<std::uint8_t> grow_in_competition(const CompetitionInput& input, StageContext& context) {
-  const Grid& grid = input.images.grid;
-  const auto phases = static_cast<std::size_t>(input.images.phase_count());
-  const std::size_t count = grid.count();
-  const Vec3 spacing = grid.spacing_mm();
-
-  ImageCycle<std::uint8_t> labels{grid, input.seeds};
-  std::vector<std::uint32_t> cost(count * phases, kUnreached);
-  // Costs grow by at most kMaxArc from the front, so a ring of buckets is a full queue. Inside a
-  // bucket nodes leave in the order they came: one thread, one order, one result.
-  std::vector<std::vector<std::uint32_t>> buckets(kMaxArc + 1);
-  for (std::size_t p = 0; p < phases; ++p) {
-    for (std::size_t v = 0; v < count; ++v) {
-      if (labels.phases[p][v] == kUnlabelled) continue;
-      cost[p * count + v] = 0;
-      buckets[0].push_back(static_cast<std::uint32_t>(p * count + v));
-    }
-  }
-
-  const auto nx = static_cast<std::size_t>(grid.size[0]);
-  const std::size_t slice = grid.slice_count();
-  std::uint32_t settled_cost = 0;
-  std::size_t empty_run = 0;
-  std::size_t visited = 0;
-  std::vector<std::uint32_t> current;
-  while (empty_run <= kMaxArc) {
-    std::vector<std::uint32_t>& bucket = buckets[settled_cost % (kMaxArc + 1)];
-    if (bucket.empty()) {
-      ++empty_run;
-      ++settled_cost;
-      continue;
-    }
-    empty_run = 0;
-    current.swap(bucket);
-    bucket.clear();
-    for (const std::uint32_t node : current) {
-      if (cost[node] != settled_cost) continue;  // reached more cheaply since
-      if ((++visited & 0xFFFFF) == 0) {
-        context.check_cancelled();
-        context.progress(
-            std::min(1.0, static_cast<double>(visited) / static_cast<double>(count * phases)));
-      }
-      const std::size_t p = node / count;
-      const std::size_t v = node % count;
-      const int label = labels.phases[p][v];
-      const float here = input.images.phases[p][v];
-      const auto relax = [&](std::size_t to_phase, std::size_t to_voxel, double step_mm) {
-        const std::size_t to = to_phase * count + to_voxel;
-        if (cost[to] <= settled_cost) return;
-        const float per_mm = input.cost.at(label, input.classes[to_phase][to_voxel],
-                                           input.images.phases[to_phase][to_voxel]);
-        const double jump =
-            std::abs(input.images.phases[to_phase][to_voxel] - here) - input.edge_free;
-        const double price = step_mm * per_mm + (jump > 0 ? input.edge_cost * jump : 0.0);
-        const auto arc = static_cast<std::uint32_t>(
-            std::clamp(price * kUnitsPerMm, 1.0, static_cast<double>(kMaxArc)));
-        const std::uint32_t reached = settled_cost + arc;
-        if (reached < cost[to]) {
-          cost[to] = reached;
-          labels.phases[to_phase][to_voxel] = static_cast<std::uint8_t>(label);
-          buckets[reached % (kMaxArc + 1)].push_back(static_cast<std::uint32_t>(to));
-        }
-      };
-      const auto i = static_cast<int>(v % nx);
-      const auto j = static_cast<int>(v % slice / nx);
-      const auto k = static_cast<int>(v / slice);
-      if (i > 0) relax(p, v - 1, spacing[0]);
-      if (i + 1 < grid.size[0]) relax(p, v + 1, spacing[0]);
-      if (j > 0) relax(p, v - nx, spacing[1]);
-      if (j + 1 < grid.size[1]) relax(p, v + nx, spacing[1]);
-      if (k > 0) relax(p, v - slice, spacing[2]);
-      if (k + 1 < grid.size[2]) relax(p, v + slice, spacing[2]);
-      if (phases > 1) {
-        relax((p + 1) % phases, v, input.phase_step_mm);
-        relax((p + phases - 1) % phases, v, input.phase_step_mm);
-      }
-    }
-    current.clear();
-    if (bucket.empty()) ++settled_cost;
-  }
-  return labels;
+  Fronts fronts(input);
+  fronts.run(context);
+  return fronts.labels();
 }
 
 }  // namespace beatlas::segment

@@ -1,7 +1,8 @@
 #pragma once
 /// Seeded region growing by competition through space and time: every label spreads from its
 /// seeds over the voxels of all phases, the cycle closed, and each voxel falls to the label that
-/// reaches it at least cost (a shortest-path forest, so no label can leak past a cheaper one).
+/// reaches it at least cost (a shortest-path forest, so no label can leak past a cheaper one), of
+/// two as cheap to the one of lower number.
 
 #include <array>
 #include <cstdint>
@@ -18,18 +19,25 @@ class TravelCost {
   static constexpr int kLabels = 5;
   static constexpr int kClasses = 12;
   static constexpr int kBins = 512;
+  static constexpr std::size_t kCells = std::size_t{kClasses} * kBins;
 
   /// Intensities from 0 to `top` fall into kBins bins; those above into the last.
   explicit TravelCost(double top);
 
   /// Cost per mm, > 0, of `label` in voxels of `voxel_class` whose intensity falls into `bin`.
   [[nodiscard]] float& at(int label, int voxel_class, int bin);
-  [[nodiscard]] float at(int label, int voxel_class, float intensity) const;
+  /// Where `voxel_class` and `intensity` stand in the costs of every label.
+  [[nodiscard]] std::uint16_t cell(int voxel_class, float intensity) const;
+  /// All of a label's costs, by cell.
+  [[nodiscard]] const std::array<float, kCells>& of(std::uint32_t label) const {
+    return table_[label];
+  }
   [[nodiscard]] double intensity_of(int bin) const;
 
  private:
   double top_;
-  std::vector<float> table_;
+  std::vector<std::array<float, kCells>> table_ =
+      std::vector<std::array<float, kCells>>(static_cast<std::size_t>(kLabels));
 };
 
 struct CompetitionInput {

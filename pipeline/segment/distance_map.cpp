@@ -1,5 +1,6 @@
 #include "pipeline/segment/distance_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -42,6 +43,68 @@ void transform_line(float* line, std::size_t stride, int n, double step_mm, std:
   }
 }
 
+bool is_set(std::uint8_t value) { return value != 0; }
+
+/// A part of a grid.
+struct Part {
+  Index3 first{0, 0, 0};
+  Index3 size{0, 0, 0};
+};
+
+/// The least part that holds the mask; no size if there is none.
+Part part_around(const Grid& grid, const std::vector<std::uint8_t>& mask) {
+  Index3 low = grid.size;
+  Index3 high{-1, -1, -1};
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      const std::uint8_t* row = mask.data() + grid.offset(0, j, k);
+      const std::uint8_t* end = row + grid.size[0];
+      const std::uint8_t* first = std::find_if(row, end, is_set);
+      if (first == end) continue;
+      const std::uint8_t* last = end - 1;
+      while (!is_set(*last)) --last;
+      low = {std::min(low[0], static_cast<int>(first - row)), std::min(low[1], j),
+             std::min(low[2], k)};
+      high = {std::max(high[0], static_cast<int>(last - row)), std::max(high[1], j), k};
+    }
+  }
+  if (high[2] < 0) return {};
+  return {low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+}
+
+Part widened(const Grid& grid, const Part& part, const Index3& room) {
+  Part out;
+  for (std::size_t a = 0; a < 3; ++a) {
+    out.first[a] = std::max(0, part.first[a] - room[a]);
+    out.size[a] = std::min(grid.size[a], part.first[a] + part.size[a] + room[a]) - out.first[a];
+  }
+  return out;
+}
+
+/// distance_map of a part of the mask, into that part of `out`.
+void map_part(const Grid& grid, const std::vector<std::uint8_t>& mask, bool across_slices,
+              const Part& part, std::vector<float>& out) {
+  const Grid part_grid = grid.part(part.first, part.size);
+  const auto columns = static_cast<std::ptrdiff_t>(part.size[0]);
+  const auto for_each_row = [&](const auto& visit) {
+    for (int k = 0; k < part.size[2]; ++k) {
+      for (int j = 0; j < part.size[1]; ++j) {
+        visit(static_cast<std::ptrdiff_t>(
+                  grid.offset(part.first[0], part.first[1] + j, part.first[2] + k)),
+              static_cast<std::ptrdiff_t>(part_grid.offset(0, j, k)));
+      }
+    }
+  };
+  std::vector<std::uint8_t> part_mask(part_grid.count());
+  for_each_row([&](std::ptrdiff_t whole, std::ptrdiff_t within) {
+    std::copy_n(mask.begin() + whole, columns, part_mask.begin() + within);
+  });
+  const std::vector<float> found = distance_map(part_grid, part_mask, across_slices);
+  for_each_row([&](std::ptrdiff_t whole, std::ptrdiff_t within) {
+    std::copy_n(found.begin() + within, columns, out.begin() + whole);
+  });
+}
+
 }  // namespace
 
 std::vector<float> distance_map(const Grid& grid, const std::vector<std::uint8_t>& mask,
@@ -75,6 +138,42 @@ std::vector<float> distance_map(const Grid& grid, const std::vector<std::uint8_t
   }
   for (float& value : squared) value = std::min(std::sqrt(value), kNoDistance);
   return squared;
+}
+
+std::vector<float> distance_near(const Grid& grid, const std::vector<std::uint8_t>& mask,
+                                 bool across_slices, double reach_mm) {
+  constexpr float kFar = 0.5F * kNoDistance;
+  const Part around = part_around(grid, mask);
+  if (around.size[2] == 0) return std::vector<float>(mask.size(), kNoDistance);
+  std::vector<float> out(mask.size(), kFar);
+  Index3 room{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    room[a] = static_cast<int>(std::ceil(reach_mm / grid.spacing_mm()[static_cast<int>(a)]));
+  }
+  if (!across_slices) {
+    room[2] = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      const auto from = static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+      const auto to = from + static_cast<std::ptrdiff_t>(grid.slice_count());
+      if (std::any_of(mask.begin() + from, mask.begin() + to, is_set)) continue;
+      std::fill(out.begin() + from, out.begin() + to, kNoDistance);
+    }
+  }
+  map_part(grid, mask, across_slices, widened(grid, around, room), out);
+  return out;
+}
+
+std::vector<float> depth_within(const Grid& grid, const std::vector<std::uint8_t>& mask,
+                                bool across_slices) {
+  std::vector<float> out(mask.size(), 0);
+  const Part around = part_around(grid, mask);
+  if (around.size[2] == 0) return out;
+  std::vector<std::uint8_t> outside(mask.size());
+  std::transform(mask.begin(), mask.end(), outside.begin(),
+                 [](std::uint8_t value) { return is_set(value) ? 0 : 1; });
+  // What lies just beyond the part is outside, and nearer than all that lies farther.
+  map_part(grid, outside, across_slices, widened(grid, around, {1, 1, 1}), out);
+  return out;
 }
 
 }  // namespace beatlas::segment

@@ -16,4 +16,16 @@ namespace beatlas::segment {
 
 inline constexpr float kNoDistance = 1e6F;
 
+/// The same, where it is no more than `reach_mm`; farther off it is some greater number, less than
+/// kNoDistance where there is a distance at all. Works around the mask only.
+[[nodiscard]] std::vector<float> distance_near(const Grid& grid,
+                                               const std::vector<std::uint8_t>& mask,
+                                               bool across_slices, double reach_mm);
+
+/// How deep [mm] each voxel of the mask lies: its distance to the nearest voxel that is not in it,
+/// 0 outside; kNoDistance if the mask fills the grid.
+[[nodiscard]] std::vector<float> depth_within(const Grid& grid,
+                                              const std::vector<std::uint8_t>& mask,
+                                              bool across_slices);
+
 }  // namespace beatlas::segment

@@ -185,9 +185,7 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
       [&](const Seed& seed, std::size_t p, std::size_t v) { images[p][v] = seed.label; });
 }
 
-void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
-                 Chambers& chambers) {
-  const Grid& grid = images.grid;
+std::vector<LvPlace> lv_places(const Grid& grid, const std::vector<Seed>& seeds) {
   const Affine index_from_lps = grid.mm_from_index.inverse();
   // Balls tell the middle of the cavity as they were placed; what was drawn, by its voxels.
   std::map<int, std::vector<cv::Point2d>> places;  // by slice
@@ -207,6 +205,7 @@ void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds
       places[at[2]].emplace_back(at[0], at[1]);
     }
   }
+  std::vector<LvPlace> out;
   for (const auto& [k, marks] : places) {
     cv::Point2d mean;
     for (const cv::Point2d& mark : marks) mean += mark / static_cast<double>(marks.size());
@@ -214,7 +213,15 @@ void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds
         marks.begin(), marks.end(), [&](const cv::Point2d& a, const cv::Point2d& b) {
           return (a - mean).dot(a - mean) < (b - mean).dot(b - mean);
         });
-    adopt_lv_slice(chambers, images, k, *nearest);
+    out.push_back({k, *nearest});
+  }
+  return out;
+}
+
+void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
+                 Chambers& chambers) {
+  for (const LvPlace& place : lv_places(images.grid, seeds)) {
+    adopt_lv_slice(chambers, images, place.k, place.centre_px);
   }
 }
 

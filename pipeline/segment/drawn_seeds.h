@@ -22,8 +22,19 @@ namespace beatlas::segment {
 /// that only a part of a stroke need be in the grid
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
 
-/// Slices with drawn seeds of LV blood belong to the LV, see adopt_lv_slice: its middle there is
-/// the marked voxel nearest to the mean of the marks.
+/// Where drawn seeds say that a slice belongs to the LV.
+struct LvPlace {
+  int k = 0;
+  cv::Point2d centre_px;
+
+  [[nodiscard]] bool operator==(const LvPlace&) const = default;
+};
+
+/// Slices with drawn seeds of LV blood, ascending: its middle there is the marked voxel nearest to
+/// the mean of the marks.
+[[nodiscard]] std::vector<LvPlace> lv_places(const Grid& grid, const std::vector<Seed>& seeds);
+
+/// They belong to the LV then, see adopt_lv_slice.
 void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
                  Chambers& chambers);
 

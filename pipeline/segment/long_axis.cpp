@@ -36,17 +36,22 @@ float linear(const Grid& grid, const std::vector<float>& image, const Vec3& x) {
     low[a] = std::min(static_cast<int>(at), std::max(0, grid.size[a] - 2));
     w[a] = at - low[a];
   }
-  double sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    Index3 at = low;
-    double weight = 1;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const bool upper = (corner >> a & 1) != 0;
-      weight *= upper ? w[a] : 1 - w[a];
-      if (upper) at[a] = std::min(at[a] + 1, grid.size[a] - 1);
-    }
-    if (weight > 0) sum += weight * static_cast<double>(image[grid.offset(at[0], at[1], at[2])]);
-  }
+  // An axis of one voxel has no upper neighbour, and then no weight there.
+  const std::size_t di = grid.size[0] > 1 ? 1 : 0;
+  const std::size_t dj = grid.size[1] > 1 ? static_cast<std::size_t>(grid.size[0]) : 0;
+  const std::size_t dk = grid.size[2] > 1 ? grid.slice_count() : 0;
+  const float* corner = image.data() + grid.offset(low[0], low[1], low[2]);
+  const double x0 = 1 - w[0];
+  const double y0 = 1 - w[1];
+  const double z0 = 1 - w[2];
+  double sum = x0 * y0 * z0 * static_cast<double>(corner[0]);
+  sum += w[0] * y0 * z0 * static_cast<double>(corner[di]);
+  sum += x0 * w[1] * z0 * static_cast<double>(corner[dj]);
+  sum += w[0] * w[1] * z0 * static_cast<double>(corner[di + dj]);
+  sum += x0 * y0 * w[2] * static_cast<double>(corner[dk]);
+  sum += w[0] * y0 * w[2] * static_cast<double>(corner[di + dk]);
+  sum += x0 * w[1] * w[2] * static_cast<double>(corner[dj + dk]);
+  sum += w[0] * w[1] * w[2] * static_cast<double>(corner[di + dj + dk]);
   return static_cast<float>(sum);
 }
 

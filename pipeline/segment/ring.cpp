@@ -1,6 +1,7 @@
 #include "pipeline/segment/ring.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -15,13 +16,26 @@ constexpr double kThickWallMm = 25;   ///< beyond any wall but the most hypertro
 constexpr double kUnseenWallMm = 20;  ///< dark this far: a wall with other tissue behind it
 constexpr double kTrabeculaMm = 2.5;
 
+/// Cosine and sine of every ray's angle.
+const std::array<cv::Point2d, Ring::kRays>& directions() {
+  static const std::array<cv::Point2d, Ring::kRays> kDirections = [] {
+    std::array<cv::Point2d, Ring::kRays> out;
+    for (int a = 0; a < Ring::kRays; ++a) {
+      const double angle = 2 * std::numbers::pi * a / Ring::kRays;
+      out[static_cast<std::size_t>(a)] = {std::cos(angle), std::sin(angle)};
+    }
+    return out;
+  }();
+  return kDirections;
+}
+
 /// Bilinear; not a number outside the image.
 float sample(const cv::Mat& image, const cv::Point2d& at) {
-  const int x = static_cast<int>(std::floor(at.x));
-  const int y = static_cast<int>(std::floor(at.y));
-  if (x < 0 || y < 0 || x + 1 >= image.cols || y + 1 >= image.rows) {
+  if (!(at.x >= 0 && at.y >= 0 && at.x < image.cols - 1 && at.y < image.rows - 1)) {
     return std::numeric_limits<float>::quiet_NaN();
   }
+  const int x = static_cast<int>(at.x);
+  const int y = static_cast<int>(at.y);
   const double u = at.x - x;
   const double v = at.y - y;
   const auto* row0 = image.ptr<float>(y);
@@ -53,9 +67,9 @@ double Ring::muscle_share() const {
 
 cv::Point2d ray_point(const cv::Point2d& centre_px, const cv::Point2d& pixel_mm, int a,
                       double radius_mm) {
-  const double angle = 2 * std::numbers::pi * a / Ring::kRays;
-  return {centre_px.x + radius_mm * std::cos(angle) / pixel_mm.x,
-          centre_px.y + radius_mm * std::sin(angle) / pixel_mm.y};
+  const cv::Point2d& direction = directions()[static_cast<std::size_t>(a)];
+  return {centre_px.x + radius_mm * direction.x / pixel_mm.x,
+          centre_px.y + radius_mm * direction.y / pixel_mm.y};
 }
 
 Ring trace_ring(const cv::Mat& image, const cv::Point2d& pixel_mm, const cv::Point2d& centre_px,
@@ -65,12 +79,15 @@ Ring trace_ring(const cv::Mat& image, const cv::Point2d& pixel_mm, const cv::Poi
   ring.outer_mm.assign(Ring::kRays, 0);
   ring.walled.assign(Ring::kRays, 0);
   int walled = 0;
+  const auto& along = directions();
   for (int a = 0; a < Ring::kRays; ++a) {
+    const cv::Point2d direction = along[static_cast<std::size_t>(a)];
     double endo = -1;
     double outer = -1;
     double run_start = -1;
     for (double r = 0; r < kReachMm; r += kStepMm) {
-      const float value = sample(image, ray_point(centre_px, pixel_mm, a, r));
+      const float value = sample(image, {centre_px.x + r * direction.x / pixel_mm.x,
+                                         centre_px.y + r * direction.y / pixel_mm.y});
       if (std::isnan(value)) {
         // The border of the image is no end of a wall: behind blood there is none, and that of
         // muscle lies unseen beyond.

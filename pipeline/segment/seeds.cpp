@@ -109,7 +109,8 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
   spread(chambers.lv.back().k, +1);
   // Thin slices through a leaning ventricle: muscle lies around the cavity in space.
   if (slice_mm < kThickSlicesMm) {
-    const std::vector<float> away = distance_map(grid, cavities(grid, chambers, ed), true);
+    const std::vector<float> away =
+        distance_near(grid, cavities(grid, chambers, ed), true, 1.6 * chambers.wall_mm + 2.0);
     for (std::size_t k = 0; k < n; ++k) {
       const cv::Mat slice(size, CV_32F, const_cast<float*>(away.data()) + k * grid.slice_count());
       zones[k] |= slice <= 1.6 * chambers.wall_mm + 2.0;
@@ -170,8 +171,9 @@ std::vector<std::uint8_t> classify_motion(const TemporalStats& stats) {
   return classes;
 }
 
-LabelImages classify(const TemporalStats& stats, const Chambers& chambers, std::size_t phases) {
-  LabelImages classes(phases, classify_motion(stats));
+LabelImages classify(const std::vector<std::uint8_t>& motion, const Chambers& chambers,
+                     std::size_t phases) {
+  LabelImages classes(phases, motion);
   if (!chambers.parts_atria()) return classes;
   for (std::size_t p = 0; p < phases; ++p) {
     for (std::size_t v = 0; v < classes[p].size(); ++v) {
@@ -248,9 +250,7 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
     cv::rectangle(border, {0, 0}, {size.width - 1, size.height - 1}, cv::Scalar(255), 1);
     paint(still, grid, k, border, kLabelBackground);
     const cv::Mat high = slice_of(grid, stats.high, k);
-    const cv::Mat quiet =
-        cv::Mat(size, CV_8U, const_cast<std::uint8_t*>(motion.data() + grid.offset(0, 0, k))) !=
-        kMoving;
+    const cv::Mat quiet = slice_of(grid, motion, k) != kMoving;
     cv::Mat seed = high < chambers.levels.dark + stats.noise;  // lung in every phase
     if (!zones.empty()) {
       // Between thick slices nothing can be followed, so beyond the zone even what moves is out:
@@ -290,9 +290,15 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
   }
 
   const bool across = spacing[2] < kThickSlicesMm;
+  double widest_wall = chambers.wall_mm;
+  for (const LvSlice& slice : chambers.lv) {
+    for (const Ring& ring : slice.rings) widest_wall = std::max(widest_wall, wall_of(ring, 0));
+  }
+  for (const double wall : chambers.wall_by_phase_mm) widest_wall = std::max(widest_wall, wall);
   std::vector<std::vector<float>> away(n);
-  parallel_for(
-      n, [&](std::size_t p) { away[p] = distance_map(grid, cavities(grid, chambers, p), across); });
+  parallel_for(n, [&](std::size_t p) {
+    away[p] = distance_near(grid, cavities(grid, chambers, p), across, 1.4 * widest_wall);
+  });
   for (const LvSlice& slice : chambers.lv) {
     const auto k = static_cast<std::size_t>(slice.k);
     for (std::size_t p = 0; p < n; ++p) {

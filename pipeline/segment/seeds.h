@@ -22,9 +22,9 @@ using LabelImages = std::vector<std::vector<std::uint8_t>>;  ///< [phase][voxel]
 /// Classes by swing; the same in every phase.
 [[nodiscard]] std::vector<std::uint8_t> classify_motion(const TemporalStats& stats);
 
-/// Classes by swing and by the base planes of each phase, [phase][voxel].
-[[nodiscard]] LabelImages classify(const TemporalStats& stats, const Chambers& chambers,
-                                   std::size_t phases);
+/// Those classes and the base planes of each phase, [phase][voxel].
+[[nodiscard]] LabelImages classify(const std::vector<std::uint8_t>& motion,
+                                   const Chambers& chambers, std::size_t phases);
 
 /// What a millimetre costs each label. Blood: bright; muscle: between dark and blood; background:
 /// what is dark, brighter than blood, or still. Beyond its base plane the LV travels hard, the RV,

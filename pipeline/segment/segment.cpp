@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/anatomy.h"
@@ -11,6 +12,7 @@
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/denoise.h"
 #include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/segment/groundwork.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/papillary.h"
@@ -57,46 +59,6 @@ TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImage
   return levels;
 }
 
-/// Seeds found in slices across the LV's long axis, where ventricles look their best, on the grid
-/// of the images; `chambers` become those of these slices. Empty if they show no ventricle.
-LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<Seed>& drawn,
-                          Chambers& chambers, StageContext& context) {
-  const ImageCycle<float> upright = across_axis(images, *chambers.axis);
-  const TemporalStats stats = temporal_stats(upright);
-  Chambers found = find_chambers(upright, stats, context);
-  if (!found.found_lv()) return {};
-  found.axis = chambers.axis;
-  found.height_mm = found.axis->heights_mm(upright.grid);
-  adopt_seeds(upright, drawn, found);
-  const LabelImages there = automatic_seeds(upright, stats, found);
-  chambers = std::move(found);
-  chambers.height_mm = chambers.axis->heights_mm(images.grid);
-
-  LabelImages seeds(images.phases.size(), std::vector<std::uint8_t>(images.grid.count()));
-  const Affine to_upright =
-      upright.grid.mm_from_index.inverse(Eigen::Affine) * images.grid.mm_from_index;
-  const Grid& grid = images.grid;
-  parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
-    const auto k = static_cast<int>(slice);
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        const Vec3 at = to_upright * Vec3(i, j, k);
-        const Index3 near{static_cast<int>(std::lround(at[0])),
-                          static_cast<int>(std::lround(at[1])),
-                          static_cast<int>(std::lround(at[2]))};
-        const bool inside = upright.grid.contains(near[0], near[1], near[2]);
-        for (std::size_t p = 0; p < seeds.size(); ++p) {
-          // What lies farther out than those slices reach is no heart.
-          std::uint8_t& seed = seeds[p][grid.offset(i, j, k)];
-          seed = kLabelBackground;
-          if (inside) seed = there[p][upright.grid.offset(near[0], near[1], near[2])];
-        }
-      }
-    }
-  });
-  return seeds;
-}
-
 /// In bSSFP fat is brighter than blood by two fifths of what parts blood from muscle and more;
 /// inflow and noise make blood brighter, too.
 double fat_level(const TissueLevels& levels, double noise) {
@@ -114,33 +76,31 @@ ImageCycle<float> evenly_lit(ImageCycle<float> images, const SegmentOptions& opt
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const SegmentOptions& options, StageContext& context,
-                          const KnownLabels& known_labels) {
+                          const KnownLabels& known_labels, SolveMemory* memory) {
   const ImageCycle<float>& stack = exam.stack.images;
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
   }
   check_seeds(given, stack.grid, stack.phase_count());
-  const TemporalStats whole = temporal_stats(stack);
+  std::optional<KeptSolve> before =
+      memory != nullptr && known_labels.phases.empty()
+          ? recall(std::exchange(*memory, {}), stack.grid, stack.phase_count(), given)
+          : std::nullopt;
   std::vector<Seed> drawn = given;
-  const Box box = box_with_seeds(
-      stack.grid, box_with_labels(stack.grid, find_moving_box(stack.grid, whole), known_labels),
-      drawn);
+  const Box moving =
+      before ? before->ground.moving : find_moving_box(stack.grid, temporal_stats(stack));
+  const Box box =
+      box_with_seeds(stack.grid, box_with_labels(stack.grid, moving, known_labels), drawn);
   const ImageCycle<float> images = evenly_lit(crop(stack, box), options);
   const KnownLabels known = crop(known_labels, box);
   context.check_cancelled();
-  const TemporalStats stats = temporal_stats(images);
-  Chambers chambers = find_chambers(images, stats, context);
-  context.check_cancelled();
-
-  adopt_seeds(images, drawn, chambers);
-  if (known.phases.empty()) {
-    // What is known elsewhere tells where ventricles end.
-    chambers.axis = find_long_axis(images, chambers, options.tricuspid_excursion_mm);
-  }
-  if (chambers.axis) chambers.height_mm = chambers.axis->heights_mm(images.grid);
-  LabelImages seeds;
-  if (chambers.axis) seeds = upright_seeds(images, drawn, chambers, context);
-  if (seeds.empty()) seeds = automatic_seeds(images, stats, chambers);
+  // What is known elsewhere tells where ventricles end.
+  Groundwork ground = before ? std::move(before->ground)
+                             : lay_groundwork(images, moving, box, drawn, known.phases.empty(),
+                                              options.tricuspid_excursion_mm, context);
+  Chambers chambers = ground.chambers;
+  const double image_noise = ground.noise;
+  LabelImages seeds = ground.automatic;
   seed_known(images, known, chambers.levels, seeds);
   draw_seeds(images.grid, drawn, seeds);
   if (!chambers.found_lv() && !(drawn.empty() && known.phases.empty())) {
@@ -164,10 +124,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   }
 
   const std::vector<std::vector<std::uint8_t>> classes =
-      classify(stats, chambers, images.phases.size());
+      classify(ground.motion, chambers, images.phases.size());
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
-  const ImageCycle<float> calm = denoised(images, options.denoise ? stats.noise : 0, phase_step_mm);
-  const double noise = options.denoise ? noise_level(calm) : stats.noise;
+  const ImageCycle<float> calm = denoised(images, options.denoise ? image_noise : 0, phase_step_mm);
+  const double noise = options.denoise ? noise_level(calm) : image_noise;
   if (chambers.found_lv()) chambers.levels.fat = fat_level(chambers.levels, noise);
   const TravelCost cost = travel_cost(chambers.levels, noise);
   const double contrast = chambers.levels.blood - chambers.levels.muscle;
@@ -175,35 +135,45 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       {calm, classes, seeds, cost, phase_step_mm, std::max(3 * noise, kTexture * contrast),
        options.edge_cost_mm / contrast},
       context);
-  LabelImages marks;
-  if (!drawn.empty()) {
-    marks.assign(images.phases.size(), std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
-    draw_seeds(images.grid, drawn, marks);
-  }
+  LabelImages marks(images.phases.size(),
+                    std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
+  draw_seeds(images.grid, drawn, marks);
   const std::vector<std::uint8_t> rest = near_known_rest(known);
+  LabelImages grown = labels.phases;
   parallel_for(images.phases.size(), [&](std::size_t p) {
-    const std::vector<std::uint8_t> grown = labels.phases[p];
-    tidy_phase(images.grid, calm.phases[p], chambers, static_cast<int>(p),
-               marks.empty() ? std::vector<std::uint8_t>() : marks[p], labels.phases[p]);
-    keep_known_rest(rest, grown, labels.phases[p]);
+    if (before && before->grown[p] == grown[p] && before->drawn[p] == marks[p]) {
+      labels.phases[p] = before->tidied[p];
+      return;
+    }
+    tidy_phase(images.grid, calm.phases[p], chambers, static_cast<int>(p), marks[p],
+               labels.phases[p]);
+    keep_known_rest(rest, grown[p], labels.phases[p]);
   });
+  const LabelImages tidied = labels.phases;
   bound_apex(chambers, labels);
-  smooth_outlines(labels, options.outline_sigma_mm, known);
+  LabelImages bounded = labels.phases;
+  smooth_outlines(labels, options.outline_sigma_mm, known,
+                  before ? SmoothedBefore{&before->bounded, &before->smoothed} : SmoothedBefore{});
+  if (memory != nullptr) {
+    *memory = {};
+    if (known.phases.empty() && chambers.found_lv()) {
+      *memory = kept(images.grid, {std::move(ground), std::move(grown), marks, tidied,
+                                   std::move(bounded), labels.phases});
+    }
+  }
   cut_at_base(chambers, labels);
   const VentricleEnds ends =
       find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);
-  redraw_mixed_slices(chambers, ends, labels);
+  redraw_mixed_slices(images, chambers, ends, labels);
   clear_mixed_atria(chambers, ends, labels);
   wall_atria(images, chambers, ends, labels);
   if (options.papillary == Papillary::Muscle) {
     papillary_muscles_to_wall(images, chambers.levels, labels);
   }
-  if (!drawn.empty()) {
-    // What was drawn stays as it was drawn, whatever the tidying thinks of it.
-    for (std::size_t p = 0; p < marks.size(); ++p) {
-      for (std::size_t v = 0; v < marks[p].size(); ++v) {
-        if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
-      }
+  // What was drawn stays as it was drawn, whatever the tidying thinks of it.
+  for (std::size_t p = 0; p < marks.size(); ++p) {
+    for (std::size_t v = 0; v < marks[p].size(); ++v) {
+      if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
     }
   }
   drop_unknown_labels(known, labels);
@@ -211,9 +181,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  Covered covered = ends.lv || ends.rv ? cover(images, continued_to_base(chambers, ends, labels),
-                                               box, chambers.levels, stats.noise)
-                                       : cover(images, labels, box, chambers.levels, stats.noise);
+  Covered covered = ends.lv || ends.rv
+                        ? cover(images, continued_to_base(images, chambers, ends, labels), box,
+                                chambers.levels, image_noise)
+                        : cover(images, labels, box, chambers.levels, image_noise);
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
   if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);

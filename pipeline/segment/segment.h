@@ -7,6 +7,7 @@
 
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
+#include "pipeline/core/solve_memory.h"
 #include "pipeline/core/stage_context.h"
 #include "pipeline/segment/alarm.h"
 
@@ -70,10 +71,13 @@ struct KnownLabels {
 /// @param seeds empty = automatic: the heart is what moves at the heart rate
 /// @param known labels to grow the other phases from; their own phases come out as grown again, see
 /// segment_with_labels for what keeps them
+/// @param memory of a solve of the same images with the same options and, where labels are known,
+/// none; what it leaves is of this one. It only saves time. May be null.
 /// @throws Error{InvalidInput} if no heart is found, saying what was looked for.
 [[nodiscard]] Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& seeds,
                                         const SegmentOptions& options, StageContext& context,
-                                        const KnownLabels& known = {});
+                                        const KnownLabels& known = {},
+                                        SolveMemory* memory = nullptr);
 
 /// Enclosed volume [ml] of a structure in every phase, from coverage.
 [[nodiscard]] std::vector<double> volume_curve_ml(const CoverageCycle& coverage,

@@ -16,6 +16,7 @@ constexpr double kMarginMm = 2;         ///< beyond the continuation: walls are 
 constexpr double kPureMm = 4;           ///< half a thick slice below the plane a slice is pure
 constexpr double kPureBySightMm = 1.5;  ///< the same where views tell: slices far apart are thinner
 constexpr double kRvWallMm = 3.5;       ///< muscle left about an RV that was bounded
+constexpr double kLungMm = 3;  ///< radius of a dark part that is lung, not noise or a vessel
 constexpr double kFarMm = 1000;
 
 using Set = std::array<bool, 5>;  ///< [label]
@@ -81,10 +82,20 @@ struct Stack {
   }
 };
 
+/// What of a slice is lung or air whatever its neighbours show.
+cv::Mat lung(const ImageCycle<float>& images, const Chambers& chambers, std::size_t phase, int k,
+             const cv::Mat& labels) {
+  const Vec3 spacing = images.grid.spacing_mm();
+  cv::Mat dark = slice_of(images.grid, images.phases[phase], k) < chambers.levels.dark;
+  dark &= labels == kLabelBackground;
+  cv::morphologyEx(dark, dark, cv::MORPH_OPEN, disc(kLungMm, {spacing[0], spacing[1]}));
+  return dark;
+}
+
 /// Redraws each ventricle in the slice whose centre lies from `least_mm` to `most_mm` below the
 /// plane.
-void redraw(const Chambers& chambers, const VentricleEnds& ends, double least_mm, double most_mm,
-            double unseen_mm, ImageCycle<std::uint8_t>& labels) {
+void redraw(const ImageCycle<float>& images, const Chambers& chambers, const VentricleEnds& ends,
+            double least_mm, double most_mm, double unseen_mm, ImageCycle<std::uint8_t>& labels) {
   if (!chambers.found_lv() || labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
   const int up = chambers.base_step;
   const double slice_mm = labels.grid.spacing_mm()[2];
@@ -102,7 +113,8 @@ void redraw(const Chambers& chambers, const VentricleEnds& ends, double least_mm
     if (const int k = slice_at(ends.lv, p); k >= 0 && stack.has(k - 2 * up)) {
       cv::Mat slice = stack.slice(k);
       const cv::Mat move = stack.lean(k, -up, kLvOutside);
-      const cv::Mat outside = stack.carried(k, -up, kLvOutside, move);
+      const cv::Mat outside =
+          stack.carried(k, -up, kLvOutside, move) & ~lung(images, chambers, p, k, slice);
       const cv::Mat cavity = stack.carried(k, -up, kLvCavity, move);
       slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kLvOutside));
       slice.setTo(cv::Scalar(kLabelLvMyocardium), outside);
@@ -110,7 +122,8 @@ void redraw(const Chambers& chambers, const VentricleEnds& ends, double least_mm
     }
     if (const int k = slice_at(ends.rv, p); k >= 0 && stack.has(k - 2 * up)) {
       cv::Mat slice = stack.slice(k);
-      const cv::Mat rv = stack.carried(k, -up, kRv, stack.lean(k, -up, kLvOutside));
+      const cv::Mat rv = stack.carried(k, -up, kRv, stack.lean(k, -up, kLvOutside)) &
+                         ~lung(images, chambers, p, k, slice);
       slice.setTo(cv::Scalar(kLabelRestOfHeart), stack.mask(k, kRv));
       slice.setTo(cv::Scalar(kLabelRvBlood), rv & ~stack.mask(k, kLvOutside));
     }
@@ -160,18 +173,19 @@ void clear_mixed_atria(const Chambers& chambers, const VentricleEnds& ends,
   });
 }
 
-ImageCycle<std::uint8_t> continued_to_base(const Chambers& chambers, const VentricleEnds& ends,
+ImageCycle<std::uint8_t> continued_to_base(const ImageCycle<float>& images,
+                                           const Chambers& chambers, const VentricleEnds& ends,
                                            const ImageCycle<std::uint8_t>& labels) {
   ImageCycle<std::uint8_t> out = labels;
   const double slice_mm = labels.grid.spacing_mm()[2];
-  redraw(chambers, ends, -slice_mm, 0, 0, out);
+  redraw(images, chambers, ends, -slice_mm, 0, 0, out);
   return out;
 }
 
-void redraw_mixed_slices(const Chambers& chambers, const VentricleEnds& ends,
-                         ImageCycle<std::uint8_t>& labels) {
-  redraw(chambers, ends, 0, ends.from_views ? kPureBySightMm : kPureMm, labels.grid.spacing_mm()[2],
-         labels);
+void redraw_mixed_slices(const ImageCycle<float>& images, const Chambers& chambers,
+                         const VentricleEnds& ends, ImageCycle<std::uint8_t>& labels) {
+  redraw(images, chambers, ends, 0, ends.from_views ? kPureBySightMm : kPureMm,
+         labels.grid.spacing_mm()[2], labels);
 }
 
 }  // namespace beatlas::segment

@@ -15,10 +15,10 @@ namespace beatlas::segment {
 void bound_apex(const Chambers& chambers, ImageCycle<std::uint8_t>& labels);
 
 /// Slices whose centre lies just below the base plane show ventricle and atrium at once: they get
-/// the outline of the slice below. Nothing without base planes, and nothing of the heart's
-/// outside.
-void redraw_mixed_slices(const Chambers& chambers, const VentricleEnds& ends,
-                         ImageCycle<std::uint8_t>& labels);
+/// the outline of the slice below, but for lung. Nothing without base planes, and nothing of the
+/// heart's outside.
+void redraw_mixed_slices(const ImageCycle<float>& images, const Chambers& chambers,
+                         const VentricleEnds& ends, ImageCycle<std::uint8_t>& labels);
 
 /// Slices whose centre lies just beyond a ventricle's base plane still show some of it beside its
 /// atrium: of that, what the next slice beyond shows as heart too is the atrium, the rest is not of
@@ -28,7 +28,8 @@ void clear_mixed_atria(const Chambers& chambers, const VentricleEnds& ends,
 
 /// The same labels, with the ventricles carried on into the slices whose centre lies just beyond
 /// their base plane: of the shape that ends there, not of those voxels.
-[[nodiscard]] ImageCycle<std::uint8_t> continued_to_base(const Chambers& chambers,
+[[nodiscard]] ImageCycle<std::uint8_t> continued_to_base(const ImageCycle<float>& images,
+                                                         const Chambers& chambers,
                                                          const VentricleEnds& ends,
                                                          const ImageCycle<std::uint8_t>& labels);
 

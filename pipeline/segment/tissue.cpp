@@ -1,6 +1,7 @@
 #include "pipeline/segment/tissue.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -36,6 +37,30 @@ double swing_of_noise(int phases) {
   const double part = 2 / (9 * freedom);
   const double quantile = freedom * std::pow(1 - part + 2.878 * std::sqrt(part), 3);
   return std::sqrt(kSmoothedVariance * std::max(0.0, quantile / (freedom + 1) - 1));
+}
+
+/// Ascending, by the digits of their bits: millions of intensities, no comparisons.
+void sort_floats(std::vector<float>& values) {
+  constexpr int kDigitBits = 11;
+  constexpr std::uint32_t kDigits = 1U << kDigitBits;
+  constexpr std::uint32_t kSign = 0x80000000U;
+  // Bits that sort as the numbers do: negative ones turned round.
+  std::vector<std::uint32_t> keys(values.size());
+  std::transform(values.begin(), values.end(), keys.begin(), [](float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    return (bits & kSign) != 0 ? ~bits : bits | kSign;
+  });
+  std::vector<std::uint32_t> sorted(keys.size());
+  for (int shift = 0; shift < 32; shift += kDigitBits) {
+    std::vector<std::size_t> first(kDigits + 1, 0);
+    for (const std::uint32_t key : keys) ++first[(key >> shift) % kDigits + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    for (const std::uint32_t key : keys) sorted[first[(key >> shift) % kDigits]++] = key;
+    keys.swap(sorted);
+  }
+  std::transform(keys.begin(), keys.end(), values.begin(), [](std::uint32_t key) {
+    return std::bit_cast<float>((key & kSign) != 0 ? key & ~kSign : ~key);
+  });
 }
 
 }  // namespace
@@ -248,7 +273,7 @@ template ImageCycle<std::uint8_t> crop(const ImageCycle<std::uint8_t>&, const Bo
 
 double otsu_threshold(std::vector<float> values) {
   if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
+  sort_floats(values);
   // Ends are clipped so that a few bright pixels do not stretch the classes.
   const float floor = values[values.size() / 200];
   const float ceiling = values[values.size() - 1 - values.size() / 200];

@@ -34,8 +34,9 @@ std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
 }
 
 bool for_the_eye(std::string_view file) noexcept {
-  return file.starts_with("pictures/") || file == "register/cine.nii.gz" ||
-         file == "register/labels.nii.gz" || file.starts_with("segment/uncertainty_");
+  return file.starts_with("pictures/") || file.starts_with("solve/") ||
+         file.starts_with("segment/uncertainty_") || file == "register/cine.nii.gz" ||
+         file == "register/labels.nii.gz";
 }
 
 }  // namespace beatlas::study

@@ -26,7 +26,8 @@ inline constexpr std::array kAllStages{Stage::Import,   Stage::Segment, Stage::P
 /// The labels as the stage segment made them, beside labels.nii.gz which may be edited.
 inline constexpr auto kLabelsAsMade = "segment/labels_as_made.nii.gz";
 
-/// Whether an output, named as in study.json, is there to be looked at only: no stage reads it.
+/// Whether an output, named as in study.json, is there to be looked at only, or to save a stage's
+/// next run time: no other stage reads it.
 [[nodiscard]] bool for_the_eye(std::string_view file) noexcept;
 
 }  // namespace beatlas::study

@@ -152,6 +152,9 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(1, 50))
       ->capture_default_str();
   app.add_flag("--json", as_json, "JSON instead of Markdown");
+  std::string only;
+  app.add_option("--only", only, "one table alone")
+      ->check(CLI::IsMember({"segmentation", "surface", "field", "mesh"}));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -161,12 +164,13 @@ int run(int argc, char** argv) {
   const Setting setting = setting_of(preset, repeats, work.path());
   using Make = Table (*)(const Setting&);
   const std::vector<std::pair<std::string, Make>> parts{{"segmentation", segmentation_table},
-                                                        {"surfaces of masks", surface_table},
-                                                        {"fields", field_table},
-                                                        {"meshes", mesh_table}};
+                                                        {"surface", surface_table},
+                                                        {"field", field_table},
+                                                        {"mesh", mesh_table}};
   std::vector<Table> tables;
   for (const auto& [name, make] : parts) {
-    tell("measuring " + name);
+    if (!only.empty() && name != only) continue;
+    tell("measuring: " + name);
     tables.push_back(make(setting));
   }
   const Index3& size = setting.exam.stack.grid().size;

@@ -100,6 +100,40 @@ def marks():
     assert digest(again / "segment" / "labels.nii.gz") == digest(one / "segment" / "labels.nii.gz")
 
 
+def again():
+    """After a stroke the chambers are not looked for again, and the result is that of a study of its
+    own; a changed file under solve/ is not believed."""
+    image, true = truth()
+    middle = true.shape[2] // 2
+    at = numpy.argwhere(true[:, :, middle, 2] == MUSCLE)
+    outer = at[at[:, 0].argmax()]
+    ends_of = [(outer[0], outer[1] + by, middle) for by in (-4, 4)]
+    lps = (nibabel.affines.apply_affine(image.affine, ends_of) * (-1, -1, 1)).tolist()
+    seeds = WORK / "stroke.json"
+    seeds.write_text(json.dumps({"version": 1, "seeds": [
+        {"label": 0, "stroke_lps_mm": lps, "radius_mm": 2, "phase": 2}]}))
+    looked_for = "left ventricle in slices"
+
+    def files(folder):
+        return {file.name: digest(file) for part in ("segment", "solve")
+                for file in (folder / part).iterdir()}
+
+    folder, fresh = study_of("given_again"), study_of("given_fresh")
+    assert looked_for in segment(folder, "-v")
+    automatic = files(folder)
+    assert looked_for not in segment(folder, "-v", "--seeds", seeds)
+    assert looked_for in segment(fresh, "-v", "--seeds", seeds)
+    assert files(folder) == files(fresh)
+    assert files(folder)["labels.nii.gz"] != automatic["labels.nii.gz"]
+
+    grown = folder / "solve" / "grown.nii.gz"
+    grown.write_bytes((folder / "solve" / "tidied.nii.gz").read_bytes())
+    assert looked_for in segment(folder, "-v", "--seeds", "none")
+    found = files(folder)
+    assert {name: found[name] for name in automatic} == automatic
+    assert looked_for not in segment(folder, "-v", "--seeds", seeds)
+
+
 def painted():
     """A painting on the grid of the images or a finer one, of one phase or of all; it stays drawn."""
     image, true = truth()

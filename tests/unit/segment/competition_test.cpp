@@ -213,7 +213,8 @@ TEST(Competition, each_voxel_falls_to_the_label_nearest_by_an_independent_search
               const float value = scene.images.phases[p][here];
               const auto from = [&](std::size_t q, std::size_t v, double step_mm) {
                 const double jump = std::abs(scene.images.phases[q][v] - value) - scene.edge_free;
-                const double arc = step_mm * scene.cost.at(label, 0, value) +
+                const double arc = step_mm * scene.cost.of(static_cast<std::uint32_t>(
+                                                 label))[scene.cost.cell(0, value)] +
                                    scene.edge_cost * std::max(0.0, jump);
                 if (phases[q][v] + arc < phases[p][here] - 1e-9) {
                   phases[p][here] = phases[q][v] + arc;
@@ -248,6 +249,37 @@ TEST(Competition, each_voxel_falls_to_the_label_nearest_by_an_independent_search
     }
   }
   EXPECT_GT(decided, static_cast<int>(grid.count()));  // of 2 x count: the check means something
+}
+
+TEST(Competition, of_two_labels_as_cheap_the_lower_number_wins) {
+  // Five voxels, a seed at either end: the middle one is as far from both, whoever comes first.
+  for (const bool turned : {false, true}) {
+    Scene scene({5, 1, 1}, {1, 1, 1}, 1);
+    scene.seed(0, turned ? 4 : 0, 0, 0, kLabelRvBlood);
+    scene.seed(0, turned ? 0 : 4, 0, 0, kLabelLvBlood);
+    EXPECT_EQ(scene.grow().phases[0][2], kLabelRvBlood);
+  }
+}
+
+TEST(Competition, wide_fronts_are_the_same_on_one_thread_and_two) {
+  // Whole planes move together, so that a bucket is large enough to be worked on in parts, and
+  // every second voxel is a tie.
+  Scene scene({128, 64, 9}, {1, 1, 1}, 3);
+  for (int j = 0; j < 64; ++j) {
+    for (int i = 0; i < 128; ++i) {
+      for (int p = 0; p < 3; ++p) {
+        scene.seed(p, i, j, 0, i % 2 == 0 ? kLabelLvBlood : kLabelLvMyocardium);
+        scene.seed(p, i, j, 8, kLabelRvBlood);
+      }
+    }
+  }
+  set_thread_count(1);
+  const auto one = scene.grow();
+  set_thread_count(2);
+  const auto two = scene.grow();
+  set_thread_count(0);
+  EXPECT_EQ(one.phases, two.phases);
+  EXPECT_EQ(one.phases[0][scene.images.grid.offset(7, 7, 4)], kLabelRvBlood);
 }
 
 TEST(Competition, is_the_same_on_one_thread_and_two) {

@@ -1,5 +1,6 @@
 #include "pipeline/segment/distance_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -54,6 +55,58 @@ TEST(DistanceMap, is_that_of_brute_force_on_random_masks) {
       }
     }
   }
+}
+
+TEST(DistanceMap, near_a_mask_is_the_same_within_reach) {
+  std::mt19937 random(5);
+  constexpr double kReachMm = 4;
+  int beyond = 0;
+  for (int n = 0; n < 12; ++n) {
+    const Grid grid = made::straight_grid({19, 17, 9}, {1.1, 0.9, n % 2 == 0 ? 2.5 : 10});
+    std::vector<std::uint8_t> mask(grid.count());
+    // A lump of voxels, or none at all.
+    const int i = static_cast<int>(random() % 19);
+    const int j = static_cast<int>(random() % 17);
+    const int k = static_cast<int>(random() % 9);
+    for (int voxel = 0; voxel < n; ++voxel) {
+      const auto near = [&](int at, int size) {
+        return std::clamp(at + static_cast<int>(random() % 5) - 2, 0, size - 1);
+      };
+      mask[grid.offset(near(i, 19), near(j, 17), near(k, 9))] = 1;
+    }
+    for (const bool across : {true, false}) {
+      const std::vector<float> whole = distance_map(grid, mask, across);
+      const std::vector<float> near = distance_near(grid, mask, across, kReachMm);
+      for (std::size_t v = 0; v < mask.size(); ++v) {
+        EXPECT_EQ(near[v] < kNoDistance, whole[v] < kNoDistance) << n << " " << v;
+        if (whole[v] <= kReachMm) {
+          ASSERT_NEAR(near[v], whole[v], kRounding) << n << " " << v;
+        } else {
+          ASSERT_GT(near[v], kReachMm) << n << " " << v;
+          ++beyond;
+        }
+      }
+    }
+  }
+  EXPECT_GT(beyond, 0);
+}
+
+TEST(DistanceMap, depth_within_a_mask_is_the_distance_to_what_is_not_in_it) {
+  const Grid grid = made::straight_grid({24, 20, 12}, {1, 1.3, 2});
+  std::vector<std::uint8_t> mask(grid.count(), 0);
+  std::vector<std::uint8_t> others(grid.count(), 1);
+  for (int k = 0; k < 7; ++k) {  // at the grid's border on one side
+    for (int j = 3; j < 15; ++j) {
+      for (int i = 4; i < 20; ++i) {
+        if ((i - 12) * (i - 12) + (j - 9) * (j - 9) + k * k > 40) continue;
+        mask[grid.offset(i, j, k)] = 255;
+        others[grid.offset(i, j, k)] = 0;
+      }
+    }
+  }
+  const std::vector<float> expected = distance_map(grid, others, true);
+  const std::vector<float> found = depth_within(grid, mask, true);
+  for (std::size_t v = 0; v < mask.size(); ++v) ASSERT_NEAR(found[v], expected[v], kRounding) << v;
 }
 
 TEST(DistanceMap, of_an_empty_mask_says_that_there_is_none) {

@@ -1,0 +1,225 @@
+/// segment_bench [--preset NAME] [--whole]: time and memory of a segmentation, of another one after
+/// a stroke, and the error of each option against the time it takes, on a phantom. Markdown.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "pipeline/cli/bench_probe.h"
+#include "pipeline/phantom/render.h"
+#include "pipeline/segment/segment.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::bench {
+namespace {
+
+struct Scene {
+  phantom::Phantom phantom;
+  Exam exam;
+  LabelCycle truth;
+};
+
+Scene scene_of(const std::string& preset, bool whole) {
+  phantom::PhantomSpec spec = phantom::preset(preset);
+  if (!whole) spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+  Scene out{phantom::Phantom(spec), {}, {}};
+  StageContext quiet;
+  phantom::Rendering rendering = phantom::render(out.phantom, quiet);
+  out.exam.stack = std::move(rendering.cine);
+  out.truth = std::move(rendering.labels);
+  return out;
+}
+
+/// Of all threads [s].
+double process_cpu_s() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+struct Run {
+  Segmentation result;
+  double wall_s = 0;
+  double cpu_s = 0;
+  double memory_mb = 0;
+};
+
+Run run_of(const Scene& scene, const std::vector<segment::Seed>& seeds,
+           const segment::SegmentOptions& options, SolveMemory* memory) {
+  StageContext quiet;
+  Run out;
+  const cli::MemoryMeter meter;
+  const double wall_s = cli::wall_clock_s();
+  const double cpu_s = process_cpu_s();
+  out.result = segment::segment_exam(scene.exam, seeds, options, quiet, {}, memory);
+  out.wall_s = cli::wall_clock_s() - wall_s;
+  out.cpu_s = process_cpu_s() - cpu_s;
+  out.memory_mb = meter.added_mb().value_or(0);
+  return out;
+}
+
+double dice(const Scene& scene, const Segmentation& result, Structure structure, std::size_t p) {
+  double both = 0;
+  double sum = 0;
+  for (std::size_t v = 0; v < scene.truth.phases[p].size(); ++v) {
+    const bool a = label_in_structure(scene.truth.phases[p][v], structure);
+    const bool b = label_in_structure(result.labels.phases[p][v], structure);
+    both += a && b ? 1 : 0;
+    sum += (a ? 1 : 0) + (b ? 1 : 0);
+  }
+  return sum > 0 ? 2 * both / sum : 1;
+}
+
+double least_dice(const Scene& scene, const Segmentation& result, Structure structure) {
+  double least = 1;
+  for (std::size_t p = 0; p < scene.truth.phases.size(); ++p) {
+    least = std::min(least, dice(scene, result, structure, p));
+  }
+  return least;
+}
+
+/// Distances [mm] of the heart's outline in slices (coverage of a half, along rows) to the closed
+/// form's surface, of some points of each phase.
+std::vector<double> outline_errors_mm(const Scene& scene, const Segmentation& result) {
+  constexpr std::size_t kPointsAPhase = 800;
+  const CoverageCycle& coverage = result.coverage;
+  const Grid& grid = coverage.grid;
+  std::vector<double> errors;
+  for (std::size_t p = 0; p < scene.truth.phases.size(); ++p) {
+    const std::vector<float>& image = coverage.phases.at(Structure::Heart)[p];
+    std::vector<Vec3> points;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i + 1 < grid.size[0]; ++i) {
+          const double here = image[grid.offset(i, j, k)] - 0.5;
+          const double next = image[grid.offset(i + 1, j, k)] - 0.5;
+          if ((here < 0) != (next < 0)) points.push_back(grid.mm(i + here / (here - next), j, k));
+        }
+      }
+    }
+    const auto frame = scene.phantom.frame(scene.phantom.phase_time_s(static_cast<int>(p)));
+    const std::size_t step = std::max<std::size_t>(1, points.size() / kPointsAPhase);
+    for (std::size_t at = 0; at < points.size(); at += step) {
+      errors.push_back(std::abs(frame->nearest(Structure::Heart, points[at]).distance_mm));
+    }
+  }
+  std::sort(errors.begin(), errors.end());
+  return errors;
+}
+
+/// Background across the outer wall of the middle slice, in phase 1.
+segment::Seed stroke_on(const Segmentation& found) {
+  const Grid& grid = found.labels.grid;
+  const int k = grid.size[2] / 2;
+  segment::Seed stroke;
+  stroke.label = kLabelBackground;
+  stroke.phase = 1;
+  for (int i = grid.size[0] - 1; i >= 0; --i) {
+    for (int j = 4; j + 4 < grid.size[1]; ++j) {
+      if (found.labels.phases[1][grid.offset(i, j, k)] == kLabelBackground) continue;
+      stroke.lps_mm = grid.mm(i - 1, j - 4, k);
+      stroke.stroke_lps_mm = {grid.mm(i - 1, j + 4, k)};
+      return stroke;
+    }
+  }
+  throw_invalid("no heart was found in the middle slice");
+}
+
+void write_solves(const Scene& scene) {
+  const int phases = scene.exam.stack.phase_count();
+  std::cout << "## Solving, and solving again after a stroke\n\n"
+               "| | wall s | CPU s | wall s a phase | memory MB |\n|---|---|---|---|---|\n";
+  const auto write = [&](const char* name, const Run& run) {
+    std::printf("| %s | %.2f | %.2f | %.3f | %.0f |\n", name, run.wall_s, run.cpu_s,
+                run.wall_s / phases, run.memory_mb);
+    std::fflush(stdout);
+  };
+  (void)run_of(scene, {}, {}, nullptr);  // warms up, not counted
+  SolveMemory memory;
+  const Run first = run_of(scene, {}, {}, &memory);
+  write("automatic seeds", first);
+  const std::vector<segment::Seed> seeds{stroke_on(first.result)};
+  const Run whole = run_of(scene, seeds, {}, nullptr);
+  write("a stroke, all solved", whole);
+  const Run again = run_of(scene, seeds, {}, &memory);
+  write("a stroke, from what the first left", again);
+  const bool same = again.result.labels.phases == whole.result.labels.phases &&
+                    again.result.coverage.phases == whole.result.coverage.phases;
+  std::cout << "\nThe last two results are " << (same ? "the same" : "NOT THE SAME") << ".\n\n";
+  if (!same) throw_invalid("solving again after a stroke gave another result than solving whole");
+}
+
+void write_options(const Scene& scene) {
+  std::cout << "## Options: error against time\n\n"
+               "Least Dice of the phases; heart's outline in slices against closed form.\n\n"
+               "| option | CPU s | Dice heart | LV | RV | muscle | mean mm | p95 mm |\n"
+               "|---|---|---|---|---|---|---|---|\n";
+  const auto write = [&](const std::string& name, const segment::SegmentOptions& options) {
+    const Run run = run_of(scene, {}, options, nullptr);
+    const std::vector<double> errors = outline_errors_mm(scene, run.result);
+    double mean = 0;
+    for (const double error : errors) mean += error / static_cast<double>(errors.size());
+    std::printf("| %s | %.2f | %.3f | %.3f | %.3f | %.3f | %.2f | %.2f |\n", name.c_str(),
+                run.cpu_s, least_dice(scene, run.result, Structure::Heart),
+                least_dice(scene, run.result, Structure::LvBlood),
+                least_dice(scene, run.result, Structure::RvBlood),
+                least_dice(scene, run.result, Structure::LvMyocardium), mean,
+                errors[errors.size() * 95 / 100]);
+    std::fflush(stdout);
+  };
+  write("defaults", {});
+  for (const double value : {0.0, 5.0, 10.0, 40.0}) {
+    segment::SegmentOptions options;
+    options.edge_cost_mm = value;
+    write("edge_cost_mm " + std::to_string(static_cast<int>(value)), options);
+  }
+  for (const double value : {0.5, 1.0, 3.0, 5.0}) {
+    segment::SegmentOptions options;
+    options.outline_sigma_mm = value;
+    char text[40];
+    std::snprintf(text, sizeof text, "outline_sigma_mm %g", value);
+    write(text, options);
+  }
+  std::cout << "\n";
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Time, memory and error of the segmentation of a phantom"};
+  std::string preset = "small";
+  bool whole = false;
+  bool solves_only = false;
+  app.add_option("--preset", preset, "phantom: " + CLI::detail::join(phantom::preset_names()))
+      ->capture_default_str();
+  app.add_flag("--whole", whole, "with atria, vessels, papillary muscles and fat");
+  app.add_flag("--solves-only", solves_only, "without the table of options");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  const Scene scene = scene_of(preset, whole);
+  const Index3& size = scene.exam.stack.grid().size;
+  std::cout << "# Segmentation, phantom " << preset << (whole ? "" : ", ventricles alone") << "\n"
+            << scene.exam.stack.phase_count() << " phases of " << size[0] << " x " << size[1]
+            << " x " << size[2] << " voxels.\n\n";
+  write_solves(scene);
+  if (!solves_only) write_options(scene);
+  return 0;
+}
+
+}  // namespace
+}  // namespace beatlas::bench
+
+int main(int argc, char** argv) {
+  try {
+    return beatlas::bench::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "segment_bench: " << error.what() << "\n";
+    return 1;
+  }
+}
