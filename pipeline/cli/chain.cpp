@@ -1,18 +1,12 @@
 #include "pipeline/cli/chain.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
-#include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
 #include "pipeline/cli/version.h"
-#include "pipeline/core/segmented_volume.h"
-#include "pipeline/report/overlay.h"
-#include "pipeline/segment/edited_labels.h"
 #include "pipeline/study/files.h"
-#include "pipeline/study/solve_files.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
@@ -21,26 +15,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using study::Stage;
 namespace {
-
-double frame_interval_s(const Cine& cine) {
-  return cine.rr_interval_s / std::max(1, cine.phase_count());
-}
-
-constexpr auto kOverlay = "pictures/overlay.png";
-constexpr auto kVolumes = "pictures/volumes.svg";
-constexpr auto kLeak = "pictures/leak";
-constexpr auto kRefusedLeak = "pictures/refused_leak";  ///< of a segmentation that was not kept
-
-/// Of the alarm `at`, counted from 0.
-std::string leak_picture(const std::string& stem, std::size_t at) {
-  return stem + (at < 9 ? "_0" : "_") + std::to_string(at + 1) + ".png";
-}
-
-void remove_refused_leaks(const fs::path& study) {
-  std::error_code ignored;
-  for (std::size_t at = 0; fs::remove(study / leak_picture(kRefusedLeak, at), ignored); ++at) {
-  }
-}
 
 /// "a was", "a and b were", "a, b and 7 more were".
 std::string listed(const std::vector<std::string>& names) {
@@ -172,57 +146,6 @@ const Exam& Chain::exam() {
   return *exam_;
 }
 
-const Segmentation& Chain::segmentation() {
-  if (!segmentation_) {
-    study::StoredSegmentation stored = study::read_segmentation(study_->folder());
-    segmentation_ = std::move(stored.made);
-    const bool edited = stored.labels.phases != segmentation_->labels.phases;
-    StageContext context;
-    if (edited) {
-      try {
-        segmentation_ =
-            segment::with_edited_labels(std::move(*segmentation_), stored.labels, context);
-      } catch (const Error& error) {
-        segmentation_.reset();
-        throw error.with_context((study_->folder() / "segment" / "labels.nii.gz").string());
-      }
-    }
-    const Grid& grid = exam().stack.grid();
-    if (segmentation_->labels.grid.size != grid.size ||
-        !segmentation_->labels.grid.mm_from_index.isApprox(grid.mm_from_index, 1e-9) ||
-        segmentation_->labels.phase_count() != exam().stack.phase_count()) {
-      throw_invalid("in the study " + study_->folder().string() +
-                    " the edited segment/labels.nii.gz does not fit the images that were imported "
-                    "since; import as before, or make it anew with --discard-edits");
-    }
-    if (edited) ask_for_leaks(context);
-  }
-  note_segmentation();
-  return *segmentation_;
-}
-
-void Chain::ask_for_leaks(StageContext& context) {
-  const Cine& cine = exam().stack;
-  const segment::LeakOptions& options = orders_.recipe.segment.leak;
-  segmentation_->alarms = segment::leak_alarms(cine, *segmentation_, options, context);
-  if (options.action == segment::LeakAction::Warn || segmentation_->alarms.empty()) return;
-  std::string look = "; name a folder with --study to get a picture";
-  if (study_) {
-    study::make_folder(study_->folder() / "pictures");
-    remove_refused_leaks(study_->folder());
-    for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {
-      study::write_bytes(study_->folder() / leak_picture(kRefusedLeak, at),
-                         report::leak_png(cine, *segmentation_, segmentation_->alarms[at]));
-    }
-    look = "; see " + (study_->folder() / leak_picture(kRefusedLeak, 0)).string();
-  }
-  try {
-    segment::demand_no_leak(segmentation_->alarms, options.action);
-  } catch (const Error& error) {
-    throw Error(error.code(), error.what() + look);
-  }
-}
-
 const std::vector<ShapeCycle>& Chain::shapes() {
   if (!shapes_) {
     study::Registration stored = study::read_registration(study_->folder());
@@ -250,37 +173,6 @@ void Chain::note_exam() {
   facts_.source = exam_->stack.grid();
   facts_.rr_interval_s = exam_->stack.rr_interval_s;
   facts_.frame_times_s = exam_->stack.frame_times_s;
-}
-
-void Chain::note_segmentation() {
-  if (std::exchange(segmentation_noted_, true)) return;
-  facts_.end_diastole = segmentation_->end_diastole;
-  facts_.end_systole = segmentation_->end_systole;
-  facts_.warnings = segmentation_->warnings;
-  for (Structure structure : kAllStructures) {
-    if (segmentation_->coverage.phases.count(structure) == 0) {
-      facts_.warnings.push_back(std::string(structure_name(structure)) +
-                                " was not found; the package lacks it");
-      continue;
-    }
-    facts_.volumes.push_back({structure, segmented_volume_ml(*segmentation_, structure)});
-  }
-  if (segmentation_->axis) {
-    const LongAxis& axis = *segmentation_->axis;
-    const auto length = [&](int phase) {
-      const auto p = static_cast<std::size_t>(phase);
-      return std::lround(axis.lv_base_mm[p] - axis.apex_mm[p]);
-    };
-    console_.log("segment: LV " + std::to_string(length(facts_.end_diastole)) +
-                 " mm from apex to base at end-diastole, " +
-                 std::to_string(length(facts_.end_systole)) + " mm at end-systole");
-  }
-  for (const std::string& warning : facts_.warnings) console_.warn(warning);
-  for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {
-    const std::string& sentence = segmentation_->alarms[at].sentence;
-    facts_.warnings.push_back(sentence);
-    console_.warn(sentence + (study_ ? "; see " + leak_picture(kLeak, at) + " in the study" : ""));
-  }
 }
 
 void Chain::note_for_package() {
@@ -338,64 +230,6 @@ void Chain::import(const std::vector<fs::path>& sources) {
   for (const std::string& decision : facts_.decisions) console_.tell("import: " + decision);
 }
 
-void Chain::segment() {
-  if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
-    console_.stage("segment", [&](StageContext& context) {
-      const Exam& images = exam();
-      const Corrections corrections = corrections_for(images.stack, orders_);
-      const std::string key =
-          study_ ? solve_key(orders_, study_->inputs_now(Stage::Segment)) : std::string();
-      SolveMemory memory = study_ ? study::read_solve_memory(*study_, key) : SolveMemory();
-      try {
-        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, context,
-                                     study_ ? &memory : nullptr);
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::InvalidInput) throw;
-        throw error.with_context(images.shown_source.empty() ? study_->folder().string()
-                                                             : images.shown_source);
-      }
-      ask_for_leaks(context);
-      leave(Stage::Segment, new_record(Stage::Segment), [&] {
-        const double interval_s = frame_interval_s(exam().stack);
-        study::FileList files =
-            study::write_segmentation(study_->folder(), *segmentation_, interval_s);
-        if (memory.empty()) return files;
-        const study::FileList kept =
-            study::write_solve_memory(study_->folder(), memory, key, interval_s);
-        files.insert(files.end(), kept.begin(), kept.end());
-        return files;
-      });
-    });
-    note_segmentation();
-  } else if (orders_.recipe.segment.leak.action == segment::LeakAction::Error &&
-             !study::edited_outputs(*study_, Stage::Segment).empty()) {
-    (void)segmentation();  // the alarm on what was painted, though nothing is to be made from it
-  }
-  if (study_ && !keeps(Stage::Pictures, wanted_of(Stage::Pictures, orders_))) pictures();
-}
-
-void Chain::pictures() {
-  console_.stage("pictures", [&](StageContext&) {
-    const Exam& images = exam();
-    const Segmentation& found = segmentation();
-    leave(Stage::Pictures, new_record(Stage::Pictures), [&] {
-      study::make_folder(study_->folder() / "pictures");
-      study::write_bytes(study_->folder() / kOverlay, report::overlay_png(images.stack, found));
-      study::write_text(study_->folder() / kVolumes,
-                        report::volume_curves_svg(facts_.volumes, images.stack.rr_interval_s,
-                                                  facts_.end_diastole, facts_.end_systole));
-      study::FileList files{kOverlay, kVolumes};
-      remove_refused_leaks(study_->folder());
-      for (std::size_t at = 0; at < found.alarms.size(); ++at) {
-        files.push_back(leak_picture(kLeak, at));
-        study::write_bytes(study_->folder() / files.back(),
-                           report::leak_png(images.stack, found, found.alarms[at]));
-      }
-      return files;
-    });
-  });
-}
-
 void Chain::registration() {
   if (!keeps(Stage::Register, wanted_of(Stage::Register, orders_))) {
     console_.stage("register", [&](StageContext& context) {
@@ -407,7 +241,7 @@ void Chain::registration() {
       leave(Stage::Register, new_record(Stage::Register), [&] {
         return study::write_registration(
             study_->folder(), {map, *shapes_}, reg::cine_in_workspace(cine, map),
-            reg::labels_in_workspace(*shapes_), frame_interval_s(cine));
+            reg::labels_in_workspace(*shapes_), cine.frame_interval_s());
       });
     });
   }

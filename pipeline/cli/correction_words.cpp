@@ -176,9 +176,10 @@ std::vector<segment::Seed> painted_seeds(const study::GivenLabels& painted, cons
   return seeds;
 }
 
-segment::KnownLabels known_labels(const study::GivenLabels& given, const Cine& stack) {
+segment::KnownLabels known_labels(const study::GivenLabels& given, const Cine& stack,
+                                  const std::vector<Vec2>& drawn_shifted_mm) {
   segment::KnownLabels known{
-      segment::labels_on_grid(given.images, stack.grid()),
+      segment::labels_on_grid(given.images, stack.grid(), drawn_shifted_mm),
       phases_of(given, stack.phase_count(), "name the phases that they are with --labels-phases")};
   const auto heart_ml = [](const LabelCycle& labels) {
     double voxels = 0;
@@ -254,7 +255,8 @@ void take_corrections(const CorrectionWords& words, Orders& orders) {
   if (!words.labels.empty()) take_labels(words, orders);
 }
 
-Corrections corrections_for(const Cine& stack, const Orders& orders) {
+Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext& context) {
+  const Cine& stack = exam.stack;
   Corrections out{orders.seeds, {}};
   try {
     segment::check_seeds(out.seeds, stack.grid(), stack.phase_count());
@@ -266,8 +268,17 @@ Corrections corrections_for(const Cine& stack, const Orders& orders) {
     throw error.with_context(orders.seeds_from);
   }
   if (!orders.labels) return out;
+  const bool move = orders.recipe.segment.labels_drawn_on == segment::LabelsDrawnOn::Imaged &&
+                    !exam.slice_shifts_mm.empty();
+  if (move) {
+    context.warn(
+        "the labels given were moved with the slices that lay shifted, as drawn on the images as "
+        "they came; if they were drawn on the study's own, say so: /segment/labels_drawn_on "
+        "aligned in a recipe");
+  }
   try {
-    out.known = known_labels(*orders.labels, stack);
+    out.known =
+        known_labels(*orders.labels, stack, move ? exam.slice_shifts_mm : std::vector<Vec2>());
   } catch (const Error& error) {
     throw error.with_context(orders.labels_from);
   }

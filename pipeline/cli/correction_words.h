@@ -36,8 +36,11 @@ struct Corrections {
   std::vector<segment::Seed> seeds;  ///< drawn and painted
   segment::KnownLabels known;
 };
+/// Labels are moved with the exam's slices unless the recipe says otherwise; seeds lie where the
+/// study's images show them.
 /// @throws Error{InvalidInput} naming the user's file that does not fit
-[[nodiscard]] Corrections corrections_for(const Cine& stack, const Orders& orders);
+[[nodiscard]] Corrections corrections_for(const Exam& exam, const Orders& orders,
+                                          StageContext& context);
 
 /// Segments an exam with what was made by hand, if anything was.
 /// @param memory see segment_exam; empty afterwards where labels are known

@@ -24,6 +24,9 @@ constexpr std::array kMethods{Choice<segment::Method>{"competition", segment::Me
                               Choice<segment::Method>{"threshold", segment::Method::Threshold}};
 constexpr std::array kPapillary{Choice<segment::Papillary>{"cavity", segment::Papillary::Cavity},
                                 Choice<segment::Papillary>{"muscle", segment::Papillary::Muscle}};
+constexpr std::array kLabelsDrawnOn{
+    Choice<segment::LabelsDrawnOn>{"imaged", segment::LabelsDrawnOn::Imaged},
+    Choice<segment::LabelsDrawnOn>{"aligned", segment::LabelsDrawnOn::Aligned}};
 constexpr std::array kNeighbours{Choice<segment::Neighbours>{"faces", segment::Neighbours::Faces},
                                  Choice<segment::Neighbours>{"all", segment::Neighbours::All}};
 
@@ -47,6 +50,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.flag("denoise", recipe.segment.denoise);
   visit.choice("method", recipe.segment.method, kMethods);
   visit.choice("papillary", recipe.segment.papillary, kPapillary);
+  visit.choice("labels_drawn_on", recipe.segment.labels_drawn_on, kLabelsDrawnOn);
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
   visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);

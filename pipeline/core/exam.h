@@ -17,6 +17,9 @@ struct Cine {
 
   [[nodiscard]] const Grid& grid() const { return images.grid; }
   [[nodiscard]] int phase_count() const { return images.phase_count(); }
+  [[nodiscard]] double frame_interval_s() const {
+    return rr_interval_s / (phase_count() > 0 ? phase_count() : 1);
+  }
 };
 
 /// What an examination gave: the stack to build from and the views beside it.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "pipeline/core/parallel.h"
+#include "runtime/base/error.h"
 
 namespace beatlas::segment {
 namespace {
@@ -98,15 +99,26 @@ std::vector<Seed> seeds_of_painting(const Grid& painted_grid,
   return seeds;
 }
 
-LabelCycle labels_on_grid(const LabelCycle& given, const Grid& grid) {
+LabelCycle labels_on_grid(const LabelCycle& given, const Grid& grid,
+                          const std::vector<Vec2>& drawn_shifted_mm) {
+  const auto slices = static_cast<std::size_t>(grid.size[2]);
+  if (!drawn_shifted_mm.empty() && drawn_shifted_mm.size() != slices) {
+    throw_invalid("there are " + std::to_string(drawn_shifted_mm.size()) + " shifts for " +
+                  std::to_string(slices) + " slices; give one a slice");
+  }
+  const Vec3 spacing = grid.spacing_mm();
   LabelCycle out{grid, {}};
   out.phases.assign(given.phases.size(), std::vector<std::uint8_t>(grid.count(), 0));
   const Affine given_from_index = given.grid.mm_from_index.inverse() * grid.mm_from_index;
-  parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
+  parallel_for(slices, [&](std::size_t slice) {
     const int k = static_cast<int>(slice);
+    Vec3 shift = Vec3::Zero();  // [indices]
+    if (!drawn_shifted_mm.empty()) {
+      shift.head<2>() = drawn_shifted_mm[slice].cwiseQuotient(spacing.head<2>());
+    }
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
-        const std::size_t from = voxel_at(given.grid, given_from_index * Vec3(i, j, k));
+        const std::size_t from = voxel_at(given.grid, given_from_index * (Vec3(i, j, k) + shift));
         if (from == given.grid.count()) continue;
         const std::size_t to = grid.offset(i, j, k);
         for (std::size_t p = 0; p < given.phases.size(); ++p) {

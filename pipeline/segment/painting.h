@@ -24,6 +24,10 @@ inline constexpr std::uint8_t kNotPainted = 255;
 
 /// Labels on another grid: each voxel gets that of the voxel its centre lies in, 0 outside.
 /// @param given, grid LPS
-[[nodiscard]] LabelCycle labels_on_grid(const LabelCycle& given, const Grid& grid);
+/// @param drawn_shifted_mm [slice of the grid] along its axes i and j: what was drawn at x + shift
+/// belongs at x, as Exam::slice_shifts_mm; empty: no shift
+/// @throws Error{InvalidInput} unless there is a shift for every slice or none
+[[nodiscard]] LabelCycle labels_on_grid(const LabelCycle& given, const Grid& grid,
+                                        const std::vector<Vec2>& drawn_shifted_mm = {});
 
 }  // namespace beatlas::segment

@@ -32,6 +32,12 @@ enum class Method {
 /// What papillary muscles and trabeculae as dark as muscle, inside the LV's pool, count as.
 enum class Papillary { Cavity, Muscle };
 
+/// Where labels from elsewhere were drawn, if slices were moved back at import.
+enum class LabelsDrawnOn {
+  Imaged,   ///< on the images as they came: each slice's labels are moved with it
+  Aligned,  ///< on the study's images: they stay
+};
+
 /// Which voxels touch.
 enum class Neighbours { Faces, All };
 
@@ -54,6 +60,8 @@ struct SegmentOptions {
   double threshold_low = 0;
   double threshold_high = 0;
   Neighbours threshold_neighbours = Neighbours::Faces;
+  /// Of labels given from elsewhere, see labels_on_grid; segment_exam takes them as they are.
+  LabelsDrawnOn labels_drawn_on = LabelsDrawnOn::Imaged;
   /// Of leak_alarms, which whoever calls segment_exam asks afterwards.
   LeakOptions leak;
 };

@@ -16,12 +16,8 @@ namespace {
 
 constexpr int kMostPhases = 1 << 12;
 
-double frame_interval_s(const Cine& cine) {
-  return cine.rr_interval_s / std::max(1, cine.phase_count());
-}
-
 json write_cine(const fs::path& folder, const std::string& name, const Cine& cine) {
-  write_images(folder / name, cine.images, cine.grid(), frame_interval_s(cine));
+  write_images(folder / name, cine.images, cine.grid(), cine.frame_interval_s());
   return {{"file", name},
           {"grid", grid_to_json(cine.grid())},
           {"phases", cine.phase_count()},

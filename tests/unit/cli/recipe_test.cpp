@@ -80,10 +80,11 @@ TEST(Recipe, the_method_and_the_papillary_muscles_are_chosen_by_name) {
   EXPECT_EQ(plain.papillary, segment::Papillary::Cavity);
   const json other = json::parse(
       R"({"segment": {"method": "threshold", "papillary": "muscle", "threshold_low": 100,
-          "threshold_high": 300.5, "threshold_neighbours": "all"}})");
+          "threshold_high": 300.5, "threshold_neighbours": "all", "labels_drawn_on": "aligned"}})");
   const Recipe recipe = recipe_from_json(other);
   EXPECT_EQ(recipe.segment.method, segment::Method::Threshold);
   EXPECT_EQ(recipe.segment.papillary, segment::Papillary::Muscle);
+  EXPECT_EQ(recipe.segment.labels_drawn_on, segment::LabelsDrawnOn::Aligned);
   EXPECT_EQ(recipe.segment.threshold_neighbours, segment::Neighbours::All);
   EXPECT_EQ(recipe.segment.threshold_high, 300.5);
   for (const auto& option : other["segment"].items()) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/segment/drawn_seeds.h"
+#include "runtime/base/error.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
@@ -119,6 +120,20 @@ TEST(LabelsOnGrid, are_those_of_the_place_whatever_the_order_of_axes) {
       }
     }
   }
+}
+
+TEST(LabelsOnGrid, drawn_on_shifted_slices_are_moved_back) {
+  const Grid grid = made::oblique_grid({20, 24, 3}, {1.5, 2, 8}, {20, -40, 11});
+  LabelCycle given{grid, {std::vector<std::uint8_t>(grid.count(), 0)}};
+  // Slice 1 shows all of it 3 mm farther along i and 4 mm less far along j.
+  for (int k = 0; k < 3; ++k)
+    given.phases[0][grid.offset(k == 1 ? 12 : 10, k == 1 ? 9 : 11, k)] = 3;
+  const LabelCycle out = labels_on_grid(given, grid, {Vec2::Zero(), Vec2(3, -4), Vec2::Zero()});
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(out.phases[0][grid.offset(10, 11, k)], 3) << k;
+  }
+  EXPECT_EQ(std::count(out.phases[0].begin(), out.phases[0].end(), 3), 3);
+  EXPECT_THROW((void)labels_on_grid(given, grid, {Vec2::Zero()}), Error);
 }
 
 }  // namespace
