@@ -7,33 +7,22 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/phantom/render.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {
 
-struct Case {
-  explicit Case(const phantom::PhantomSpec& spec) : phantom(spec) {
-    StageContext context;
-    phantom::Rendering rendering = phantom::render(phantom, context);
-    exam.stack = std::move(rendering.cine);
-    exam.source_format = "dicom";
-    truth = std::move(rendering.labels);
-  }
-  phantom::Phantom phantom;
-  Exam exam;
-  LabelCycle truth;
-};
+using Case = made::ImagedPhantom;
 
-phantom::PhantomSpec ventricles(const std::string& preset) {
-  phantom::PhantomSpec spec = phantom::preset(preset);
+phantom::PhantomSpec small_ventricles() {
+  phantom::PhantomSpec spec = phantom::preset("small");
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   return spec;
 }
 
 const Case& small_case() {
-  static const Case made(ventricles("small"));
+  static const Case made(small_ventricles());
   return made;
 }
 
@@ -161,10 +150,8 @@ TEST(KnownLabels, without_a_structure_make_it_in_no_phase) {
 }
 
 TEST(KnownLabels, of_thick_slices_end_flat_on_the_side_of_the_base) {
-  phantom::PhantomSpec spec = ventricles("clinical");
-  const Vec3 middle = spec.grid.mm(95.5, 95.5, 0);
-  spec.grid.size = {112, 112, 13};
-  spec.grid.mm_from_index.translation() += middle - spec.grid.mm(55.5, 55.5, 0);
+  phantom::PhantomSpec spec = made::clinical_part();
+  spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   const Case made(spec);
   std::vector<int> all(static_cast<std::size_t>(made.truth.phase_count()));
   std::iota(all.begin(), all.end(), 0);
@@ -177,7 +164,7 @@ TEST(KnownLabels, of_thick_slices_end_flat_on_the_side_of_the_base) {
 }
 
 TEST(KnownLabels, give_the_same_on_one_thread_and_two) {
-  phantom::PhantomSpec spec = ventricles("small");
+  phantom::PhantomSpec spec = small_ventricles();
   spec.phases = 4;
   const Case made(spec);
   const KnownLabels known = known_of(made.truth, {0, 2});

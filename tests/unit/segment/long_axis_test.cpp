@@ -6,28 +6,15 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/phantom/motion.h"
-#include "pipeline/phantom/render.h"
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {
 
-struct Heart {
-  phantom::PhantomSpec spec;
-  Exam exam;
-  LabelCycle truth;
-};
-
-Heart image(const phantom::PhantomSpec& spec) {
-  StageContext context;
-  phantom::Rendering rendering = phantom::render(phantom::Phantom(spec), context);
-  Heart out{spec, {}, std::move(rendering.labels)};
-  out.exam.stack = std::move(rendering.cine);
-  out.exam.source_format = "nifti";
-  return out;
-}
+using Heart = made::ImagedPhantom;
 
 phantom::PhantomSpec small(const Vec3& oblique_deg) {
   phantom::PhantomSpec spec = phantom::preset("small");
@@ -48,20 +35,21 @@ void expect_the_phantoms(const Heart& heart) {
   const std::optional<LongAxis> axis = axis_of(heart);
   ASSERT_TRUE(axis);
   EXPECT_TRUE(axis->atria);
-  const phantom::Anatomy& anatomy = heart.spec.anatomy;
+  const phantom::Anatomy& anatomy = heart.phantom.spec().anatomy;
   const Vec3 towards_base = -anatomy.apex_direction_lps.normalized();
   const double turned =
       std::acos(std::min(1.0, axis->towards_base.dot(towards_base))) * 180 / std::numbers::pi;
   EXPECT_LT(turned, 3) << "degrees";
 
-  const phantom::Phantom phantom(heart.spec);
+  const phantom::Phantom phantom(heart.phantom.spec());
   const double end_systolic_base = anatomy.apex_mm + anatomy.lv_end_systole.apex_wall_mm +
                                    anatomy.lv_end_systole.length_mm +
                                    anatomy.lv_end_systole.base_mm;
   const double origin = towards_base.dot(axis->origin_mm - anatomy.origin_lps_mm);
-  for (int p = 0; p < heart.spec.phases; ++p) {
+  for (int p = 0; p < heart.phantom.spec().phases; ++p) {
     const auto at = static_cast<std::size_t>(p);
-    const double loss = phantom::volume_loss(phantom.phase_time_s(p), heart.spec.rr_interval_s);
+    const double loss =
+        phantom::volume_loss(phantom.phase_time_s(p), heart.phantom.spec().rr_interval_s);
     const double wanted = (1 - loss) * anatomy.lv_end_diastole.base_mm + loss * end_systolic_base;
     EXPECT_NEAR(origin + axis->lv_base_mm[at], wanted, 1.5) << "phase " << p;
     const double rv =
@@ -71,16 +59,16 @@ void expect_the_phantoms(const Heart& heart) {
   EXPECT_NEAR(origin + axis->apex_mm[0], anatomy.apex_mm, 8);
 }
 
-TEST(LongAxis, IsThePhantomsInAxialSlices) { expect_the_phantoms(image(small({0, 0, 0}))); }
+TEST(LongAxis, IsThePhantomsInAxialSlices) { expect_the_phantoms(Heart(small({0, 0, 0}))); }
 
 TEST(LongAxis, IsThePhantomsInSlicesOfAnyDirection) {
-  expect_the_phantoms(image(small({25, -20, 40})));
+  expect_the_phantoms(Heart(small({25, -20, 40})));
 }
 
 TEST(LongAxis, HasNoAtriaWhereNothingLiesBeyondTheVentricles) {
   phantom::PhantomSpec spec = small({0, 0, 0});
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
-  const std::optional<LongAxis> axis = axis_of(image(spec));
+  const std::optional<LongAxis> axis = axis_of(Heart(spec));
   ASSERT_TRUE(axis);
   EXPECT_FALSE(axis->atria);
 }
@@ -97,7 +85,7 @@ TEST(LongAxis, HeightsAreThoseOfThePlaces) {
 }
 
 TEST(WholeHeart, ItsVentriclesEndAtTheirValves) {
-  const Heart heart = image(small({0, 0, 0}));
+  const Heart heart(small({0, 0, 0}));
   StageContext context;
   const Segmentation found = segment_exam(heart.exam, {}, {}, context);
   const auto least = [&](Structure structure) {

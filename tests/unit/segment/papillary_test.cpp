@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/phantom/render.h"
 #include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
@@ -18,10 +18,9 @@ TEST(Papillary, AreCavityOrWallAsIsAsked) {
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   spec.anatomy.papillary_muscles.present = true;
   spec.phases = 6;
-  const phantom::Phantom phantom(spec);
+  const made::ImagedPhantom imaged(spec);
+  const Exam& exam = imaged.exam;
   StageContext context;
-  Exam exam;
-  exam.stack = phantom::render(phantom, context).cine;
   SegmentOptions options;
   const Segmentation in = segment_exam(exam, {}, options, context);
   options.papillary = Papillary::Muscle;
@@ -33,14 +32,14 @@ TEST(Papillary, AreCavityOrWallAsIsAsked) {
   const auto out_blood = curve(out, Structure::LvBlood);
   const auto in_wall = curve(in, Structure::LvMyocardium);
   const auto out_wall = curve(out, Structure::LvMyocardium);
-  const double full = phantom.volume_ml(Structure::LvBlood, 0);
+  const double full = imaged.phantom.volume_ml(Structure::LvBlood, 0);
   double moved = 0;
   double muscles = 0;
   for (int p = 0; p < spec.phases; ++p) {
     const auto at = static_cast<std::size_t>(p);
-    const double t = phantom.phase_time_s(p);
-    const double blood = phantom.volume_ml(Structure::LvBlood, t);
-    const double papillary = phantom.volume_ml(phantom::Part::PapillaryMuscles, t);
+    const double t = imaged.phantom.phase_time_s(p);
+    const double blood = imaged.phantom.volume_ml(Structure::LvBlood, t);
+    const double papillary = imaged.phantom.volume_ml(phantom::Part::PapillaryMuscles, t);
     // 3 %: what the end-diastolic volume may be off.
     EXPECT_NEAR(in_blood[at], blood, 0.03 * full) << p;
     EXPECT_NEAR(out_blood[at], blood - papillary, 0.03 * full) << p;

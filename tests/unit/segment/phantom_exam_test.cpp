@@ -6,25 +6,14 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
-#include "pipeline/phantom/render.h"
 #include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {
 
-struct Case {
-  explicit Case(const phantom::PhantomSpec& spec) : phantom(spec) {
-    StageContext context;
-    phantom::Rendering rendering = phantom::render(phantom, context);
-    exam.stack = std::move(rendering.cine);
-    exam.source_format = "dicom";
-    truth = std::move(rendering.labels);
-  }
-  phantom::Phantom phantom;
-  Exam exam;
-  LabelCycle truth;
-};
+using Case = made::ImagedPhantom;
 
 phantom::PhantomSpec small(int phases) {
   phantom::PhantomSpec spec = phantom::preset("small");
@@ -221,12 +210,8 @@ TEST(SmallPhantom, is_the_same_on_one_thread_and_two) {
 }
 
 TEST(ClinicalPhantom, thick_short_axis_slices_are_segmented_and_cut_at_the_valves) {
-  phantom::PhantomSpec spec = phantom::preset("clinical");
+  phantom::PhantomSpec spec = made::clinical_part();
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
-  // Half the field of view, about the same middle.
-  const Vec3 middle = spec.grid.mm(95.5, 95.5, 0);
-  spec.grid.size = {112, 112, 13};
-  spec.grid.mm_from_index.translation() += middle - spec.grid.mm(55.5, 55.5, 0);
   const Case made(spec);
   StageContext context;
   const Segmentation result = segment_exam(made.exam, {}, {}, context);
@@ -247,11 +232,8 @@ TEST(ClinicalPhantom, thick_short_axis_slices_are_segmented_and_cut_at_the_valve
 }
 
 TEST(ClinicalPhantom, with_atria_in_view_keeps_the_ventricles_to_their_side_of_the_valves) {
-  phantom::PhantomSpec spec = phantom::preset("clinical");
+  phantom::PhantomSpec spec = made::clinical_part();
   spec.phases = 10;
-  const Vec3 middle = spec.grid.mm(95.5, 95.5, 0);
-  spec.grid.size = {112, 112, 13};
-  spec.grid.mm_from_index.translation() += middle - spec.grid.mm(55.5, 55.5, 0);
   const Case made(spec);
   StageContext context;
   const Segmentation result = segment_exam(made.exam, {}, {}, context);

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/phantom/render.h"
 #include "pipeline/segment/groundwork.h"
 #include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
@@ -17,11 +17,7 @@ const Exam& exam() {
   static const Exam made = [] {
     phantom::PhantomSpec spec = phantom::preset("small");
     spec.phases = kPhases;
-    StageContext context;
-    Exam out;
-    out.stack = phantom::render(phantom::Phantom(spec), context).cine;
-    out.source_format = "dicom";
-    return out;
+    return made::ImagedPhantom(spec).exam;
   }();
   return made;
 }

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/phantom/render.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
@@ -52,17 +52,8 @@ TEST(ThresholdGrowing, TakesWhatTheWindowJoinsToASeed) {
       << "a seed beyond the window grows nowhere";
 }
 
-struct Scan {
-  explicit Scan(phantom::PhantomSpec spec) : phantom(std::move(spec)) {
-    StageContext context;
-    phantom::Rendering made = phantom::render(phantom, context);
-    exam.stack = std::move(made.cine);
-    truth = std::move(made.labels);
-  }
-  phantom::Phantom phantom;
-  Exam exam;
-  LabelCycle truth;
-
+struct Scan : made::ImagedPhantom {
+  using ImagedPhantom::ImagedPhantom;
   [[nodiscard]] Vec3 lv_middle() const { return phantom.spec().anatomy.origin_lps_mm; }
 };
 

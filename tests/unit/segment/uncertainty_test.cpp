@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/phantom/render.h"
 #include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
@@ -69,13 +69,11 @@ void expect_calibrated(const std::string& preset, double snr, std::size_t stride
   spec.phases = 5;
   spec.scanner.snr_blood = snr;
   StageContext context;
-  const phantom::Phantom phantom(spec);
-  Exam exam;
-  exam.stack = phantom::render(phantom, context).cine;
-  const Segmentation found = segment_exam(exam, {}, {}, context);
+  const made::ImagedPhantom imaged(spec);
+  const Segmentation found = segment_exam(imaged.exam, {}, {}, context);
   ASSERT_TRUE(found.axis);
   for (const Wanted& want : wanted) {
-    std::vector<Off> list = offs(found, phantom, want.structure, stride);
+    std::vector<Off> list = offs(found, imaged.phantom, want.structure, stride);
     ASSERT_GT(list.size(), 300U);
     const double ratio = rms(list, [](const Off& o) { return o.error_mm / o.sigma_mm; });
     std::vector<double> sizes;

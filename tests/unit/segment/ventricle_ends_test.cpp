@@ -7,29 +7,16 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/phantom/motion.h"
-#include "pipeline/phantom/render.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {
 
-struct Heart {
-  phantom::PhantomSpec spec;
-  Exam exam;
-  LabelCycle truth;
-};
-
-Heart image(const phantom::PhantomSpec& spec) {
-  StageContext context;
-  phantom::Rendering rendering = phantom::render(phantom::Phantom(spec), context);
-  Heart out{spec, {}, std::move(rendering.labels)};
-  out.exam.stack = std::move(rendering.cine);
-  out.exam.source_format = "nifti";
-  return out;
-}
+using Heart = made::ImagedPhantom;
 
 phantom::PhantomSpec small(bool alone, const Vec3& oblique_deg = Vec3::Zero()) {
   phantom::PhantomSpec spec = phantom::preset("small");
@@ -91,42 +78,38 @@ std::optional<LongAxis> segmented_axis(const Heart& heart) {
 constexpr Tolerance kThin{3, 2, 1.5, 4};
 
 TEST(VentricleAxis, IsThePhantomsWithAtria) {
-  const Heart heart = image(small(false));
-  expect_the_phantoms(heart.spec, segmented_axis(heart), kThin);
+  const Heart heart(small(false));
+  expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThin);
 }
 
 TEST(VentricleAxis, IsThePhantomsInSlicesOfAnyDirection) {
-  const Heart heart = image(small(false, {25, -20, 40}));
-  expect_the_phantoms(heart.spec, segmented_axis(heart), kThin);
+  const Heart heart(small(false, {25, -20, 40}));
+  expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThin);
 }
 
 TEST(VentricleAxis, IsThePhantomsWithVentriclesAlone) {
-  const Heart heart = image(small(true));
-  expect_the_phantoms(heart.spec, segmented_axis(heart), kThin);
+  const Heart heart(small(true));
+  expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThin);
 }
 
 TEST(VentricleAxis, OfLabelsAloneIsTheirs) {
-  const Heart heart = image(small(true));
+  const Heart heart(small(true));
   StageContext context;
   const Segmentation known =
       segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
-  expect_the_phantoms(heart.spec, known.axis, {3, 2, 1.5, 1.5});
+  expect_the_phantoms(heart.phantom.spec(), known.axis, {3, 2, 1.5, 1.5});
 }
 
 TEST(VentricleAxis, InThickSlicesIsWithinASlice) {
-  phantom::PhantomSpec spec = phantom::preset("clinical");
+  phantom::PhantomSpec spec = made::clinical_part();
   spec.phases = 8;
-  // Half the field of view, about the same middle.
-  const Vec3 middle = spec.grid.mm(95.5, 95.5, 0);
-  spec.grid.size = {112, 112, 13};
-  spec.grid.mm_from_index.translation() += middle - spec.grid.mm(55.5, 55.5, 0);
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
-  const Heart heart = image(spec);
-  expect_the_phantoms(heart.spec, segmented_axis(heart), {4, 7, 5, 5});
+  const Heart heart(spec);
+  expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), {4, 7, 5, 5});
 }
 
 TEST(VentricleAxis, FollowsLabelsThatAreCutInOnePhase) {
-  const Heart heart = image(small(true));
+  const Heart heart(small(true));
   StageContext context;
   const Segmentation made =
       segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
