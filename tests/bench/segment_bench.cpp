@@ -1,16 +1,20 @@
-/// segment_bench [--preset NAME] [--whole]: time and memory of a segmentation, of another one after
-/// a stroke, and the error of each option against the time it takes, on a phantom. Markdown.
+/// segment_bench [--preset NAME] [--whole] [--snr X] [--bias X]: time and memory of a segmentation,
+/// of another one after a stroke, and the error of each option against the time it takes, on a
+/// phantom. Markdown.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "pipeline/cli/bench_probe.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/phantom/render.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
@@ -24,9 +28,20 @@ struct Scene {
   LabelCycle truth;
 };
 
-Scene scene_of(const std::string& preset, bool whole) {
-  phantom::PhantomSpec spec = phantom::preset(preset);
-  if (!whole) spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+struct Words {
+  std::string preset = "small";
+  bool whole = false;
+  bool solves_only = false;
+  std::optional<double> snr;
+  std::optional<double> bias;
+};
+
+Scene scene_of(const Words& words) {
+  phantom::PhantomSpec spec = phantom::preset(words.preset);
+  if (!words.whole) spec.anatomy = phantom::ventricles_alone(spec.anatomy);
+  if (words.snr) spec.scanner.snr_blood = *words.snr;
+  if (words.bias) spec.scanner.bias_share = *words.bias;
+  phantom::check_spec(spec);
   Scene out{phantom::Phantom(spec), {}, {}};
   StageContext quiet;
   phantom::Rendering rendering = phantom::render(out.phantom, quiet);
@@ -112,6 +127,64 @@ std::vector<double> outline_errors_mm(const Scene& scene, const Segmentation& re
   return errors;
 }
 
+struct PumpError {
+  double end_diastolic_percent = 0;
+  double ejection_points = 0;
+};
+
+/// Of the LV: the largest volume, and the share of it that leaves.
+PumpError pump_error(const Scene& scene, const Segmentation& result) {
+  std::vector<double> truth;
+  for (int p = 0; p < scene.exam.stack.phase_count(); ++p) {
+    truth.push_back(scene.phantom.volume_ml(Structure::LvBlood, scene.phantom.phase_time_s(p)));
+  }
+  const std::vector<double> found = segmented_volume_ml(result, Structure::LvBlood);
+  const auto most = [](const std::vector<double>& v) {
+    return *std::max_element(v.begin(), v.end());
+  };
+  const auto ejected = [&](const std::vector<double>& v) {
+    return 100 * (1 - *std::min_element(v.begin(), v.end()) / most(v));
+  };
+  return {100 * (most(found) / most(truth) - 1), ejected(found) - ejected(truth)};
+}
+
+/// What a technician would mark in three slices of end-diastole: each label where it is widest, and
+/// background on both sides of the heart.
+std::vector<segment::Seed> seeds_in_three_slices(const Scene& scene) {
+  constexpr double kBesideMm = 8;
+  const Grid& grid = scene.truth.grid;
+  const std::vector<std::uint8_t>& truth = scene.truth.phases[0];
+  const Vec3 spacing = grid.spacing_mm();
+  const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
+  std::vector<int> slices;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const auto begin = truth.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+    const auto end = begin + static_cast<std::ptrdiff_t>(grid.slice_count());
+    if (std::find(begin, end, kLabelLvBlood) != end) slices.push_back(k);
+  }
+  std::vector<segment::Seed> seeds;
+  for (const std::size_t quarter : {1U, 2U, 3U}) {
+    const int k = slices.at(slices.size() * quarter / 4);
+    const cv::Mat labels(grid.size[1], grid.size[0], CV_8U,
+                         const_cast<std::uint8_t*>(truth.data() + grid.offset(0, 0, k)));
+    for (const std::uint8_t label : {kLabelLvBlood, kLabelRvBlood, kLabelLvMyocardium}) {
+      cv::Mat within;
+      cv::distanceTransform(labels == label, within, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+      double most_px = 0;
+      cv::Point at;
+      cv::minMaxLoc(within, nullptr, &most_px, nullptr, &at);
+      if (most_px < 1) continue;
+      seeds.push_back({label, grid.mm(at.x, at.y, k), std::min(3.0, 0.7 * most_px * pixel_mm), 0});
+    }
+    const cv::Rect heart = cv::boundingRect(labels != kLabelBackground);
+    const double away = kBesideMm / spacing[0];
+    for (const double i : {heart.x - away, heart.x + heart.width + away}) {
+      seeds.push_back({kLabelBackground, grid.mm(i, heart.y + 0.5 * heart.height, k), 2, 0});
+    }
+  }
+  return seeds;
+}
+
 /// Background across the outer wall of the middle slice, in phase 1.
 segment::Seed stroke_on(const Segmentation& found) {
   const Grid& grid = found.labels.grid;
@@ -155,24 +228,35 @@ void write_solves(const Scene& scene) {
 }
 
 void write_options(const Scene& scene) {
-  std::cout << "## Options: error against time\n\n"
-               "Least Dice of the phases; heart's outline in slices against closed form.\n\n"
-               "| option | CPU s | Dice heart | LV | RV | muscle | mean mm | p95 mm |\n"
-               "|---|---|---|---|---|---|---|---|\n";
-  const auto write = [&](const std::string& name, const segment::SegmentOptions& options) {
-    const Run run = run_of(scene, {}, options, nullptr);
+  std::cout
+      << "## Options: error against time\n\n"
+         "Least Dice of the phases; heart's outline in slices against closed form; the LV's\n"
+         "end-diastolic volume and ejection fraction against theirs.\n\n"
+         "| option | CPU s | Dice heart | LV | RV | muscle | mean mm | p95 mm | EDV % | EF points "
+         "|\n|---|---|---|---|---|---|---|---|---|---|\n";
+  const auto write = [&](const std::string& name, const segment::SegmentOptions& options,
+                         const std::vector<segment::Seed>& seeds = {}) {
+    const Run run = run_of(scene, seeds, options, nullptr);
     const std::vector<double> errors = outline_errors_mm(scene, run.result);
     double mean = 0;
     for (const double error : errors) mean += error / static_cast<double>(errors.size());
-    std::printf("| %s | %.2f | %.3f | %.3f | %.3f | %.3f | %.2f | %.2f |\n", name.c_str(),
-                run.cpu_s, least_dice(scene, run.result, Structure::Heart),
+    const PumpError pump = pump_error(scene, run.result);
+    std::printf("| %s | %.2f | %.3f | %.3f | %.3f | %.3f | %.2f | %.2f | %+.1f | %+.1f |\n",
+                name.c_str(), run.cpu_s, least_dice(scene, run.result, Structure::Heart),
                 least_dice(scene, run.result, Structure::LvBlood),
                 least_dice(scene, run.result, Structure::RvBlood),
                 least_dice(scene, run.result, Structure::LvMyocardium), mean,
-                errors[errors.size() * 95 / 100]);
+                errors[errors.size() * 95 / 100], pump.end_diastolic_percent, pump.ejection_points);
     std::fflush(stdout);
   };
   write("defaults", {});
+  write("seeds on three slices of one phase", {}, seeds_in_three_slices(scene));
+  segment::SegmentOptions plain;
+  plain.denoise = false;
+  write("denoise off", plain);
+  plain = {};
+  plain.even_shading = false;
+  write("even_shading off", plain);
   for (const double value : {0.0, 5.0, 10.0, 40.0}) {
     segment::SegmentOptions options;
     options.edge_cost_mm = value;
@@ -190,25 +274,28 @@ void write_options(const Scene& scene) {
 
 int run(int argc, char** argv) {
   CLI::App app{"Time, memory and error of the segmentation of a phantom"};
-  std::string preset = "small";
-  bool whole = false;
-  bool solves_only = false;
-  app.add_option("--preset", preset, "phantom: " + CLI::detail::join(phantom::preset_names()))
+  Words words;
+  app.add_option("--preset", words.preset, "phantom: " + CLI::detail::join(phantom::preset_names()))
       ->capture_default_str();
-  app.add_flag("--whole", whole, "with atria, vessels, papillary muscles and fat");
-  app.add_flag("--solves-only", solves_only, "without the table of options");
+  app.add_flag("--whole", words.whole, "with atria, vessels, papillary muscles and fat");
+  app.add_flag("--solves-only", words.solves_only, "without the table of options");
+  app.add_option("--snr", words.snr, "blood over noise, 0 = no noise; else the preset's");
+  app.add_option("--bias", words.bias, "of the coil, 0.3 = 1 +- 0.3; else the preset's");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  const Scene scene = scene_of(preset, whole);
+  const Scene scene = scene_of(words);
   const Index3& size = scene.exam.stack.grid().size;
-  std::cout << "# Segmentation, phantom " << preset << (whole ? "" : ", ventricles alone") << "\n"
+  std::cout << "# Segmentation, phantom " << words.preset
+            << (words.whole ? "" : ", ventricles alone") << ", SNR "
+            << scene.phantom.spec().scanner.snr_blood << ", bias "
+            << scene.phantom.spec().scanner.bias_share << "\n"
             << scene.exam.stack.phase_count() << " phases of " << size[0] << " x " << size[1]
             << " x " << size[2] << " voxels.\n\n";
   write_solves(scene);
-  if (!solves_only) write_options(scene);
+  if (!words.solves_only) write_options(scene);
   return 0;
 }
 
