@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,7 +40,10 @@ struct Words {
 Scene scene_of(const Words& words) {
   phantom::PhantomSpec spec = phantom::preset(words.preset);
   if (!words.whole) spec.anatomy = phantom::ventricles_alone(spec.anatomy);
-  if (words.snr) spec.scanner.snr_blood = *words.snr;
+  if (words.snr) {
+    const bool none = *words.snr == 0;
+    spec.scanner.snr_blood = none ? std::numeric_limits<double>::infinity() : *words.snr;
+  }
   if (words.bias) spec.scanner.bias_share = *words.bias;
   phantom::check_spec(spec);
   Scene out{phantom::Phantom(spec), {}, {}};
