@@ -1,4 +1,6 @@
 #pragma once
+#include <utility>
+
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/phantom/render.h"
