@@ -99,10 +99,6 @@ cv::Mat take_in_papillaries(const cv::Mat& lv, const cv::Point2d& pixel_mm) {
 
 using Mask = std::vector<std::uint8_t>;
 
-cv::Mat slice_mat(const Grid& grid, Mask& mask, int k) {
-  return {grid.size[1], grid.size[0], CV_8U, mask.data() + grid.offset(0, 0, k)};
-}
-
 /// Adds to `region` what can be reached from it through `candidates` no farther than `reach_mm`
 /// from where it began (`distance`), face to face, within slices or across them.
 void grow_into(const Grid& grid, Mask& region, const Mask& candidates,
@@ -164,7 +160,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   const TissueLevels& levels = chambers.levels;
   if (!chambers.found_lv()) {
     for (int k = 0; k < grid.size[2]; ++k) {
-      cv::Mat slice = slice_mat(grid, labels, k);
+      cv::Mat slice = slice_of(grid, labels, k);
       cv::Mat heart = slice != kLabelBackground;
       cv::morphologyEx(heart, heart, cv::MORPH_OPEN, disc(2.0, pixel_mm), {-1, -1}, 1,
                        cv::BORDER_CONSTANT, cv::Scalar(0));
@@ -192,7 +188,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
 
   // Blood: what the competition carried into dark voxels is wall; papillary muscles are cavity.
   for (int k = 0; k < grid.size[2]; ++k) {
-    cv::Mat slice = slice_mat(grid, labels, k);
+    cv::Mat slice = slice_of(grid, labels, k);
     const cv::Mat pixels = slice_of(grid, image, k);
     const cv::Mat bright = pixels > levels.threshold;
     cv::Mat lv = (slice == kLabelLvBlood) & bright;
@@ -230,7 +226,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     const int apex_k = chambers.base_step > 0 ? chambers.lv.front().k : chambers.lv.back().k;
     for (int k = 0; k < grid.size[2]; ++k) {
       if (chambers.base_step * (k - apex_k) >= 0) continue;
-      cv::Mat slice = slice_mat(grid, labels, k);
+      cv::Mat slice = slice_of(grid, labels, k);
       slice.setTo(cv::Scalar(kLabelBackground),
                   (slice == kLabelRvBlood) | (slice == kLabelRestOfHeart));
     }
@@ -305,7 +301,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
 
   // The outside of each slice.
   for (int k = 0; k < grid.size[2]; ++k) {
-    cv::Mat slice = slice_mat(grid, labels, k);
+    cv::Mat slice = slice_of(grid, labels, k);
     const cv::Mat lv_blood = slice == kLabelLvBlood;
     const cv::Mat rv_blood = slice == kLabelRvBlood;
     cv::Mat lv_outer = lv_blood | (slice == kLabelLvMyocardium);
@@ -412,7 +408,7 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
     }
     for (std::size_t p = 0; p < n; ++p) {
       if (done[p] != 0) continue;
-      cv::Mat slice(grid.size[1], grid.size[0], CV_8U, labels.phases[p].data() + begin);
+      cv::Mat slice = slice_of(grid, labels.phases[p], static_cast<int>(k));
       const cv::Mat rv = smooth[0][p] < 0;
       const cv::Mat lv = smooth[1][p] < 0;
       const cv::Mat lv_outer = smooth[2][p] < 0;

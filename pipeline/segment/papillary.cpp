@@ -21,8 +21,7 @@ void papillary_muscles_to_wall(const ImageCycle<float>& images, const TissueLeve
   const cv::Mat least = disc(kLeastRadiusMm, pixel_mm);
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     for (int k = 0; k < grid.size[2]; ++k) {
-      cv::Mat slice(grid.size[1], grid.size[0], CV_8U,
-                    labels.phases[p].data() + grid.offset(0, 0, k));
+      cv::Mat slice = slice_of(grid, labels.phases[p], k);
       const cv::Mat pool = slice == kLabelLvBlood;
       if (cv::countNonZero(pool) == 0) continue;
       cv::Mat smooth;

@@ -41,8 +41,7 @@ cv::Mat polygon(const cv::Size& size, const LvSlice& slice, const cv::Point2d& p
 
 void paint(std::vector<std::uint8_t>& image, const Grid& grid, int k, const cv::Mat& mask,
            std::uint8_t label) {
-  cv::Mat slice(grid.size[1], grid.size[0], CV_8U, image.data() + grid.offset(0, 0, k));
-  slice.setTo(cv::Scalar(label), mask);
+  slice_of(grid, image, k).setTo(cv::Scalar(label), mask);
 }
 
 /// Wall of a slice in a phase: its own median, or the heart's where few rays have one.

@@ -32,9 +32,7 @@ struct Stack {
   const Grid& grid;
   std::vector<std::uint8_t>& labels;
 
-  [[nodiscard]] cv::Mat slice(int k) const {
-    return {grid.size[1], grid.size[0], CV_8U, labels.data() + grid.offset(0, 0, k)};
-  }
+  [[nodiscard]] cv::Mat slice(int k) const { return slice_of(grid, labels, k); }
   [[nodiscard]] bool has(int k) const { return k >= 0 && k < grid.size[2]; }
   [[nodiscard]] cv::Mat mask(int k, const Set& set) const {
     cv::Mat out = cv::Mat::zeros(grid.size[1], grid.size[0], CV_8U);

@@ -238,8 +238,7 @@ void wall_atria(const ImageCycle<float>& images, const Chambers& chambers,
   for (std::size_t p = 0; p < labels.phases.size(); ++p) {
     for (int k = 0; k < grid.size[2]; ++k) {
       if (chambers.base_step * (k - (*ends.lv)[p]) <= 0) continue;
-      cv::Mat slice(grid.size[1], grid.size[0], CV_8U,
-                    labels.phases[p].data() + grid.offset(0, 0, k));
+      cv::Mat slice = slice_of(grid, labels.phases[p], k);
       cv::Mat near;
       cv::dilate(slice != kLabelBackground, near, reach);
       const cv::Mat image = slice_of(grid, images.phases[p], k);
