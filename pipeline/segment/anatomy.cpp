@@ -34,6 +34,18 @@ cv::Mat fill_holes(const cv::Mat& mask) {
   return cv::Mat(framed != 128)(cv::Rect(1, 1, mask.cols, mask.rows)).clone();
 }
 
+/// Of what filling adds, the parts that hold lung: gaps between chambers that a slice cuts all round.
+cv::Mat lung_between(const cv::Mat& added, const cv::Mat& pixels, double dark) {
+  cv::Mat ids;
+  const int count = cv::connectedComponents(added, ids, 4);
+  cv::Mat lung = cv::Mat::zeros(added.size(), CV_8U);
+  for (int id = 1; id < count; ++id) {
+    const cv::Mat part = ids == id;
+    if (cv::mean(pixels, part)[0] < dark) lung |= part;
+  }
+  return lung;
+}
+
 /// Closing that does not bleed over the image's border.
 cv::Mat close_mask(const cv::Mat& mask, double radius_mm, const cv::Point2d& pixel_mm) {
   cv::Mat out;
@@ -325,7 +337,9 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     heart = close_mask(solid, 3.0, pixel_mm);
     // Grooves between the chambers are filled with muscle, not with fat.
     if (across) heart &= solid | (slice_of(grid, image, k) <= levels.threshold);
-    heart = fill_holes(heart);
+    const cv::Mat filled = fill_holes(heart);
+    heart = across ? filled & ~lung_between(filled & ~heart, slice_of(grid, image, k), levels.dark)
+                   : filled;
     slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
   }

@@ -15,6 +15,7 @@
 #include "pipeline/segment/groundwork.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
+#include "pipeline/segment/outer_layer.h"
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/shading.h"
@@ -161,6 +162,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                                    std::move(bounded), labels.phases});
     }
   }
+  strip_outer_layer(images, image_noise, chambers, labels);
   cut_at_base(chambers, labels);
   const VentricleEnds ends =
       find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);

@@ -1,0 +1,185 @@
+#include "pipeline/segment/outer_layer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/segment/distance_map.h"
+#include "pipeline/segment/segment.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr int kRays = 64;            ///< directions from the LV's middle, in a slice
+constexpr double kLayerMm = 0.75;    ///< thickness of a layer
+constexpr int kLayers = 32;          ///< away from the cavity
+constexpr double kPatchMm = 4.0;     ///< Gaussian over which a layer is averaged
+constexpr double kBesideMm = 3.0;    ///< so near the RV or the rest of the heart a wall is shared
+constexpr double kMixedMm = 1.5;     ///< next to the cavity voxels hold blood
+constexpr double kLeastWallMm = 4.0;    ///< of muscle that stays
+constexpr double kLeastLayerMm = 0.75;   ///< thinner ones are the edge itself
+constexpr int kEdgeLayers = 2;          ///< the outermost are mixed with what lies beyond
+constexpr double kLeastStep = 0.15;     ///< of the way from muscle to blood
+constexpr double kRagMm = 2.0;           ///< radius that a rag does not hold
+constexpr double kSure = 4;             ///< standard deviations that the step stands out by
+constexpr double kLeastCount = 0.5;     ///< voxels, weighted, that tell a layer
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
+
+/// Sums over voxels by slice, direction and layer.
+struct Profiles {
+  explicit Profiles(int slices) {
+    for (int layer = 0; layer < kLayers; ++layer) {
+      sum.emplace_back(cv::Mat::zeros(slices, kRays, CV_32F));
+      count.emplace_back(cv::Mat::zeros(slices, kRays, CV_32F));
+    }
+  }
+  std::vector<cv::Mat> sum;    ///< [layer](slice, direction)
+  std::vector<cv::Mat> count;
+};
+
+/// Gaussian over directions (a circle) and slices; keeps the sum of weights in units of voxels.
+void smooth(std::vector<cv::Mat>& layers, double rays_sigma, double slices_sigma) {
+  const int wrap = kRays / 2;
+  for (cv::Mat& layer : layers) {
+    cv::Mat wide;
+    cv::copyMakeBorder(layer, wide, 0, 0, wrap, wrap, cv::BORDER_WRAP);
+    // OpenCV takes a sigma of 0 for "as the other": a tiny one leaves slices alone.
+    cv::GaussianBlur(wide, wide, {0, 0}, std::max(rays_sigma, 1e-3), std::max(slices_sigma, 1e-3),
+                     cv::BORDER_ISOLATED);
+    const double peak = std::max(1.0, std::sqrt(2 * std::numbers::pi) * rays_sigma) *
+                        std::max(1.0, std::sqrt(2 * std::numbers::pi) * slices_sigma);
+    layer = wide(cv::Rect(wrap, 0, kRays, layer.rows)) * peak;
+  }
+}
+
+/// Where muscle ends [mm from the cavity] and something brighter begins; kNowhere if nothing does.
+float end_of_muscle(const Profiles& profiles, int k, int ray, const TissueLevels& levels,
+                    double noise) {
+  const double step = kLeastStep * (levels.blood - levels.muscle);
+  const int first = static_cast<int>(std::ceil(kMixedMm / kLayerMm));
+  int last = first;
+  for (int layer = first; layer < kLayers; ++layer) {
+    if (profiles.count[static_cast<std::size_t>(layer)].at<float>(k, ray) >= kLeastCount) {
+      last = layer;
+    }
+  }
+  last -= kEdgeLayers;
+  double count = 0;
+  double sum = 0;
+  std::array<double, kLayers + 1> counts{};
+  std::array<double, kLayers + 1> sums{};
+  for (int layer = first; layer < last; ++layer) {
+    const auto l = static_cast<std::size_t>(layer);
+    const auto here = static_cast<double>(profiles.count[l].at<float>(k, ray));
+    const auto sum_here = static_cast<double>(profiles.sum[l].at<float>(k, ray));
+    count += here;
+    sum += sum_here;
+    if (layer > first + 2 && sum_here > levels.threshold * here) return kNowhere;
+    counts[l + 1] = count;
+    sums[l + 1] = sum;
+  }
+  float best = kNowhere;
+  double most = kSure * kSure;
+  for (int split = first + 1; split < last; ++split) {
+    if (split * kLayerMm < kLeastWallMm || (last - split) * kLayerMm < kLeastLayerMm) continue;
+    const auto s = static_cast<std::size_t>(split);
+    const double inner = counts[s];
+    const double outer = count - inner;
+    if (inner < 1 || outer < 1) continue;
+    const double rise = (sum - sums[s]) / outer - sums[s] / inner;
+    if (rise < step) continue;
+    const double sure = rise * rise * inner * outer / (inner + outer) / (noise * noise);
+    if (sure <= most) continue;
+    most = sure;
+    best = static_cast<float>(split * kLayerMm);
+  }
+  return best;
+}
+
+}  // namespace
+
+void strip_outer_layer(const ImageCycle<float>& images, double noise, const Chambers& chambers,
+                       ImageCycle<std::uint8_t>& labels) {
+  if (!chambers.found_lv()) return;
+  const Grid& grid = images.grid;
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Point2d pixel_mm(spacing[0], spacing[1]);
+  const bool across = spacing[2] < kThickSlicesMm;
+  parallel_for(static_cast<std::size_t>(labels.phase_count()), [&](std::size_t p) {
+    std::vector<std::uint8_t>& phase = labels.phases[p];
+    std::vector<std::uint8_t> cavity(phase.size());
+    std::transform(phase.begin(), phase.end(), cavity.begin(), [](std::uint8_t label) {
+      return static_cast<std::uint8_t>(label == kLabelLvBlood ? 255 : 0);
+    });
+    const std::vector<float> depth = distance_near(grid, cavity, across, kLayers * kLayerMm);
+    // Of each voxel of the free wall: its direction, -1 elsewhere.
+    std::vector<std::int8_t> ray(phase.size(), -1);
+    Profiles profiles(grid.size[2]);
+    double radius_mm = 0;
+    double voxels = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      const cv::Mat slice = slice_of(grid, phase, k);
+      const cv::Mat lv = (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium);
+        const cv::Moments shape = cv::moments(lv, true);
+      if (!(shape.m00 > 0)) continue;
+      const cv::Point2d middle(shape.m10 / shape.m00, shape.m01 / shape.m00);
+      cv::Mat shared = (slice == kLabelRvBlood) | (slice == kLabelRestOfHeart);
+      cv::dilate(shared, shared, disc(kBesideMm, pixel_mm));
+      const cv::Rect part = rect_around(lv, 0);
+      for (int j = part.y; j < part.y + part.height; ++j) {
+        for (int i = part.x; i < part.x + part.width; ++i) {
+          const std::size_t v = grid.offset(i, j, k);
+          if (phase[v] != kLabelLvMyocardium || shared.at<std::uint8_t>(j, i) != 0) continue;
+          const auto layer = static_cast<int>(static_cast<double>(depth[v]) / kLayerMm);
+          if (layer >= kLayers) continue;
+          const double x = (i - middle.x) * spacing[0];
+          const double y = (j - middle.y) * spacing[1];
+          const double turn = std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
+          const int at = std::min(kRays - 1, static_cast<int>(turn * kRays));
+          ray[v] = static_cast<std::int8_t>(at);
+          profiles.sum[static_cast<std::size_t>(layer)].at<float>(k, at) += images.phases[p][v];
+          profiles.count[static_cast<std::size_t>(layer)].at<float>(k, at) += 1;
+          radius_mm += std::hypot(x, y);
+          voxels += 1;
+        }
+      }
+    }
+    if (voxels == 0) return;
+    radius_mm /= voxels;
+    const double rays_sigma = kPatchMm / (2 * std::numbers::pi * radius_mm / kRays);
+    const double slices_sigma = across ? kPatchMm / spacing[2] : 0;
+    smooth(profiles.sum, rays_sigma, slices_sigma);
+    smooth(profiles.count, rays_sigma, slices_sigma);
+    cv::Mat ends(grid.size[2], kRays, CV_32F);
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int a = 0; a < kRays; ++a) {
+        ends.at<float>(k, a) = end_of_muscle(profiles, k, a, chambers.levels, noise);
+      }
+    }
+    for (int k = 0; k < grid.size[2]; ++k) {
+      bool stripped = false;
+      const std::size_t end = grid.offset(0, 0, k) + grid.slice_count();
+      for (std::size_t v = grid.offset(0, 0, k); v < end; ++v) {
+        if (ray[v] < 0 || depth[v] <= ends.at<float>(k, ray[v])) continue;
+        phase[v] = kLabelBackground;
+        stripped = true;
+      }
+      if (!stripped) continue;
+      // Between directions that end and such that do not, rags are left.
+      cv::Mat slice = slice_of(grid, phase, k);
+      const cv::Mat wall = slice == kLabelLvMyocardium;
+      cv::Mat whole;
+      cv::morphologyEx(cv::Mat(slice != kLabelBackground), whole, cv::MORPH_OPEN,
+                       disc(kRagMm, pixel_mm), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+      slice.setTo(cv::Scalar(kLabelBackground), wall & ~whole);
+    }
+  });
+}
+
+}  // namespace beatlas::segment
