@@ -34,7 +34,8 @@ cv::Mat fill_holes(const cv::Mat& mask) {
   return cv::Mat(framed != 128)(cv::Rect(1, 1, mask.cols, mask.rows)).clone();
 }
 
-/// Of what filling adds, the parts that hold lung: gaps between chambers that a slice cuts all round.
+/// Of what filling adds, the parts that hold lung: gaps between chambers that a slice cuts all
+/// round.
 cv::Mat lung_between(const cv::Mat& added, const cv::Mat& pixels, double dark) {
   cv::Mat ids;
   const int count = cv::connectedComponents(added, ids, 4);

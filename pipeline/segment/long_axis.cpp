@@ -1,6 +1,7 @@
 #include "pipeline/segment/long_axis.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -23,7 +24,7 @@ constexpr double kLeastRing = 0.5;     ///< of the rays: what technicians ask fo
 constexpr double kThickOfWall = 0.6;   ///< of the ventricle's wall: thinner ones are an atrium's
 constexpr double kStepMm = 1.0;        ///< between sections on the way to the base
 constexpr double kMostShiftMm = 2.0;   ///< of the pool's centre from one millimetre to the next
-constexpr double kLeastPool = 0.4;     ///< of the last ring's area: less is no cavity but a gap
+constexpr double kLeastPool = 0.55;    ///< of the last rings' area: less is no cavity but a gap
 constexpr double kBeyondMm = 6.0;      ///< past the base, where an atrium would be blood
 constexpr double kLeastAtrium = 0.35;  ///< of the section of the pool, that has to be blood there
 
@@ -248,17 +249,19 @@ std::optional<double> opening(const Sections& sections, std::size_t phase,
   constexpr int kInARow = 2;  ///< open sections that are not a gap in the wall
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   double last_share = 0;
-  double last_area_mm2 = 0;
+  std::array<double, 3> last_areas_mm2{};
+  std::size_t rings = 0;
   std::optional<double> crossing;
   int open = 0;
   for (double height = 0; height < 90; height += kStepMm) {
     const Seen seen =
         look(sections.at(phase, height), centre, levels, crossing ? 0.0 : kMostShiftMm * kStepMm);
     // Past the base the way may lead out of blood, to where all around is dark and thick as a wall.
-    const bool pool = seen.ring.area_mm2 >= kLeastPool * last_area_mm2;
+    const bool pool = seen.ring.area_mm2 >=
+                      kLeastPool * *std::max_element(last_areas_mm2.begin(), last_areas_mm2.end());
     const double share = pool ? thick_share(seen.ring, wall_mm) : 0;
     if (share >= kLeastRing) {
-      last_area_mm2 = seen.ring.area_mm2;
+      last_areas_mm2[rings++ % last_areas_mm2.size()] = seen.ring.area_mm2;
       crossing.reset();
       open = 0;
       centre = seen.centre_mm;

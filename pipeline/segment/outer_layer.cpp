@@ -16,19 +16,19 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kRays = 64;            ///< directions from the LV's middle, in a slice
-constexpr double kLayerMm = 0.75;    ///< thickness of a layer
-constexpr int kLayers = 32;          ///< away from the cavity
-constexpr double kPatchMm = 4.0;     ///< Gaussian over which a layer is averaged
-constexpr double kBesideMm = 3.0;    ///< so near the RV or the rest of the heart a wall is shared
-constexpr double kMixedMm = 1.5;     ///< next to the cavity voxels hold blood
-constexpr double kLeastWallMm = 4.0;    ///< of muscle that stays
-constexpr double kLeastLayerMm = 0.75;   ///< thinner ones are the edge itself
-constexpr int kEdgeLayers = 2;          ///< the outermost are mixed with what lies beyond
-constexpr double kLeastStep = 0.15;     ///< of the way from muscle to blood
-constexpr double kRagMm = 2.0;           ///< radius that a rag does not hold
-constexpr double kSure = 4;             ///< standard deviations that the step stands out by
-constexpr double kLeastCount = 0.5;     ///< voxels, weighted, that tell a layer
+constexpr int kRays = 64;             ///< directions from the LV's middle, in a slice
+constexpr double kLayerMm = 0.75;     ///< thickness of a layer
+constexpr int kLayers = 32;           ///< away from the cavity
+constexpr double kPatchMm = 4.0;      ///< Gaussian over which a layer is averaged
+constexpr double kBesideMm = 3.0;     ///< so near the RV or the rest of the heart a wall is shared
+constexpr double kMixedMm = 1.5;      ///< next to the cavity voxels hold blood
+constexpr double kLeastWallMm = 4.0;  ///< of muscle that stays
+constexpr int kEdgeLayers = 2;        ///< the outermost are mixed with what lies beyond
+constexpr double kLeastStep = 0.15;   ///< of the way from muscle to blood
+constexpr double kRagMm = 2.0;        ///< radius that a rag does not hold
+constexpr double kSure = 4;           ///< standard deviations that the step stands out by
+constexpr double kLeastNoise = 0.01;  ///< of the contrast: so even is no tissue
+constexpr double kLeastCount = 0.5;   ///< voxels, weighted, that tell a layer
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 /// Sums over voxels by slice, direction and layer.
@@ -39,7 +39,7 @@ struct Profiles {
       count.emplace_back(cv::Mat::zeros(slices, kRays, CV_32F));
     }
   }
-  std::vector<cv::Mat> sum;    ///< [layer](slice, direction)
+  std::vector<cv::Mat> sum;  ///< [layer](slice, direction)
   std::vector<cv::Mat> count;
 };
 
@@ -58,48 +58,82 @@ void smooth(std::vector<cv::Mat>& layers, double rays_sigma, double slices_sigma
   }
 }
 
-/// Where muscle ends [mm from the cavity] and something brighter begins; kNowhere if nothing does.
-float end_of_muscle(const Profiles& profiles, int k, int ray, const TissueLevels& levels,
-                    double noise) {
-  const double step = kLeastStep * (levels.blood - levels.muscle);
-  const int first = static_cast<int>(std::ceil(kMixedMm / kLayerMm));
-  int last = first;
-  for (int layer = first; layer < kLayers; ++layer) {
-    if (profiles.count[static_cast<std::size_t>(layer)].at<float>(k, ray) >= kLeastCount) {
-      last = layer;
+/// Of one direction in one slice: the layers that are whole, from the first beyond the cavity's
+/// rim.
+struct Profile {
+  std::vector<double> counts, sums, means;
+  int first = 0;
+
+  Profile(const Profiles& profiles, int k, int ray)
+      : first(static_cast<int>(std::ceil(kMixedMm / kLayerMm))) {
+    for (int layer = 0; layer < kLayers; ++layer) {
+      const auto l = static_cast<std::size_t>(layer);
+      counts.push_back(static_cast<double>(profiles.count[l].at<float>(k, ray)));
+      sums.push_back(static_cast<double>(profiles.sum[l].at<float>(k, ray)));
+      means.push_back(sums.back() / std::max(counts.back(), kLeastCount));
     }
+    int end = kLayers;
+    while (end > 0 && counts[static_cast<std::size_t>(end) - 1] < kLeastCount) --end;
+    // The outermost are mixed with what lies beyond.
+    const auto whole = static_cast<std::size_t>(std::max(0, end - 1 - kEdgeLayers));
+    counts.resize(whole);
+    sums.resize(whole);
+    means.resize(whole);
   }
-  last -= kEdgeLayers;
-  double count = 0;
-  double sum = 0;
-  std::array<double, kLayers + 1> counts{};
-  std::array<double, kLayers + 1> sums{};
-  for (int layer = first; layer < last; ++layer) {
+  [[nodiscard]] int size() const { return static_cast<int>(means.size()); }
+};
+
+/// Where a layer as bright as blood or more begins [mm from the cavity]: half-way up to it.
+float edge_of_bright(const Profile& profile, const TissueLevels& levels) {
+  const int from = static_cast<int>(kLeastWallMm / kLayerMm) + 1;
+  if (profile.size() <= from) return kNowhere;
+  const double top = *std::max_element(profile.means.begin() + from, profile.means.end());
+  if (top <= levels.threshold) return kNowhere;
+  const double half = 0.5 * (levels.muscle + top);
+  for (int layer = from; layer < profile.size(); ++layer) {
     const auto l = static_cast<std::size_t>(layer);
-    const auto here = static_cast<double>(profiles.count[l].at<float>(k, ray));
-    const auto sum_here = static_cast<double>(profiles.sum[l].at<float>(k, ray));
-    count += here;
-    sum += sum_here;
-    if (layer > first + 2 && sum_here > levels.threshold * here) return kNowhere;
-    counts[l + 1] = count;
-    sums[l + 1] = sum;
+    if (profile.means[l] < half) continue;
+    const double below = std::min(profile.means[l - 1], half);
+    const double part = (half - below) / std::max(1e-9, profile.means[l] - below);
+    return static_cast<float>((layer - 0.5 + part) * kLayerMm);
+  }
+  return kNowhere;
+}
+
+/// Where a layer a little brighter than muscle begins: of all places that part the profile in two,
+/// the one whose two means differ most surely.
+float edge_of_step(const Profile& profile, const TissueLevels& levels, double noise) {
+  const double contrast = levels.blood - levels.muscle;
+  const double spread = std::max(noise, kLeastNoise * contrast);
+  double all = 0;
+  double sum = 0;
+  for (int layer = profile.first; layer < profile.size(); ++layer) {
+    all += profile.counts[static_cast<std::size_t>(layer)];
+    sum += profile.sums[static_cast<std::size_t>(layer)];
   }
   float best = kNowhere;
   double most = kSure * kSure;
-  for (int split = first + 1; split < last; ++split) {
-    if (split * kLayerMm < kLeastWallMm || (last - split) * kLayerMm < kLeastLayerMm) continue;
-    const auto s = static_cast<std::size_t>(split);
-    const double inner = counts[s];
-    const double outer = count - inner;
-    if (inner < 1 || outer < 1) continue;
-    const double rise = (sum - sums[s]) / outer - sums[s] / inner;
-    if (rise < step) continue;
-    const double sure = rise * rise * inner * outer / (inner + outer) / (noise * noise);
+  double inner = 0;
+  double inner_sum = 0;
+  for (int split = profile.first + 1; split < profile.size(); ++split) {
+    inner += profile.counts[static_cast<std::size_t>(split) - 1];
+    inner_sum += profile.sums[static_cast<std::size_t>(split) - 1];
+    const double outer = all - inner;
+    if (split * kLayerMm < kLeastWallMm || inner < 1 || outer < 1) continue;
+    const double rise = (sum - inner_sum) / outer - inner_sum / inner;
+    if (rise < kLeastStep * contrast) continue;
+    const double sure = rise * rise * inner * outer / (inner + outer) / (spread * spread);
     if (sure <= most) continue;
     most = sure;
     best = static_cast<float>(split * kLayerMm);
   }
   return best;
+}
+
+/// Where muscle ends [mm from the cavity] and something brighter begins; kNowhere if nothing does.
+float end_of_muscle(const Profile& profile, const TissueLevels& levels, double noise) {
+  const float bright = edge_of_bright(profile, levels);
+  return bright < kNowhere ? bright : edge_of_step(profile, levels, noise);
 }
 
 }  // namespace
@@ -126,7 +160,7 @@ void strip_outer_layer(const ImageCycle<float>& images, double noise, const Cham
     for (int k = 0; k < grid.size[2]; ++k) {
       const cv::Mat slice = slice_of(grid, phase, k);
       const cv::Mat lv = (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium);
-        const cv::Moments shape = cv::moments(lv, true);
+      const cv::Moments shape = cv::moments(lv, true);
       if (!(shape.m00 > 0)) continue;
       const cv::Point2d middle(shape.m10 / shape.m00, shape.m01 / shape.m00);
       cv::Mat shared = (slice == kLabelRvBlood) | (slice == kLabelRestOfHeart);
@@ -159,7 +193,7 @@ void strip_outer_layer(const ImageCycle<float>& images, double noise, const Cham
     cv::Mat ends(grid.size[2], kRays, CV_32F);
     for (int k = 0; k < grid.size[2]; ++k) {
       for (int a = 0; a < kRays; ++a) {
-        ends.at<float>(k, a) = end_of_muscle(profiles, k, a, chambers.levels, noise);
+        ends.at<float>(k, a) = end_of_muscle(Profile(profiles, k, a), chambers.levels, noise);
       }
     }
     for (int k = 0; k < grid.size[2]; ++k) {

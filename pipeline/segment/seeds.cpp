@@ -7,6 +7,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/distance_map.h"
+#include "pipeline/segment/great_vessels.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -115,6 +116,7 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
       zones[k] |= slice <= 1.6 * chambers.wall_mm + 2.0;
     }
   }
+  if (slice_mm >= kThickSlicesMm) take_pools_whole(grid, chambers, zones);
   if (chambers.parts_atria()) {
     for (std::size_t k = 0; k < n; ++k) {
       cv::Mat atria;
