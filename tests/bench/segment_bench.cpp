@@ -2,11 +2,13 @@
 /// of another one after a stroke, and the error of each option against the time it takes, on a
 /// phantom. Markdown.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -102,33 +104,109 @@ double least_dice(const Scene& scene, const Segmentation& result, Structure stru
   return least;
 }
 
-/// Distances [mm] of the heart's outline in slices (coverage of a half, along rows) to the closed
-/// form's surface, of some points of each phase.
-std::vector<double> outline_errors_mm(const Scene& scene, const Segmentation& result) {
-  constexpr std::size_t kPointsAPhase = 800;
-  const CoverageCycle& coverage = result.coverage;
+/// About `count` points of a structure's outline in slices: coverage of a half, along rows.
+std::vector<Vec3> outline(const CoverageCycle& coverage, Structure structure, std::size_t phase,
+                          std::size_t count) {
   const Grid& grid = coverage.grid;
-  std::vector<double> errors;
-  for (std::size_t p = 0; p < scene.truth.phases.size(); ++p) {
-    const std::vector<float>& image = coverage.phases.at(Structure::Heart)[p];
-    std::vector<Vec3> points;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      for (int j = 0; j < grid.size[1]; ++j) {
-        for (int i = 0; i + 1 < grid.size[0]; ++i) {
-          const double here = image[grid.offset(i, j, k)] - 0.5;
-          const double next = image[grid.offset(i + 1, j, k)] - 0.5;
-          if ((here < 0) != (next < 0)) points.push_back(grid.mm(i + here / (here - next), j, k));
-        }
+  const std::vector<float>& image = coverage.phases.at(structure)[phase];
+  std::vector<Vec3> points;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i + 1 < grid.size[0]; ++i) {
+        const double here = image[grid.offset(i, j, k)] - 0.5;
+        const double next = image[grid.offset(i + 1, j, k)] - 0.5;
+        if ((here < 0) != (next < 0)) points.push_back(grid.mm(i + here / (here - next), j, k));
       }
     }
+  }
+  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
+  std::vector<Vec3> some;
+  for (std::size_t at = 0; at < points.size(); at += step) some.push_back(points[at]);
+  return some;
+}
+
+struct Errors {
+  double mean = 0;
+  double p95 = 0;
+};
+
+Errors summary(std::vector<double> errors) {
+  if (errors.empty()) return {};
+  std::sort(errors.begin(), errors.end());
+  const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
+  return {sum / static_cast<double>(errors.size()), errors[errors.size() * 95 / 100]};
+}
+
+/// [mm] Of the heart's outline to the closed form's surface, 2 mm and more from its creases, where
+/// a distance has no meaning.
+Errors outline_error(const Scene& scene, const Segmentation& result) {
+  constexpr std::size_t kPointsAPhase = 800;
+  constexpr double kCreaseMm = 2;
+  std::vector<double> errors;
+  for (std::size_t p = 0; p < scene.truth.phases.size(); ++p) {
     const auto frame = scene.phantom.frame(scene.phantom.phase_time_s(static_cast<int>(p)));
-    const std::size_t step = std::max<std::size_t>(1, points.size() / kPointsAPhase);
-    for (std::size_t at = 0; at < points.size(); at += step) {
-      errors.push_back(std::abs(frame->nearest(Structure::Heart, points[at]).distance_mm));
+    for (const Vec3& point : outline(result.coverage, Structure::Heart, p, kPointsAPhase)) {
+      if (frame->crease_distance_mm(Structure::Heart, point) < kCreaseMm) continue;
+      errors.push_back(std::abs(frame->nearest(Structure::Heart, point).distance_mm));
     }
   }
-  std::sort(errors.begin(), errors.end());
-  return errors;
+  return summary(std::move(errors));
+}
+
+/// Linear between voxels; 0 outside.
+double covered(const CoverageCycle& coverage, const std::vector<float>& image, const Vec3& lps) {
+  const Grid& grid = coverage.grid;
+  const Vec3 at = grid.mm_from_index.inverse(Eigen::Affine) * lps;
+  const std::array<int, 3> low{static_cast<int>(std::floor(at[0])),
+                               static_cast<int>(std::floor(at[1])),
+                               static_cast<int>(std::floor(at[2]))};
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    double weight = 1;
+    std::array<int, 3> voxel{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const int up = (corner >> a) & 1;
+      const double part = at[static_cast<Eigen::Index>(a)] - low[a];
+      voxel[a] = low[a] + up;
+      weight *= up == 1 ? part : 1 - part;
+    }
+    if (weight == 0 || !grid.contains(voxel[0], voxel[1], voxel[2])) continue;
+    sum += weight * static_cast<double>(image[grid.offset(voxel[0], voxel[1], voxel[2])]);
+  }
+  return sum;
+}
+
+/// [mm] Of the LV wall's thickness along the closed form's normal, from points of the cavity's
+/// outline on, a wall's thickness and more below the base.
+Errors wall_error(const Scene& scene, const Segmentation& result) {
+  constexpr std::size_t kPointsAPhase = 200;
+  constexpr double kBelowBaseMm = 10;
+  constexpr double kStepMm = 0.05;
+  constexpr double kMostMm = 30;
+  std::vector<double> errors;
+  for (std::size_t p = 0; p < scene.truth.phases.size(); ++p) {
+    const auto frame = scene.phantom.frame(scene.phantom.phase_time_s(static_cast<int>(p)));
+    const std::vector<float>& blood = result.coverage.phases.at(Structure::LvBlood)[p];
+    const std::vector<float>& wall = result.coverage.phases.at(Structure::LvMyocardium)[p];
+    for (const Vec3& point : outline(result.coverage, Structure::LvBlood, p, kPointsAPhase)) {
+      if (frame->crease_distance_mm(Structure::LvBlood, point) < kBelowBaseMm) continue;
+      const auto nearest = frame->nearest(Structure::LvBlood, point);
+      double found = 0;
+      while (found < kMostMm &&
+             covered(result.coverage, blood, point + found * nearest.outward) +
+                     covered(result.coverage, wall, point + found * nearest.outward) >=
+                 0.5) {
+        found += kStepMm;
+      }
+      double truth = kStepMm;
+      while (truth < kMostMm &&
+             frame->contains(Structure::LvMyocardium, nearest.point + truth * nearest.outward)) {
+        truth += kStepMm;
+      }
+      errors.push_back(std::abs(found - truth));
+    }
+  }
+  return summary(std::move(errors));
 }
 
 struct PumpError {
@@ -234,23 +312,22 @@ void write_solves(const Scene& scene) {
 void write_options(const Scene& scene) {
   std::cout
       << "## Options: error against time\n\n"
-         "Least Dice of the phases; heart's outline in slices against closed form; the LV's\n"
-         "end-diastolic volume and ejection fraction against theirs.\n\n"
-         "| option | CPU s | Dice heart | LV | RV | muscle | mean mm | p95 mm | EDV % | EF points "
-         "|\n|---|---|---|---|---|---|---|---|---|---|\n";
+         "Least Dice of the phases; heart's outline in slices and the LV wall's thickness against\n"
+         "closed form; the LV's end-diastolic volume and ejection fraction against theirs.\n\n"
+         "| option | CPU s | Dice heart | LV | RV | muscle | mean mm | p95 mm | wall mm | EDV % "
+         "| EF points |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   const auto write = [&](const std::string& name, const segment::SegmentOptions& options,
                          const std::vector<segment::Seed>& seeds = {}) {
     const Run run = run_of(scene, seeds, options, nullptr);
-    const std::vector<double> errors = outline_errors_mm(scene, run.result);
-    double mean = 0;
-    for (const double error : errors) mean += error / static_cast<double>(errors.size());
+    const Errors surface = outline_error(scene, run.result);
+    const Errors wall = wall_error(scene, run.result);
     const PumpError pump = pump_error(scene, run.result);
-    std::printf("| %s | %.2f | %.3f | %.3f | %.3f | %.3f | %.2f | %.2f | %+.1f | %+.1f |\n",
+    std::printf("| %s | %.2f | %.3f | %.3f | %.3f | %.3f | %.2f | %.2f | %.2f | %+.1f | %+.1f |\n",
                 name.c_str(), run.cpu_s, least_dice(scene, run.result, Structure::Heart),
                 least_dice(scene, run.result, Structure::LvBlood),
                 least_dice(scene, run.result, Structure::RvBlood),
-                least_dice(scene, run.result, Structure::LvMyocardium), mean,
-                errors[errors.size() * 95 / 100], pump.end_diastolic_percent, pump.ejection_points);
+                least_dice(scene, run.result, Structure::LvMyocardium), surface.mean, surface.p95,
+                wall.mean, pump.end_diastolic_percent, pump.ejection_points);
     std::fflush(stdout);
   };
   write("defaults", {});
