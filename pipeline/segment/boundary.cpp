@@ -21,6 +21,8 @@ constexpr double kOfMisfit = 1.0;      ///< [px2] of the place's variance, for t
 constexpr double kFloorPx = 0.05;      ///< what no fit tells of
 constexpr float kLeastCore = 0.03F;    ///< share of the window that has to tell a level
 constexpr double kLeastAcross = 0.35;  ///< a surface along the slices is known by its neighbours
+constexpr double kLeastBareMm = 8;     ///< a shorter stretch without a wall is a wall not resolved
+constexpr double kThinMm = 2.2;        ///< from blood to the outside: no wall is as thin
 constexpr double kWindowMm = 3.5;      ///< half width of the window that tells a side's level
 
 /// Mean of `image` over the voxels of `mask` in a window around each pixel; `weight` gets how
@@ -33,6 +35,32 @@ cv::Mat masked_mean(const cv::Mat& image, const cv::Mat& mask, const cv::Size& w
   cv::boxFilter(image.mul(indicator), sum, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
   cv::boxFilter(indicator, weight, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
   return sum / cv::max(weight, 1e-6);
+}
+
+/// Where `bare` comes to the surface of `in` by itself, along kLeastBareMm and more, and a band's
+/// width around it. Its mixed voxels look like a wall of one pixel, thinner than any wall if pixels
+/// are small.
+cv::Mat bare_surface(const cv::Mat& in, const cv::Mat& bare, double pixel_mm) {
+  cv::Mat rim;
+  const int thin_px = std::max(1, static_cast<int>(kThinMm / pixel_mm));
+  cv::dilate(~in, rim,
+             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * thin_px + 1, 2 * thin_px + 1}),
+             {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  rim &= bare;
+  cv::Mat ids;
+  cv::Mat stats;
+  cv::Mat centroids;
+  const int count = cv::connectedComponentsWithStats(rim, ids, stats, centroids, 8);
+  cv::Mat longer = cv::Mat::zeros(in.size(), CV_8U);
+  for (int id = 1; id < count; ++id) {
+    const double length_px =
+        std::hypot(stats.at<int>(id, cv::CC_STAT_WIDTH), stats.at<int>(id, cv::CC_STAT_HEIGHT));
+    if (length_px * pixel_mm >= kLeastBareMm) longer |= ids == id;
+  }
+  const int reach = static_cast<int>(std::ceil(kBandPx)) + 1;
+  cv::dilate(longer, longer,
+             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1}));
+  return longer;
 }
 
 /// Signed distance [pixels] to the outline of a mask, negative inside, smoothed a little: the
@@ -133,6 +161,16 @@ Boundary find_boundary(const BoundaryInput& input) {
     cv::Mat thin_weight;
     const cv::Mat thin = masked_mean(pixels, in & told, window, thin_weight);
     thin.copyTo(inner, inner_weight < kLeastCore);
+    if (input.bare != nullptr) {
+      const cv::Mat bare = slice_of(grid, *input.bare, k)(part) != 0;
+      cv::Mat bare_core;
+      cv::erode(bare, bare_core, cross, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+      cv::Mat bare_weight;
+      const cv::Mat mean = masked_mean(pixels, bare_core, window, bare_weight);
+      const cv::Mat tells = bare_surface(in, bare, pixel_mm) & (bare_weight >= kLeastCore);
+      mean.copyTo(inner, tells);
+      thin_weight.setTo(cv::Scalar(1), tells);
+    }
     cv::Mat outer_weight;
     cv::Mat outer = masked_mean(pixels, ~grown & told_outer, window, outer_weight);
     cv::Mat any_weight;

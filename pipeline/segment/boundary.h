@@ -23,6 +23,9 @@ struct BoundaryInput {
   /// others must do.
   const std::vector<std::uint8_t>& tells_inner;
   const std::vector<std::uint8_t>& tells_outer;
+  /// Voxels inside that tell the inner level where they come to the surface themselves: blood at a
+  /// heart's open base has no wall before it. May be null.
+  const std::vector<std::uint8_t>* bare = nullptr;
   double contrast = 0;  ///< least difference of the two levels that is trusted
   double noise = 0;     ///< standard deviation of the intensities
 };

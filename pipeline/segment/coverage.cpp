@@ -87,11 +87,17 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
       const std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
       std::vector<std::uint8_t> inner = inside;
       std::vector<std::uint8_t> outer(inside.size(), 1);
+      std::vector<std::uint8_t> bare;
       if (structure == Structure::Heart && levels.muscle > 0) {
         // Under the outer surface lies muscle; blood behind a thin wall must not tell its level.
         for (std::size_t v = 0; v < inner.size(); ++v) {
           inner[v] = static_cast<std::uint8_t>(inside[v] && images.phases[p][v] < muscle);
         }
+        bare.resize(inside.size());
+        std::transform(
+            labels.phases[p].begin(), labels.phases[p].end(), bare.begin(), [](std::uint8_t label) {
+              return static_cast<std::uint8_t>(label == kLabelLvBlood || label == kLabelRvBlood);
+            });
       } else if (structure == Structure::LvBlood || structure == Structure::RvBlood) {
         // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
         outer = where(labels.phases[p], Structure::Heart);
@@ -101,6 +107,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
                                       .inside = inside,
                                       .tells_inner = inner,
                                       .tells_outer = outer,
+                                      .bare = bare.empty() ? nullptr : &bare,
                                       .contrast = contrast,
                                       .noise = noise});
       phases[p] = std::move(found.coverage);

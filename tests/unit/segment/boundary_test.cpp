@@ -127,6 +127,66 @@ OutlineError outline_error(const Ellipse& e, const std::vector<float>& coverage)
 
 const std::vector<Ellipse> kShapes{{47.3, 46.6, 20, 20, 0}, {47.3, 46.6, 25, 15, 0.4}};
 
+/// A bowl of muscle full of blood, open where a straight base cuts it; beyond lies lung.
+TEST(Boundary, of_an_open_base_is_told_by_the_blood_that_meets_it) {
+  constexpr double kFineMm = 1;
+  constexpr double kBaseMm = 36.9;
+  constexpr double kLung = 40;
+  constexpr double kMuscle = 340;
+  constexpr double kBlood = 1000;
+  constexpr int kSteps = 10;
+  const Ellipse cavity{31.5, 31.1, 16, 16, 0};
+  const Ellipse outside{31.5, 31.1, 21, 21, 0};
+  Slice s;
+  s.grid = made::straight_grid({kPixels, kPixels, 1}, {kFineMm, kFineMm, 8});
+  std::vector<std::uint8_t> muscle;
+  std::vector<std::uint8_t> blood;
+  for (int j = 0; j < kPixels; ++j) {
+    for (int i = 0; i < kPixels; ++i) {
+      double sum = 0;
+      int in = 0;
+      for (int b = 0; b < kSteps; ++b) {
+        for (int a = 0; a < kSteps; ++a) {
+          const double x = (i + (a + 0.5) / kSteps - 0.5) * kFineMm;
+          const double y = (j + (b + 0.5) / kSteps - 0.5) * kFineMm;
+          const bool heart = outside.level(x, y) < 1 && y < kBaseMm;
+          in += heart;
+          sum += !heart ? kLung : cavity.level(x, y) < 1 ? kBlood : kMuscle;
+        }
+      }
+      const double mean = sum / (kSteps * kSteps);
+      s.image.push_back(static_cast<float>(mean));
+      // Growing takes a mixed voxel for muscle.
+      s.inside.push_back(in > 20);
+      muscle.push_back(in > 20 && mean < 670);
+      blood.push_back(in > 20 && mean >= 670);
+    }
+  }
+  const auto error_mm = [&](const std::vector<std::uint8_t>* bare) {
+    const Boundary found =
+        find_boundary({.grid = s.grid,
+                       .image = s.image,
+                       .inside = s.inside,
+                       .tells_inner = muscle,
+                       .tells_outer = std::vector<std::uint8_t>(s.inside.size(), 1),
+                       .bare = bare,
+                       .contrast = 50,
+                       .noise = 10});
+    double most = 0;
+    for (int i = 25; i < 38; ++i) {  // off the muscle, 8 mm and more
+      for (int j = 20; j + 1 < kPixels; ++j) {
+        const double here = found.coverage[static_cast<std::size_t>(i + kPixels * j)] - 0.5;
+        const double next = found.coverage[static_cast<std::size_t>(i + kPixels * (j + 1))] - 0.5;
+        if (here < 0 || next >= 0) continue;
+        most = std::max(most, std::abs((j + here / (here - next)) * kFineMm - kBaseMm));
+      }
+    }
+    return most;
+  };
+  EXPECT_LT(error_mm(&blood), 0.2 * kFineMm);
+  EXPECT_GT(error_mm(nullptr), 0.3 * kFineMm) << "muscle beside it tells a place too far out";
+}
+
 TEST(Boundary, of_a_disc_or_ellipse_lies_within_a_tenth_of_a_pixel) {
   for (const Ellipse& e : kShapes) {
     const Slice s = make(e, 0);
