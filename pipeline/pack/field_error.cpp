@@ -24,9 +24,8 @@ class SampleValues {
     for (int z = -1; z <= kEdge; ++z) {
       for (int y = -1; y <= kEdge; ++y) {
         for (int x = -1; x <= kEdge; ++x, ++to) {
-          const auto side = [](int n) { return n < 0 ? 0 : n < kEdge ? 1 : 2; };
-          const std::int32_t entry =
-              around[static_cast<std::size_t>(side(x) + 3 * side(y) + 9 * side(z))];
+          const auto side = [](int n) -> std::size_t { return n < 0 ? 0 : n < kEdge ? 1 : 2; };
+          const std::int32_t entry = around[side(x) + 3 * side(y) + 9 * side(z)];
           if (entry < 0) {
             wide_[to] = static_cast<float>(field.clamp_count(entry == FieldPayload::kInside));
             continue;
@@ -50,9 +49,10 @@ class SampleValues {
       wide_ = out;
     }
     std::vector<float> out;
-    for (int n = 0; n < FieldPayload::kBlockSamples; ++n) {
-      out.push_back(wide_[static_cast<std::size_t>((n % 8 + 1) + kWide * (n / 8 % 8 + 1) +
-                                                   kWide * kWide * (n / 64 + 1))]);
+    out.reserve(FieldPayload::kBlockSamples);
+    constexpr std::size_t kRow = kWide;
+    for (std::size_t n = 0; n < FieldPayload::kBlockSamples; ++n) {
+      out.push_back(wide_[(n % 8 + 1) + kRow * (n / 8 % 8 + 1) + kRow * kRow * (n / 64 + 1)]);
     }
     return out;
   }

@@ -34,11 +34,12 @@ class LeafTransform {
   [[nodiscard]] static int frequency(int mode) noexcept { return (mode + 1) / 2; }
   /// Weight of a phase in a mode.
   [[nodiscard]] double weight(int mode, int phase) const noexcept {
-    return weights_[static_cast<std::size_t>(mode * phases_ + phase)];
+    return weights_[static_cast<std::size_t>(mode) * static_cast<std::size_t>(phases_) +
+                    static_cast<std::size_t>(phase)];
   }
   /// Weight of sample n (0..7) in the cosine of frequency k (0..7).
   [[nodiscard]] double cosine(int k, int n) const noexcept {
-    return cosines_[static_cast<std::size_t>(8 * k + n)];
+    return cosines_[8 * static_cast<std::size_t>(k) + static_cast<std::size_t>(n)];
   }
 
   /// Terms of a mode from low to high frequency: place i + 8 j + 64 l of each.

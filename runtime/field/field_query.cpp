@@ -113,10 +113,11 @@ void FieldQuery::find_centre() {
           for (int p = 0; p < field.phases; ++p, from += kEdge) {
             for (std::size_t x = 0; x < inside.size(); ++x) inside[x] += from[x] < 0 ? 1 : 0;
           }
+          const int y = row % kEdge;
+          const int z = row / kEdge;
           for (int x = 0; x < kEdge; ++x) {
             if (inside[at(x)] == 0) continue;
-            add(first + Vec3(x, row % kEdge, row / kEdge),
-                static_cast<double>(inside[at(x)]) / field.phases);
+            add(first + Vec3(x, y, z), static_cast<double>(inside[at(x)]) / field.phases);
           }
         }
       }
