@@ -52,7 +52,7 @@ const std::vector<Knob>& bench_knobs() {
        "step of the field [mm]",
        Exact,
        Field,
-       {{"/pack/step_mm", {0.002, 0.01, 0.03, 0.1}, {0.01, 0.1}}},
+       {{"/pack/step_mm", {0.005, 0.02, 0.05, 0.1}, {0.02, 0.1}}},
        false},
       {"shape",
        "lattice of the shapes [mm]",

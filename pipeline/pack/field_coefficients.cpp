@@ -22,12 +22,13 @@ constexpr int kSupport = 2;
 // Beyond the active samples the distance goes on this far, so that its end does not ring back:
 // the prefilter's response falls by 0.27 a sample.
 constexpr int kExtension = 6;
+constexpr double kCountsAStep = 8;  // in memory; what they add to the error is nothing
 constexpr double kMaxCount = std::numeric_limits<std::int16_t>::max();
 
 void check(const FieldCycle& field, const EncodeOptions& options) {
   const std::string name(structure_name(field.structure));
   const Grid& grid = field.distance_mm.grid;
-  if (!(options.step_mm >= 0.0005 && options.step_mm <= 0.1)) {
+  if (!(options.step_mm >= kLeastStepMm && options.step_mm <= kMostStepMm)) {
     throw Error(ErrorCode::Usage, "step_mm must be from 0.0005 to 0.1 mm");
   }
   if (field.distance_mm.phases.empty() || grid.count() == 0) {
@@ -150,59 +151,61 @@ std::vector<T> cut(const Lattice& input, const std::vector<T>& samples, const Wi
   return out;
 }
 
-// Signs of inactive samples are the same in every phase, so those of the first phase serve.
-struct Masks {
-  Lattice lattice;
-  Index3 first{0, 0, 0};  // payload's sample 0 in the lattice
-  SampleMask active;
-  SampleMask inside;
+constexpr int kEdge = FieldPayload::kBlockEdge;
+
+// What the blocks of the window hold.
+struct Blocks {
+  std::vector<std::int32_t> entries;  // as the payload's
+  std::vector<Index3> leaves;         // first sample of each in the window
 };
 
-void fill_blocks(const Masks& masks, FieldPayload& payload, std::vector<std::size_t>& samples) {
-  constexpr int kEdge = FieldPayload::kBlockEdge;
-  const auto [bx, by, bz] = payload.block_count;
-  payload.blocks.reserve(static_cast<std::size_t>(bx) * static_cast<std::size_t>(by) *
-                         static_cast<std::size_t>(bz));
-  for (int block_z = 0; block_z < bz; ++block_z) {
-    for (int block_y = 0; block_y < by; ++block_y) {
-      for (int block_x = 0; block_x < bx; ++block_x) {
-        FieldPayload::Leaf leaf;
-        leaf.first_active = static_cast<std::uint32_t>(samples.size());
+// Leaves are the blocks with an active sample, or with samples of both sides; signs of samples that
+// are not active are the same in every phase.
+Blocks find_blocks(const Lattice& lattice, const Index3& block_count, const SampleMask& active,
+                   const std::vector<float>& distance_mm) {
+  Blocks out;
+  for (int bz = 0; bz < block_count[2]; ++bz) {
+    for (int by = 0; by < block_count[1]; ++by) {
+      for (int bx = 0; bx < block_count[0]; ++bx) {
+        const Index3 first{kExtension + bx * kEdge, kExtension + by * kEdge,
+                           kExtension + bz * kEdge};
         int active_count = 0;
         int inside_count = 0;
-        for (int z = 0; z < kEdge; ++z) {
-          const int k = masks.first[2] + block_z * kEdge + z;
-          if (k >= masks.lattice.size[2]) break;
-          for (int y = 0; y < kEdge; ++y) {
-            const int j = masks.first[1] + block_y * kEdge + y;
-            if (j >= masks.lattice.size[1]) break;
-            for (int x = 0; x < kEdge; ++x) {
-              const int i = masks.first[0] + block_x * kEdge + x;
-              if (i >= masks.lattice.size[0]) break;
-              const std::size_t s = masks.lattice.offset(i, j, k);
-              const std::uint64_t bit = std::uint64_t{1} << (x + 8 * y);
-              if (masks.active[s] != 0) {
-                leaf.active[static_cast<std::size_t>(z)] |= bit;
-                samples.push_back(s);
-                ++active_count;
-              } else if (masks.inside[s] != 0) {
-                leaf.inside[static_cast<std::size_t>(z)] |= bit;
-                ++inside_count;
-              }
-            }
+        for (int row = 0; row < kEdge * kEdge; ++row) {
+          const std::size_t from =
+              lattice.offset(first[0], first[1] + row % kEdge, first[2] + row / kEdge);
+          for (std::size_t s = from; s < from + kEdge; ++s) {
+            active_count += active[s];
+            inside_count += distance_mm[s] < 0 ? 1 : 0;
           }
         }
         if (active_count == 0 && inside_count == 0) {
-          payload.blocks.push_back(FieldPayload::kOutside);
-        } else if (inside_count == FieldPayload::kBlockSamples) {
-          payload.blocks.push_back(FieldPayload::kInside);
+          out.entries.push_back(FieldPayload::kOutside);
+        } else if (active_count == 0 && inside_count == FieldPayload::kBlockSamples) {
+          out.entries.push_back(FieldPayload::kInside);
         } else {
-          payload.blocks.push_back(static_cast<std::int32_t>(payload.leaves.size()));
-          payload.leaves.push_back(leaf);
+          out.entries.push_back(static_cast<std::int32_t>(out.leaves.size()));
+          out.leaves.push_back(first);
         }
       }
     }
   }
+  return out;
+}
+
+// Calls body(leaf's row offset in the payload, first sample in the window) for each row of leaves.
+template <class Body>
+void for_each_row(const Lattice& lattice, const Blocks& blocks, const FieldPayload& payload,
+                  const Body& body) {
+  parallel_for(blocks.leaves.size(), [&](std::size_t leaf) {
+    const Index3& first = blocks.leaves[leaf];
+    for (int row = 0; row < kEdge * kEdge; ++row) {
+      const int y = row % kEdge;
+      const int z = row / kEdge;
+      body(payload.row_at(static_cast<std::int32_t>(leaf), y, z),
+           lattice.offset(first[0], first[1] + y, first[2] + z));
+    }
+  });
 }
 
 }  // namespace
@@ -219,61 +222,68 @@ FieldPayload encode_field(const FieldCycle& field, const EncodeOptions& options)
   }
 
   constexpr int kMargin = kSupport + kExtension;
+  FieldPayload payload;
   Window window;
   for (std::size_t a = 0; a < 3; ++a) {
+    const int needed = band.high[a] - band.low[a] + 1 + 2 * kSupport;
+    payload.block_count[a] = (needed + kEdge - 1) / kEdge;
     window.first[a] = band.low[a] - kMargin;
-    window.lattice.size[a] = band.high[a] - band.low[a] + 1 + 2 * kMargin;
+    window.lattice.size[a] = payload.block_count[a] * kEdge + 2 * kExtension;
   }
   const Lattice& lattice = window.lattice;
-  Masks masks{lattice, {kExtension, kExtension, kExtension}, {}, {}};
-  masks.active = dilate(lattice, cut<std::uint8_t>(input, seeds, window, 0), kSupport);
-  const SampleMask region = dilate(lattice, masks.active, kExtension);
-
+  const SampleMask active = dilate(lattice, cut<std::uint8_t>(input, seeds, window, 0), kSupport);
   const std::size_t phase_count = field.distance_mm.phases.size();
   std::vector<std::vector<float>> phases(phase_count);
   parallel_for(phase_count, [&](std::size_t p) {
     phases[p] = cut(input, field.distance_mm.phases[p], window, static_cast<float>(field.outer_mm));
   });
-  masks.inside.resize(lattice.count());
-  for (std::size_t s = 0; s < lattice.count(); ++s) masks.inside[s] = phases[0][s] < 0 ? 1 : 0;
+  Blocks blocks = find_blocks(lattice, payload.block_count, active, phases.front());
+  SampleMask region = active;
+  for (const Index3& first : blocks.leaves) {
+    for (int row = 0; row < kEdge * kEdge; ++row) {
+      const std::size_t from =
+          lattice.offset(first[0], first[1] + row % kEdge, first[2] + row / kEdge);
+      std::fill_n(region.begin() + static_cast<std::ptrdiff_t>(from), kEdge, std::uint8_t{1});
+    }
+  }
+  region = dilate(lattice, region, kExtension);
   parallel_for(phase_count, [&](std::size_t p) {
     extend_distance(lattice, region, field.voxel_mm, field.inner_mm, field.outer_mm, phases[p]);
   });
   prefilter_cycle(lattice, phases);
 
-  FieldPayload payload;
   payload.structure = field.structure;
   payload.voxel_mm = field.voxel_mm;
   payload.origin_mm = field.distance_mm.grid.mm(
       window.first[0] + kExtension, window.first[1] + kExtension, window.first[2] + kExtension);
-  for (std::size_t a = 0; a < 3; ++a) {
-    const int active_size = lattice.size[a] - 2 * kExtension;
-    payload.block_count[a] =
-        (active_size + FieldPayload::kBlockEdge - 1) / FieldPayload::kBlockEdge;
-  }
   payload.phases = static_cast<int>(phase_count);
   payload.inner_mm = field.inner_mm;
   payload.outer_mm = field.outer_mm;
-  std::vector<std::size_t> samples;  // active ones, in the payload's order
-  fill_blocks(masks, payload, samples);
+  payload.blocks = std::move(blocks.entries);
+  payload.coefficients.resize(blocks.leaves.size() * FieldPayload::kBlockSamples * phase_count);
 
-  std::vector<double> largest(phase_count);
-  parallel_for(phase_count, [&](std::size_t p) {
-    for (std::size_t s : samples) {
-      largest[p] = std::max(largest[p], std::abs(static_cast<double>(phases[p][s])));
+  std::vector<double> largest(blocks.leaves.size());
+  for_each_row(lattice, blocks, payload, [&](std::size_t to, std::size_t from) {
+    double& most = largest[to / (FieldPayload::kBlockSamples * phase_count)];
+    for (const std::vector<float>& phase : phases) {
+      for (std::size_t x = 0; x < kEdge; ++x) {
+        most = std::max(most, std::abs(static_cast<double>(phase[from + x])));
+      }
     }
   });
-  payload.step_mm =
-      std::max({options.step_mm, *std::max_element(largest.begin(), largest.end()) / kMaxCount,
-                std::max(field.inner_mm, field.outer_mm) / kMaxCount});
-  payload.coefficients.resize(samples.size() * phase_count);
-  for (std::size_t p = 0; p < phase_count; ++p) {
-    for (std::size_t n = 0; n < samples.size(); ++n) {
-      const double count = static_cast<double>(phases[p][samples[n]]) / payload.step_mm;
-      payload.coefficients[n * phase_count + p] =
-          static_cast<std::int16_t>(std::lround(std::clamp(count, -kMaxCount, kMaxCount)));
+  // A count that is beyond the clamps must fit too (FieldPayload::clamp_count).
+  payload.step_mm = std::max({options.step_mm / kCountsAStep,
+                              *std::max_element(largest.begin(), largest.end()) / kMaxCount,
+                              std::max(field.inner_mm, field.outer_mm) / (kMaxCount - 2)});
+  for_each_row(lattice, blocks, payload, [&](std::size_t to, std::size_t from) {
+    for (const std::vector<float>& phase : phases) {
+      for (std::size_t x = 0; x < kEdge; ++x) {
+        const double count = static_cast<double>(phase[from + x]) / payload.step_mm;
+        payload.coefficients[to++] =
+            static_cast<std::int16_t>(std::lround(std::clamp(count, -kMaxCount, kMaxCount)));
+      }
     }
-  }
+  });
   return payload;
 }
 

@@ -75,7 +75,7 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
   Items items(manifest, entries);
   for (const atlas::FieldPayload* field : held(content.fields, manifest.scene, atlas::kFieldKind)) {
     require_phases(manifest, field->structure, static_cast<std::size_t>(field->phases));
-    items.add(atlas::kFieldKind, field->structure, pack_field(*field));
+    items.add(atlas::kFieldKind, field->structure, pack_field(*field, options.step_mm));
   }
   for (const atlas::SurfacePayload* surface :
        held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {

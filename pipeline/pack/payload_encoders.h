@@ -12,8 +12,12 @@ namespace beatlas::pack {
 /// One zstd frame that says how much it holds.
 [[nodiscard]] atlas::Bytes zstd_pack(const atlas::Bytes& bytes);
 
-/// Lossless. @throws Error{InvalidInput} if the payload breaks its own layout (see check_field).
-[[nodiscard]] atlas::Bytes pack_field(const atlas::FieldPayload& field);
+/// Distances at samples and phases within kMostErrorSteps of step_mm; leaves that a first try
+/// stores worse are quantised more finely.
+/// @param step_mm EncodeOptions::step_mm
+/// @throws Error{InvalidInput} if the payload breaks its own layout (see check_field) or cannot be
+/// stored that well; Error{Usage} if the step is out of range.
+[[nodiscard]] atlas::Bytes pack_field(const atlas::FieldPayload& field, double step_mm);
 
 struct PackedSurface {
   atlas::Bytes drc;

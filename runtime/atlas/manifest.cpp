@@ -143,6 +143,11 @@ void check_version(const json& document) {
                   ", the newest this program reads; update beatlas");
   }
   require(version->get<double>() >= 1, "/format_version", "must be at least 1");
+  if (version->get<double>() < kFormatVersion) {
+    throw_invalid("format version " + version->dump() + " is older than version " +
+                  std::to_string(kFormatVersion) +
+                  ", the oldest this program reads; build the package again");
+  }
 }
 
 void read_source(JsonObject& parent, Manifest& manifest) {
@@ -163,7 +168,7 @@ Manifest manifest_from_json(const json& document) {
   Manifest manifest;
   JsonObject object(document, "");
   (void)object.at("format");
-  manifest.format_version = required_int(object, "format_version", 1, kFormatVersion);
+  manifest.format_version = required_int(object, "format_version", kFormatVersion, kFormatVersion);
   manifest.scene = required_text(object, "scene");
   require(is_scene(manifest.scene), "/scene", "must be palpation, anatomy or full");
   manifest.rr_interval_s = required_number(object, "rr_interval_s", 0.02, 20);

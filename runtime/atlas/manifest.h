@@ -12,7 +12,7 @@
 
 namespace beatlas::atlas {
 
-inline constexpr int kFormatVersion = 1;
+inline constexpr int kFormatVersion = 2;
 
 inline constexpr std::string_view kManifestEntry = "atlas.json";
 inline constexpr std::string_view kFormatName = "beatlas";
@@ -57,7 +57,7 @@ inline constexpr int kMaxPhases = 1024;
 
 /// Follows schemas/manifest.schema.json and every range above.
 /// @throws Error{InvalidInput} naming the JSON path of what is missing, unknown or out of range; a
-/// format newer than kFormatVersion is refused by its number before anything else is looked at.
+/// format of another version is refused by its number before anything else is looked at.
 [[nodiscard]] Manifest manifest_from_json(const nlohmann::json& json);
 [[nodiscard]] nlohmann::json manifest_to_json(const Manifest& manifest);
 

@@ -2,7 +2,10 @@
 /// What a package's binary payloads decode to. The pipeline's `pack` room fills these, the reader
 /// returns them, `runtime/field` and the viewer use them. All positions: workspace frame, [mm].
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -20,22 +23,15 @@ namespace beatlas::atlas {
 /// `phases`. Coefficients are prefiltered, so phi interpolates the sampled distance.
 ///
 /// Layout: the grid is `block_count` blocks of 8 x 8 x 8 samples, x fastest in blocks, samples
-/// and `blocks`. A block is wholly outside, wholly inside or a leaf. In a leaf the active samples
-/// have their coefficients of all phases side by side; an inactive one has the same constant
-/// coefficient in every phase: +outer_mm / step_mm, or -inner_mm / step_mm where its inside bit
-/// is set.
+/// and `blocks`. A block is wholly outside, wholly inside or a leaf. A leaf has the coefficients of
+/// all its samples, in which the eight samples of a row along x lie side by side, row after row the
+/// phases, so that one look-up of a row serves every phase: [leaf][z][y][phase][x]. Every
+/// coefficient of another block is `clamp_count`, just beyond the clamp.
 struct FieldPayload {
   static constexpr int kBlockEdge = 8;
   static constexpr int kBlockSamples = 512;
   static constexpr std::int32_t kOutside = -1;
   static constexpr std::int32_t kInside = -2;
-  using Mask = std::array<std::uint64_t, 8>;  ///< bit x + 8 y of word z
-
-  struct Leaf {
-    Mask active{};
-    Mask inside{};                 ///< sign of inactive samples; 0 for active ones
-    std::uint32_t first_active{};  ///< rank of this leaf's first active sample
-  };
 
   Structure structure{};
   Vec3 origin_mm = Vec3::Zero();  ///< position of sample (0, 0, 0)
@@ -45,9 +41,26 @@ struct FieldPayload {
   double step_mm = 0;   ///< distance of one count
   double inner_mm = 0;  ///< > 0; distances are clamped to [-inner_mm, outer_mm]
   double outer_mm = 0;
-  std::vector<std::int32_t> blocks;        ///< kOutside, kInside or an index into `leaves`
-  std::vector<Leaf> leaves;                ///< in order of their block
-  std::vector<std::int16_t> coefficients;  ///< [active sample in leaf order][phase]
+  std::vector<std::int32_t> blocks;        ///< kOutside, kInside or the leaf's number, 0, 1, ...
+  std::vector<std::int16_t> coefficients;  ///< [leaf][z][y][phase][x]
+
+  [[nodiscard]] std::size_t leaf_count() const noexcept {
+    return coefficients.size() / (std::size_t{kBlockSamples} * static_cast<std::size_t>(phases));
+  }
+  /// Where a leaf's row along x begins in `coefficients`; the row's next phase is kBlockEdge on.
+  [[nodiscard]] std::size_t row_at(std::int32_t leaf, int y, int z) const noexcept {
+    constexpr std::size_t kEdge = kBlockEdge;
+    return ((static_cast<std::size_t>(leaf) * kEdge + static_cast<std::size_t>(z)) * kEdge +
+            static_cast<std::size_t>(y)) *
+           kEdge * static_cast<std::size_t>(phases);
+  }
+  /// The coefficient of every sample of a block without a leaf: one to two counts beyond the clamp,
+  /// so that a rounded sum of such is clamped too.
+  [[nodiscard]] std::int16_t clamp_count(bool inside) const noexcept {
+    const double count = std::floor((inside ? inner_mm : outer_mm) / step_mm) + 2;
+    const double most = std::min(count, 32767.0);
+    return static_cast<std::int16_t>(inside ? -most : most);
+  }
 };
 
 /// One closed triangle surface with the same connectivity in every phase; triangles are

@@ -1,7 +1,5 @@
 #include "runtime/atlas/zstd_frame.h"
 
-#include <algorithm>
-
 #include <zstd.h>
 
 namespace beatlas::atlas {
@@ -12,8 +10,7 @@ Bytes zstd_unpack(ByteView frame) {
   if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) throw_invalid(damaged);
   const std::size_t packed = ZSTD_findFrameCompressedSize(frame.data(), frame.size());
   if (ZSTD_isError(packed) != 0 || packed != frame.size()) throw_invalid(damaged);
-  const std::uint64_t limit =
-      std::min(kMaxUnpackBytes, kMaxUnpackFloor + kMaxUnpackRatio * frame.size());
+  const std::uint64_t limit = plausible_bytes(frame.size());
   if (size > limit) {
     throw_invalid("the compressed payload claims " + std::to_string(size) + " bytes, more than " +
                   std::to_string(limit) + " are plausible for its size; build the package again");

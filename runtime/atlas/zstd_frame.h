@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+
 #include "runtime/atlas/bytes.h"
 
 namespace beatlas::atlas {
@@ -8,6 +10,11 @@ namespace beatlas::atlas {
 inline constexpr std::uint64_t kMaxUnpackRatio = 1000;
 inline constexpr std::uint64_t kMaxUnpackFloor = std::uint64_t{1} << 20;
 inline constexpr std::uint64_t kMaxUnpackBytes = std::uint64_t{1} << 30;
+
+/// The most that a frame of `size` bytes may stand for.
+[[nodiscard]] constexpr std::uint64_t plausible_bytes(std::size_t size) noexcept {
+  return std::min(kMaxUnpackBytes, kMaxUnpackFloor + kMaxUnpackRatio * size);
+}
 
 /// Unpacks exactly one zstd frame that says how much it holds.
 /// @throws Error{InvalidInput} if it is damaged, says nothing of its size, is followed by other

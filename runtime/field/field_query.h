@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -7,6 +9,9 @@
 #include "runtime/base/geometry.h"
 
 namespace beatlas::field {
+
+struct Contracted;
+struct TapWeights;
 
 /// The field at one point and time; workspace frame. All members are those of one function,
 /// phi = clamp(spline, -inner_mm, outer_mm): its value and its exact derivatives.
@@ -20,7 +25,7 @@ struct FieldSample {
 };
 
 /// Evaluates a FieldPayload: C2 in space and time within the band, continuous everywhere, periodic
-/// in time. Immutable and thread-safe; holds the payload and a table of 130 bytes a leaf.
+/// in time. Immutable and thread-safe; holds the payload and little else.
 class FieldQuery {
  public:
   /// @param payload as the reader checked it; its indices are trusted from here on
@@ -47,16 +52,44 @@ class FieldQuery {
   [[nodiscard]] const atlas::FieldPayload& payload() const noexcept { return *payload_; }
 
  private:
-  /// Rank, among its leaf's active samples, of the first in row y + 8 z.
-  using RowRanks = std::array<std::uint16_t, 64>;
+  friend class ShellQuery;
+  struct Support;
+  /// Where the four phases around a time begin in a row of coefficients.
+  using PhaseWindow = std::array<std::size_t, 4>;
+  struct Moment {
+    const PhaseWindow* window = nullptr;  ///< none for what is no time
+    float u = 0;                          ///< from the second phase to the third, 0..1
+  };
+
+  /// From sums of counts to a sample.
+  struct Finish {
+    double mm = 0;  ///< a count
+    double per_mm = 0;
+    double mm_s = 0;
+    double inner_mm = 0;
+    double outer_mm = 0;
+    double voxel_mm = 0;
+
+    [[nodiscard]] inline FieldSample sample(const Contracted& rows,
+                                            const TapWeights& taps) const noexcept;
+  };
 
   void find_centre();
+  [[nodiscard]] Moment moment_at(double t) const noexcept;
+  template <bool kSplit>
+  [[nodiscard]] static Contracted contract(const Support& support, const TapWeights& taps) noexcept;
 
   std::shared_ptr<const atlas::FieldPayload> payload_;
-  std::vector<RowRanks> row_ranks_;  // [leaf]
+  std::vector<std::int32_t> bordered_;  ///< payload's blocks with one outside around them
+  std::vector<std::int16_t> outside_;   ///< a leaf of the clamp
+  std::vector<std::int16_t> inside_;
+  std::vector<PhaseWindow> windows_;  ///< [phase before]
+  std::size_t leaf_size_ = 0;         ///< coefficients
+  Finish finish_;
   double rr_interval_s_;
-  double phases_per_s_;
-  double samples_per_mm_;
+  double beats_per_s_ = 0;
+  double phases_per_s_ = 0;
+  double samples_per_mm_ = 0;
   Vec3 centre_mm_ = Vec3::Zero();
 };
 

@@ -1,7 +1,6 @@
 #include "runtime/field/sampled_query.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -13,17 +12,6 @@ namespace {
 using atlas::FieldPayload;
 
 constexpr int kEdge = FieldPayload::kBlockEdge;
-
-/// Rank, among a leaf's active samples, of the first in row y + 8 z.
-std::array<std::uint16_t, 64> ranks_of(const FieldPayload::Leaf& leaf) {
-  std::array<std::uint16_t, 64> ranks{};
-  int rank = 0;
-  for (unsigned row = 0; row < 64; ++row) {
-    ranks[row] = static_cast<std::uint16_t>(rank);
-    rank += std::popcount(static_cast<std::uint8_t>(leaf.active[row / 8] >> (8 * (row % 8))));
-  }
-  return ranks;
-}
 
 float time_sum(const std::array<float, 4>& weights, const std::array<float, 4>& values) {
   return (weights[0] * values[0] + weights[1] * values[1]) +
@@ -61,9 +49,6 @@ SampledQuery::SampledQuery(std::shared_ptr<const FieldQuery> field, SpatialMode 
     : field_(std::move(field)), space_(space), time_(time) {
   if (!field_) throw_invalid("there is no distance field to sample; open the atlas with it");
   if (space_ == SpatialMode::Cubic) return;
-  for (const FieldPayload::Leaf& leaf : field_->payload().leaves) {
-    row_ranks_.push_back(ranks_of(leaf));
-  }
   take_samples();
 }
 
@@ -81,10 +66,7 @@ void SampledQuery::take_samples() {
       for (int bx = 0; bx < field.block_count[0]; ++bx, ++block) {
         const std::int32_t entry = field.blocks[block];
         if (entry < 0) continue;
-        const FieldPayload::Leaf& leaf = field.leaves[static_cast<std::size_t>(entry)];
-        std::size_t to = static_cast<std::size_t>(leaf.first_active) * count;
         for (int s = 0; s < FieldPayload::kBlockSamples; ++s) {
-          if ((leaf.active[static_cast<std::size_t>(s / 64)] >> (s % 64) & 1U) == 0) continue;
           std::fill(sum.begin(), sum.end(), 0.F);
           for (int n = 0; n < 27; ++n) {
             const int a = n % 3;
@@ -102,7 +84,7 @@ void SampledQuery::take_samples() {
             }
             const std::int16_t* from = field.coefficients.data() + at.first;
             for (std::size_t p = 0; p < count; ++p) {
-              sum[p] += weight * static_cast<float>(from[p]);
+              sum[p] += weight * static_cast<float>(from[p * kEdge]);
             }
           }
           values = sum;
@@ -112,9 +94,11 @@ void SampledQuery::take_samples() {
                           kCentred[2] * sum[(p + 1) % count];
             }
           }
+          std::size_t to = field.row_at(entry, s / 8 % 8, s / 64) + static_cast<std::size_t>(s % 8);
           for (const float value : values) {
-            samples_[to++] =
+            samples_[to] =
                 static_cast<std::int16_t>(std::lround(std::clamp(value, -32767.F, 32767.F)));
+            to += kEdge;
           }
         }
       }
@@ -179,21 +163,8 @@ SampledQuery::Stored SampledQuery::stored(int i, int j, int k) const noexcept {
           .blocks[at(bx) + at(field.block_count[0]) * (at(by) + at(field.block_count[1]) * at(bz))];
   if (entry == FieldPayload::kInside) out.clamp_mm = -field.inner_mm;
   if (entry < 0) return out;
-  const auto l = static_cast<std::size_t>(entry);
-  const FieldPayload::Leaf& leaf = field.leaves[l];
-  const int x = i % kEdge;
-  const int row = j % kEdge + kEdge * (k % kEdge);
-  const auto word = at(row / kEdge);
-  const auto active = static_cast<unsigned>(leaf.active[word] >> (kEdge * (row % kEdge)) & 0xFFU);
-  if ((active >> x & 1U) == 0) {
-    const auto inside = static_cast<unsigned>(leaf.inside[word] >> (kEdge * (row % kEdge)) & 0xFFU);
-    if ((inside >> x & 1U) != 0) out.clamp_mm = -field.inner_mm;
-    return out;
-  }
-  const int skipped = std::popcount(static_cast<std::uint8_t>(active & ((1U << x) - 1U)));
-  out.first = static_cast<std::ptrdiff_t>(
-      (static_cast<std::size_t>(leaf.first_active) + row_ranks_[l][at(row)] + at(skipped)) *
-      at(field.phases));
+  out.first =
+      static_cast<std::ptrdiff_t>(field.row_at(entry, j % kEdge, k % kEdge) + at(i % kEdge));
   return out;
 }
 
@@ -205,7 +176,7 @@ SampledQuery::Node SampledQuery::node(int i, int j, int k, const TimeWeights& ti
   const std::int16_t* from = samples_.data() + at.first;
   std::array<float, 4> values{};
   for (std::size_t a = 0; a < static_cast<std::size_t>(time.count); ++a) {
-    values[a] = static_cast<float>(from[time.phase[a]]);
+    values[a] = static_cast<float>(from[time.phase[a] * kEdge]);
   }
   const auto step = static_cast<float>(field_->payload().step_mm);
   out.distance = step * time_sum(time.value, values);

@@ -65,10 +65,10 @@ class SampledQuery {
     bool active = false;
   };
 
-  /// Where a lattice point's phases begin in `samples_`; -1 for one that is not active.
+  /// Where a lattice point's phases begin in `samples_`, a row apart; -1 in a block without a leaf.
   struct Stored {
     std::ptrdiff_t first = -1;
-    double clamp_mm = 0;  ///< what stands for one that is not active
+    double clamp_mm = 0;  ///< what stands for one that is not stored
   };
 
   [[nodiscard]] Stored stored(int i, int j, int k) const noexcept;
@@ -84,8 +84,7 @@ class SampledQuery {
   std::shared_ptr<const FieldQuery> field_;
   SpatialMode space_;
   TemporalMode time_;
-  std::vector<std::array<std::uint16_t, 64>> row_ranks_;  ///< [leaf] as FieldQuery's
-  std::vector<std::int16_t> samples_;  ///< [active sample][phase], counts of step_mm; of
+  std::vector<std::int16_t> samples_;  ///< as the payload's coefficients, counts of step_mm; of
                                        ///< PeriodicCubic coefficients in time
 };
 

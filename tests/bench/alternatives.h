@@ -61,7 +61,8 @@ struct Setting {
   LabelCycle truth_labels;
   Segmentation found;
   Affine workspace_from_lps = Affine::Identity();
-  FieldCycle field;        ///< heart, as segmented
+  ShapeCycle shape;        ///< heart, as segmented
+  FieldCycle field;        ///< of that shape
   FieldCycle exact_field;  ///< of the closed form's shape: errors of representation alone
   assess::TruthSet truth;
   int repeats = 5;
@@ -95,6 +96,7 @@ struct Table {
 [[nodiscard]] Table segmentation_table(const Setting& setting);
 [[nodiscard]] Table surface_table(const Setting& setting);
 [[nodiscard]] Table field_table(const Setting& setting);
+[[nodiscard]] Table storage_table(const Setting& setting);
 [[nodiscard]] Table mesh_table(const Setting& setting);
 
 /// Medians of the figures that candidates return, called in turn (A B C A B C ...) so that a busy

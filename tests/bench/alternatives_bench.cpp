@@ -80,6 +80,7 @@ Setting setting_of(const std::string& preset, int repeats, const std::filesystem
           .truth_labels = std::move(rendering.labels),
           .found = std::move(found),
           .workspace_from_lps = map,
+          .shape = std::move(*heart),
           .field = std::move(field),
           .exact_field = std::move(exact_field),
           .truth = std::move(truth),
@@ -154,7 +155,7 @@ int run(int argc, char** argv) {
   app.add_flag("--json", as_json, "JSON instead of Markdown");
   std::string only;
   app.add_option("--only", only, "one table alone")
-      ->check(CLI::IsMember({"segmentation", "surface", "field", "mesh"}));
+      ->check(CLI::IsMember({"segmentation", "surface", "field", "storage", "mesh"}));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -166,6 +167,7 @@ int run(int argc, char** argv) {
   const std::vector<std::pair<std::string, Make>> parts{{"segmentation", segmentation_table},
                                                         {"surface", surface_table},
                                                         {"field", field_table},
+                                                        {"storage", storage_table},
                                                         {"mesh", mesh_table}};
   std::vector<Table> tables;
   for (const auto& [name, make] : parts) {

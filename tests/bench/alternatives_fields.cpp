@@ -77,14 +77,11 @@ std::vector<Candidate> our_candidates(const Setting& setting) {
   const auto exact = opened(written_package(setting, setting.exact_field, "exact.beatlas"));
   const atlas::FieldPayload& payload = spline->payload();
   const std::size_t samples = sizeof(std::int16_t) * payload.coefficients.size();
-  const std::size_t table = sizeof(std::array<std::uint16_t, 64>) * payload.leaves.size();
-
   Candidate out;
   out.name = "beatlas, C2 spline in space and time";
   out.disk_mb = mb(std::filesystem::file_size(file));
   out.disk_zstd_mb = out.disk_mb;
-  out.memory_mb = mb(samples + table + sizeof(atlas::FieldPayload::Leaf) * payload.leaves.size() +
-                     sizeof(std::int32_t) * payload.blocks.size());
+  out.memory_mb = mb(samples + 2 * sizeof(std::int32_t) * payload.blocks.size());
   out.load = [file] { (void)opened(file); };
   ask_of(out, spline, exact);
 
@@ -94,7 +91,7 @@ std::vector<Candidate> our_candidates(const Setting& setting) {
   };
   Candidate linear = out;
   linear.name = "beatlas, trilinear, linear in time";
-  linear.memory_mb += mb(samples + table);
+  linear.memory_mb += mb(samples);
   linear.load = [file, cheaper] { (void)cheaper(opened(file)); };
   ask_of(linear, cheaper(spline), cheaper(exact));
   return {out, linear};

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -5,8 +6,10 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
+#include <time.h>
 
 #include "runtime/field/field_query.h"
+#include "runtime/field/shell_query.h"
 #include "runtime/haptics/servo.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
@@ -60,6 +63,58 @@ void sample_at_random_points(benchmark::State& state) {
   }
 }
 BENCHMARK(sample_at_random_points);
+
+// A fingertip of 8 mm radius that is pressed 3 mm into the sphere; its points at one time.
+std::vector<Vec3> fingertip(int points) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  std::vector<Vec3> out;
+  for (int n = 0; n < points; ++n) {
+    const Vec3 direction(normal(random), normal(random), normal(random));
+    out.emplace_back(Vec3(28, 22, 21) + 8 * direction.normalized());
+  }
+  return out;
+}
+
+void shell_one_by_one(benchmark::State& state) {
+  const std::vector<Vec3> points = fingertip(static_cast<int>(state.range(0)));
+  std::vector<field::FieldSample> found(points.size());
+  double t = 0;
+  for (auto _ : state) {
+    t += 0.001;
+    for (std::size_t n = 0; n < points.size(); ++n) found[n] = sphere()->sample(points[n], t);
+    benchmark::DoNotOptimize(found.data());
+  }
+}
+BENCHMARK(shell_one_by_one)->Arg(100)->Arg(1000)->Arg(10000)->Unit(benchmark::kMicrosecond);
+
+void shell_at_once(benchmark::State& state) {
+  const std::vector<Vec3> points = fingertip(static_cast<int>(state.range(0)));
+  std::vector<field::FieldSample> found(points.size());
+  field::ShellQuery shells(sphere());
+  std::vector<double> taken_us;
+  double t = 0;
+  for (auto _ : state) {
+    t += 0.001;
+    timespec start{};
+    timespec end{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &start);
+    shells.sample(points, t, found);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
+    taken_us.push_back(1e6 * static_cast<double>(end.tv_sec - start.tv_sec) +
+                       1e-3 * static_cast<double>(end.tv_nsec - start.tv_nsec));
+    benchmark::DoNotOptimize(found.data());
+  }
+  std::sort(taken_us.begin(), taken_us.end());
+  state.counters["p99.9_us"] = taken_us[taken_us.size() * 999 / 1000];
+  state.counters["max_us"] = taken_us.back();
+}
+BENCHMARK(shell_at_once)
+    ->Arg(100)
+    ->Arg(1000)
+    ->Arg(10000)
+    ->MinTime(3)
+    ->Unit(benchmark::kMicrosecond);
 
 // Model and safety stage; range(0): 0 continuous, 1 published.
 void servo_tick(benchmark::State& state) {

@@ -4,6 +4,7 @@
 
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/info.h"
+#include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas {
@@ -13,13 +14,13 @@ std::string hash_of(const std::vector<std::int16_t>& values) {
   return sha256_hex(std::as_bytes(std::span(values)));
 }
 
-TEST(GoldenPackage, OfVersion1Loads) {
-  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v1.beatlas";
+TEST(GoldenPackage, OfVersion2Loads) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v2.beatlas";
   ASSERT_LT(std::filesystem::file_size(file), 65536U);
   const atlas::Atlas bare = atlas::Atlas::open(file, {});
   const atlas::Atlas opened = atlas::Atlas::open(file, atlas::everything_in(bare.manifest()));
   const atlas::Manifest& manifest = opened.manifest();
-  EXPECT_EQ(manifest.format_version, 1);
+  EXPECT_EQ(manifest.format_version, 2);
   EXPECT_EQ(manifest.scene, "full");
   EXPECT_EQ(manifest.phase_count(), 4);
   EXPECT_EQ(manifest.rr_interval_s, 0.9);
@@ -33,9 +34,9 @@ TEST(GoldenPackage, OfVersion1Loads) {
   ASSERT_NE(heart, nullptr);
   EXPECT_EQ(heart->phases, 4);
   EXPECT_EQ(hash_of(heart->coefficients),
-            "e91c57fd9340f8557f4a5d945ced6bc787b2f5c4dbfca168688e524a8beb93a8");
+            "5a818dc51cefacc1ebceb51d04cc0f04868da5c7a958149d075a483361d70b2c");
   EXPECT_EQ(hash_of(opened.field(Structure::LvBlood)->coefficients),
-            "62b65502688c0fa432d0751d95ad2186457dcc07d67768db2d47b150880132cc");
+            "07090773ecfae052dfacc9e25daceefad1739c4facc10b798d36075d5182b5f4");
 
   const auto surface = opened.surface(Structure::Heart);
   ASSERT_NE(surface, nullptr);
@@ -47,6 +48,19 @@ TEST(GoldenPackage, OfVersion1Loads) {
       << surface->positions[0][17];
   EXPECT_TRUE(surface->positions[2][17].isApprox(Vec3f(122.12054F, 128, 101.88F), 5e-6F))
       << surface->positions[2][17];
+}
+
+TEST(GoldenPackage, OfVersion1IsRefusedByItsNumber) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v1.beatlas";
+  try {
+    (void)atlas::Atlas::open(file, {});
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+    EXPECT_NE(std::string(error.what()).find("format version 1 is older than version 2"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 }  // namespace

@@ -98,6 +98,23 @@ class HostilePackage : public ::testing::Test {
   Entries entries_;
 };
 
+/// Offsets in an unpacked field.
+struct FieldLayout {
+  std::size_t first_leaf = 100;  ///< state of the first block that is a leaf
+  std::size_t grades = 100;
+  std::size_t lengths = 0;
+};
+
+FieldLayout layout_of(const Bytes& field) {
+  std::array<std::uint32_t, 4> counts{};  // blocks along x y z, leaves
+  std::memcpy(counts.data(), field.data() + 16, sizeof counts);
+  FieldLayout out;
+  out.grades += std::size_t{counts[0]} * counts[1] * counts[2];
+  out.lengths = out.grades + counts[3];
+  while (field.at(out.first_leaf) != std::byte{2}) ++out.first_leaf;
+  return out;
+}
+
 void flip(Bytes& bytes, std::mt19937& random) {
   bytes[random() % bytes.size()] ^= static_cast<std::byte>(1 + random() % 255);
 }
@@ -148,7 +165,7 @@ TEST_F(HostilePackage, WithDamageBeneathTheCompressionIsRefusedOrSound) {
         entry(entries, round % 2 == 0 ? "fields/heart.field.zst" : "surfaces/heart.motion.zst");
     Bytes bytes = atlas::zstd_unpack(packed);
     // Most of the damage goes to the head, where the counts are.
-    Bytes head(bytes.begin(), bytes.begin() + 96);
+    Bytes head(bytes.begin(), bytes.begin() + 100);
     flip(round % 4 < 3 ? head : bytes, random);
     if (round % 4 < 3) std::copy(head.begin(), head.end(), bytes.begin());
     packed = pack::zstd_pack(bytes);
@@ -174,9 +191,9 @@ TEST_F(HostilePackage, WithAnotherPayloadThanItsHashIsRefused) {
 
 TEST_F(HostilePackage, OfAFutureFormatIsRefusedByItsNumber) {
   const std::string message = open(with_manifest([](json& m) {
-    m = {{"format", "beatlas"}, {"format_version", 2}, {"unheard", true}};
+    m = {{"format", "beatlas"}, {"format_version", 3}, {"unheard", true}};
   }));
-  EXPECT_NE(message.find("format version 2 is newer than version 1"), std::string::npos) << message;
+  EXPECT_NE(message.find("format version 3 is newer than version 2"), std::string::npos) << message;
 }
 
 TEST_F(HostilePackage, WithEntriesThatMisleadIsRefused) {
@@ -262,6 +279,22 @@ TEST_F(HostilePackage, ThatUnpacksToFarMoreThanItsSizeIsRefused) {
   EXPECT_NE(open(sealed(entries)).find("plausible"), std::string::npos);
 }
 
+/// Leaves without a term take two bytes a mode and nearly none of them once packed.
+TEST_F(HostilePackage, WithAFieldOfFarMoreLeavesThanItsSizeHoldsIsRefused) {
+  Entries entries = entries_;
+  const std::string field = "fields/heart.field.zst";
+  Bytes bytes = atlas::zstd_unpack(entry(entries, field));
+  bytes.resize(100);
+  const std::array<std::uint32_t, 5> counts{15, 16, 16, 16, 4096};  // phases, blocks, leaves
+  std::memcpy(bytes.data() + 12, counts.data(), sizeof counts);
+  std::memset(bytes.data() + 96, 0, 4);
+  bytes.resize(100 + 4096, std::byte{2});
+  bytes.resize(bytes.size() + std::size_t{4096} * (1 + 2 * 15 + 4), std::byte{0});
+  entry(entries, field) = pack::zstd_pack(bytes);
+  ASSERT_LT(entry(entries, field).size(), 1000U);
+  EXPECT_NE(open(sealed(entries)).find("plausible"), std::string::npos);
+}
+
 TEST_F(HostilePackage, WithCountsThatContradictThePayloadIsRefused) {
   const auto patched = [&](const std::string& name, std::size_t at, std::uint64_t value,
                            std::size_t size) {
@@ -277,20 +310,25 @@ TEST_F(HostilePackage, WithCountsThatContradictThePayloadIsRefused) {
   std::uint64_t nan_bits = 0;
   std::memcpy(&nan_bits, &nan, 8);
   for (std::uint64_t value : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 31U}) {
-    EXPECT_NE(patched(field, 12, value, 4), "");  // phases
-    EXPECT_NE(patched(field, 16, value, 4), "");  // blocks along x
-    EXPECT_NE(patched(field, 28, value, 4), "");  // leaves
-    EXPECT_NE(patched(field, 32, value, 8), "");  // samples
+    EXPECT_NE(patched(field, 12, value, 4), "");      // phases
+    EXPECT_NE(patched(field, 16, value, 4), "");      // blocks along x
+    EXPECT_NE(patched(field, 28, value, 4), "");      // leaves
+    EXPECT_NE(patched(field, 96, value - 1, 4), "");  // terms apart
     EXPECT_NE(patched(motion, 12, value, 4), "");
     EXPECT_NE(patched(motion, 16, value, 4), "");
     EXPECT_NE(patched(motion, 20, value, 4), "");
   }
-  for (std::size_t at = 40; at < 96; at += 8) EXPECT_NE(patched(field, at, nan_bits, 8), "") << at;
+  for (std::size_t at = 32; at < 96; at += 8) EXPECT_NE(patched(field, at, nan_bits, 8), "") << at;
   EXPECT_NE(patched(motion, 24, nan_bits, 8), "");
   EXPECT_NE(patched(field, 0, 0, 1), "");
-  EXPECT_NE(patched(field, 8, 2, 4).find("version"), std::string::npos);
-  EXPECT_NE(patched(field, 96, 9, 1).find("block state"), std::string::npos);
-  EXPECT_NE(patched(field, 96, 2, 1), "");  // one leaf more than masks
+  EXPECT_NE(patched(field, 8, 1, 4).find("version"), std::string::npos);
+  EXPECT_NE(patched(field, 100, 9, 1).find("block state"), std::string::npos);
+  // One leaf more or less than the header says.
+  const FieldLayout layout = layout_of(atlas::zstd_unpack(entry(entries_, field)));
+  EXPECT_NE(patched(field, layout.first_leaf, 0, 1).find("leaves"), std::string::npos);
+  EXPECT_NE(patched(field, layout.grades, 8, 1).find("grade"), std::string::npos);
+  EXPECT_NE(patched(field, layout.lengths, 513, 2).find("terms"), std::string::npos);
+  EXPECT_NE(patched(field, layout.lengths, 0, 2), "");  // terms that no mode has
 }
 
 TEST_F(HostilePackage, WithADracoMeshOfManyClaimedTrianglesIsRefused) {

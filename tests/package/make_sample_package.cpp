@@ -1,5 +1,5 @@
 /// make_sample_package FILE [INFO]: writes the tiny sample package, and what `info --json` says of
-/// it. Made golden/v1.beatlas.
+/// it. Made golden/v2.beatlas.
 
 #include <fstream>
 #include <iostream>

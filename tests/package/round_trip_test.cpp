@@ -19,16 +19,72 @@ using atlas::FieldPayload;
 using atlas::SurfacePayload;
 using Triangle = std::array<std::uint32_t, 3>;
 
-bool same_field(const FieldPayload& a, const FieldPayload& b) {
+bool same_lattice(const FieldPayload& a, const FieldPayload& b) {
   return a.structure == b.structure && a.origin_mm == b.origin_mm && a.voxel_mm == b.voxel_mm &&
          a.block_count == b.block_count && a.phases == b.phases && a.step_mm == b.step_mm &&
          a.inner_mm == b.inner_mm && a.outer_mm == b.outer_mm && a.blocks == b.blocks &&
-         a.coefficients == b.coefficients &&
-         std::equal(a.leaves.begin(), a.leaves.end(), b.leaves.begin(), b.leaves.end(),
-                    [](const FieldPayload::Leaf& x, const FieldPayload::Leaf& y) {
-                      return x.active == y.active && x.inside == y.inside &&
-                             x.first_active == y.first_active;
-                    });
+         a.coefficients.size() == b.coefficients.size();
+}
+
+/// The clamped distance [mm] at a sample and phase, as payloads.h defines it.
+double distance_mm(const FieldPayload& field, const Index3& sample, int phase) {
+  double sum = 0;
+  for (int n = 0; n < 81; ++n) {
+    const Index3 to{n % 3 - 1, n / 3 % 3 - 1, n / 9 % 3 - 1};
+    const int in_time = n / 27 - 1;
+    double weight = in_time == 0 ? 4.0 / 6 : 1.0 / 6;
+    std::size_t block = 0;
+    Index3 local{};
+    bool on_lattice = true;
+    for (std::size_t axis = 3; axis-- > 0;) {
+      weight *= to[axis] == 0 ? 4.0 / 6 : 1.0 / 6;
+      const int at = sample[axis] + to[axis];
+      on_lattice = on_lattice && at >= 0 && at < 8 * field.block_count[axis];
+      block = block * std::size_t(field.block_count[axis]) + std::size_t(at / 8);
+      local[axis] = at % 8;
+    }
+    double count = field.clamp_count(false);
+    if (on_lattice) {
+      const std::int32_t entry = field.blocks[block];
+      if (entry == FieldPayload::kInside) count = field.clamp_count(true);
+      const int wrapped = (phase + in_time + field.phases) % field.phases;
+      if (entry >= 0) {
+        count = field.coefficients[field.row_at(entry, local[1], local[2]) +
+                                   std::size_t(8 * wrapped + local[0])];
+      }
+    }
+    sum += weight * count;
+  }
+  return std::clamp(field.step_mm * sum, -field.inner_mm, field.outer_mm);
+}
+
+struct FieldError {
+  double largest_mm = 0;
+  double rms_mm = 0;
+};
+
+/// At every sample and phase of the lattice.
+FieldError field_error(const FieldPayload& a, const FieldPayload& b) {
+  FieldError out;
+  double squares = 0;
+  std::size_t count = 0;
+  Index3 at{};
+  for (at[2] = 0; at[2] < 8 * a.block_count[2]; ++at[2]) {
+    for (at[1] = 0; at[1] < 8 * a.block_count[1]; ++at[1]) {
+      for (at[0] = 0; at[0] < 8 * a.block_count[0]; ++at[0]) {
+        for (int p = 0; p < a.phases; ++p) {
+          const double given = distance_mm(a, at, p);
+          const double error = std::abs(given - distance_mm(b, at, p));
+          out.largest_mm = std::max(out.largest_mm, error);
+          if (given <= -a.inner_mm || given >= a.outer_mm) continue;
+          squares += error * error;
+          ++count;
+        }
+      }
+    }
+  }
+  out.rms_mm = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count)));
+  return out;
 }
 
 double largest_error_mm(const SurfacePayload& a, const SurfacePayload& b) {
@@ -79,7 +135,11 @@ TEST(PackageRoundTrip, GivesBackManifestFieldsAndSurfaces) {
   EXPECT_EQ(expected, found);
   for (const FieldPayload& field : content.fields) {
     ASSERT_NE(opened.field(field.structure), nullptr);
-    EXPECT_TRUE(same_field(field, *opened.field(field.structure)));
+    const FieldPayload& found_field = *opened.field(field.structure);
+    EXPECT_TRUE(same_lattice(field, found_field));
+    const FieldError error = field_error(field, found_field);
+    EXPECT_LE(error.largest_mm, pack::kMostErrorSteps * pack::EncodeOptions{}.step_mm);
+    EXPECT_GT(error.largest_mm, 0.001);  // it is quantised, so this can fail
   }
   for (const SurfacePayload& surface : content.surfaces) {
     const auto decoded = opened.surface(surface.structure);
@@ -93,16 +153,39 @@ TEST(PackageRoundTrip, GivesBackManifestFieldsAndSurfaces) {
   EXPECT_EQ(opened.surface(Structure::RvBlood), nullptr);
 }
 
-TEST(PackageRoundTrip, OfAFieldIsExactForWildCoefficients) {
-  FieldPayload field = test::beating_field(Structure::Heart, 15, 2, 3, 2);
-  std::uint32_t state = 1;
-  for (std::int16_t& c : field.coefficients) {
-    state = state * 1664525U + 1013904223U;
-    c = static_cast<std::int16_t>(state >> 16U);
+TEST(PackageRoundTrip, OfAFieldHoldsTheBoundOfItsStepAndCoarserStepsAreSmaller) {
+  const FieldPayload field = test::beating_field(Structure::Heart, 15, 2, 5, 1.5);
+  std::size_t finer = SIZE_MAX;
+  for (double step_mm : {0.002, 0.01, 0.02, 0.1}) {
+    const atlas::Bytes entry = pack::pack_field(field, step_mm);
+    const FieldError error = field_error(field, atlas::decode_field(entry, Structure::Heart));
+    EXPECT_LE(error.largest_mm, pack::kMostErrorSteps * step_mm);
+    EXPECT_GT(error.largest_mm, 0.1 * step_mm);
+    EXPECT_LE(error.rms_mm, step_mm / 3);
+    EXPECT_LT(entry.size(), finer);
+    finer = entry.size();
   }
-  field.coefficients[0] = INT16_MIN;
-  field.coefficients[1] = INT16_MAX;
-  EXPECT_TRUE(same_field(field, atlas::decode_field(pack::pack_field(field), Structure::Heart)));
+  EXPECT_THROW((void)pack::pack_field(field, 0.0004), Error);
+  EXPECT_THROW((void)pack::pack_field(field, 0.11), Error);
+}
+
+TEST(PackageRoundTrip, OfAFieldHoldsItsBoundForWildCoefficientsAndAnyNumberOfPhases) {
+  for (int phases : {1, 2, 3, 4, 16}) {
+    FieldPayload field = test::beating_field(Structure::Heart, 15, 2, phases, 3);
+    field.inner_mm = 300;  // so that nothing is clamped
+    field.outer_mm = 300;
+    std::uint32_t state = 1;
+    for (std::int16_t& c : field.coefficients) {
+      state = state * 1664525U + 1013904223U;
+      c = static_cast<std::int16_t>(state >> 16U);
+    }
+    field.coefficients[0] = -INT16_MAX;
+    field.coefficients[1] = INT16_MAX;
+    const FieldPayload stored =
+        atlas::decode_field(pack::pack_field(field, 0.02), Structure::Heart);
+    EXPECT_TRUE(same_lattice(field, stored));
+    EXPECT_LE(field_error(field, stored).largest_mm, pack::kMostErrorSteps * 0.02) << phases;
+  }
 }
 
 TEST(PackageRoundTrip, OfASurfaceHoldsItsBoundFarFromTheOriginAndWhenLarge) {
@@ -190,7 +273,7 @@ TEST(PackageRoundTrip, OfASurfaceHoldsItsBoundWhereFloatsAreCoarse) {
 TEST(PackageSize, OfASmoothBeatIsAQuarterOfItsRawBytesOrLess) {
   // Gates on bytes: a lost prediction step at least doubles these.
   const FieldPayload field = test::beating_field(Structure::Heart, 35, 5, 15, 1.5);
-  EXPECT_LT(pack::pack_field(field).size(), field.coefficients.size() * 2 / 4);
+  EXPECT_LT(pack::pack_field(field, 0.02).size(), field.coefficients.size() * 2 / 4);
   const SurfacePayload surface = test::beating_surface(Structure::Heart, 35, 5, 15, 4);
   const auto packed = pack::pack_surface(surface);
   const std::size_t raw = surface.positions.size() * surface.positions[0].size() * 12;
@@ -269,7 +352,7 @@ TEST(PackageWriter, RefusesContentThatTheReaderWouldRefuse) {
   refuse([](auto& c) { c.fields.push_back(c.fields[0]); });
   refuse([](auto& c) { c.fields[0].coefficients.pop_back(); });
   refuse([](auto& c) { c.fields[0].blocks[0] = 7; });
-  refuse([](auto& c) { c.fields[0].leaves[0].first_active = 1; });
+  refuse([](auto& c) { c.fields[0].step_mm = 1e-4; });  // 6 mm are too many steps of it
   refuse([](auto& c) { c.fields[0].voxel_mm = std::nan(""); });
   refuse([](auto& c) { c.fields[0] = test::beating_field(Structure::Heart, 9, 1, 3, 1.5); });
   refuse([](auto& c) { c.surfaces[0].positions[2][5].x() = NAN; });

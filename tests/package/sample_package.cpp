@@ -49,42 +49,29 @@ atlas::FieldPayload beating_field(Structure structure, double radius_mm, double 
   for (int bz = 0; bz < edge; ++bz) {
     for (int by = 0; by < edge; ++by) {
       for (int bx = 0; bx < edge; ++bx) {
-        FieldPayload::Leaf leaf;
-        leaf.first_active = static_cast<std::uint32_t>(field.coefficients.size() /
-                                                       static_cast<std::size_t>(phases));
-        bool any = false;
+        // [z][y][phase][x]
+        std::vector<std::int16_t> leaf;
+        bool all_outside = true;
         bool all_inside = true;
-        for (int rank = 0; rank < FieldPayload::kBlockSamples; ++rank) {
-          const Vec3 x = field.origin_mm + voxel_mm * Vec3(8 * bx + rank % 8, 8 * by + rank / 8 % 8,
-                                                           8 * bz + rank / 64);
-          std::vector<std::int16_t> cycle;
-          bool outside = true;
-          bool inside = true;
+        for (int row = 0; row < 64; ++row) {
           for (int p = 0; p < phases; ++p) {
-            const double d = distance_mm(x - kCentre, radius_mm, beat_mm, double(p) / phases);
-            outside = outside && d >= field.outer_mm;
-            inside = inside && d <= -field.inner_mm;
-            cycle.push_back(static_cast<std::int16_t>(
-                std::lround(std::clamp(d, -field.inner_mm, field.outer_mm) / field.step_mm)));
+            for (int x = 0; x < 8; ++x) {
+              const Vec3 at =
+                  field.origin_mm + voxel_mm * Vec3(8 * bx + x, 8 * by + row % 8, 8 * bz + row / 8);
+              const double d = distance_mm(at - kCentre, radius_mm, beat_mm, double(p) / phases);
+              all_outside = all_outside && d >= field.outer_mm;
+              all_inside = all_inside && d <= -field.inner_mm;
+              leaf.push_back(static_cast<std::int16_t>(std::lround(d / field.step_mm)));
+            }
           }
-          const std::uint64_t bit = std::uint64_t{1} << (rank % 64);
-          const auto word = static_cast<std::size_t>(rank / 64);
-          all_inside = all_inside && inside;
-          if (outside) continue;
-          if (inside) {
-            leaf.inside[word] |= bit;
-            continue;
-          }
-          any = true;
-          leaf.active[word] |= bit;
-          field.coefficients.insert(field.coefficients.end(), cycle.begin(), cycle.end());
         }
-        if (any) {
-          field.blocks.push_back(static_cast<std::int32_t>(field.leaves.size()));
-          field.leaves.push_back(leaf);
-        } else {
+        if (all_outside || all_inside) {
           field.blocks.push_back(all_inside ? FieldPayload::kInside : FieldPayload::kOutside);
+          continue;
         }
+        field.blocks.push_back(static_cast<std::int32_t>(
+            field.coefficients.size() / (FieldPayload::kBlockSamples * std::size_t(phases))));
+        field.coefficients.insert(field.coefficients.end(), leaf.begin(), leaf.end());
       }
     }
   }

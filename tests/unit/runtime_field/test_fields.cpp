@@ -94,19 +94,17 @@ std::shared_ptr<atlas::FieldPayload> dense_payload(const LatticeSpec& spec, cons
   for (int bz = 0; bz < spec.blocks[2]; ++bz) {
     for (int by = 0; by < spec.blocks[1]; ++by) {
       for (int bx = 0; bx < spec.blocks[0]; ++bx) {
-        atlas::FieldPayload::Leaf leaf;
-        leaf.active.fill(~std::uint64_t{0});
-        leaf.first_active = static_cast<std::uint32_t>(payload->coefficients.size() / size[3]);
-        payload->blocks.push_back(static_cast<std::int32_t>(payload->leaves.size()));
-        payload->leaves.push_back(leaf);
-        for (int n = 0; n < atlas::FieldPayload::kBlockSamples; ++n) {
-          const auto s = static_cast<std::size_t>(bx * kEdge + n % 8) +
-                         static_cast<std::size_t>(by * kEdge + n / 8 % 8) * stride[1] +
-                         static_cast<std::size_t>(bz * kEdge + n / 64) * stride[2];
+        payload->blocks.push_back(static_cast<std::int32_t>(payload->blocks.size()));
+        for (int row = 0; row < kEdge * kEdge; ++row) {
+          const auto first = static_cast<std::size_t>(bx * kEdge) +
+                             static_cast<std::size_t>(by * kEdge + row % kEdge) * stride[1] +
+                             static_cast<std::size_t>(bz * kEdge + row / kEdge) * stride[2];
           for (std::size_t p = 0; p < size[3]; ++p) {
-            const double count =
-                std::clamp(values[s + p * stride[3]] / spec.step_mm, -32767.0, 32767.0);
-            payload->coefficients.push_back(static_cast<std::int16_t>(std::lround(count)));
+            for (std::size_t x = 0; x < kEdge; ++x) {
+              const double count =
+                  std::clamp(values[first + x + p * stride[3]] / spec.step_mm, -32767.0, 32767.0);
+              payload->coefficients.push_back(static_cast<std::int16_t>(std::lround(count)));
+            }
           }
         }
       }

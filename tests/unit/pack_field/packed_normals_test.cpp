@@ -1,0 +1,93 @@
+/// What storing adds to the normal's error, where a field is as rough as one from voxels is.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/field/field.h"
+#include "pipeline/pack/pack.h"
+#include "pipeline/pack/payload_encoders.h"
+#include "pipeline/register/workspace.h"
+#include "runtime/atlas/field_payload.h"
+#include "runtime/field/field_query.h"
+#include "tests/unit/register/made_shapes.h"
+
+namespace beatlas::pack {
+namespace {
+
+const Vec3 kMiddle(12, -30, 45);
+
+/// 95th percentiles [deg] at points of a ball's surface evenly spread.
+struct Errors {
+  double before = 0;  ///< of the coefficients as encoded, against the ball
+  double after = 0;   ///< as a package gives them back, against the ball
+  double added = 0;   ///< between the two
+};
+
+double angle_deg(const Vec3& a, const Vec3& b) {
+  return std::asin(std::min(1.0, a.cross(b).norm())) * 180 / std::numbers::pi;
+}
+
+double p95(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() * 95 / 100];
+}
+
+/// From coverage of 1 x 1 x 3 mm voxels, through shape and field, without what segmentation
+/// smooths.
+Errors normal_errors(double radius_mm, bool binary) {
+  const auto size = static_cast<int>(2 * radius_mm + 26);
+  const Grid grid = reg::made::oblique_grid({size, size, size / 3 + 2}, {1, 1, 3}, kMiddle);
+  Segmentation segmentation = reg::made::segmentation_of(grid, 1);
+  std::vector<float> coverage = reg::made::ball_coverage(grid, kMiddle, radius_mm);
+  if (binary) {
+    for (float& share : coverage) share = share >= 0.5F ? 1.0F : 0.0F;
+  }
+  segmentation.coverage.phases[Structure::Heart] = {std::move(coverage)};
+  StageContext quiet;
+  const Affine map = reg::workspace_from_lps(grid, segmentation.coverage);
+  const auto shapes = reg::shapes_in_workspace(segmentation, map, {}, quiet);
+  const EncodeOptions options;
+  const auto encoded = std::make_shared<atlas::FieldPayload>(
+      encode_field(field::build_field(shapes.front(), {}, quiet), options));
+  const auto packed = std::make_shared<atlas::FieldPayload>(
+      atlas::decode_field(pack_field(*encoded, options.step_mm), Structure::Heart));
+  const field::FieldQuery before(encoded, 1);
+  const field::FieldQuery after(packed, 1);
+  std::vector<double> of_before;
+  std::vector<double> of_after;
+  std::vector<double> added;
+  constexpr int kRays = 5000;
+  for (int n = 0; n < kRays; ++n) {
+    const double z = 1 - (2 * n + 1.0) / kRays;
+    const double angle = n * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double r = std::sqrt(1 - z * z);
+    const Vec3 direction(r * std::cos(angle), r * std::sin(angle), z);
+    const Vec3 x = map * kMiddle + radius_mm * direction;
+    const Vec3 normal_before = before.normal(before.sample(x, 0), x);
+    const Vec3 normal_after = after.normal(after.sample(x, 0), x);
+    of_before.push_back(angle_deg(normal_before, direction));
+    of_after.push_back(angle_deg(normal_after, direction));
+    added.push_back(angle_deg(normal_before, normal_after));
+  }
+  const Errors out{p95(of_before), p95(of_after), p95(added)};
+  ::testing::Test::RecordProperty("before_mdeg", static_cast<int>(1000 * out.before));
+  ::testing::Test::RecordProperty("after_mdeg", static_cast<int>(1000 * out.after));
+  ::testing::Test::RecordProperty("added_mdeg", static_cast<int>(1000 * out.added));
+  return out;
+}
+
+TEST(PackedNormals, AreStoredToADegreeWhereTheFieldIsRough) {
+  // The whole error that hard case 9 allows a normal; a smooth field stays far below it. It is
+  // independent of the field's own, so it adds little to it.
+  for (const bool binary : {false, true}) {
+    const Errors errors = normal_errors(30, binary);
+    EXPECT_LE(errors.added, 1);
+    EXPECT_GT(errors.added, 0.001);  // it is quantised, so this can fail
+    EXPECT_LE(errors.after, std::hypot(errors.before, errors.added) + 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace beatlas::pack
