@@ -8,12 +8,6 @@
 
 namespace beatlas::haptics {
 
-struct ServoState {
-  double time_s = 0;
-  Vec3 position_mm = Vec3::Zero();  ///< the user point, workspace
-  bool valid = true;
-};
-
 struct Tick {
   TickStatus status = TickStatus::Fault;
   Vec3 force_n = Vec3::Zero();  ///< safe to send; workspace axes
