@@ -126,9 +126,9 @@ TEST(Proxy, DampingNeitherPullsNorChattersOnAnEncodersSteps) {
     chatter = std::max(chatter, std::abs(contact.force_n.z() - last));
     last = contact.force_n.z();
   }
-  // A step is felt as (K + k) D = 0.036 N; a velocity from differences would give C D / T = 0.275
-  // N.
-  EXPECT_LE(chatter, 650e-3 * kStepMm + 1e-9);
+  // A step is felt as (K + k) D = 0.036 N, beside what the damper gives back in a tick; a velocity
+  // from differences would give C D / T = 0.275 N. The limit is paper B's smallest force.
+  EXPECT_LE(chatter, 0.049);
 }
 
 TEST(Proxy, GoesOnToTheBitFromItsMemory) {
