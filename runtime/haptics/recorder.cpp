@@ -155,8 +155,9 @@ RecordedTicks read_ticks(std::istream& in, const std::string& name) {
     bool first = true;
     each_number(tick, [&](const std::string& column, auto& value) {
       const auto fail = [&] {
-        throw_invalid(name + ", line " + std::to_string(number) + ", column " + column +
-                      ": must be a number of its range");
+        std::string where = name + ", line " + std::to_string(number) + ", column ";
+        where += column;
+        throw_invalid(where + ": must be a number of its range");
       };
       if (!first && (at == end || *at++ != ',')) fail();
       first = false;

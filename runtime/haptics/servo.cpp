@@ -1,8 +1,8 @@
 #include "runtime/haptics/servo.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "runtime/base/error.h"
@@ -28,7 +28,8 @@ std::array<double, 3> numbers(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 // Bit by bit: -0 is not 0, and a NaN is itself.
 template <class T>
 bool same_bits(const T& a, const T& b) {
-  return std::memcmp(&a, &b, sizeof(T)) == 0;
+  using Words = std::array<std::uint64_t, sizeof(T) / sizeof(std::uint64_t)>;
+  return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
 }
 
 }  // namespace
@@ -116,7 +117,7 @@ Tick Servo::tick(const ServoState& state) noexcept {
   record.before = memory();
   ServoState seen = state;
   if (swapped) seen.valid = false;  // this tick is a fault: zero force, then the ramp
-  const Tick tick = run(seen, wish);
+  Tick tick = run(seen, wish);
 
   record.time_s = seen.time_s;
   record.position_mm = numbers(seen.position_mm);

@@ -55,8 +55,12 @@ void operator delete(void* memory, std::size_t) noexcept { count_and_free(memory
 void operator delete[](void* memory, std::size_t) noexcept { count_and_free(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { count_and_free(memory); }
 void operator delete[](void* memory, std::align_val_t) noexcept { count_and_free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { count_and_free(memory); }
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { count_and_free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  count_and_free(memory);
+}
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
+  count_and_free(memory);
+}
 #pragma GCC diagnostic pop
 
 namespace beatlas {
