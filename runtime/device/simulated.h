@@ -31,8 +31,8 @@ struct DeviceFaults {
   double viscous_n_s_per_m = 0;  ///< [N s/m] >= 0: of the mechanism, against the frame
   double coulomb_n = 0;          ///< [N] >= 0: dry friction of the mechanism; it sticks
   double encoder_step_m = 0;     ///< [m] >= 0: positions are told in whole steps; velocities, as
-                              ///< drivers do, by the difference of two positions told
-  int delay_ticks = 0;  ///< 0..100: until a force acts, beside the tick that holds it
+                                 ///< drivers do, by the difference of two positions told
+  int delay_ticks = 0;           ///< 0..100: until a force acts, beside the tick that holds it
 };
 
 struct SimulatedOptions {
