@@ -54,4 +54,23 @@ class AtlasField final : public ContactField {
   std::shared_ptr<const field::FieldQuery> field_;
 };
 
+/// Another field, standing still at one time.
+class HeldField final : public ContactField {
+ public:
+  /// @throws Error{InvalidInput} if there is no field or the time is no number.
+  HeldField(std::shared_ptr<const ContactField> field, double time_s);
+
+  [[nodiscard]] FieldSample sample(const Vec3& x, double t) const noexcept override;
+  void sample_all(std::span<const Vec3> points, double t,
+                  std::span<FieldSample> out) const noexcept override;
+  [[nodiscard]] Vec3 outward(const Vec3& x) const noexcept override { return field_->outward(x); }
+  [[nodiscard]] double resolution_mm() const noexcept override { return field_->resolution_mm(); }
+  [[nodiscard]] double reach_mm() const noexcept override { return field_->reach_mm(); }
+  [[nodiscard]] double period_s() const noexcept override { return field_->period_s(); }
+
+ private:
+  std::shared_ptr<const ContactField> field_;
+  double time_s_;
+};
+
 }  // namespace beatlas::haptics
