@@ -58,11 +58,9 @@ void ProxyModel::place(const Vec3& x, double t) noexcept {
   touching_ = false;
   for (int n = 0; n < kMostPlacings; ++n) {
     const FieldSample sample = field_->sample(proxy_mm_, t);
-    rate_mm_s_ = sample.rate_mm_s;
     const double missing = options_.radius_mm - sample.distance_mm;
     if (missing <= kSettledMm) {
       placed_ = true;
-      time_s_ = t;
       return;
     }
     const double slope = sample.gradient.norm();
@@ -74,11 +72,11 @@ void ProxyModel::place(const Vec3& x, double t) noexcept {
   }
 }
 
-void ProxyModel::carry(double t) noexcept {
+void ProxyModel::carry(const Vec3& x, double t) noexcept {
   if (!touching_) return;
-  const double moves_mm = std::abs(rate_mm_s_ * (t - time_s_));
+  const double moved_mm = speed_mm_s_ * (t - time_s_);
   const int parts = static_cast<int>(
-      std::min<double>(kMostCarries, std::ceil(moves_mm / (0.5 * longest_step_mm_))));
+      std::min<double>(kMostCarries, std::ceil(std::abs(moved_mm) / (0.5 * longest_step_mm_))));
   for (int n = 1; n < parts; ++n) {
     const FieldSample sample = field_->sample(proxy_mm_, time_s_ + (t - time_s_) * n / parts);
     const double slope = sample.gradient.norm();
@@ -86,11 +84,19 @@ void ProxyModel::carry(double t) noexcept {
     const double gap = (sample.distance_mm - options_.radius_mm) / std::max(slope, kNewtonShortest);
     if (gap < 0) proxy_mm_ -= gap / slope * sample.gradient;
   }
+  if (parts > 1 || !one_plane_) return;
+  // A first step without a sample: on the plane of the tick before, moved as the surface did.
+  const double excess = direction_.dot(x - proxy_mm_) - moved_mm;
+  if (excess >= 0) return;
+  const Vec3 step = x - excess * direction_ - proxy_mm_;
+  if (step.norm() <= 0.5 * longest_step_mm_) proxy_mm_ += step;
 }
 
 ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
   HalfSpaces planes;
   Slide out{.allowed = proxy_mm_, .held = touching_, .sample = {}};
+  double last_length = 0;
+  one_plane_ = false;
   for (int n = 0; n < kMostSlides; ++n) {
     out.sample = field_->sample(proxy_mm_, t);
     const double room = out.sample.distance_mm - options_.radius_mm;
@@ -115,7 +121,11 @@ ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
     const double length = step.norm();
     const double longest = std::max(longest_step_mm_, room / kSteepest);
     proxy_mm_ += length > longest ? Vec3(longest / length * step) : step;
-    if (out.held && length < kSettledMm) return out;
+    one_plane_ = planes.size() == 1;
+    // Steps shrink by the same share each: what is left is about the next one.
+    const double share = n > 0 && one_plane_ ? std::min(1.0, length / last_length) : 1;
+    if (out.held && length * share < kSettledMm) return out;
+    last_length = length;
   }
   return out;
 }
@@ -140,16 +150,16 @@ Contact ProxyModel::evaluate(const Vec3& x, double t, double elapsed_s) noexcept
   if (starts) place(x, t);
   Contact contact;
   if (!placed_) return contact;  // no way out was found: no force, and another try at the next tick
-  carry(t);
+  carry(x, t);
   const Slide slid = slide(x, t);
   const double slope = slid.sample.gradient.norm();
-  rate_mm_s_ = slid.sample.rate_mm_s;
+  speed_mm_s_ = slope >= kShortest ? -slid.sample.rate_mm_s / slope : 0;
   touching_ = slid.held;
   time_s_ = t;
   contact.touching = slid.held;
   contact.proxy_mm = slid.allowed;
   if (slid.held) {
-    contact.surface_velocity_mm_s = slope >= kShortest ? -rate_mm_s_ / slope : 0;
+    contact.surface_velocity_mm_s = speed_mm_s_;
     const Vec3 push = slid.allowed - x;
     contact.depth_mm = push.norm();
     contact.distance_mm = -contact.depth_mm;
@@ -189,9 +199,10 @@ ModelMemory ProxyModel::memory() const noexcept {
           direction_.y(),
           direction_.z(),
           time_s_,
-          rate_mm_s_,
+          speed_mm_s_,
           depth_mm_,
-          damper_n_};
+          damper_n_,
+          one_plane_ ? 1.0 : 0.0};
 }
 
 void ProxyModel::restore(const ModelMemory& memory) noexcept {
@@ -200,9 +211,10 @@ void ProxyModel::restore(const ModelMemory& memory) noexcept {
   proxy_mm_ = Vec3(memory[2], memory[3], memory[4]);
   direction_ = Vec3(memory[5], memory[6], memory[7]);
   time_s_ = memory[8];
-  rate_mm_s_ = memory[9];
+  speed_mm_s_ = memory[9];
   depth_mm_ = memory[10];
   damper_n_ = memory[11];
+  one_plane_ = memory[12] != 0;
 }
 
 }  // namespace beatlas::haptics

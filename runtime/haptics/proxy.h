@@ -55,7 +55,7 @@ class ProxyModel final : public ForceModel {
   struct Slide;
 
   void place(const Vec3& x, double t) noexcept;
-  void carry(double t) noexcept;
+  void carry(const Vec3& x, double t) noexcept;
   [[nodiscard]] Slide slide(const Vec3& x, double t) noexcept;
   [[nodiscard]] double damped_force_n(double stiffness, double depth_mm, double elapsed_s) noexcept;
 
@@ -69,7 +69,8 @@ class ProxyModel final : public ForceModel {
   Vec3 proxy_mm_ = Vec3::Zero();
   Vec3 direction_ = Vec3::Zero();  // last one known; where the field has none it serves on
   double time_s_ = 0;              // the field's
-  double rate_mm_s_ = 0;           // of the distance at the proxy
+  double speed_mm_s_ = 0;          // of the surface at the proxy, outward, in the field's time
+  bool one_plane_ = false;         // a single plane held the proxy
   double depth_mm_ = 0;
   double damper_n_ = 0;  // force of the damper's branch
 };

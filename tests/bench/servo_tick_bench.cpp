@@ -1,6 +1,6 @@
-// Full ticks on a moving field: model, safety stage, recorder, publication. Thread CPU time of every
-// single tick; p50, p99, p99.9 and the largest are counters [us], the clock's own cost (clock_us) taken
-// off. Read ratios within one run.
+// Full ticks on a moving field: model, safety stage, recorder, publication. Thread CPU time of
+// every single tick; p50, p99, p99.9 and the largest are counters [us], the clock's own cost
+// (clock_us) taken off. Read ratios within one run.
 
 #include <algorithm>
 #include <cmath>
@@ -95,9 +95,9 @@ void full_tick_proxy(benchmark::State& state) {
 BENCHMARK(full_tick_proxy)->Args({3, 3})->Args({0, 3})->Args({3, -5})->MinTime(2);
 
 void full_tick_two_step(benchmark::State& state) {
-  haptics::Scene scene{.model = std::make_unique<haptics::TwoStepModel>(sphere(),
-                                                                        haptics::TwoStepOptions{}),
-                       .period_s = kPeriod};
+  haptics::Scene scene{
+      .model = std::make_unique<haptics::TwoStepModel>(sphere(), haptics::TwoStepOptions{}),
+      .period_s = kPeriod};
   tick_many(state, std::move(scene), 0, 3);
 }
 BENCHMARK(full_tick_two_step)->MinTime(2);
