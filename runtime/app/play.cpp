@@ -56,6 +56,8 @@ struct PlayArguments {
   std::string model = "proxy";
   double tool_radius_mm = 0;
   double damping_n_s_per_m = 0;
+  double friction_static = 0;
+  double friction_dynamic = 0;
   int tool_points = 2000;
   double heart_rate_per_min = 0;
   std::string trace;
@@ -160,6 +162,8 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
   touch.radius_mm = arguments.tool_radius_mm;
   if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
   touch.damping_n_s_per_m = arguments.damping_n_s_per_m;
+  touch.friction_static = arguments.friction_static;
+  touch.friction_dynamic = arguments.friction_dynamic;
   touch.points = arguments.tool_points;
   const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
   if (arguments.held) touch.held_time_s = end_diastole_s;
@@ -328,6 +332,13 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
       ->capture_default_str();
   app.add_option("--damping-n-s-per-m", arguments.damping_n_s_per_m, "proxy: of the tissue")
       ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--friction-static", arguments.friction_static, "proxy: while the tool sticks")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--friction-dynamic", arguments.friction_dynamic,
+                 "proxy: while it slides; at most the static one")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--heart-rate", arguments.heart_rate_per_min,
                  "beats a minute instead of the atlas's own")

@@ -30,6 +30,8 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
     model.stiffness_n_per_m = options.stiffness_n_per_m;
     model.radius_mm = options.radius_mm;
     model.damping_n_s_per_m = options.damping_n_s_per_m;
+    model.friction_static = options.friction_static;
+    model.friction_dynamic = options.friction_dynamic;
     scene.model = std::make_unique<haptics::ProxyModel>(body, model);
   } else if (options.model == "fingertip") {
     scene.model = std::make_unique<haptics::ShellModel>(
@@ -46,6 +48,8 @@ nlohmann::json touch_to_json(const TouchOptions& options) {
   nlohmann::json json = {
       {"model", options.model},         {"stiffness_n_per_m", options.stiffness_n_per_m},
       {"radius_mm", options.radius_mm}, {"damping_n_s_per_m", options.damping_n_s_per_m},
+      {"friction_static", options.friction_static},
+      {"friction_dynamic", options.friction_dynamic},
       {"points", options.points},       {"foundation_n_per_m3", options.foundation_n_per_m3}};
   if (options.held_time_s) json["held_time_s"] = *options.held_time_s;
   return json;
@@ -58,6 +62,8 @@ TouchOptions touch_from_json(const nlohmann::json& json) {
   object.read("stiffness_n_per_m", options.stiffness_n_per_m, 1, 5000);
   object.read("radius_mm", options.radius_mm, 0, 100);
   object.read("damping_n_s_per_m", options.damping_n_s_per_m, 0, 100);
+  object.read("friction_static", options.friction_static, 0, 1);
+  object.read("friction_dynamic", options.friction_dynamic, 0, 1);
   object.read("points", options.points, 1, 10000);
   object.read("foundation_n_per_m3", options.foundation_n_per_m3, 1e3, 1e9);
   if (object.has("held_time_s")) {

@@ -16,6 +16,8 @@ struct TouchOptions {
   double stiffness_n_per_m = 150;
   double radius_mm = 0;                ///< proxy: of a sphere, 0 a point; fingertip: its own
   double damping_n_s_per_m = 0;        ///< proxy
+  double friction_static = 0;          ///< proxy
+  double friction_dynamic = 0;         ///< proxy
   int points = 2000;                   ///< fingertip
   double foundation_n_per_m3 = 1.5e6;  ///< fingertip
   std::optional<double> held_time_s = std::nullopt;  ///< the heart stands still at this time

@@ -45,6 +45,8 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
       model.stiffness_n_per_m = stiffness;
       model.radius_mm = options.radius_mm;
       model.damping_n_s_per_m = options.damping_n_s_per_m;
+      model.friction_static = options.friction_static;
+      model.friction_dynamic = options.friction_dynamic;
       scene.model = std::make_unique<haptics::ProxyModel>(
           std::make_shared<haptics::AtlasField>(opened.field), model);
       break;

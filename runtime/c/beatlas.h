@@ -42,6 +42,8 @@ typedef struct {
   double stiffness_n_per_m;  /* 1..5000; 0: the package's */
   double radius_mm;          /* proxy: 0 a point; fingertip: 0 is 8 mm */
   double damping_n_s_per_m;  /* proxy: 0..100 */
+  double friction_static;    /* proxy: 0..1, while the tool sticks */
+  double friction_dynamic;   /* proxy: 0..static, while it slides */
   size_t points;             /* fingertip: 1..10000 */
   double heart_rate_per_min; /* 10..300; 0: the package's */
   double peak_n;             /* 0.05..40: largest force */

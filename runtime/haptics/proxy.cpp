@@ -41,6 +41,8 @@ ProxyModel::ProxyModel(std::shared_ptr<const ContactField> field, const ProxyOpt
   check("radius_mm", options.radius_mm, 0, field_->reach_mm());
   check("damping_n_s_per_m", options.damping_n_s_per_m, 0, 100);
   check("damper_spring_n_per_m", options.damper_spring_n_per_m, kSoftestNPerM, kStiffestNPerM);
+  check("friction_static", options.friction_static, 0, 1);
+  check("friction_dynamic", options.friction_dynamic, 0, options.friction_static);
   // A third of the thinnest wall: a step into it cannot come near its other side.
   longest_step_mm_ = 0.5 * field_->resolution_mm();
 }
@@ -51,6 +53,8 @@ void ProxyModel::reset() noexcept {
   direction_ = Vec3::Zero();
   depth_mm_ = 0;
   damper_n_ = 0;
+  rubs_ = false;
+  sticks_ = false;
 }
 
 void ProxyModel::place(const Vec3& x, double t) noexcept {
@@ -130,6 +134,40 @@ ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
   return out;
 }
 
+Vec3 ProxyModel::friction_n(const Contact& contact, double stiffness, double t) noexcept {
+  // Back onto the surface, which has moved since or curves away under a straight step.
+  const auto onto_surface = [&] {
+    const FieldSample sample = field_->sample(stuck_mm_, t);
+    const double slope = sample.gradient.norm();
+    if (slope < kShortest) return;
+    const double gap = (sample.distance_mm - options_.radius_mm) / std::max(slope, kNewtonShortest);
+    stuck_mm_ -= std::clamp(gap, -longest_step_mm_, longest_step_mm_) / slope * sample.gradient;
+  };
+  const auto sideways = [&] {
+    const Vec3 from_proxy = stuck_mm_ - contact.proxy_mm;
+    return Vec3(from_proxy - from_proxy.dot(contact.normal) * contact.normal);
+  };
+  if (!rubs_) {
+    stuck_mm_ = contact.proxy_mm;
+    rubs_ = true;
+    sticks_ = true;
+    return Vec3::Zero();
+  }
+  onto_surface();
+  const double mu = sticks_ ? options_.friction_static : options_.friction_dynamic;
+  sticks_ = sideways().norm() <= mu * contact.depth_mm;
+  const double most_mm = (sticks_ ? mu : options_.friction_dynamic) * contact.depth_mm;
+  if (!sticks_) {
+    const Vec3 aside = sideways();
+    stuck_mm_ = contact.proxy_mm + most_mm / aside.norm() * aside;
+    onto_surface();
+  }
+  Vec3 aside = sideways();
+  const double length = aside.norm();
+  if (length > most_mm) aside *= most_mm / length;
+  return stiffness * 1e-3 * aside;
+}
+
 double ProxyModel::damped_force_n(double stiffness, double depth_mm, double elapsed_s) noexcept {
   double force = stiffness * 1e-3 * depth_mm;
   if (options_.damping_n_s_per_m > 0) {
@@ -170,6 +208,7 @@ Contact ProxyModel::evaluate(const Vec3& x, double t, double elapsed_s) noexcept
                                                        kSoftestNPerM, kStiffestNPerM)
                                           : options_.stiffness_n_per_m;
     contact.force_n = damped_force_n(stiffness, contact.depth_mm, elapsed_s) * contact.normal;
+    if (options_.friction_static > 0) contact.force_n += friction_n(contact, stiffness, t);
   } else {
     const FieldSample at_tool = field_->sample(x, t);
     const double tool_slope = at_tool.gradient.norm();
@@ -178,6 +217,7 @@ Contact ProxyModel::evaluate(const Vec3& x, double t, double elapsed_s) noexcept
     contact.surface_velocity_mm_s = directed ? -at_tool.rate_mm_s / tool_slope : 0;
     contact.distance_mm = std::max(0.0, at_tool.distance_mm - options_.radius_mm);
     damper_n_ = 0;
+    rubs_ = false;
   }
   depth_mm_ = contact.depth_mm;
   return contact;
@@ -202,7 +242,10 @@ ModelMemory ProxyModel::memory() const noexcept {
           speed_mm_s_,
           depth_mm_,
           damper_n_,
-          one_plane_ ? 1.0 : 0.0};
+          (one_plane_ ? 1.0 : 0.0) + (rubs_ ? 2.0 : 0.0) + (sticks_ ? 4.0 : 0.0),
+          stuck_mm_.x(),
+          stuck_mm_.y(),
+          stuck_mm_.z()};
 }
 
 void ProxyModel::restore(const ModelMemory& memory) noexcept {
@@ -214,7 +257,11 @@ void ProxyModel::restore(const ModelMemory& memory) noexcept {
   speed_mm_s_ = memory[9];
   depth_mm_ = memory[10];
   damper_n_ = memory[11];
-  one_plane_ = memory[12] != 0;
+  const int flags = static_cast<int>(memory[12]);
+  one_plane_ = (flags & 1) != 0;
+  rubs_ = (flags & 2) != 0;
+  sticks_ = (flags & 4) != 0;
+  stuck_mm_ = Vec3(memory[13], memory[14], memory[15]);
 }
 
 }  // namespace beatlas::haptics

@@ -12,6 +12,9 @@
 ///
 /// which for a smooth body equals paper A's K depth n, and keeps its side of a thin wall, its
 /// direction however deep, and a groove's edge where a distance has no direction.
+///
+/// With friction a second point sticks to the surface until it lies outside of the friction cone,
+/// then follows at the cone's edge (Harwin and Melder 2002): F_t = K (stuck - p), |F_t| <= mu F_n.
 
 #include <memory>
 
@@ -31,6 +34,11 @@ struct ProxyOptions {
   double damping_n_s_per_m = 0;
   double damper_spring_n_per_m = 500;  ///< [N/m] 1..5000: of the spring in series with C
   std::shared_ptr<const StiffnessMap> map = nullptr;  ///< asked at the contact point
+  /// 0..1, mu of Coulomb's dry friction while the tool sticks, and (0..static) while it slides. The
+  /// surface is known to move along its normal only: a tool that sticks is not taken along
+  /// sideways.
+  double friction_static = 0;
+  double friction_dynamic = 0;
 };
 
 /// A point or a sphere on one body.
@@ -49,7 +57,7 @@ class ProxyModel final : public ForceModel {
   [[nodiscard]] ModelMemory memory() const noexcept override;
   void restore(const ModelMemory& memory) noexcept override;
 
-  static constexpr int kMostSamples = 18;  ///< but for the tick that places the proxy
+  static constexpr int kMostSamples = 20;  ///< but for the tick that places the proxy
 
  private:
   struct Slide;
@@ -57,6 +65,8 @@ class ProxyModel final : public ForceModel {
   void place(const Vec3& x, double t) noexcept;
   void carry(const Vec3& x, double t) noexcept;
   [[nodiscard]] Slide slide(const Vec3& x, double t) noexcept;
+  /// Force along the surface, given the frictionless contact at the time t.
+  [[nodiscard]] Vec3 friction_n(const Contact& contact, double stiffness, double t) noexcept;
   [[nodiscard]] double damped_force_n(double stiffness, double depth_mm, double elapsed_s) noexcept;
 
   std::shared_ptr<const ContactField> field_;
@@ -73,6 +83,9 @@ class ProxyModel final : public ForceModel {
   bool one_plane_ = false;         // a single plane held the proxy
   double depth_mm_ = 0;
   double damper_n_ = 0;  // force of the damper's branch
+  bool sticks_ = false;  // there is a point that friction holds, and it has not slid
+  bool rubs_ = false;    // there is a point that friction holds
+  Vec3 stuck_mm_ = Vec3::Zero();
 };
 
 }  // namespace beatlas::haptics

@@ -97,13 +97,14 @@ TEST(Session, EveryModelTouchesThePackage) {
   EXPECT_EQ(quick.at("heart_rate_per_min"), 120);
   EXPECT_EQ(run({kGolden, "--headless", "--tool-radius-mm", "40"}).code, 3);
   EXPECT_EQ(run({kGolden, "--headless", "--heart-rate", "5"}).code, 2);
+  EXPECT_EQ(run({kGolden, "--headless", "--friction-dynamic", "0.5"}).code, 3);
 }
 
 TEST(Session, RecordedTicksComeOutTheSameAndAnothersAreRefused) {
   const TemporaryFile ticks("ticks.txt");
   for (const char* const model : {"proxy", "two_step", "fingertip"}) {
     (void)report_of({"--ticks", ticks.path(), "--seconds", "1", "--model", model, "--held",
-                     "--tool-points", "100"});
+                     "--tool-points", "100", "--friction-static", "0.4"});
     const Result replay = run({"replay-ticks", kGolden, ticks.path()});
     EXPECT_EQ(replay.code, 0) << replay.err;
     EXPECT_EQ(replay.out, "1000 ticks replayed, all the same to the bit; 0 faults\n");

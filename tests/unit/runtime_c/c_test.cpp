@@ -42,6 +42,8 @@ TEST(C, TicksAreThoseOfTheServoToTheBit) {
   beatlas_options options = beatlas_default_options();
   options.radius_mm = 2;
   options.damping_n_s_per_m = 1;
+  options.friction_static = 0.5;
+  options.friction_dynamic = 0.3;
   options.heart_rate_per_min = 100;
   const Session c(&options);
   ASSERT_NE(c.session, nullptr);
@@ -53,6 +55,8 @@ TEST(C, TicksAreThoseOfTheServoToTheBit) {
   model.stiffness_n_per_m = atlas.manifest().stiffness_n_per_m;
   model.radius_mm = 2;
   model.damping_n_s_per_m = 1;
+  model.friction_static = 0.5;
+  model.friction_dynamic = 0.3;
   haptics::ServoOptions servo_options;
   servo_options.heart.rate_per_min = 100;
   haptics::Servo servo({.model = std::make_unique<haptics::ProxyModel>(
