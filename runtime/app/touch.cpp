@@ -45,12 +45,14 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
 }
 
 nlohmann::json touch_to_json(const TouchOptions& options) {
-  nlohmann::json json = {
-      {"model", options.model},         {"stiffness_n_per_m", options.stiffness_n_per_m},
-      {"radius_mm", options.radius_mm}, {"damping_n_s_per_m", options.damping_n_s_per_m},
-      {"friction_static", options.friction_static},
-      {"friction_dynamic", options.friction_dynamic},
-      {"points", options.points},       {"foundation_n_per_m3", options.foundation_n_per_m3}};
+  nlohmann::json json = {{"model", options.model},
+                         {"stiffness_n_per_m", options.stiffness_n_per_m},
+                         {"radius_mm", options.radius_mm},
+                         {"damping_n_s_per_m", options.damping_n_s_per_m},
+                         {"friction_static", options.friction_static},
+                         {"friction_dynamic", options.friction_dynamic},
+                         {"points", options.points},
+                         {"foundation_n_per_m3", options.foundation_n_per_m3}};
   if (options.held_time_s) json["held_time_s"] = *options.held_time_s;
   return json;
 }

@@ -25,12 +25,12 @@ struct Fake {
   bool enabled = false;
   bool open = false;
   bool in_frame = false;
-  unsigned error = 0;
-  int frames = 0;
+  std::atomic<int> frames{0};
   std::array<double, 3> force{};
   std::array<double, 3> last_force{};  // of the newest frame
 };
 Fake fake;
+thread_local unsigned last_error = 0;  // a stack a thread, as libHD has
 
 }  // namespace
 
@@ -44,7 +44,7 @@ struct FakeErrorInfo {
 
 unsigned hdInitDevice(const char* name) {
   if (told("absent")) {
-    fake.error = 0x0302;
+    last_error = 0x0302;
     return 0xFFFFFFFF;
   }
   fake.open = true;
@@ -62,7 +62,7 @@ unsigned long hdScheduleAsynchronous(unsigned (*callback)(void*), void* data,
 void hdUnschedule(unsigned long /*handle*/) { fake.callback = nullptr; }
 void hdStartScheduler() {
   if (told("stuck")) {
-    fake.error = 0x0101;
+    last_error = 0x0101;
     return;
   }
   fake.frames = 0;
@@ -81,14 +81,14 @@ void hdStopScheduler() {
 void hdBeginFrame(unsigned /*handle*/) {
   fake.in_frame = true;
   ++fake.frames;
-  if (told("lost") && fake.frames > 50) fake.error = 0x0303;
+  if (told("lost") && fake.frames > 50) last_error = 0x0303;
 }
 void hdEndFrame(unsigned /*handle*/) {
   fake.in_frame = false;
   fake.last_force = fake.force;
 }
 void hdGetDoublev(unsigned what, double* out) {
-  if (!fake.in_frame) fake.error = 0x0106;
+  if (!fake.in_frame) last_error = 0x0106;
   for (int n = 0; n < 3; ++n) {
     out[n] = what == 0x2050   ? 10.0 * (n + 1) + fake.frames  // mm
              : what == 0x2051 ? 100.0 * (n + 1)               // mm/s
@@ -97,12 +97,12 @@ void hdGetDoublev(unsigned what, double* out) {
 }
 void hdGetIntegerv(unsigned what, int* out) { *out = what == 0x2000 ? 2 : 0; }
 void hdSetDoublev(unsigned what, const double* in) {
-  if (what != 0x2700 || !fake.in_frame || !fake.enabled) fake.error = 0x0100;
+  if (what != 0x2700 || !fake.in_frame || !fake.enabled) last_error = 0x0100;
   for (std::size_t n = 0; n < 3; ++n) fake.force[n] = in[n];
 }
 FakeErrorInfo hdGetError() {
-  const FakeErrorInfo out{fake.error, 0, 3};
-  fake.error = 0;
+  const FakeErrorInfo out{last_error, 0, 3};
+  last_error = 0;
   return out;
 }
 
