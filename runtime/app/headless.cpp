@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <memory>
 #include <sstream>
+#include <stop_token>
 
 #include "runtime/app/text.h"
 #include "runtime/base/error.h"
+#include "runtime/haptics/watchdog.h"
 
 namespace beatlas::app {
 namespace {
@@ -36,21 +39,32 @@ ComputeTime quantiles(std::vector<float> times_us) {
 
 }  // namespace
 
-Session run_session(device::Device& device, haptics::Servo& servo, std::size_t expected_ticks,
-                    bool keep_trace) {
+Session run_session(device::Device& device, haptics::Servo& servo, const SessionOptions& options) {
   Session session;
   SessionReport& report = session.report;
   std::vector<float> times_us;
-  times_us.reserve(expected_ticks);
-  if (keep_trace) session.trace.reserve(expected_ticks);
+  times_us.reserve(options.expected_ticks);
+  if (options.keep_trace) session.trace.reserve(options.expected_ticks);
   std::int64_t contacts = 0;
   std::int64_t limited = 0;
+  std::int64_t ticks = 0;
+  std::stop_source ended;
+  std::unique_ptr<haptics::Watchdog> watchdog;
+  if (options.watchdog) {
+    watchdog = std::make_unique<haptics::Watchdog>([&device] { device.drop_force(); },
+                                                   haptics::WatchdogOptions{});
+  }
+  const Eigen::Matrix3d turn = options.workspace_from_device.linear();
   const device::ServoFn tick = [&](const device::DeviceState& state) -> Vec3 {
-    const Vec3 position_mm = kMmPerM * state.position_m;
+    const Vec3 position_mm = options.workspace_from_device * (kMmPerM * state.position_m);
     const double begin_us = thread_cpu_us();
     const haptics::Tick felt =
-        servo.tick({.time_s = state.time_s, .position_mm = position_mm, .valid = state.valid});
+        servo.tick({.time_s = state.time_s,
+                    .position_mm = position_mm,
+                    .valid = state.valid,
+                    .orientation = Eigen::Quaterniond(turn) * state.orientation});
     const double end_us = thread_cpu_us();
+    ++ticks;
     if (times_us.size() < times_us.capacity()) {
       times_us.push_back(static_cast<float>(end_us - begin_us));
     }
@@ -60,17 +74,39 @@ Session run_session(device::Device& device, haptics::Servo& servo, std::size_t e
     contacts += felt.contact.touching ? 1 : 0;
     limited += felt.status == haptics::TickStatus::Limited ? 1 : 0;
     report.faults += felt.status == haptics::TickStatus::Fault ? 1 : 0;
-    report.max_force_n = std::max(report.max_force_n, felt.force_n.norm());
     report.max_model_force_n = std::max(report.max_model_force_n, felt.contact.force_n.norm());
-    return felt.force_n;
+    if (options.seconds > 0 && state.time_s >= options.seconds) ended.request_stop();
+    if (watchdog && !watchdog->beat()) {  // a stall: the force is off, and comes back by the ramp
+      servo.restart();
+      return Vec3::Zero();
+    }
+    report.max_force_n = std::max(report.max_force_n, felt.force_n.norm());
+    return turn.transpose() * felt.force_n;
   };
   report.device = device.name();
-  report.run = device.run(tick, {});
-  const auto ticks = static_cast<double>(std::max<std::int64_t>(1, report.run.ticks));
-  report.contact_share = static_cast<double>(contacts) / ticks;
-  report.limited_share = static_cast<double>(limited) / ticks;
+  try {
+    report.run = device.run(tick, ended.get_token());
+  } catch (const Error& error) {
+    session.lost = error;
+    report.run.ticks = ticks;
+  }
+  if (watchdog) report.stalls = watchdog->stalls();
+  watchdog.reset();
+  const auto all = static_cast<double>(std::max<std::int64_t>(1, ticks));
+  report.contact_share = static_cast<double>(contacts) / all;
+  report.limited_share = static_cast<double>(limited) / all;
   report.compute = quantiles(std::move(times_us));
   return session;
+}
+
+Affine workspace_from_hardware(const Affine& workspace_from_lps, const Vec3& surface_mm,
+                               const Vec3& outward, double clear_mm) {
+  Eigen::Matrix3d lps_from_user;  // columns: right, up, towards the user
+  lps_from_user << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  Affine out = Affine::Identity();
+  out.linear() = workspace_from_lps.linear() * lps_from_user;
+  out.translation() = surface_mm + clear_mm * outward.normalized();
+  return out;
 }
 
 Vec3 surface_point_mm(const field::FieldQuery& field, const Vec3& direction, double t) {
@@ -114,7 +150,8 @@ nlohmann::json session_json(const SessionReport& report) {
           {"max_model_force_n", report.max_model_force_n},
           {"contact_share", report.contact_share},
           {"limited_share", report.limited_share},
-          {"faults", report.faults}};
+          {"faults", report.faults},
+          {"stalls", report.stalls}};
 }
 
 std::string session_text(const SessionReport& report) {
@@ -126,7 +163,8 @@ std::string session_text(const SessionReport& report) {
        << ", p99.9 " << report.compute.p999_us << ", max " << report.compute.max_us << " us\n"
        << "largest force " << report.max_force_n << " N (model " << report.max_model_force_n
        << " N), in contact " << 100 * report.contact_share << " %, limited "
-       << 100 * report.limited_share << " %, " << report.faults << " faults\n";
+       << 100 * report.limited_share << " %, " << report.faults << " faults, " << report.stalls
+       << " stalls\n";
   return text.str();
 }
 

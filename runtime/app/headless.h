@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/base/error.h"
 #include "runtime/device/device.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/servo.h"
@@ -36,23 +38,41 @@ struct SessionReport {
   double contact_share = 0;      ///< of the ticks, 0..1
   double limited_share = 0;      ///< ticks whose force the safety stage made smaller, 0..1
   std::int64_t faults = 0;       ///< ticks with zero force by a fault
+  std::int64_t stalls = 0;       ///< times the watchdog took the force off
 };
 
 struct Session {
   SessionReport report;
   std::vector<TraceRow> trace;  ///< one row a tick if it was asked for
+  std::optional<Error> lost;    ///< what the device said when it failed; the rest is of before
 };
 
-/// Runs `servo` on `device` until the device ends. Device frame: metres along the workspace's axes
-/// from its origin. @param expected_ticks to reserve; further ticks are counted but neither traced
-/// nor in the compute times, so that no tick allocates.
+struct SessionOptions {
+  /// To reserve; further ticks are counted but neither traced nor in the compute times, so that no
+  /// tick allocates.
+  std::size_t expected_ticks = 0;
+  bool keep_trace = false;
+  /// Where the device's point is, mm from mm; rigid. A simulated hand's own frame is the workspace.
+  Affine workspace_from_device = Affine::Identity();
+  double seconds = 0;     ///< [s] > 0: ends a device that would never end; 0: it ends by itself
+  bool watchdog = false;  ///< in real time: take the force off when a tick hangs
+};
+
+/// Runs `servo` on `device` until the device ends.
 [[nodiscard]] Session run_session(device::Device& device, haptics::Servo& servo,
-                                  std::size_t expected_ticks, bool keep_trace);
+                                  const SessionOptions& options);
 
 /// Outermost point of the surface on the ray from the structure's centre along `direction` at time
 /// t; workspace [mm]. @throws Error{InvalidInput} if the ray meets no surface.
 [[nodiscard]] Vec3 surface_point_mm(const field::FieldQuery& field, const Vec3& direction,
                                     double t);
+
+/// Where a hardware device's point goes: its middle `clear_mm` outside of `surface_mm`. The user
+/// looks at a patient who faces them and stands upright: right is the patient's left, up superior,
+/// towards the user anterior. @param workspace_from_lps rigid
+[[nodiscard]] Affine workspace_from_hardware(const Affine& workspace_from_lps,
+                                             const Vec3& surface_mm, const Vec3& outward,
+                                             double clear_mm);
 
 /// See schemas/play.schema.json.
 [[nodiscard]] nlohmann::json session_json(const SessionReport& report);

@@ -12,9 +12,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/app/devices.h"
 #include "runtime/app/headless.h"
 #include "runtime/app/probe.h"
 #include "runtime/app/text.h"
+#include "runtime/app/ticks.h"
+#include "runtime/app/touch.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
 #include "runtime/device/replay.h"
@@ -22,6 +25,9 @@
 
 namespace beatlas::app {
 namespace {
+
+constexpr std::size_t kRecordedTicks = 10000;  // 10 s at 1 kHz, 5 MB
+constexpr double kHardwareClearMm = 20;        // a device's middle lies this far outside
 
 struct ProbeArguments {
   std::string package;
@@ -47,8 +53,23 @@ struct PlayArguments {
   bool fast = false;
   bool published = false;
   bool held = false;
+  std::string model = "proxy";
+  double tool_radius_mm = 0;
+  double damping_n_s_per_m = 0;
+  double friction_static = 0;
+  double friction_dynamic = 0;
+  int tool_points = 2000;
+  double heart_rate_per_min = 0;
   std::string trace;
+  std::string ticks;
+  HardwareOptions hardware;
+  bool list_devices = false;
   bool json = false;
+};
+
+struct TicksArguments {
+  std::string package;
+  std::string file;
 };
 
 [[noreturn]] void throw_usage(const std::string& message) {
@@ -131,7 +152,39 @@ std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
   return std::make_unique<device::SimulatedDevice>(options);
 }
 
-void run_headless(const PlayArguments& arguments, std::ostream& out) {
+bool is_hardware(const std::string& device) { return device != "simulated" && device != "replay"; }
+
+TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest& manifest,
+                           const field::FieldQuery& field) {
+  TouchOptions touch;
+  touch.model = arguments.published ? "published" : arguments.model;
+  touch.stiffness_n_per_m = manifest.stiffness_n_per_m;
+  touch.radius_mm = arguments.tool_radius_mm;
+  if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
+  touch.damping_n_s_per_m = arguments.damping_n_s_per_m;
+  touch.friction_static = arguments.friction_static;
+  touch.friction_dynamic = arguments.friction_dynamic;
+  touch.points = arguments.tool_points;
+  const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
+  if (arguments.held) touch.held_time_s = end_diastole_s;
+  return touch;
+}
+
+nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& touch,
+                           double rate_per_min, const SessionReport& report) {
+  nlohmann::json json = session_json(report);
+  json["scene"] = arguments.scene;
+  json["model"] = touch.model;
+  json["tool_radius_mm"] = touch.radius_mm;
+  json["heart_rate_per_min"] = rate_per_min;
+  json["time_mode"] = touch.model == "published" ? "published" : "continuous";
+  json["heart"] = arguments.held ? "held" : "beating";
+  json["pace"] = arguments.fast ? "fast" : "real_time";
+  json["stiffness_n_per_m"] = touch.stiffness_n_per_m;
+  return json;
+}
+
+void check_usage(const PlayArguments& arguments) {
   if (arguments.package.empty()) throw_usage("name a package; see beatlas-play --help");
   if (!arguments.headless) {
     throw_usage(
@@ -141,34 +194,62 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   if ((arguments.device == "replay") == arguments.recording.empty()) {
     throw_usage("--device replay and --recording FILE belong together; give both or neither");
   }
+  if (arguments.fast && is_hardware(arguments.device)) {
+    throw_usage("--fast is for simulated and replay; a real device keeps its own time");
+  }
+}
+
+void run_headless(const PlayArguments& arguments, std::ostream& out) {
+  check_usage(arguments);
   const atlas::Atlas atlas = atlas::Atlas::open(arguments.package, needs_of_scene(arguments));
   const atlas::Manifest& manifest = atlas.manifest();
   const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
                                                                manifest.rr_interval_s);
-  haptics::TwoStepOptions model;
-  model.stiffness_n_per_m = manifest.stiffness_n_per_m;
-  if (arguments.published) model.time_mode = haptics::TimeMode::Published;
-  if (arguments.held) {
-    model.held_time_s = manifest.rr_interval_s * manifest.end_diastole / field->phases();
+  const TouchOptions touch = touch_options(arguments, manifest, *field);
+  haptics::ServoOptions servo_options;
+  if (arguments.heart_rate_per_min > 0) {
+    servo_options.heart.rate_per_min = arguments.heart_rate_per_min;
   }
-  haptics::Servo servo(field, model, haptics::SafetyOptions{});
-  double seconds = 0;
-  const auto device = make_device(arguments, *field, manifest, seconds);
+  if (!arguments.ticks.empty()) servo_options.recorded_ticks = kRecordedTicks;
+  haptics::Servo servo(make_scene(field, touch), servo_options);
+
+  SessionOptions options;
+  double seconds = arguments.seconds;
+  std::unique_ptr<device::Device> device;
+  if (is_hardware(arguments.device)) {
+    HardwareOptions hardware = arguments.hardware;
+    hardware.device = arguments.device;
+    device = open_hardware(hardware);
+    const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
+    const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field->phases();
+    options.workspace_from_device = workspace_from_hardware(
+        manifest.workspace_from_lps, surface_point_mm(*field, outward, end_diastole_s), outward,
+        kHardwareClearMm);
+    options.seconds = seconds;
+  } else {
+    device = make_device(arguments, *field, manifest, seconds);
+  }
   if (!(seconds <= 36000)) throw_invalid("a session longer than 10 hours is not played");
-  const auto ticks = static_cast<std::size_t>(seconds * 1000) + 2;
-  const Session session = run_session(*device, servo, ticks, !arguments.trace.empty());
+  // A device of 4 kHz is the quickest there is.
+  options.expected_ticks =
+      static_cast<std::size_t>(seconds * (is_hardware(arguments.device) ? 4000 : 1000)) + 2;
+  options.keep_trace = !arguments.trace.empty();
+  options.watchdog = !arguments.fast;
+  std::unique_ptr<TickKeeper> keeper;
+  if (!arguments.ticks.empty()) {
+    keeper = std::make_unique<TickKeeper>(servo, arguments.ticks, ticks_about(manifest, touch));
+  }
+  const Session session = run_session(*device, servo, options);
+  if (keeper) keeper->finish();
   if (!arguments.trace.empty()) write_file(arguments.trace, trace_csv(session.trace));
   if (arguments.json) {
-    nlohmann::json json = session_json(session.report);
-    json["scene"] = arguments.scene;
-    json["time_mode"] = arguments.published ? "published" : "continuous";
-    json["heart"] = arguments.held ? "held" : "beating";
-    json["pace"] = arguments.fast ? "fast" : "real_time";
-    json["stiffness_n_per_m"] = model.stiffness_n_per_m;
-    out << json.dump(2) << '\n';
+    const double own_rate = 60 / manifest.rr_interval_s;
+    const double rate = arguments.heart_rate_per_min > 0 ? arguments.heart_rate_per_min : own_rate;
+    out << report_json(arguments, touch, rate, session.report).dump(2) << '\n';
   } else {
     out << session_text(session.report);
   }
+  if (session.lost) throw Error(*session.lost);
 }
 
 void add_probe(CLI::App& probe, ProbeArguments& arguments) {
@@ -192,17 +273,31 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
       ->check(CLI::IsMember({"palpation", "full"}))
       ->capture_default_str();
   app.add_option("--device", arguments.device, "what moves the user point")
-      ->check(CLI::IsMember({"simulated", "replay"}))
+      ->check(CLI::IsMember({"simulated", "replay", "haply", "3ds", "dhd", "lever"}))
+      ->capture_default_str();
+  app.add_flag("--list-devices", arguments.list_devices, "say which devices are there, and end");
+  app.add_option("--device-library", arguments.hardware.library,
+                 "3ds, dhd: the vendor's library, if it is not where the system looks");
+  app.add_option("--device-name", arguments.hardware.name, "3ds, haply: which one of several");
+  app.add_option("--haply-host", arguments.hardware.host, "where Haply's service runs")
+      ->capture_default_str();
+  app.add_option("--haply-port", arguments.hardware.port, "its port")
+      ->check(CLI::Range(1, 65535))
+      ->capture_default_str();
+  app.add_option("--lever-line", arguments.hardware.line,
+                 "lever: its serial line, angles [rad] in and torques [N m] out, a line each");
+  app.add_option("--lever-arm-mm", arguments.hardware.arm_mm, "lever: from hinge to finger")
+      ->check(CLI::Range(5.0, 1000.0))
       ->capture_default_str();
   app.add_option("--recording", arguments.recording,
                  "replay: CSV with columns t_s, x_mm, y_mm, z_mm (workspace)");
-  app.add_option("--seconds", arguments.seconds, "simulated: how long [s]")
+  app.add_option("--seconds", arguments.seconds, "how long [s]; a recording has its own end")
       ->check(CLI::Range(0.001, 36000.0))
       ->capture_default_str();
   app.add_option("--hand", arguments.hand, "simulated: a still hand or sinusoidal palpation")
       ->check(CLI::IsMember({"still", "palpation"}))
       ->capture_default_str();
-  app.add_option("--side", arguments.side, "simulated: side of the body that is pressed")
+  app.add_option("--side", arguments.side, "side of the body that is pressed")
       ->check(CLI::IsMember({"left", "right", "anterior", "posterior", "superior", "inferior"}))
       ->capture_default_str();
   app.add_option("--depth-mm", arguments.depth_mm,
@@ -223,7 +318,34 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_flag("--published", arguments.published,
                "force at the stored frames, interpolated linearly (Nakao et al. 2001)");
   app.add_flag("--held", arguments.held, "the heart stands still at end-diastole");
+  app.add_option("--model", arguments.model,
+                 "proxy: a point or sphere the surface carries along; two_step: depth along the "
+                 "distance's gradient; fingertip: an area of points")
+      ->check(CLI::IsMember({"proxy", "two_step", "fingertip"}))
+      ->capture_default_str();
+  app.add_option("--tool-radius-mm", arguments.tool_radius_mm,
+                 "proxy: 0 is a point; fingertip: 0 is 8 mm")
+      ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
+  app.add_option("--tool-points", arguments.tool_points, "fingertip: how many")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  app.add_option("--damping-n-s-per-m", arguments.damping_n_s_per_m, "proxy: of the tissue")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--friction-static", arguments.friction_static, "proxy: while the tool sticks")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--friction-dynamic", arguments.friction_dynamic,
+                 "proxy: while it slides; at most the static one")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--heart-rate", arguments.heart_rate_per_min,
+                 "beats a minute instead of the atlas's own")
+      ->check(CLI::Range(10.0, 300.0));
   app.add_option("--trace", arguments.trace, "CSV of every tick to write");
+  app.add_option("--ticks", arguments.ticks,
+                 "file for the first fault's ticks, or the last 10000: for replay-ticks");
   app.add_flag("--json", arguments.json, "report as JSON");
 }
 
@@ -234,7 +356,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
   CLI::App app(
       "Feel a beating-heart atlas.\n"
       "  beatlas-play PACKAGE --headless [OPTIONS]\n"
-      "  beatlas-play probe PACKAGE --points P.csv [-o OUT.csv]",
+      "  beatlas-play probe PACKAGE --points P.csv [-o OUT.csv]\n"
+      "  beatlas-play replay-ticks PACKAGE TICKS",
       "beatlas-play");
   PlayArguments play_arguments;
   add_play(app, play_arguments);
@@ -242,10 +365,19 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
   CLI::App* probe_command = app.add_subcommand(
       "probe", "distance, normal, velocity and force at points and times of a CSV");
   add_probe(*probe_command, probe_arguments);
+  TicksArguments ticks_arguments;
+  CLI::App* ticks_command = app.add_subcommand(
+      "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");
+  ticks_command->add_option("PACKAGE", ticks_arguments.package, "a .beatlas file")->required();
+  ticks_command->add_option("TICKS", ticks_arguments.file, "what --ticks wrote")->required();
   try {
     app.parse(argc, argv);
     if (probe_command->parsed()) {
       run_probe(probe_arguments, in, out);
+    } else if (ticks_command->parsed()) {
+      replay_ticks_file(ticks_arguments.package, ticks_arguments.file, out);
+    } else if (play_arguments.list_devices) {
+      out << list_devices(play_arguments.hardware);
     } else {
       run_headless(play_arguments, out);
     }

@@ -1,7 +1,8 @@
 #pragma once
 /// Haptic devices by inverted control: a device runs the servo at its own cadence and calls a
 /// function that turns its state into a force. That fits vendors' schedulers and loops of our own.
-/// SI units, the device's own frame.
+/// SI units; axes right, up, towards the user, from a place of the device's own (a simulated or
+/// replayed hand moves along the axes it was made with).
 
 #include <cstdint>
 #include <functional>
@@ -42,6 +43,10 @@ class Device {
   /// Calls `servo` every tick on this thread until `stop` is requested or the device has no more to
   /// play. @throws Error{Machine} if the device fails; the last force is zero then.
   virtual RunReport run(const ServoFn& servo, std::stop_token stop) = 0;
+
+  /// Takes the force off while `run` hangs in a servo; any thread. It stays off until the servo
+  /// gives the next one. Nothing to do where the force moves nobody's hand.
+  virtual void drop_force() noexcept {}
 };
 
 }  // namespace beatlas::device

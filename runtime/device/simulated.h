@@ -26,9 +26,19 @@ struct HandModel {
   double damping_n_s_per_m = 5;    ///< [N s/m] >= 0
 };
 
+/// What a real device does to positions and forces; all 0: nothing.
+struct DeviceFaults {
+  double viscous_n_s_per_m = 0;  ///< [N s/m] >= 0: of the mechanism, against the frame
+  double coulomb_n = 0;          ///< [N] >= 0: dry friction of the mechanism; it sticks
+  double encoder_step_m = 0;     ///< [m] >= 0: positions are told in whole steps; velocities, as
+                                 ///< drivers do, by the difference of two positions told
+  int delay_ticks = 0;           ///< 0..100: until a force acts, beside the tick that holds it
+};
+
 struct SimulatedOptions {
   HandPath path;
   HandModel hand;
+  DeviceFaults faults;    ///< friction and delay act on a hand with a mass
   double seconds = 1;     ///< [s] > 0
   double rate_hz = 1000;  ///< [1/s]
   Pace pace = Pace::RealTime;

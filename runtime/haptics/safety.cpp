@@ -31,6 +31,19 @@ void SafetyStage::restart() noexcept {
   running_ = false;
 }
 
+SafetyStage::Memory SafetyStage::memory() const noexcept {
+  return {last_n_.x(),   last_n_.y(),          last_n_.z(),         last_time_s_,
+          start_time_s_, running_ ? 1.0 : 0.0, stopped_ ? 1.0 : 0.0};
+}
+
+void SafetyStage::restore(const Memory& memory) noexcept {
+  last_n_ = Vec3(memory[0], memory[1], memory[2]);
+  last_time_s_ = memory[3];
+  start_time_s_ = memory[4];
+  running_ = memory[5] != 0;
+  stopped_ = memory[6] != 0;
+}
+
 SafeForce SafetyStage::apply(const Vec3& wanted_n, double depth_mm, double time_s,
                              bool valid) noexcept {
   const bool sane = valid && !stopped_ && wanted_n.allFinite() && std::isfinite(depth_mm) &&

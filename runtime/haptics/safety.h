@@ -1,6 +1,7 @@
 #pragma once
 /// The last stage before any device. Force errors are measured before it; it is always on.
 
+#include <array>
 #include <cstdint>
 
 #include "runtime/base/geometry.h"
@@ -41,6 +42,11 @@ class SafetyStage {
   /// Zero force from now on, until `restart`.
   void stop() noexcept { stopped_ = true; }
   void restart() noexcept;
+
+  /// All it remembers from tick to tick.
+  using Memory = std::array<double, 7>;
+  [[nodiscard]] Memory memory() const noexcept;
+  void restore(const Memory& memory) noexcept;
 
  private:
   SafetyOptions options_;

@@ -1,18 +1,22 @@
 #pragma once
-/// What a device's servo calls every tick: model, then safety stage.
+/// What a device's servo calls every tick: the heart's time, a model, then the safety stage.
+///
+/// Two threads. The servo's calls `tick` alone. Another one, "the caller's", may at any time wish
+/// for a heart rate, stop, offer another scene, look at what was published and read a frozen
+/// recording.
 
+#include <array>
+#include <atomic>
+#include <cstdint>
 #include <memory>
 
+#include "runtime/haptics/heart_clock.h"
+#include "runtime/haptics/recorder.h"
 #include "runtime/haptics/safety.h"
+#include "runtime/haptics/seqlock.h"
 #include "runtime/haptics/two_step.h"
 
 namespace beatlas::haptics {
-
-struct ServoState {
-  double time_s = 0;
-  Vec3 position_mm = Vec3::Zero();  ///< the user point, workspace
-  bool valid = true;
-};
 
 struct Tick {
   TickStatus status = TickStatus::Fault;
@@ -20,21 +24,103 @@ struct Tick {
   Contact contact;              ///< what the model said, before the safety stage
 };
 
-/// One user point on one structure. One thread; `tick` allocates, locks, logs and reads nothing.
+/// What is touched, and how. The model holds what it needs.
+struct Scene {
+  std::unique_ptr<ForceModel> model;
+  double period_s = 1;  ///< of the atlas's cycle [s] > 0
+};
+
+struct ServoOptions {
+  SafetyOptions safety;
+  HeartOptions heart;
+  std::size_t recorded_ticks = 0;  ///< the last ones, kept for a fault; 0: none
+};
+
+/// For graphics: one tick as a whole. Trivially copyable; workspace frame.
+struct Published {
+  std::uint64_t ticks = 0;  ///< how many there were
+  double time_s = 0;
+  double phase = 0;  ///< of the cycle, 0..1
+  double rate_hz = 0;
+  std::array<double, 3> position_mm{};
+  std::array<double, 3> proxy_mm{};
+  std::array<double, 3> normal{};
+  std::array<double, 3> force_n{};
+  double distance_mm = 0;
+  TickStatus status = TickStatus::Fault;
+  bool touching = false;
+};
+
+/// One tool on one scene. `tick` allocates, locks, logs and reads nothing.
 class Servo {
  public:
+  /// The two-step model of the atlas's own heart rate, without a recording.
   /// @throws Error{InvalidInput} as its parts do.
   Servo(std::shared_ptr<const field::FieldQuery> field, const TwoStepOptions& model,
         const SafetyOptions& safety);
+  /// @throws Error{InvalidInput} as its parts do, and if there is no model.
+  Servo(Scene scene, const ServoOptions& options);
+  ~Servo();
+  Servo(const Servo&) = delete;
+  Servo& operator=(const Servo&) = delete;
 
   [[nodiscard]] Tick tick(const ServoState& state) noexcept;
 
-  void stop() noexcept { safety_.stop(); }
+  // The caller's thread.
+  /// Zero force from the next tick on, until `restart`.
+  void stop() noexcept { stopped_.store(true, std::memory_order_relaxed); }
+  /// Begins anew, with the start ramp, at the next tick.
   void restart() noexcept;
+  void set_rate_hz(double rate_hz) noexcept { rate_hz_.store(rate_hz, std::memory_order_relaxed); }
+  void set_paused(bool paused) noexcept { paused_.store(paused, std::memory_order_relaxed); }
+  /// 0..1: beat on to this phase and stay; below 0: let go.
+  void hold_phase(double phase) noexcept { hold_phase_.store(phase, std::memory_order_relaxed); }
+  /// Another scene from the next tick on, which gives zero force; the force comes back by the start
+  /// ramp. The servo's thread neither waits nor frees: the scene that was replaced, and an offer
+  /// that was never taken up, are freed by the next call of this, by `collect` or with the servo.
+  /// @throws Error{InvalidInput} if there is no model or the period is no positive number.
+  void offer(Scene scene);
+  void collect() noexcept;
+  [[nodiscard]] Published published() const noexcept { return published_.read(); }
+  [[nodiscard]] Recorder& recorder() noexcept { return recorder_; }
+
+  /// Ticks once more what was recorded, from what was remembered then; the servo's thread, or none.
+  [[nodiscard]] Tick replay(const TickRecord& record) noexcept;
+  [[nodiscard]] ServoMemory memory() const noexcept;
 
  private:
-  TwoStepModel model_;
+  [[nodiscard]] Tick run(const ServoState& state, const HeartWish& wish) noexcept;
+  [[nodiscard]] bool take_up_offer() noexcept;
+  void restore(const ServoMemory& memory) noexcept;
+
+  std::unique_ptr<Scene> scene_;
+  HeartClock heart_;
   SafetyStage safety_;
+  Recorder recorder_;
+  double last_time_s_ = 0;
+  bool ran_ = false;
+  std::uint64_t ticks_ = 0;
+  std::uint32_t scene_number_ = 0;
+  std::uint32_t restarts_seen_ = 0;
+
+  std::atomic<bool> stopped_{false};
+  std::atomic<std::uint32_t> restarts_{0};
+  std::atomic<double> rate_hz_;
+  std::atomic<bool> paused_{false};
+  std::atomic<double> hold_phase_{-1};
+  std::atomic<Scene*> offered_{nullptr};
+  std::atomic<Scene*> retired_{nullptr};
+  Seqlock<Published> published_;
 };
+
+/// Whether every tick of a recording, taken up where it was, comes out again to the bit. Ticks of
+/// another scene than the servo's (`scene`) are passed over.
+struct ReplayReport {
+  std::size_t ticks = 0;      ///< replayed
+  std::size_t different = 0;  ///< of them: not the same to the bit
+  std::size_t first_different = 0;
+};
+[[nodiscard]] ReplayReport replay_ticks(Servo& servo, const std::vector<TickRecord>& ticks,
+                                        std::uint32_t scene = 0);
 
 }  // namespace beatlas::haptics

@@ -70,4 +70,19 @@ Contact TwoStepModel::evaluate(const Vec3& x, double t) noexcept {
   return contact;
 }
 
+Contact TwoStepModel::evaluate(const ServoState& state, const Moment& moment) noexcept {
+  Contact contact = evaluate(state.position_mm, moment.field_time_s);
+  contact.surface_velocity_mm_s *= moment.speed;
+  return contact;
+}
+
+ModelMemory TwoStepModel::memory() const noexcept {
+  return {direction_.x(), direction_.y(), direction_.z(), has_direction_ ? 1.0 : 0.0};
+}
+
+void TwoStepModel::restore(const ModelMemory& memory) noexcept {
+  direction_ = Vec3(memory[0], memory[1], memory[2]);
+  has_direction_ = memory[3] != 0;
+}
+
 }  // namespace beatlas::haptics

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "runtime/field/field_query.h"
+#include "runtime/haptics/contact.h"
 
 namespace beatlas::haptics {
 
@@ -29,22 +30,12 @@ struct TwoStepOptions {
       std::nullopt;  ///< the heart stands still at this time: the static model
 };
 
-struct Contact {
-  Vec3 force_n = Vec3::Zero();       ///< before any cap; on the user, workspace axes
-  double distance_mm = 0;            ///< of the user from the surface, negative inside
-  double depth_mm = 0;               ///< max(0, -distance)
-  Vec3 normal = Vec3::Zero();        ///< outward; where it comes from see TwoStepModel
-  Vec3 proxy_mm = Vec3::Zero();      ///< contact point; the user's own point out of contact
-  double surface_velocity_mm_s = 0;  ///< along the normal; 0 while held
-  bool touching = false;
-};
-
 /// K max(0, -distance) n; stiffness [N/m], distance [mm], force [N].
 [[nodiscard]] Vec3 contact_force_n(double stiffness_n_per_m, double distance_mm,
                                    const Vec3& normal) noexcept;
 
 /// One user point. Not thread-safe: it remembers the direction of the contact.
-class TwoStepModel {
+class TwoStepModel final : public ForceModel {
  public:
   /// @throws Error{InvalidInput} if there is no field or an option is out of range.
   TwoStepModel(std::shared_ptr<const field::FieldQuery> field, const TwoStepOptions& options);
@@ -54,8 +45,11 @@ class TwoStepModel {
   /// the last one known while in contact; with none, away from the structure's centre.
   [[nodiscard]] Contact evaluate(const Vec3& x, double t) noexcept;
 
-  /// Forgets the direction of the contact, as after a jump of the device.
-  void reset() noexcept { has_direction_ = false; }
+  [[nodiscard]] Contact evaluate(const ServoState& state, const Moment& moment) noexcept override;
+
+  void reset() noexcept override { has_direction_ = false; }
+  [[nodiscard]] ModelMemory memory() const noexcept override;
+  void restore(const ModelMemory& memory) noexcept override;
 
  private:
   [[nodiscard]] Contact at(const Vec3& x, double t) const noexcept;

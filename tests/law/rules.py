@@ -16,6 +16,7 @@ ROOMS = {
     "runtime/field": _ATLAS,
     "runtime/device": _BASE,
     "runtime/haptics": ("runtime/base", "runtime/field"),
+    "runtime/c": _ATLAS + ("runtime/field", "runtime/haptics"),
     "runtime/palpation": _ATLAS + ("runtime/field", "runtime/haptics"),
     "runtime/viewer": _ATLAS + ("runtime/field", "runtime/haptics", "runtime/palpation"),
     "runtime/app": _ATLAS + ("runtime/field", "runtime/device", "runtime/haptics",

@@ -12,12 +12,15 @@
 #include <gtest/gtest.h>
 
 #include "runtime/device/simulated.h"
+#include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
+#include "runtime/haptics/watchdog.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
 namespace {
 thread_local bool counting = false;
 thread_local long allocations = 0;
+thread_local long frees = 0;
 
 void* count_and_allocate(std::size_t size, std::size_t alignment) {
   if (counting) ++allocations;
@@ -27,6 +30,10 @@ void* count_and_allocate(std::size_t size, std::size_t alignment) {
                      : std::aligned_alloc(alignment, rounded * alignment);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
+}
+void count_and_free(void* memory) noexcept {
+  if (counting && memory != nullptr) ++frees;
+  std::free(memory);
 }
 }  // namespace
 
@@ -42,14 +49,18 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
 void* operator new[](std::size_t size, std::align_val_t alignment) {
   return count_and_allocate(size, static_cast<std::size_t>(alignment));
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory) noexcept { count_and_free(memory); }
+void operator delete[](void* memory) noexcept { count_and_free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { count_and_free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { count_and_free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { count_and_free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { count_and_free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  count_and_free(memory);
+}
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
+  count_and_free(memory);
+}
 #pragma GCC diagnostic pop
 
 namespace beatlas {
@@ -84,6 +95,9 @@ TEST(Tick, CannotThrow) {
       noexcept(std::declval<haptics::Servo&>().tick(std::declval<const haptics::ServoState&>())));
   static_assert(
       noexcept(std::declval<haptics::TwoStepModel&>().evaluate(std::declval<const Vec3&>(), 0.0)));
+  static_assert(noexcept(std::declval<haptics::ForceModel&>().evaluate(
+      std::declval<const haptics::ServoState&>(), std::declval<const haptics::Moment&>())));
+  static_assert(noexcept(std::declval<haptics::Watchdog&>().beat()));
   static_assert(noexcept(
       std::declval<haptics::SafetyStage&>().apply(std::declval<const Vec3&>(), 0.0, 0.0, true)));
   static_assert(
@@ -93,9 +107,11 @@ TEST(Tick, CannotThrow) {
 TEST(Tick, TheCounterSeesAnAllocation) {
   allocations = 0;
   counting = true;
+  frees = 0;
   { const std::vector<int> memory(10); }
   counting = false;
   EXPECT_EQ(allocations, 1);
+  EXPECT_EQ(frees, 1);
 }
 
 TEST(Tick, AllocatesNothingInEitherModeWhateverTheState) {
@@ -144,6 +160,73 @@ TEST(Tick, AllocatesNothingOnTheSimulatedDevicesLoop) {
   EXPECT_EQ(allocations, 0);
   EXPECT_EQ(report.ticks, 3000);
   EXPECT_GT(largest, 0.1);
+}
+
+haptics::Scene touched(double radius_mm) {
+  const auto field = std::make_shared<const haptics::AtlasField>(sphere());
+  return {.model = std::make_unique<haptics::ProxyModel>(
+              field, haptics::ProxyOptions{.radius_mm = radius_mm, .damping_n_s_per_m = 2}),
+          .period_s = kPeriod};
+}
+
+TEST(Tick, AProxyThatIsRecordedPublishedWatchedAndSwappedAllocatesNothing) {
+  haptics::Servo servo(touched(1), {.safety = {}, .heart = {}, .recorded_ticks = 500});
+  haptics::Watchdog watchdog([] {}, {});
+  bool finite = true;
+  allocations = 0;
+  frees = 0;
+  for (int n = 0; n < 20000; ++n) {
+    if (n % 1000 == 500) {  // what the caller's thread does
+      servo.offer(touched(n % 2000 == 500 ? 2 : 1));
+      servo.set_rate_hz(0.5 + 0.0001 * n);
+      servo.recorder().resume();
+    }
+    counting = true;
+    const haptics::Tick tick = servo.tick(wander(n));
+    (void)watchdog.beat();
+    counting = false;
+    finite = finite && tick.force_n.allFinite() && tick.force_n.norm() <= 3 + 1e-12;
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(frees, 0);  // what was swapped out is the caller's to free
+  EXPECT_TRUE(finite);
+}
+
+TEST(Tick, ACallersThreadMayDoAllItMayWhileTheServoRuns) {
+  // Read by the thread sanitizer.
+  haptics::Servo servo(touched(1), {.safety = {}, .heart = {}, .recorded_ticks = 200});
+  std::atomic<bool> done{false};
+  std::thread ticking([&] {
+    for (int n = 0; n < 20000 || !done; ++n) (void)servo.tick(wander(n % 20000));
+  });
+  std::size_t dumped = 0;
+  bool torn = false;
+  double last_time_s = 0;
+  for (int n = 0; n < 2000; ++n) {
+    const haptics::Published seen = servo.published();
+    // Of one tick as a whole: this state's z is 4 mm/s times its time.
+    const bool far_away = std::abs(seen.position_mm[0]) > 1e3;
+    if (seen.status != haptics::TickStatus::Fault && !far_away) {
+      torn = torn || std::abs(seen.position_mm[2] - 4 * seen.time_s) > 1e-9;
+      last_time_s = seen.time_s;
+    }
+    servo.set_rate_hz(1 + 0.001 * (n % 100));
+    servo.set_paused(n % 50 == 0);
+    servo.hold_phase(n % 70 == 0 ? 0.3 : -1);
+    if (n % 40 == 0) servo.offer(touched(1 + 0.01 * (n % 100)));
+    if (n % 60 == 0) servo.restart();
+    servo.recorder().ask();
+    if (servo.recorder().frozen()) {
+      dumped += servo.recorder().ticks().size();
+      servo.recorder().resume();
+    }
+    std::this_thread::yield();
+  }
+  done = true;
+  ticking.join();
+  EXPECT_GT(dumped, 0U);
+  EXPECT_FALSE(torn);
+  EXPECT_GE(last_time_s, 0);
 }
 
 TEST(Tick, OneFieldServesManyThreads) {

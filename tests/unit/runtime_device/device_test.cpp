@@ -130,6 +130,72 @@ TEST(SimulatedDevice, AStiffHandIsStable) {
   EXPECT_LT(largest, 0.0045);
 }
 
+TEST(SimulatedDevice, AnEncoderTellsWholeStepsAndVelocitiesOfThem) {
+  SimulatedOptions options;
+  options.path = {.amplitude_m = 0.004, .frequency_hz = 1};
+  options.faults.encoder_step_m = 55e-6;
+  options.pace = Pace::Fast;
+  SimulatedDevice device(options);
+  double largest_velocity = 0;
+  (void)device.run(
+      [&](const DeviceState& state) -> Vec3 {
+        const double exact = 0.004 * std::sin(2 * kPi * state.time_s);
+        const double steps = state.position_m.x() / 55e-6;
+        EXPECT_NEAR(steps, std::round(steps), 1e-9);
+        EXPECT_NEAR(state.position_m.x(), exact, 27.5001e-6);
+        largest_velocity = std::max(largest_velocity, std::abs(state.velocity_m_s.x()));
+        return Vec3::Zero();
+      },
+      {});
+  // The hand moves at 0.025 m/s at most: a step in one tick is 0.055 m/s.
+  EXPECT_NEAR(largest_velocity, 0.055, 1e-9);
+}
+
+TEST(SimulatedDevice, AForceActsAfterItsDelay) {
+  for (int delay : {0, 1, 7}) {
+    SimulatedOptions options;
+    options.hand = {.mass_kg = 0.1, .stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
+    options.faults.delay_ticks = delay;
+    options.seconds = 0.02;
+    options.pace = Pace::Fast;
+    SimulatedDevice device(options);
+    int n = 0;
+    int moved = -1;
+    (void)device.run(
+        [&](const DeviceState& state) -> Vec3 {
+          if (moved < 0 && state.position_m.z() > 0) moved = n;
+          ++n;
+          return {0, 0, 1};
+        },
+        {});
+    EXPECT_EQ(moved, 1 + delay);
+  }
+}
+
+TEST(SimulatedDevice, DryFrictionHoldsUpToItsForceAndStopsAMovingMass) {
+  const auto end_m = [](double force_n, double coulomb_n, double seconds, double push_s) {
+    SimulatedOptions options;
+    options.hand = {.mass_kg = 0.1, .stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
+    options.faults.coulomb_n = coulomb_n;
+    options.seconds = seconds;
+    options.pace = Pace::Fast;
+    SimulatedDevice device(options);
+    double x = 0;
+    (void)device.run(
+        [&](const DeviceState& state) -> Vec3 {
+          x = state.position_m.x();
+          return {state.time_s < push_s ? force_n : 0, 0, 0};
+        },
+        {});
+    return x;
+  };
+  EXPECT_EQ(end_m(0.3, 0.31, 1, 1), 0);
+  // Pushed for 0.1 s, then slowed: v = (F - f) t / m, way v t / 2 + v^2 m / (2 f).
+  const double v = (1 - 0.4) * 0.1 / 0.1;
+  EXPECT_NEAR(end_m(1, 0.4, 1, 0.1), v * 0.1 / 2 + v * v * 0.1 / (2 * 0.4), 0.002);
+  EXPECT_NEAR(end_m(1, 0.4, 2, 0.1), end_m(1, 0.4, 1, 0.1), 1e-12);
+}
+
 TEST(SimulatedDevice, StopsWhenAsked) {
   SimulatedOptions options;
   options.seconds = 1000;
@@ -175,6 +241,12 @@ TEST(SimulatedDevice, RefusesOptionsOutOfRange) {
   EXPECT_THROW(SimulatedDevice{options}, Error);
   options = {};
   options.hand.mass_kg = -1;
+  EXPECT_THROW(SimulatedDevice{options}, Error);
+  options = {};
+  options.faults.delay_ticks = 101;
+  EXPECT_THROW(SimulatedDevice{options}, Error);
+  options = {};
+  options.faults.coulomb_n = std::nan("");
   EXPECT_THROW(SimulatedDevice{options}, Error);
   options = {};
   options.seconds = std::nan("");

@@ -1,0 +1,34 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/field/field_query.h"
+#include "runtime/haptics/servo.h"
+
+namespace beatlas::app {
+
+/// How a structure is touched; what a session and the replay of its ticks must agree on.
+struct TouchOptions {
+  std::string model = "proxy";  ///< proxy, two_step, published (Nakao et al. 2001) or fingertip
+  double stiffness_n_per_m = 150;
+  double radius_mm = 0;                ///< proxy: of a sphere, 0 a point; fingertip: its own
+  double damping_n_s_per_m = 0;        ///< proxy
+  double friction_static = 0;          ///< proxy
+  double friction_dynamic = 0;         ///< proxy
+  int points = 2000;                   ///< fingertip
+  double foundation_n_per_m3 = 1.5e6;  ///< fingertip
+  std::optional<double> held_time_s = std::nullopt;  ///< the heart stands still at this time
+};
+
+/// @throws Error{InvalidInput} as the models do.
+[[nodiscard]] haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
+                                        const TouchOptions& options);
+
+[[nodiscard]] nlohmann::json touch_to_json(const TouchOptions& options);
+/// @throws Error{InvalidInput} naming the JSON path of what is missing, unknown or out of range.
+[[nodiscard]] TouchOptions touch_from_json(const nlohmann::json& json);
+
+}  // namespace beatlas::app

@@ -1,0 +1,76 @@
+#pragma once
+/// The body as a contact model sees it: a signed distance that moves. An atlas is one; a closed
+/// form, for tests and for whoever embeds the models, is another.
+
+#include <memory>
+#include <span>
+
+#include "runtime/field/field_query.h"
+
+namespace beatlas::haptics {
+
+using field::FieldSample;
+
+/// Immutable and thread-safe. Frame: workspace [mm]; time [s] of the field, any.
+class ContactField {
+ public:
+  ContactField() = default;
+  ContactField(const ContactField&) = delete;
+  ContactField& operator=(const ContactField&) = delete;
+  virtual ~ContactField() = default;
+
+  /// Distance, its gradient and its rate. Where it is clamped the gradient is 0, and the distance
+  /// is nowhere larger than the true one by more than a fifth.
+  [[nodiscard]] virtual FieldSample sample(const Vec3& x, double t) const noexcept = 0;
+  /// Samples at one time; `out` is as long as `points`. A source that can do better than one by one
+  /// says so here.
+  virtual void sample_all(std::span<const Vec3> points, double t,
+                          std::span<FieldSample> out) const noexcept;
+  /// Unit direction out of the body where the field has none; zero if there is none at all.
+  [[nodiscard]] virtual Vec3 outward(const Vec3& x) const noexcept = 0;
+  /// No wall is thinner than 1.5 times this [mm] > 0: the voxel of a sampled field.
+  [[nodiscard]] virtual double resolution_mm() const noexcept = 0;
+  /// Largest distance outside at which directions are known [mm]; no tool may have a larger radius.
+  [[nodiscard]] virtual double reach_mm() const noexcept = 0;
+  /// Of one cycle [s] > 0.
+  [[nodiscard]] virtual double period_s() const noexcept = 0;
+};
+
+/// The field of an atlas.
+class AtlasField final : public ContactField {
+ public:
+  /// @throws Error{InvalidInput} if there is no field.
+  explicit AtlasField(std::shared_ptr<const field::FieldQuery> field);
+
+  [[nodiscard]] FieldSample sample(const Vec3& x, double t) const noexcept override {
+    return field_->sample(x, t);
+  }
+  [[nodiscard]] Vec3 outward(const Vec3& x) const noexcept override;
+  [[nodiscard]] double resolution_mm() const noexcept override;
+  [[nodiscard]] double reach_mm() const noexcept override;
+  [[nodiscard]] double period_s() const noexcept override { return field_->rr_interval_s(); }
+
+ private:
+  std::shared_ptr<const field::FieldQuery> field_;
+};
+
+/// Another field, standing still at one time.
+class HeldField final : public ContactField {
+ public:
+  /// @throws Error{InvalidInput} if there is no field or the time is no number.
+  HeldField(std::shared_ptr<const ContactField> field, double time_s);
+
+  [[nodiscard]] FieldSample sample(const Vec3& x, double t) const noexcept override;
+  void sample_all(std::span<const Vec3> points, double t,
+                  std::span<FieldSample> out) const noexcept override;
+  [[nodiscard]] Vec3 outward(const Vec3& x) const noexcept override { return field_->outward(x); }
+  [[nodiscard]] double resolution_mm() const noexcept override { return field_->resolution_mm(); }
+  [[nodiscard]] double reach_mm() const noexcept override { return field_->reach_mm(); }
+  [[nodiscard]] double period_s() const noexcept override { return field_->period_s(); }
+
+ private:
+  std::shared_ptr<const ContactField> field_;
+  double time_s_;
+};
+
+}  // namespace beatlas::haptics

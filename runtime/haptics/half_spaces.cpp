@@ -1,0 +1,82 @@
+#include "runtime/haptics/half_spaces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace beatlas::haptics {
+namespace {
+
+constexpr double kParallel = 0.999;   // cosine of 2.6 degrees
+constexpr double kRoundingMm = 1e-9;  // coordinates are some hundreds of mm
+
+std::size_t at(int n) { return static_cast<std::size_t>(n); }
+
+}  // namespace
+
+void HalfSpaces::add(const HalfSpace& half_space) noexcept {
+  if (size_ == kMost) {
+    std::rotate(all_.begin(), all_.begin() + 1, all_.end());
+    --size_;
+  }
+  all_[at(size_++)] = half_space;
+}
+
+void HalfSpaces::drop_stale(const Vec3& point, const Vec3& normal, double tolerance_mm) noexcept {
+  int kept = 0;
+  for (int n = 0; n < size_; ++n) {
+    const HalfSpace& one = all_[at(n)];
+    if (one.excess(point) < -tolerance_mm || one.normal.dot(normal) > kParallel) continue;
+    all_[at(kept++)] = one;
+  }
+  size_ = kept;
+}
+
+bool HalfSpaces::allows(const Vec3& q) const noexcept {
+  return std::all_of(all_.begin(), all_.begin() + size_,
+                     [&](const HalfSpace& one) { return one.excess(q) >= -kRoundingMm; });
+}
+
+Vec3 HalfSpaces::nearest(const Vec3& x, bool& held) const noexcept {
+  held = false;
+  if (allows(x)) return x;
+  held = true;
+  // One plane, newest first; then an edge of two; then the corner. Multipliers must push outward.
+  for (int a = size_ - 1; a >= 0; --a) {
+    const HalfSpace& one = all_[at(a)];
+    const double push = -one.excess(x);
+    if (push <= 0) continue;
+    Vec3 q = x + push * one.normal;
+    if (allows(q)) return q;
+  }
+  for (int a = size_ - 1; a > 0; --a) {
+    for (int b = a - 1; b >= 0; --b) {
+      const HalfSpace& one = all_[at(a)];
+      const HalfSpace& two = all_[at(b)];
+      const double c = one.normal.dot(two.normal);
+      const double det = 1 - c * c;
+      if (det < 1e-6) continue;
+      const double ea = -one.excess(x);
+      const double eb = -two.excess(x);
+      const double la = (ea - c * eb) / det;
+      const double lb = (eb - c * ea) / det;
+      if (la < 0 || lb < 0) continue;
+      Vec3 q = x + la * one.normal + lb * two.normal;
+      if (allows(q)) return q;
+    }
+  }
+  if (size_ == 3) {
+    Eigen::Matrix3d normals;
+    for (int n = 0; n < 3; ++n) normals.row(n) = all_[at(n)].normal;
+    const double det = normals.determinant();
+    if (std::abs(det) > 1e-6) {
+      const Vec3 offsets(all_[0].offset, all_[1].offset, all_[2].offset);
+      Vec3 q = normals.inverse() * offsets;
+      if (q.allFinite() && allows(q)) return q;
+    }
+  }
+  const HalfSpace& newest = all_[at(size_ - 1)];
+  return x - std::min(0.0, newest.excess(x)) * newest.normal;
+}
+
+}  // namespace beatlas::haptics

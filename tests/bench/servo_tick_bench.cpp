@@ -1,0 +1,142 @@
+// Full ticks on a moving field: model, safety stage, recorder, publication. Thread CPU time of
+// every single tick; p50, p99, p99.9 and the largest are counters [us], the clock's own cost
+// (clock_us) taken off. Read ratios within one run.
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "runtime/haptics/proxy.h"
+#include "runtime/haptics/servo.h"
+#include "runtime/haptics/shell.h"
+#include "tests/unit/runtime_field/test_fields.h"
+
+namespace beatlas {
+namespace {
+
+constexpr double kPeriod = 0.75;
+
+double radius(double t) { return 36 + 3 * std::sin(2 * std::numbers::pi * t / kPeriod); }
+
+// A beating sphere as large as a ventricle, at 1.5 mm and 15 phases.
+std::shared_ptr<const field::FieldQuery> sphere() {
+  static const auto query = std::make_shared<const field::FieldQuery>(
+      testing::dense_payload({.origin_mm = Vec3::Constant(-48), .blocks = {8, 8, 8}},
+                             [](const Vec3& x, double t) { return x.norm() - radius(t); }),
+      kPeriod);
+  return query;
+}
+
+double thread_cpu_us() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+double at_share(std::vector<double>& sorted, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+  return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+void report(benchmark::State& state, std::vector<double>& times_us) {
+  std::vector<double> clock_us;
+  for (int n = 0; n < 10000; ++n) {
+    const double begin = thread_cpu_us();
+    clock_us.push_back(thread_cpu_us() - begin);
+  }
+  std::sort(clock_us.begin(), clock_us.end());
+  std::sort(times_us.begin(), times_us.end());
+  const double clock = at_share(clock_us, 0.5);
+  state.counters["clock_us"] = clock;
+  state.counters["p50_us"] = at_share(times_us, 0.5) - clock;
+  state.counters["p99_us"] = at_share(times_us, 0.99) - clock;
+  state.counters["p99.9_us"] = at_share(times_us, 0.999) - clock;
+  state.counters["max_us"] = times_us.back() - clock;
+}
+
+// A finger that slides over the surface at about 80 mm/s, `depth_mm` under it.
+Vec3 sliding(double t, double outside_mm, double depth_mm) {
+  const double theta = std::numbers::pi * (0.5 + 0.35 * std::sin(0.37 * t));
+  const double phi = 2 * std::numbers::pi * 0.35 * t;
+  return (radius(t) + outside_mm - depth_mm) *
+         Vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+}
+
+void tick_many(benchmark::State& state, haptics::Scene scene, double outside_mm, double depth_mm) {
+  haptics::Servo servo(std::move(scene), {.safety = {}, .heart = {}, .recorded_ticks = 10000});
+  std::vector<double> times_us;
+  times_us.reserve(1U << 22U);
+  double t = 0;
+  for (auto _ : state) {
+    t += 0.001;
+    const haptics::ServoState at{.time_s = t, .position_mm = sliding(t, outside_mm, depth_mm)};
+    const double begin = thread_cpu_us();
+    benchmark::DoNotOptimize(servo.tick(at));
+    const double end = thread_cpu_us();
+    if (times_us.size() < times_us.capacity()) times_us.push_back(end - begin);
+  }
+  report(state, times_us);
+}
+
+// range(0): radius [mm]; range(1): depth [mm], below 0 outside.
+void full_tick_proxy(benchmark::State& state) {
+  const auto radius_mm = static_cast<double>(state.range(0));
+  const auto field = std::make_shared<const haptics::AtlasField>(sphere());
+  haptics::Scene scene{.model = std::make_unique<haptics::ProxyModel>(
+                           field, haptics::ProxyOptions{.radius_mm = radius_mm}),
+                       .period_s = kPeriod};
+  tick_many(state, std::move(scene), radius_mm, static_cast<double>(state.range(1)));
+}
+BENCHMARK(full_tick_proxy)->Args({3, 3})->Args({0, 3})->Args({3, -5})->MinTime(2);
+
+void full_tick_two_step(benchmark::State& state) {
+  haptics::Scene scene{
+      .model = std::make_unique<haptics::TwoStepModel>(sphere(), haptics::TwoStepOptions{}),
+      .period_s = kPeriod};
+  tick_many(state, std::move(scene), 0, 3);
+}
+BENCHMARK(full_tick_two_step)->MinTime(2);
+
+// range(0): points; range(1): depth [mm]. An 8 mm fingertip that points into the body.
+void full_tick_fingertip(benchmark::State& state) {
+  const auto points = static_cast<std::size_t>(state.range(0));
+  const auto depth_mm = static_cast<double>(state.range(1));
+  const auto field = std::make_shared<const haptics::AtlasField>(sphere());
+  auto model = std::make_unique<haptics::ShellModel>(field, haptics::fingertip(8, points),
+                                                     haptics::ShellOptions{});
+  const haptics::ShellModel* const shell = model.get();
+  haptics::Servo servo({.model = std::move(model), .period_s = kPeriod},
+                       {.safety = {}, .heart = {}, .recorded_ticks = 10000});
+  std::vector<double> times_us;
+  double t = 0;
+  double samples = 0;
+  for (auto _ : state) {
+    t += 0.001;
+    const Vec3 x = sliding(t, 8, depth_mm);
+    const haptics::ServoState at{
+        .time_s = t,
+        .position_mm = x,
+        .orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), x)};
+    const double begin = thread_cpu_us();
+    benchmark::DoNotOptimize(servo.tick(at));
+    const double end = thread_cpu_us();
+    times_us.push_back(end - begin);
+    samples += static_cast<double>(shell->samples());
+  }
+  state.counters["samples"] = samples / static_cast<double>(times_us.size());
+  report(state, times_us);
+}
+BENCHMARK(full_tick_fingertip)
+    ->Args({10000, 2})
+    ->Args({10000, 8})
+    ->Args({1000, 2})
+    ->MinTime(2)
+    ->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace beatlas

@@ -1,0 +1,193 @@
+// The C interface against the C++ one, and what C can do wrong.
+
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "runtime/atlas/atlas.h"
+#include "runtime/c/beatlas.h"
+#include "runtime/haptics/proxy.h"
+#include "runtime/haptics/servo.h"
+
+namespace beatlas {
+namespace {
+
+const char* const kGolden = BEATLAS_GOLDEN_PACKAGE;
+
+struct Session {
+  beatlas_session* session;
+  explicit Session(const beatlas_options* options = nullptr)
+      : session(beatlas_open(kGolden, nullptr, options, nullptr, 0)) {}
+  ~Session() { beatlas_close(session); }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+};
+
+beatlas_state state_at(const Session& c, double t, double out_mm) {
+  const beatlas_info info = beatlas_get_info(c.session);
+  beatlas_state state{};
+  state.time_s = t;
+  std::copy_n(info.centre_mm, 3, state.position_mm);
+  state.position_mm[0] += out_mm;
+  state.valid = 1;
+  return state;
+}
+
+TEST(C, TicksAreThoseOfTheServoToTheBit) {
+  beatlas_options options = beatlas_default_options();
+  options.radius_mm = 2;
+  options.damping_n_s_per_m = 1;
+  options.friction_static = 0.5;
+  options.friction_dynamic = 0.3;
+  options.heart_rate_per_min = 100;
+  const Session c(&options);
+  ASSERT_NE(c.session, nullptr);
+  const atlas::Atlas atlas =
+      atlas::Atlas::open(kGolden, {.fields = {Structure::Heart}, .surfaces = {}});
+  const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
+                                                               atlas.manifest().rr_interval_s);
+  haptics::ProxyOptions model;
+  model.stiffness_n_per_m = atlas.manifest().stiffness_n_per_m;
+  model.radius_mm = 2;
+  model.damping_n_s_per_m = 1;
+  model.friction_static = 0.5;
+  model.friction_dynamic = 0.3;
+  haptics::ServoOptions servo_options;
+  servo_options.heart.rate_per_min = 100;
+  haptics::Servo servo({.model = std::make_unique<haptics::ProxyModel>(
+                            std::make_shared<haptics::AtlasField>(field), model),
+                        .period_s = atlas.manifest().rr_interval_s},
+                       servo_options);
+  bool touched = false;
+  for (int n = 0; n < 2000; ++n) {
+    const beatlas_state state = state_at(c, 0.001 * n, 40 - 0.03 * n);
+    const beatlas_felt felt = beatlas_tick(c.session, &state);
+    const haptics::Tick tick =
+        servo.tick({.time_s = state.time_s, .position_mm = Vec3(state.position_mm), .valid = true});
+    ASSERT_EQ(Vec3(felt.force_n), tick.force_n);
+    ASSERT_EQ(felt.distance_mm, tick.contact.distance_mm);
+    ASSERT_EQ(static_cast<int>(felt.status), static_cast<int>(tick.status));
+    touched = touched || felt.touching != 0;
+    const beatlas_seen seen = beatlas_look(c.session);
+    ASSERT_EQ(seen.ticks, static_cast<std::uint64_t>(n + 1));
+    ASSERT_EQ(seen.force_n[0], felt.force_n[0]);
+  }
+  EXPECT_TRUE(touched);
+}
+
+TEST(C, QueriesAreTheFields) {
+  const Session c;
+  const atlas::Atlas atlas =
+      atlas::Atlas::open(kGolden, {.fields = {Structure::Heart}, .surfaces = {}});
+  const field::FieldQuery field(atlas.field(Structure::Heart), atlas.manifest().rr_interval_s);
+  const beatlas_info info = beatlas_get_info(c.session);
+  EXPECT_EQ(info.phases, field.phases());
+  EXPECT_EQ(Vec3(info.centre_mm), field.centre_mm());
+  EXPECT_EQ(info.workspace_from_lps[3], atlas.manifest().workspace_from_lps(0, 3));
+  const double points[6] = {info.centre_mm[0] + 15, info.centre_mm[1], info.centre_mm[2],
+                            info.centre_mm[0],      info.centre_mm[1], info.centre_mm[2] - 500};
+  double distances[2];
+  double normals[6];
+  beatlas_query(c.session, points, 2, 0.3, distances, normals);
+  for (int n = 0; n < 2; ++n) {
+    const Vec3 x(points + 3 * n);
+    const field::FieldSample sample = field.sample(x, 0.3 * info.rr_interval_s);
+    EXPECT_EQ(distances[n], sample.distance_mm);
+    EXPECT_EQ(Vec3(normals + 3 * n), field.normal(sample, x));
+  }
+  beatlas_query(c.session, points, 2, 0.3, nullptr, nullptr);
+}
+
+TEST(C, EveryModelOpensAndWhatIsNotThereIsSaid) {
+  for (beatlas_model model :
+       {BEATLAS_PROXY, BEATLAS_TWO_STEP, BEATLAS_PUBLISHED, BEATLAS_FINGERTIP}) {
+    beatlas_options options = beatlas_default_options();
+    options.model = model;
+    options.start_ramp_s = 0;
+    const Session c(&options);
+    ASSERT_NE(c.session, nullptr);
+    double most = 0;
+    for (int n = 0; n < 1500; ++n) {
+      const beatlas_state state = state_at(c, 0.001 * n, 45 - 0.03 * n);
+      most = std::max(most, std::abs(beatlas_tick(c.session, &state).force_n[0]));
+    }
+    EXPECT_GT(most, 0.1) << model;
+  }
+  char message[200] = "x";
+  EXPECT_EQ(beatlas_open("/nowhere.beatlas", nullptr, nullptr, message, sizeof message), nullptr);
+  EXPECT_NE(std::strstr(message, "nowhere.beatlas"), nullptr) << message;
+  EXPECT_EQ(beatlas_open(kGolden, "liver", nullptr, message, sizeof message), nullptr);
+  EXPECT_STREQ(message, "there is no structure liver");
+  char small[6];
+  EXPECT_EQ(beatlas_open(kGolden, "liver", nullptr, small, sizeof small), nullptr);
+  EXPECT_STREQ(small, "there");
+  EXPECT_EQ(beatlas_open(nullptr, nullptr, nullptr, message, sizeof message), nullptr);
+  beatlas_options options = beatlas_default_options();
+  options.peak_n = 1e6;
+  EXPECT_EQ(beatlas_open(kGolden, nullptr, &options, message, sizeof message), nullptr);
+  EXPECT_NE(std::strstr(message, "peak_n"), nullptr) << message;
+  options = beatlas_default_options();
+  options.model = static_cast<beatlas_model>(9);
+  EXPECT_EQ(beatlas_open(kGolden, nullptr, &options, message, sizeof message), nullptr);
+}
+
+TEST(C, NullAndStatesThatAreNoneGiveZeroForce) {
+  EXPECT_EQ(beatlas_tick(nullptr, nullptr).status, BEATLAS_FAULT);
+  EXPECT_EQ(beatlas_look(nullptr).status, BEATLAS_FAULT);
+  EXPECT_EQ(beatlas_get_info(nullptr).phases, 0);
+  EXPECT_EQ(beatlas_swap(nullptr, kGolden, nullptr, 0), 0);
+  beatlas_close(nullptr);
+  beatlas_set_heart_rate(nullptr, 60);
+  beatlas_set_paused(nullptr, 1);
+  beatlas_hold_phase(nullptr, 0);
+  beatlas_stop(nullptr);
+  beatlas_restart(nullptr);
+  const Session c;
+  const beatlas_state inside = state_at(c, 0, 0);
+  EXPECT_EQ(beatlas_tick(c.session, nullptr).status, BEATLAS_FAULT);
+  for (int n = 0; n < 6; ++n) {
+    beatlas_state bad = inside;
+    if (n < 3) bad.position_mm[n] = std::nan("");
+    if (n == 3) bad.time_s = INFINITY;
+    if (n == 4) bad.orientation[2] = std::nan("");
+    if (n == 5) bad.valid = 0;
+    const beatlas_felt felt = beatlas_tick(c.session, &bad);
+    EXPECT_EQ(felt.status, BEATLAS_FAULT) << n;
+    EXPECT_EQ(Vec3(felt.force_n), Vec3::Zero());
+  }
+}
+
+TEST(C, AnotherThreadSteersTheHeartAndSwapsThePackage) {
+  const Session c;
+  const beatlas_state start = state_at(c, 0, 20);
+  std::atomic<bool> done{false};
+  std::atomic<double> largest{0};
+  std::thread servo([&] {
+    for (int n = 0; !done; ++n) {
+      beatlas_state state = start;
+      state.time_s = 0.001 * n;
+      const beatlas_felt felt = beatlas_tick(c.session, &state);
+      largest = std::max<double>(largest, Vec3(felt.force_n).norm());
+    }
+  });
+  char message[200];
+  for (int n = 0; n < 5; ++n) {
+    beatlas_set_heart_rate(c.session, 60 + n);
+    beatlas_hold_phase(c.session, n == 3 ? 0.2 : -1);
+    EXPECT_EQ(beatlas_swap(c.session, kGolden, message, sizeof message), 1) << message;
+    const std::uint64_t ticks = beatlas_look(c.session).ticks;
+    while (beatlas_look(c.session).ticks < ticks + 10) std::this_thread::yield();
+  }
+  EXPECT_EQ(beatlas_swap(c.session, "/nowhere.beatlas", message, sizeof message), 0);
+  done = true;
+  servo.join();
+  EXPECT_LE(largest, 3 + 1e-9);
+}
+
+}  // namespace
+}  // namespace beatlas
