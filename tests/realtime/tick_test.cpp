@@ -202,7 +202,8 @@ TEST(Tick, ACallersThreadMayDoAllItMayWhileTheServoRuns) {
   std::size_t dumped = 0;
   bool torn = false;
   double last_time_s = 0;
-  for (int n = 0; n < 2000; ++n) {
+  // The other thread may not have run yet: until it has left a recording.
+  for (int n = 0; n < 2000 || (dumped == 0 && n < 100000000); ++n) {
     const haptics::Published seen = servo.published();
     // Of one tick as a whole: this state's z is 4 mm/s times its time.
     const bool far_away = std::abs(seen.position_mm[0]) > 1e3;
