@@ -26,6 +26,8 @@ constexpr double kLeastWallMm = 4.0;  ///< of muscle that stays
 constexpr int kEdgeLayers = 2;        ///< the outermost are mixed with what lies beyond
 constexpr double kLeastStep = 0.15;   ///< of the way from muscle to blood
 constexpr double kRagMm = 2.0;        ///< radius that a rag does not hold
+constexpr double kCutSigmaMm = 2.0;   ///< smooths the outline where something was cut off
+constexpr int kAround = 3;            ///< directions on both sides that have to agree
 constexpr double kSure = 4;           ///< standard deviations that the step stands out by
 constexpr double kLeastNoise = 0.01;  ///< of the contrast: so even is no tissue
 constexpr double kLeastCount = 0.5;   ///< voxels, weighted, that tell a layer
@@ -136,6 +138,41 @@ float end_of_muscle(const Profile& profile, const TissueLevels& levels, double n
   return bright < kNowhere ? bright : edge_of_step(profile, levels, noise);
 }
 
+/// Each direction's end as most of those around it say: one, and where, or none.
+cv::Mat agreed(const cv::Mat& ends) {
+  cv::Mat out(ends.size(), CV_32F, cv::Scalar(kNowhere));
+  for (int k = 0; k < ends.rows; ++k) {
+    for (int a = 0; a < kRays; ++a) {
+      std::vector<float> around;
+      for (int b = -kAround; b <= kAround; ++b) {
+        const float end = ends.at<float>(k, (a + b + kRays) % kRays);
+        if (end < kNowhere) around.push_back(end);
+      }
+      if (around.size() <= static_cast<std::size_t>(kAround)) continue;
+      const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+      std::nth_element(around.begin(), middle, around.end());
+      out.at<float>(k, a) = *middle;
+    }
+  }
+  return out;
+}
+
+/// Smooths a slice's LV outline after something was cut off `wall`, within what was wall before,
+/// and leaves no rags.
+void smooth_cut(cv::Mat& slice, const cv::Mat& wall, const cv::Point2d& pixel_mm) {
+  cv::Mat whole;
+  cv::morphologyEx(cv::Mat(slice != kLabelBackground), whole, cv::MORPH_OPEN,
+                   disc(kRagMm, pixel_mm), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::Mat outward;
+  cv::Mat inward;
+  cv::distanceTransform(~whole, outward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::distanceTransform(whole, inward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::Mat distance = outward - inward;
+  cv::GaussianBlur(distance, distance, {0, 0}, kCutSigmaMm / pixel_mm.x, kCutSigmaMm / pixel_mm.y);
+  slice.setTo(cv::Scalar(kLabelLvMyocardium), wall & (distance < 0));
+  slice.setTo(cv::Scalar(kLabelBackground), wall & (distance >= 0));
+}
+
 }  // namespace
 
 void strip_outer_layer(const ImageCycle<float>& images, double noise, const Chambers& chambers,
@@ -196,7 +233,10 @@ void strip_outer_layer(const ImageCycle<float>& images, double noise, const Cham
         ends.at<float>(k, a) = end_of_muscle(Profile(profiles, k, a), chambers.levels, noise);
       }
     }
+    ends = agreed(ends);
     for (int k = 0; k < grid.size[2]; ++k) {
+      cv::Mat slice = slice_of(grid, phase, k);
+      const cv::Mat wall = slice == kLabelLvMyocardium;
       bool stripped = false;
       const std::size_t end = grid.offset(0, 0, k) + grid.slice_count();
       for (std::size_t v = grid.offset(0, 0, k); v < end; ++v) {
@@ -204,14 +244,7 @@ void strip_outer_layer(const ImageCycle<float>& images, double noise, const Cham
         phase[v] = kLabelBackground;
         stripped = true;
       }
-      if (!stripped) continue;
-      // Between directions that end and such that do not, rags are left.
-      cv::Mat slice = slice_of(grid, phase, k);
-      const cv::Mat wall = slice == kLabelLvMyocardium;
-      cv::Mat whole;
-      cv::morphologyEx(cv::Mat(slice != kLabelBackground), whole, cv::MORPH_OPEN,
-                       disc(kRagMm, pixel_mm), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-      slice.setTo(cv::Scalar(kLabelBackground), wall & ~whole);
+      if (stripped) smooth_cut(slice, wall, pixel_mm);
     }
   });
 }

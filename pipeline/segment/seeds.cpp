@@ -284,6 +284,7 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
       cv::Mat pools;
       cv::erode(chambers.always_blood_moving[static_cast<std::size_t>(k)], pools,
                 disc(2.0, pixel_mm));
+      pools &= zones[static_cast<std::size_t>(k)];
       for (std::vector<std::uint8_t>& phase : seeds) {
         paint(phase, grid, k, pools, kLabelRestOfHeart);
       }
