@@ -75,7 +75,7 @@ Content from_study(const fs::path& folder, bool fields) {
   const Recipe recipe = orders_of(study).recipe;
   for (const FieldCycle& cycle : study::read_fields(folder)) {
     content.fields.push_back(
-        std::make_shared<atlas::FieldPayload>(pack::encode_field(cycle, recipe.pack)));
+        std::make_shared<atlas::FieldPayload>(pack::stored_field(cycle, recipe.pack)));
   }
   Exam exam = study::read_exam(folder);
   content.source = exam.stack.grid();

@@ -229,4 +229,9 @@ atlas::Bytes pack_field(const FieldPayload& field, double step_mm) {
   }
 }
 
+atlas::FieldPayload stored_field(const FieldCycle& field, const EncodeOptions& options) {
+  const FieldPayload encoded = encode_field(field, options);
+  return atlas::decode_field(pack_field(encoded, options.step_mm), encoded.structure);
+}
+
 }  // namespace beatlas::pack

@@ -45,6 +45,10 @@ struct EncodeOptions {
 [[nodiscard]] atlas::FieldPayload encode_field(const FieldCycle& field,
                                                const EncodeOptions& options);
 
+/// The field as a package holds it: encoded, stored and read again. @throws as encode_field
+[[nodiscard]] atlas::FieldPayload stored_field(const FieldCycle& field,
+                                               const EncodeOptions& options);
+
 /// What goes into a package; `manifest.items` is filled by the writer.
 struct PackageContent {
   atlas::Manifest manifest;
