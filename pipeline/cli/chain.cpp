@@ -6,6 +6,8 @@
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
 #include "pipeline/cli/version.h"
+#include "pipeline/pack/volume_encoder.h"
+#include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
@@ -15,6 +17,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using study::Stage;
 namespace {
+
+constexpr auto kVolumeFigures = "pack/volume.json";
 
 /// "a was", "a and b were", "a, b and 7 more were".
 std::string listed(const std::vector<std::string>& names) {
@@ -41,6 +45,10 @@ bool scene_has_surfaces(const Scene& scene) {
   return std::any_of(kAllStructures.begin(), kAllStructures.end(), [&](Structure structure) {
     return atlas::scene_holds(scene.content, atlas::kSurfaceKind, structure);
   });
+}
+
+bool scene_has_volume(const Scene& scene) {
+  return atlas::scene_holds(scene.content, atlas::kVolumeKind, Structure::Heart);
 }
 
 Chain::Chain(Console& console, Orders orders, std::optional<study::Study> study)
@@ -230,7 +238,7 @@ void Chain::import(const std::vector<fs::path>& sources) {
   for (const std::string& decision : facts_.decisions) console_.tell("import: " + decision);
 }
 
-void Chain::registration() {
+void Chain::registration(bool for_volume) {
   if (!keeps(Stage::Register, wanted_of(Stage::Register, orders_))) {
     console_.stage("register", [&](StageContext& context) {
       const Cine& cine = exam().stack;
@@ -245,7 +253,20 @@ void Chain::registration() {
       });
     });
   }
-  exam_.reset();  // pack needs no more of them than what was noted
+  // Pack needs no more of them than what was noted, and the images around the heart; the field's
+  // lattice ends some samples beyond outer_mm.
+  if (for_volume && exam_ && shapes_) {
+    const Recipe& recipe = orders_.recipe;
+    const double margin_mm =
+        recipe.field.outer_mm + 8 * recipe.field.voxel_mm + 2 * recipe.registration.shape_mm;
+    for (const ShapeCycle& shape : *shapes_) {
+      if (shape.structure != Structure::Heart) continue;
+      heart_images_ = cut_images(
+          exam_->stack.images, segment::noise_level(exam_->stack.images),
+          box_around(exam_->stack.grid(), *facts_.workspace_from_lps, shape.level.grid, margin_mm));
+    }
+  }
+  exam_.reset();
   segmentation_.reset();
 }
 
@@ -277,6 +298,17 @@ void Chain::surfaces() {
     leave(Stage::Mesh, new_record(Stage::Mesh),
           [&] { return study::write_surfaces(study_->folder(), *surfaces_); });
   });
+}
+
+pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {
+  const StackBox box =
+      box_around(facts_.source, *facts_.workspace_from_lps, heart.distance_mm.grid, 0);
+  HeartImages around =
+      heart_images_ && heart_images_->box.holds(box)
+          ? cut_images(*heart_images_, box)
+          : cut_images(exam().stack.images, segment::noise_level(exam().stack.images), box);
+  around.images.grid.mm_from_index = *facts_.workspace_from_lps * around.images.grid.mm_from_index;
+  return pack::pack_volume(around.images, around.noise, heart, orders_.recipe.pack);
 }
 
 void Chain::pack(const Scene& scene, const fs::path& file) {
@@ -350,6 +382,20 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
       context.progress(static_cast<double>(content.fields.size()) /
                        static_cast<double>(fields.size()));
     }
+    json volume;
+    if (scene_has_volume(scene)) {
+      const auto heart = std::find_if(fields.begin(), fields.end(), [](const FieldCycle& field) {
+        return field.structure == Structure::Heart;
+      });
+      if (heart != fields.end()) content.volume = packed_volume(*heart);
+    }
+    if (content.volume) {
+      volume = {{"noise", content.volume->noise},
+                {"quantum", content.volume->quantum},
+                {"rms_error", content.volume->rms_error},
+                {"psnr_db", content.volume->psnr_db}};
+      manifest.provenance["volume"] = volume;
+    }
     for (SurfaceCycle& surface : used) {
       content.surfaces.push_back(
           {surface.structure, std::move(surface.triangles), std::move(surface.positions)});
@@ -361,7 +407,12 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
       record.inputs = study_->inputs_now(Stage::Pack, with.with_surfaces);
       record.package_sha256 = study::sha256_of_file(file);
     }
-    leave(Stage::Pack, std::move(record), [] { return study::FileList{}; });
+    leave(Stage::Pack, std::move(record), [&] {
+      if (volume.is_null()) return study::FileList{};
+      study::make_folder(study_->folder() / "pack");
+      study::write_json(study_->folder() / kVolumeFigures, volume);
+      return study::FileList{kVolumeFigures};
+    });
   });
 }
 

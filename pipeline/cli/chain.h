@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "pipeline/cli/console.h"
+#include "pipeline/cli/heart_images.h"
 #include "pipeline/cli/orders.h"
 #include "pipeline/cli/scene.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
+#include "pipeline/pack/pack.h"
 #include "pipeline/report/curves.h"
 #include "pipeline/study/stage_files.h"
 #include "pipeline/study/state.h"
@@ -52,7 +54,8 @@ class Chain {
   void import(const std::vector<std::filesystem::path>& sources);
   /// Also brings the pictures up to date.
   void segment();
-  void registration();
+  /// @param for_volume whether the package will hold the images around the heart
+  void registration(bool for_volume = false);
   void fields();
   void surfaces();
   /// Volume curves are those of all fields, whatever the scene.
@@ -85,6 +88,8 @@ class Chain {
   /// @throws Error{Quality} if it rings and the recipe makes that an error; its pictures are left.
   void ask_for_leaks(StageContext& context);
   void note_for_package();
+  /// The images around the heart as the package holds them.
+  [[nodiscard]] pack::PackedVolume packed_volume(const FieldCycle& heart);
   void note_exam();
   void note_segmentation();
 
@@ -97,6 +102,7 @@ class Chain {
 
   std::optional<Exam> exam_;
   std::optional<Segmentation> segmentation_;
+  std::optional<HeartImages> heart_images_;  ///< kept where the exam itself is not
   std::optional<std::vector<ShapeCycle>> shapes_;
   std::optional<std::vector<FieldCycle>> fields_;
   std::optional<std::vector<SurfaceCycle>> surfaces_;
@@ -106,5 +112,7 @@ class Chain {
 
 /// Whether a package of the scene holds any surface, so that the stage mesh must run.
 [[nodiscard]] bool scene_has_surfaces(const Scene& scene);
+/// Whether it holds the images around the heart.
+[[nodiscard]] bool scene_has_volume(const Scene& scene);
 
 }  // namespace beatlas::cli

@@ -63,7 +63,7 @@ int build(const Arguments& arguments) {
   Chain chain(console, std::move(orders), std::move(study));
   chain.import({arguments.sources.begin(), arguments.sources.end()});
   chain.segment();
-  chain.registration();
+  chain.registration(scene_has_volume(scene));
   chain.fields();
   if (with_surfaces) chain.surfaces();
   chain.pack(scene, arguments.output);

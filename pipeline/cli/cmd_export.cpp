@@ -1,12 +1,18 @@
 #include <array>
 #include <cstdio>
+#include <map>
 
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/source_labels.h"
+#include "pipeline/cli/stored_distances.h"
+#include "pipeline/cli/stored_images.h"
 #include "pipeline/cli/study_status.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/field/field.h"
+#include "pipeline/formats/gltf.h"
+#include "pipeline/formats/obj.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "runtime/atlas/atlas.h"
@@ -30,16 +36,30 @@ struct Content {
   Grid source;
   Affine workspace_from_lps = Affine::Identity();
   double rr_interval_s = 0;
+  std::map<Structure, std::vector<double>> volume_ml;  ///< of each field
   std::optional<ImageCycle<float>> cine;
 };
 
-Content from_package(const fs::path& file, bool fields) {
-  const atlas::Manifest manifest = atlas::Atlas::open(file, {}).manifest();
+/// Labels need every structure, distances are those that the package holds.
+atlas::Needs needs_of(const atlas::Manifest& manifest, const std::string& format) {
   atlas::Needs needs;
+  if (format == "vdb") {
+    needs.fields = atlas::everything_in(manifest).fields;
+    if (needs.fields.empty()) needs.fields.insert(Structure::Heart);  // refused by its name
+    return needs;
+  }
   for (const atlas::StructureEntry& entry : manifest.structures) {
     const auto structure = structure_from_name(entry.name);
-    if (structure) (fields ? needs.fields : needs.surfaces).insert(*structure);
+    if (!structure) continue;
+    (format == "nifti" ? needs.fields : needs.surfaces).insert(*structure);
   }
+  needs.volume = format == "nifti" && atlas::everything_in(manifest).volume;
+  return needs;
+}
+
+Content from_package(const fs::path& file, const std::string& format) {
+  const atlas::Manifest manifest = atlas::Atlas::open(file, {}).manifest();
+  const atlas::Needs needs = needs_of(manifest, format);
   const atlas::Atlas package = atlas::Atlas::open(file, needs);
   Content content;
   for (Structure structure : needs.fields) content.fields.push_back(package.field(structure));
@@ -47,6 +67,13 @@ Content from_package(const fs::path& file, bool fields) {
   content.source = {manifest.source_size, manifest.source_lps_from_index};
   content.workspace_from_lps = manifest.workspace_from_lps;
   content.rr_interval_s = manifest.rr_interval_s;
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    const auto structure = structure_from_name(entry.name);
+    if (structure) content.volume_ml[*structure] = entry.volume_ml;
+  }
+  if (const auto volume = package.volume()) {
+    content.cine = images_of(*volume, content.source, content.workspace_from_lps);
+  }
   return content;
 }
 
@@ -61,10 +88,15 @@ void require_done(const study::Study& study, study::Stage stage) {
   }
 }
 
-Content from_study(const fs::path& folder, bool fields) {
+Content from_study(const fs::path& folder, const std::string& format) {
+  const bool fields = format == "nifti" || format == "vdb";
   const study::Study study = study::Study::open(folder);
   Content content;
   require_done(study, fields ? study::Stage::Field : study::Stage::Mesh);
+  Exam exam = study::read_exam(folder);
+  content.source = exam.stack.grid();
+  content.rr_interval_s = exam.stack.rr_interval_s;
+  content.workspace_from_lps = study::read_workspace_from_lps(folder);
   if (!fields) {
     for (SurfaceCycle& cycle : study::read_surfaces(folder)) {
       content.surfaces.push_back(std::make_shared<atlas::SurfacePayload>(atlas::SurfacePayload{
@@ -76,38 +108,34 @@ Content from_study(const fs::path& folder, bool fields) {
   for (const FieldCycle& cycle : study::read_fields(folder)) {
     content.fields.push_back(
         std::make_shared<atlas::FieldPayload>(pack::stored_field(cycle, recipe.pack)));
+    content.volume_ml[cycle.structure] = cycle.volume_ml;
   }
-  Exam exam = study::read_exam(folder);
-  content.source = exam.stack.grid();
-  content.rr_interval_s = exam.stack.rr_interval_s;
   content.cine = std::move(exam.stack.images);
-  content.workspace_from_lps = study::read_workspace_from_lps(folder);
   return content;
 }
 
-void write_obj(const fs::path& file, const atlas::SurfacePayload& surface, std::size_t phase) {
-  std::string text = "# " + std::string(structure_name(surface.structure)) + ", workspace [mm]\n";
-  std::array<char, 96> line{};
-  for (const Vec3f& vertex : surface.positions[phase]) {
-    std::snprintf(line.data(), line.size(), "v %.9g %.9g %.9g\n", static_cast<double>(vertex[0]),
-                  static_cast<double>(vertex[1]), static_cast<double>(vertex[2]));
-    text += line.data();
-  }
-  for (const auto& [a, b, c] : surface.triangles) {
-    text += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " +
-            std::to_string(c + 1) + "\n";
-  }
-  study::write_text(file, text);
-}
-
-void export_surfaces(const Content& content, const fs::path& folder) {
+void export_obj(const Content& content, const fs::path& folder) {
   for (const auto& surface : content.surfaces) {
     for (std::size_t phase = 0; phase < surface->positions.size(); ++phase) {
       std::array<char, 80> name{};
       std::snprintf(name.data(), name.size(), "%s_%03zu.obj",
                     structure_name(surface->structure).data(), phase);
-      write_obj(folder / name.data(), *surface, phase);
+      study::write_text(folder / name.data(), formats::obj_text(*surface, phase));
     }
+  }
+}
+
+void export_glb(const Content& content, const fs::path& folder) {
+  study::write_bytes(
+      folder / "heart.glb",
+      formats::gltf_binary(content.surfaces, {content.workspace_from_lps, content.rr_interval_s}));
+}
+
+void export_vdb(const Content& content, const fs::path& folder, StageContext& context) {
+  for (const auto& field : content.fields) {
+    context.check_cancelled();
+    const fs::path file = folder / (std::string(structure_name(field->structure)) + ".vdb");
+    field::write_vdb(file, distances_of(field, content.volume_ml.at(field->structure)));
   }
 }
 
@@ -126,19 +154,17 @@ void export_images(const Content& content, const fs::path& folder, StageContext&
 
 int export_atlas(const Arguments& arguments) {
   const fs::path source(arguments.source);
-  const bool images = arguments.to == "nifti";
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   console.stage("export", [&](StageContext& context) {
     std::error_code ignored;
-    const Content content = fs::is_directory(source, ignored) ? from_study(source, images)
-                                                              : from_package(source, images);
+    const Content content = fs::is_directory(source, ignored) ? from_study(source, arguments.to)
+                                                              : from_package(source, arguments.to);
     study::make_folder(arguments.output);
-    if (images) {
-      export_images(content, arguments.output, context);
-    } else {
-      export_surfaces(content, arguments.output);
-    }
+    if (arguments.to == "nifti") export_images(content, arguments.output, context);
+    if (arguments.to == "vdb") export_vdb(content, arguments.output, context);
+    if (arguments.to == "obj") export_obj(content, arguments.output);
+    if (arguments.to == "glb") export_glb(content, arguments.output);
   });
   console.finish();
   return 0;
@@ -151,14 +177,19 @@ void add_export(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("export", "Write a package or study in other formats");
   command->footer(
       "nifti: labels.nii.gz, 4-D on the source's grid (1 RV blood, 2 LV myocardium, 3 LV blood,\n"
-      "4 the rest of the heart), from a package of the scene full or from a study; from a study\n"
-      "also cine.nii.gz.\n"
-      "obj: <structure>_<phase>.obj, workspace [mm], one connectivity.");
+      "4 the rest of the heart), from a package of the scene full or from a study; cine.nii.gz on\n"
+      "the same grid, of a package what lies around the heart and stands out of the noise.\n"
+      "glb: heart.glb, glTF 2.0 that beats in any viewer: metres, +y the patient's head, +z the\n"
+      "front; a node and material a structure, a morph target a phase.\n"
+      "obj: <structure>_<phase>.obj, workspace [mm], one connectivity.\n"
+      "vdb: <structure>.vdb, a float grid <structure>_<phase> a phase: signed distance [mm], "
+      "placed\n"
+      "in the workspace [mm].");
   command->add_option("PACKAGE|STUDY", arguments->source, "A package, or the folder of a study")
       ->required();
   command->add_option("--to", arguments->to, "Format")
       ->required()
-      ->check(CLI::IsMember({"nifti", "obj"}));
+      ->check(CLI::IsMember({"glb", "obj", "vdb", "nifti"}));
   command->add_option("-o,--output", arguments->output, "The folder to write to")
       ->required()
       ->type_name("DIR");

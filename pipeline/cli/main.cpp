@@ -39,6 +39,7 @@ int run_command(int argc, char** argv) {
   add_bench(app, run);
   add_export(app, run);
   add_status(app, run);
+  add_identify(app, run);
   add_defaults(app, run);
   try {
     app.parse(argc, argv);

@@ -18,6 +18,8 @@ struct Choice {
   const char* name;
   T value;
 };
+constexpr std::array kFlicker{Choice<field::Flicker>{"remove", field::Flicker::Remove},
+                              Choice<field::Flicker>{"keep", field::Flicker::Keep}};
 constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
                                   Choice<segment::LeakAction>{"error", segment::LeakAction::Error}};
 constexpr std::array kMethods{Choice<segment::Method>{"competition", segment::Method::Competition},
@@ -69,12 +71,16 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("voxel_mm", recipe.field.voxel_mm, 0.5, 4.0);
   visit.option("inner_mm", recipe.field.inner_mm, 3.0, 40.0);
   visit.option("outer_mm", recipe.field.outer_mm, 3.0, 40.0);
+  visit.choice("flicker", recipe.field.flicker, kFlicker);
   visit.section("mesh");
   visit.option("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
   visit.option("reference_phase", recipe.mesh.reference_phase, 0, 1023);
   visit.section("pack");
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
+  visit.option("nested_step_mm", recipe.pack.nested_step_mm, 0.0005, 0.1);
   visit.option("surface_step_mm", recipe.pack.surface_step_mm, 0.002, 0.5);
+  visit.option("volume_step", recipe.pack.volume_step, 0.25, 16.0);
+  visit.option("volume_threshold", recipe.pack.volume_threshold, 0.0, 16.0);
   visit.section("quality");
   visit.option("max_volume_gap_percent", recipe.quality.max_volume_gap_percent, 0.1, 100.0);
   visit.section("validate");

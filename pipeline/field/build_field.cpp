@@ -6,6 +6,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/closest_triangle.h"
 #include "pipeline/field/field.h"
+#include "pipeline/field/flicker.h"
 #include "pipeline/field/interpolant.h"
 #include "pipeline/field/surface.h"
 #include "runtime/base/error.h"
@@ -231,6 +232,7 @@ FieldCycle build_field(const ShapeCycle& shape, const FieldOptions& options,
             .run();
     step_done();
   });
+  if (options.flicker == Flicker::Remove) take_off_flicker(out);
   return out;
 }
 

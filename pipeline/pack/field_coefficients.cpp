@@ -28,8 +28,9 @@ constexpr double kMaxCount = std::numeric_limits<std::int16_t>::max();
 void check(const FieldCycle& field, const EncodeOptions& options) {
   const std::string name(structure_name(field.structure));
   const Grid& grid = field.distance_mm.grid;
-  if (!(options.step_mm >= kLeastStepMm && options.step_mm <= kMostStepMm)) {
-    throw Error(ErrorCode::Usage, "step_mm must be from 0.0005 to 0.1 mm");
+  const double step_mm = field_step_mm(field.structure, options);
+  if (!(step_mm >= kLeastStepMm && step_mm <= kMostStepMm)) {
+    throw Error(ErrorCode::Usage, "a field's step must be from 0.0005 to 0.1 mm");
   }
   if (field.distance_mm.phases.empty() || grid.count() == 0) {
     throw_invalid("the distance field of " + name + " is empty; run the field stage again");
@@ -272,7 +273,7 @@ FieldPayload encode_field(const FieldCycle& field, const EncodeOptions& options)
     }
   });
   // A count that is beyond the clamps must fit too (FieldPayload::clamp_count).
-  payload.step_mm = std::max({options.step_mm / kCountsAStep,
+  payload.step_mm = std::max({field_step_mm(field.structure, options) / kCountsAStep,
                               *std::max_element(largest.begin(), largest.end()) / kMaxCount,
                               std::max(field.inner_mm, field.outer_mm) / (kMaxCount - 2)});
   for_each_row(lattice, blocks, payload, [&](std::size_t to, std::size_t from) {

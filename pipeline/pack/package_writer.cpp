@@ -5,6 +5,7 @@
 #include "pipeline/pack/replace_file.h"
 #include "pipeline/pack/zip_builder.h"
 #include "runtime/atlas/scene.h"
+#include "runtime/atlas/volume_payload.h"
 #include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
 
@@ -75,7 +76,8 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
   Items items(manifest, entries);
   for (const atlas::FieldPayload* field : held(content.fields, manifest.scene, atlas::kFieldKind)) {
     require_phases(manifest, field->structure, static_cast<std::size_t>(field->phases));
-    items.add(atlas::kFieldKind, field->structure, pack_field(*field, options.step_mm));
+    items.add(atlas::kFieldKind, field->structure,
+              pack_field(*field, field_step_mm(field->structure, options)));
   }
   for (const atlas::SurfacePayload* surface :
        held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {
@@ -83,6 +85,11 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
     PackedSurface packed = pack_surface(*surface, options.surface_step_mm);
     items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc));
     items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion));
+  }
+  if (content.volume && atlas::scene_holds(manifest.scene, atlas::kVolumeKind, Structure::Heart)) {
+    const atlas::VolumePayload volume = atlas::decode_volume(content.volume->entry);
+    require_phases(manifest, Structure::Heart, static_cast<std::size_t>(volume.phases));
+    items.add(atlas::kVolumeKind, Structure::Heart, content.volume->entry);
   }
   const std::string text = atlas::manifest_to_json(manifest).dump(
                                2, ' ', false, nlohmann::json::error_handler_t::replace) +

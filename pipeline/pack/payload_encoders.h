@@ -14,7 +14,7 @@ namespace beatlas::pack {
 
 /// Distances at samples and phases within kMostErrorSteps of step_mm; leaves that a first try
 /// stores worse are quantised more finely.
-/// @param step_mm EncodeOptions::step_mm
+/// @param step_mm field_step_mm of the options
 /// @throws Error{InvalidInput} if the payload breaks its own layout (see check_field) or cannot be
 /// stored that well; Error{Usage} if the step is out of range.
 [[nodiscard]] atlas::Bytes pack_field(const atlas::FieldPayload& field, double step_mm);

@@ -7,6 +7,7 @@
 
 #include "pipeline/phantom/heart_shape.h"
 #include "pipeline/phantom/json_vector.h"
+#include "runtime/base/json_numbers.h"
 
 namespace beatlas::phantom {
 namespace {
@@ -45,83 +46,53 @@ void read_rv(JsonObject& parent, const std::string& key, RvState& rv) {
   object.finish();
 }
 
-/// A number of a part, and its range.
-template <class T>
-struct Number {
-  const char* key;
-  double T::*member;
-  double low;
-  double high;
-};
-
 constexpr std::array kAtriumNumbers{
-    Number<Atrium>{"radius_end_diastole_mm", &Atrium::radius_end_diastole_mm, 5.0, 80.0},
-    Number<Atrium>{"radius_end_systole_mm", &Atrium::radius_end_systole_mm, 5.0, 80.0},
-    Number<Atrium>{"x_mm", &Atrium::x_mm, -100.0, 100.0},
-    Number<Atrium>{"y_mm", &Atrium::y_mm, -100.0, 100.0}};
+    JsonNumber<Atrium>{"radius_end_diastole_mm", &Atrium::radius_end_diastole_mm, 5.0, 80.0},
+    JsonNumber<Atrium>{"radius_end_systole_mm", &Atrium::radius_end_systole_mm, 5.0, 80.0},
+    JsonNumber<Atrium>{"x_mm", &Atrium::x_mm, -100.0, 100.0},
+    JsonNumber<Atrium>{"y_mm", &Atrium::y_mm, -100.0, 100.0}};
 constexpr std::array kAtriaNumbers{
-    Number<Atria>{"valve_radius_mm", &Atria::valve_radius_mm, 1.0, 30.0},
-    Number<Atria>{"wall_mm", &Atria::wall_mm, 0.5, 10.0}};
+    JsonNumber<Atria>{"valve_radius_mm", &Atria::valve_radius_mm, 1.0, 30.0},
+    JsonNumber<Atria>{"wall_mm", &Atria::wall_mm, 0.5, 10.0}};
 constexpr std::array kAortaNumbers{
-    Number<AortaRoot>{"radius_mm", &AortaRoot::radius_mm, 3.0, 40.0},
-    Number<AortaRoot>{"wall_mm", &AortaRoot::wall_mm, 0.5, 10.0},
-    Number<AortaRoot>{"x_mm", &AortaRoot::x_mm, -100.0, 100.0},
-    Number<AortaRoot>{"y_mm", &AortaRoot::y_mm, -100.0, 100.0},
-    Number<AortaRoot>{"length_mm", &AortaRoot::length_mm, 2.0, 150.0}};
+    JsonNumber<AortaRoot>{"radius_mm", &AortaRoot::radius_mm, 3.0, 40.0},
+    JsonNumber<AortaRoot>{"wall_mm", &AortaRoot::wall_mm, 0.5, 10.0},
+    JsonNumber<AortaRoot>{"x_mm", &AortaRoot::x_mm, -100.0, 100.0},
+    JsonNumber<AortaRoot>{"y_mm", &AortaRoot::y_mm, -100.0, 100.0},
+    JsonNumber<AortaRoot>{"length_mm", &AortaRoot::length_mm, 2.0, 150.0}};
 constexpr std::array kPapillaryNumbers{
-    Number<PapillaryMuscles>{"radius_end_diastole_mm", &PapillaryMuscles::radius_end_diastole_mm,
-                             1.0, 15.0},
-    Number<PapillaryMuscles>{"radius_end_systole_mm", &PapillaryMuscles::radius_end_systole_mm, 1.0,
-                             15.0},
-    Number<PapillaryMuscles>{"half_length_end_diastole_mm",
-                             &PapillaryMuscles::half_length_end_diastole_mm, 2.0, 40.0},
-    Number<PapillaryMuscles>{"half_length_end_systole_mm",
-                             &PapillaryMuscles::half_length_end_systole_mm, 2.0, 40.0},
-    Number<PapillaryMuscles>{"off_axis", &PapillaryMuscles::off_axis, 0.2, 0.8}};
+    JsonNumber<PapillaryMuscles>{"radius_end_diastole_mm",
+                                 &PapillaryMuscles::radius_end_diastole_mm, 1.0, 15.0},
+    JsonNumber<PapillaryMuscles>{"radius_end_systole_mm", &PapillaryMuscles::radius_end_systole_mm,
+                                 1.0, 15.0},
+    JsonNumber<PapillaryMuscles>{"half_length_end_diastole_mm",
+                                 &PapillaryMuscles::half_length_end_diastole_mm, 2.0, 40.0},
+    JsonNumber<PapillaryMuscles>{"half_length_end_systole_mm",
+                                 &PapillaryMuscles::half_length_end_systole_mm, 2.0, 40.0},
+    JsonNumber<PapillaryMuscles>{"off_axis", &PapillaryMuscles::off_axis, 0.2, 0.8}};
 constexpr std::array kFatNumbers{
-    Number<PericardialFat>{"front_mm", &PericardialFat::front_mm, 0.5, 20.0}};
+    JsonNumber<PericardialFat>{"front_mm", &PericardialFat::front_mm, 0.5, 20.0}};
 constexpr std::array kInfarctNumbers{
-    Number<Infarct>{"radius_mm", &Infarct::radius_mm, 8.0, 60.0},
-    Number<Infarct>{"angle_deg", &Infarct::angle_deg, -360.0, 360.0},
-    Number<Infarct>{"z_mm", &Infarct::z_mm, -80.0, 0.0},
-    Number<Infarct>{"thinning_mm", &Infarct::thinning_mm, 0.1, 20.0},
-    Number<Infarct>{"bulge_mm", &Infarct::bulge_mm, 0.1, 10.0}};
+    JsonNumber<Infarct>{"radius_mm", &Infarct::radius_mm, 8.0, 60.0},
+    JsonNumber<Infarct>{"angle_deg", &Infarct::angle_deg, -360.0, 360.0},
+    JsonNumber<Infarct>{"z_mm", &Infarct::z_mm, -80.0, 0.0},
+    JsonNumber<Infarct>{"thinning_mm", &Infarct::thinning_mm, 0.1, 20.0},
+    JsonNumber<Infarct>{"bulge_mm", &Infarct::bulge_mm, 0.1, 10.0}};
 
 template <class T, std::size_t N>
-nlohmann::json numbers_to_json(const T& part, const std::array<Number<T>, N>& numbers) {
-  nlohmann::json out;
-  for (const auto& number : numbers) out[number.key] = part.*number.member;
-  return out;
-}
-
-template <class T, std::size_t N>
-nlohmann::json part_to_json(const T& part, const std::array<Number<T>, N>& numbers) {
+nlohmann::json part_to_json(const T& part, const std::array<JsonNumber<T>, N>& numbers) {
   nlohmann::json out = numbers_to_json(part, numbers);
   out["present"] = part.present;
   return out;
 }
 
 template <class T, std::size_t N>
-void read_numbers(JsonObject& object, T& part, const std::array<Number<T>, N>& numbers) {
-  for (const auto& number : numbers) {
-    object.read(number.key, part.*number.member, number.low, number.high);
-  }
-}
-
-template <class T, std::size_t N>
 void read_part(JsonObject& parent, const std::string& key, T& part,
-               const std::array<Number<T>, N>& numbers) {
+               const std::array<JsonNumber<T>, N>& numbers) {
   if (!parent.has(key)) return;
   JsonObject object(parent.at(key), parent.path() + "/" + key);
   object.read("present", part.present);
   read_numbers(object, part, numbers);
-  object.finish();
-}
-
-void read_atrium(JsonObject& parent, const std::string& key, Atrium& atrium) {
-  if (!parent.has(key)) return;
-  JsonObject object(parent.at(key), parent.path() + "/" + key);
-  read_numbers(object, atrium, kAtriumNumbers);
   object.finish();
 }
 
@@ -130,8 +101,8 @@ void read_atria(JsonObject& parent, const std::string& key, Atria& atria) {
   JsonObject object(parent.at(key), parent.path() + "/" + key);
   object.read("present", atria.present);
   read_numbers(object, atria, kAtriaNumbers);
-  read_atrium(object, "left", atria.left);
-  read_atrium(object, "right", atria.right);
+  read_section(object, "left", atria.left, kAtriumNumbers);
+  read_section(object, "right", atria.right, kAtriumNumbers);
   object.finish();
 }
 

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include <opencv2/imgproc.hpp>
-
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/register/shape_level.h"
 #include "pipeline/register/slice_distance.h"
 #include "runtime/base/error.h"
 
@@ -15,142 +14,6 @@ namespace beatlas::reg {
 namespace {
 
 constexpr float kNearMm = 6.0F;  ///< levels are kept this far from the surface: files stay small
-constexpr float kFar = 20.0F;    ///< [mm] level where there is nothing
-
-/// Value at a fractional index in plane, clamped to the slice.
-float sample_plane(const float* slice, int nx, int ny, double i, double j) {
-  const double x = std::clamp(i, 0.0, nx - 1.0);
-  const double y = std::clamp(j, 0.0, ny - 1.0);
-  const int x0 = std::min(static_cast<int>(x), std::max(0, nx - 2));
-  const int y0 = std::min(static_cast<int>(y), std::max(0, ny - 2));
-  const auto u = static_cast<float>(x - x0);
-  const auto v = static_cast<float>(y - y0);
-  const float* row0 = slice + static_cast<std::ptrdiff_t>(y0) * nx + x0;
-  const float* row1 = ny > 1 ? row0 + nx : row0;
-  const int right = nx > 1 ? 1 : 0;
-  return (1 - v) * ((1 - u) * row0[0] + u * row0[right]) +
-         v * ((1 - u) * row1[0] + u * row1[right]);
-}
-
-/// Where lattice lines of the workspace fall in the source: the axes are parallel, so each source
-/// index depends on one workspace coordinate only.
-struct AxisMap {
-  Vec3 scale;
-  Vec3 shift;
-  [[nodiscard]] double index(int axis, double lattice) const {
-    return scale[axis] * lattice + shift[axis];
-  }
-};
-
-AxisMap axis_map(const Grid& source, const Grid& lattice, const Affine& workspace_from_lps) {
-  const Affine index_from_lattice =
-      source.mm_from_index.inverse() * workspace_from_lps.inverse() * lattice.mm_from_index;
-  return {index_from_lattice.linear().diagonal(), index_from_lattice.translation()};
-}
-
-using Phase = std::vector<float>;
-
-/// Level of one phase on the lattice from coverage: for slices close enough that coverage itself
-/// shows where between them the surface runs.
-Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid& lattice,
-                          const AxisMap& map) {
-  Phase level(lattice.count());
-  const int nk = source.size[2];
-  Phase plane0(lattice.slice_count());
-  for (int z = 0; z < lattice.size[2]; ++z) {
-    const double k = map.index(2, z);
-    const double inside_k = std::clamp(k, 0.0, nk - 1.0);
-    const int k0 = std::min(static_cast<int>(inside_k), std::max(0, nk - 2));
-    const auto w = static_cast<float>(inside_k - k0);
-    const float* slice0 = coverage.data() + source.offset(0, 0, k0);
-    const float* slice1 = nk > 1 ? slice0 + source.slice_count() : slice0;
-    for (int y = 0; y < lattice.size[1]; ++y) {
-      const double j = map.index(1, y);
-      for (int x = 0; x < lattice.size[0]; ++x) {
-        const double i = map.index(0, x);
-        const bool outside =
-            i < -0.5 || j < -0.5 || i > source.size[0] - 0.5 || j > source.size[1] - 0.5;
-        const float c = outside
-                            ? 0.0F
-                            : (1 - w) * sample_plane(slice0, source.size[0], source.size[1], i, j) +
-                                  w * sample_plane(slice1, source.size[0], source.size[1], i, j);
-        level[lattice.offset(x, y, z)] = 0.5F - c;
-      }
-    }
-  }
-  return level;
-}
-
-/// Level [mm] of one phase from the in-plane distances of the slices (shape interpolation).
-/// Towards a slice without the structure it closes roundly within half a gap, unless a cut ends it.
-Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
-                        const Grid& lattice, const AxisMap& map, int open_step) {
-  Phase level(lattice.count(), kFar);
-  const int nk = source.size[2];
-  const auto has = [&](int k) {
-    return k >= 0 && k < nk && !distances[static_cast<std::size_t>(k)].empty();
-  };
-  std::vector<float> depth(static_cast<std::size_t>(nk), 0);
-  for (int k = 0; k < nk; ++k) {
-    if (!has(k)) continue;
-    const Phase& d = distances[static_cast<std::size_t>(k)];
-    depth[static_cast<std::size_t>(k)] = -*std::min_element(d.begin(), d.end());
-  }
-  for (int z = 0; z < lattice.size[2]; ++z) {
-    const double k = std::clamp(map.index(2, z), 0.0, nk - 1.0);
-    const int k0 = static_cast<int>(std::floor(k));
-    const int k1 = std::min(k0 + 1, nk - 1);
-    const auto w = static_cast<float>(k - k0);
-    if (!has(k0) && !has(k1)) continue;
-    // On the open side the last slice is carried on unchanged; a cut ends it.
-    const bool carry0 = has(k0) && !has(k1) && open_step > 0;
-    const bool carry1 = has(k1) && !has(k0) && open_step < 0;
-    for (int y = 0; y < lattice.size[1]; ++y) {
-      const double j = map.index(1, y);
-      for (int x = 0; x < lattice.size[0]; ++x) {
-        const double i = map.index(0, x);
-        const auto value = [&](int slice) {
-          return sample_plane(distances[static_cast<std::size_t>(slice)].data(), source.size[0],
-                              source.size[1], i, j);
-        };
-        float d0 = 0;
-        float d1 = 0;
-        if (has(k0)) d0 = value(k0);
-        if (has(k1)) d1 = value(k1);
-        if (!has(k0)) d0 = carry1 ? d1 : std::max(depth[static_cast<std::size_t>(k1)], 0.5F);
-        if (!has(k1)) d1 = carry0 ? d0 : std::max(depth[static_cast<std::size_t>(k0)], 0.5F);
-        level[lattice.offset(x, y, z)] = (1 - w) * d0 + w * d1;
-      }
-    }
-  }
-  return level;
-}
-
-/// Raises the level beyond a plane of constant slice index, so that the shape ends flat there.
-void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slice_mm, double at_k,
-              int step) {
-  for (int z = 0; z < lattice.size[2]; ++z) {
-    const auto beyond_mm = static_cast<float>(step * (map.index(2, z) - at_k) * slice_mm);
-    const auto from = level.begin() + static_cast<std::ptrdiff_t>(lattice.offset(0, 0, z));
-    const auto to = from + static_cast<std::ptrdiff_t>(lattice.slice_count());
-    std::transform(from, to, from, [&](float v) { return std::max(v, beyond_mm); });
-  }
-}
-
-/// Gaussian of one lattice step in plane and across: takes noise and voxel steps off.
-void smooth(Phase& level, const Grid& lattice, double sigma_voxels) {
-  for (int z = 0; z < lattice.size[2]; ++z) {
-    cv::Mat slice(lattice.size[1], lattice.size[0], CV_32F, level.data() + lattice.offset(0, 0, z));
-    cv::GaussianBlur(slice, slice, {0, 0}, sigma_voxels);
-  }
-  cv::Mat columns(lattice.size[2], static_cast<int>(lattice.slice_count()), CV_32F, level.data());
-  const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma_voxels)));
-  const cv::Mat kernel = cv::getGaussianKernel(2 * radius + 1, sigma_voxels, CV_32F);
-  cv::Mat out;
-  cv::sepFilter2D(columns, out, CV_32F, cv::Mat::ones(1, 1, CV_32F), kernel, {-1, -1}, 0,
-                  cv::BORDER_REPLICATE);
-  out.copyTo(columns);
-}
 
 /// Lattice that holds every voxel with coverage, with a margin, aligned to multiples of the step.
 Grid lattice_around(const Grid& source, const std::vector<Phase>& phases,
@@ -279,7 +142,6 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
         std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
                        [](float outside, float inside) { return std::max(outside, -inside); });
       }
-      smooth(level, lattice, 1.0 / options.shape_mm);
       if (cut != nullptr) {
         cut_flat(level, lattice, map, slice_mm, cut->k[p] - first_k, cut->base_step);
       }

@@ -7,43 +7,20 @@
 
 #include "pipeline/report/overlay.h"
 #include "runtime/base/error.h"
+#include "runtime/plot/svg.h"
 
 namespace beatlas::report {
 namespace {
 
+using plot::line;
+using plot::pixels;
+using plot::round_step;
+using plot::shortest;
+using plot::svg_head;
+using plot::text_at;
+
 constexpr double kWidth = 760, kHeight = 440;
 constexpr double kLeft = 64, kRight = 150, kTop = 24, kBottom = 52;
-
-std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f", value);
-  return text.data();
-}
-
-std::string trimmed(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
-}
-
-std::string text_at(double x, double y, const std::string& anchor, const std::string& words) {
-  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor + "\">" +
-         words + "</text>\n";
-}
-
-std::string line(double x1, double y1, double x2, double y2, const std::string& style) {
-  return "<line x1=\"" + number(x1) + "\" y1=\"" + number(y1) + "\" x2=\"" + number(x2) +
-         "\" y2=\"" + number(y2) + "\" " + style + "/>\n";
-}
-
-/// A round step (1, 2 or 5 times a power of ten) that cuts `range` into at most `most` parts.
-double tick_step(double range, int most) {
-  const double power = std::pow(10.0, std::floor(std::log10(range / most)));
-  for (double factor : {1.0, 2.0, 5.0}) {
-    if (range / (factor * power) <= most) return factor * power;
-  }
-  return 10 * power;
-}
 
 std::string colour_name(Structure structure) {
   const Colour colour = structure_colour(structure);
@@ -66,7 +43,7 @@ std::string volume_curves_svg(const std::vector<VolumeCurve>& curves, double rr_
     for (double volume : curve.volume_ml) top_ml = std::max(top_ml, volume);
   }
   if (!(top_ml > 0) || !std::isfinite(top_ml)) top_ml = 1;
-  const double step_ml = tick_step(1.05 * top_ml, 6);
+  const double step_ml = round_step(1.05 * top_ml, 6);
   top_ml = step_ml * std::ceil(1.02 * top_ml / step_ml);
 
   const double width = kWidth - kLeft - kRight;
@@ -77,20 +54,17 @@ std::string volume_curves_svg(const std::vector<VolumeCurve>& curves, double rr_
     return rr_interval_s * static_cast<double>(p) / static_cast<double>(phases);
   };
 
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(kWidth) +
-                    "\" height=\"" + number(kHeight) + "\" viewBox=\"0 0 " + number(kWidth) + " " +
-                    number(kHeight) + "\" font-family=\"sans-serif\" font-size=\"12\">\n" +
-                    "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+  std::string svg = svg_head(kWidth, kHeight);
   const std::string rule = "stroke=\"#dddddd\"";
   for (int i = 0; i * step_ml <= top_ml * 1.0001; ++i) {
     const double ml = i * step_ml;
     svg += line(kLeft, y_of(ml), kLeft + width, y_of(ml), rule);
-    svg += text_at(kLeft - 6, y_of(ml) + 4, "end", trimmed(ml));
+    svg += text_at(kLeft - 6, y_of(ml) + 4, "end", shortest(ml));
   }
-  const double step_s = tick_step(rr_interval_s, 8);
+  const double step_s = round_step(rr_interval_s, 8);
   for (int i = 0; i * step_s <= rr_interval_s * 1.0001; ++i) {
     svg += line(x_of(i * step_s), kTop, x_of(i * step_s), kTop + height, rule);
-    svg += text_at(x_of(i * step_s), kTop + height + 16, "middle", trimmed(i * step_s));
+    svg += text_at(x_of(i * step_s), kTop + height + 16, "middle", shortest(i * step_s));
   }
   svg += text_at(kLeft + width / 2, kHeight - 12, "middle", "time in the R-R interval [s]");
   svg += text_at(kLeft, kTop - 8, "middle", "volume [ml]");
@@ -109,7 +83,7 @@ std::string volume_curves_svg(const std::vector<VolumeCurve>& curves, double rr_
         "stroke=\"" + colour_name(curve.structure) + "\" stroke-width=\"2\" fill=\"none\"";
     svg += "<polyline " + style + " points=\"";
     for (std::size_t p = 0; p <= phases; ++p) {
-      svg += number(x_of(time_of(p))) + "," + number(y_of(curve.volume_ml[p % phases])) + " ";
+      svg += pixels(x_of(time_of(p))) + "," + pixels(y_of(curve.volume_ml[p % phases])) + " ";
     }
     svg += "\"/>\n";
     svg += line(kLeft + width + 14, legend_y - 4, kLeft + width + 34, legend_y - 4, style);

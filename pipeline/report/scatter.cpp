@@ -3,19 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "runtime/base/error.h"
+#include "runtime/plot/svg.h"
 
 namespace beatlas::report {
 namespace {
 
+using plot::kColours;
+using plot::line;
+using plot::pixels;
+using plot::shortest;
+using plot::svg_head;
+using plot::text_at;
+
 constexpr double kWidth = 820, kHeight = 520;
 constexpr double kLeft = 74, kRight = 196, kTop = 44, kBottom = 56;
 constexpr double kText = 12, kMarker = 4.5, kRing = 8;
-constexpr std::array kColours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
-                              "#56B4E9", "#E69F00", "#000000", "#7A7A7A"};
-
 struct Box {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   [[nodiscard]] bool overlaps(const Box& b) const {
@@ -26,39 +30,6 @@ struct Box {
 struct Place {
   double x = 0, y = 0;
 };
-
-std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f", value);
-  return text.data();
-}
-
-std::string escaped(const std::string& words) {
-  std::string out;
-  for (const char c : words) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
-std::string text_at(double x, double y, const std::string& anchor, const std::string& words,
-                    const std::string& more = "") {
-  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor + "\"" +
-         more + ">" + escaped(words) + "</text>\n";
-}
-
-std::string line(Place a, Place b, const std::string& style) {
-  return "<line x1=\"" + number(a.x) + "\" y1=\"" + number(a.y) + "\" x2=\"" + number(b.x) +
-         "\" y2=\"" + number(b.y) + "\" " + style + "/>\n";
-}
 
 /// A logarithmic axis over whole or 1-2-5 decades.
 class Axis {
@@ -96,23 +67,17 @@ class Axis {
   double from_, to_;
 };
 
-std::string shown(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
-}
-
 std::string marker(std::size_t kind, Place at, const char* colour) {
   const double r = kMarker;
   const std::string fill = std::string("fill=\"") + colour + "\" stroke=\"white\"";
   const auto polygon = [&](const std::vector<Place>& corners) {
     std::string out = "<polygon " + fill + " points=\"";
-    for (const Place& c : corners) out += number(at.x + c.x) + "," + number(at.y + c.y) + " ";
+    for (const Place& c : corners) out += pixels(at.x + c.x) + "," + pixels(at.y + c.y) + " ";
     return out + "\"/>\n";
   };
   switch (kind % 4) {
     case 0:
-      return "<circle cx=\"" + number(at.x) + "\" cy=\"" + number(at.y) + "\" r=\"" + number(r) +
+      return "<circle cx=\"" + pixels(at.x) + "\" cy=\"" + pixels(at.y) + "\" r=\"" + pixels(r) +
              "\" " + fill + "/>\n";
     case 1:
       return polygon({{-r, -r}, {r, -r}, {r, r}, {-r, r}});
@@ -196,12 +161,12 @@ std::string front_line(std::vector<Drawn> drawn, double right, double top) {
   std::sort(drawn.begin(), drawn.end(), [](const Drawn& a, const Drawn& b) {
     return a.at.x != b.at.x ? a.at.x < b.at.x : a.at.y > b.at.y;
   });
-  std::string points = number(drawn.front().at.x) + "," + number(top) + " ";
+  std::string points = pixels(drawn.front().at.x) + "," + pixels(top) + " ";
   for (std::size_t n = 0; n < drawn.size(); ++n) {
-    if (n > 0) points += number(drawn[n].at.x) + "," + number(drawn[n - 1].at.y) + " ";
-    points += number(drawn[n].at.x) + "," + number(drawn[n].at.y) + " ";
+    if (n > 0) points += pixels(drawn[n].at.x) + "," + pixels(drawn[n - 1].at.y) + " ";
+    points += pixels(drawn[n].at.x) + "," + pixels(drawn[n].at.y) + " ";
   }
-  points += number(right) + "," + number(drawn.back().at.y);
+  points += pixels(right) + "," + pixels(drawn.back().at.y);
   return "<polyline fill=\"none\" stroke=\"#9a9a9a\" stroke-width=\"1.5\" "
          "stroke-dasharray=\"5 3\" points=\"" +
          points + "\"/>\n";
@@ -229,28 +194,23 @@ std::string scatter_svg(const ScatterPlot& plot) {
   const Axis x_axis(x_low, x_high, kLeft, right);
   const Axis y_axis(y_low, y_high, bottom, kTop);
 
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(kWidth) +
-                    "\" height=\"" + number(kHeight) + "\" viewBox=\"0 0 " + number(kWidth) + " " +
-                    number(kHeight) + "\" font-family=\"sans-serif\" font-size=\"" + number(kText) +
-                    "\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+  std::string svg = svg_head(kWidth, kHeight);
   svg += text_at(kLeft, 24, "start", plot.title, " font-size=\"15\" font-weight=\"bold\"");
   for (const Axis::Tick& tick : x_axis.ticks()) {
     const double x = x_axis.at(tick.value);
-    svg +=
-        line({x, kTop}, {x, bottom}, tick.labelled ? "stroke=\"#dddddd\"" : "stroke=\"#f2f2f2\"");
-    if (tick.labelled) svg += text_at(x, bottom + 17, "middle", shown(tick.value));
+    svg += line(x, kTop, x, bottom, tick.labelled ? "stroke=\"#dddddd\"" : "stroke=\"#f2f2f2\"");
+    if (tick.labelled) svg += text_at(x, bottom + 17, "middle", shortest(tick.value));
   }
   for (const Axis::Tick& tick : y_axis.ticks()) {
     const double y = y_axis.at(tick.value);
-    svg +=
-        line({kLeft, y}, {right, y}, tick.labelled ? "stroke=\"#dddddd\"" : "stroke=\"#f2f2f2\"");
-    if (tick.labelled) svg += text_at(kLeft - 7, y + 4, "end", shown(tick.value));
+    svg += line(kLeft, y, right, y, tick.labelled ? "stroke=\"#dddddd\"" : "stroke=\"#f2f2f2\"");
+    if (tick.labelled) svg += text_at(kLeft - 7, y + 4, "end", shortest(tick.value));
   }
-  svg += line({kLeft, bottom}, {right, bottom}, "stroke=\"#444444\"");
-  svg += line({kLeft, kTop}, {kLeft, bottom}, "stroke=\"#444444\"");
+  svg += line(kLeft, bottom, right, bottom, "stroke=\"#444444\"");
+  svg += line(kLeft, kTop, kLeft, bottom, "stroke=\"#444444\"");
   svg += text_at((kLeft + right) / 2, kHeight - 14, "middle", plot.x_title);
   svg += text_at(0, 0, "middle", plot.y_title,
-                 " transform=\"translate(18 " + number((kTop + bottom) / 2) + ") rotate(-90)\"");
+                 " transform=\"translate(18 " + pixels((kTop + bottom) / 2) + ") rotate(-90)\"");
 
   std::vector<Drawn> drawn;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {
@@ -265,15 +225,15 @@ std::string scatter_svg(const ScatterPlot& plot) {
         std::string("<polyline fill=\"none\" stroke-width=\"1\" stroke-opacity=\"0.6\" stroke=\"") +
         kColours[s] + "\" points=\"";
     for (const Drawn& each : drawn) {
-      if (each.series == s) svg += number(each.at.x) + "," + number(each.at.y) + " ";
+      if (each.series == s) svg += pixels(each.at.x) + "," + pixels(each.at.y) + " ";
     }
     svg += "\"/>\n";
   }
   for (const Drawn& each : drawn) svg += marker(each.series, each.at, kColours[each.series]);
   for (const Drawn& each : drawn) {
     if (!each.point.emphasised) continue;
-    svg += "<circle cx=\"" + number(each.at.x) + "\" cy=\"" + number(each.at.y) + "\" r=\"" +
-           number(kRing) + "\" fill=\"none\" stroke=\"black\" stroke-width=\"1.4\"/>\n";
+    svg += "<circle cx=\"" + pixels(each.at.x) + "\" cy=\"" + pixels(each.at.y) + "\" r=\"" +
+           pixels(kRing) + "\" fill=\"none\" stroke=\"black\" stroke-width=\"1.4\"/>\n";
   }
   Labels labels(drawn);
   const auto label_all = [&](auto&& wanted) {
@@ -293,13 +253,13 @@ std::string scatter_svg(const ScatterPlot& plot) {
     y += 19;
   }
   if (!plot.front_name.empty()) {
-    svg += line({x - 2, y - 4}, {x + 14, y - 4},
+    svg += line(x - 2, y - 4, x + 14, y - 4,
                 "stroke=\"#9a9a9a\" stroke-width=\"1.5\" stroke-dasharray=\"5 3\"");
     svg += text_at(x + 20, y, "start", plot.front_name);
     y += 19;
   }
   if (std::any_of(drawn.begin(), drawn.end(), [](const Drawn& d) { return d.point.emphasised; })) {
-    svg += "<circle cx=\"" + number(x + 6) + "\" cy=\"" + number(y - 4) +
+    svg += "<circle cx=\"" + pixels(x + 6) + "\" cy=\"" + pixels(y - 4) +
            "\" r=\"7\" fill=\"none\" stroke=\"black\" stroke-width=\"1.4\"/>\n";
     svg += text_at(x + 20, y, "start", "default");
   }

@@ -34,7 +34,7 @@ std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
 }
 
 bool for_the_eye(std::string_view file) noexcept {
-  return file.starts_with("pictures/") || file.starts_with("solve/") ||
+  return file.starts_with("pictures/") || file.starts_with("solve/") || file.starts_with("pack/") ||
          file.starts_with("segment/uncertainty_") || file == "register/cine.nii.gz" ||
          file == "register/labels.nii.gz";
 }

@@ -14,6 +14,7 @@
 
 #include "runtime/app/devices.h"
 #include "runtime/app/headless.h"
+#include "runtime/app/press_session.h"
 #include "runtime/app/probe.h"
 #include "runtime/app/text.h"
 #include "runtime/app/ticks.h"
@@ -55,6 +56,7 @@ struct PlayArguments {
   bool held = false;
   std::string model = "proxy";
   double tool_radius_mm = 0;
+  double long_axis = 0.5;
   double damping_n_s_per_m = 0;
   double friction_static = 0;
   double friction_dynamic = 0;
@@ -65,6 +67,8 @@ struct PlayArguments {
   HardwareOptions hardware;
   bool list_devices = false;
   bool json = false;
+  bool scene_named = false;
+  PressArguments press;
 };
 
 struct TicksArguments {
@@ -120,6 +124,7 @@ atlas::Needs needs_of_scene(const PlayArguments& arguments) {
   atlas::Needs needs =
       atlas::everything_in(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
   needs.fields.insert(Structure::Heart);
+  needs.volume = false;  // nothing is drawn here
   return needs;
 }
 
@@ -166,6 +171,8 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
   touch.friction_dynamic = arguments.friction_dynamic;
   touch.points = arguments.tool_points;
   const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
+  touch.long_axis = arguments.long_axis;
+  touch.end_diastole_s = end_diastole_s;
   if (arguments.held) touch.held_time_s = end_diastole_s;
   return touch;
 }
@@ -199,7 +206,32 @@ void check_usage(const PlayArguments& arguments) {
   }
 }
 
+// Paper B's own ventricle needs no package: `--headless --scene palpation` alone presses it.
+bool is_press(const PlayArguments& arguments) {
+  const PressArguments& press = arguments.press;
+  return !press.folder.empty() ||
+         (arguments.package.empty() && arguments.scene_named && arguments.scene == "palpation");
+}
+
+void run_scripted_press(const PlayArguments& arguments, std::ostream& out) {
+  if (!arguments.headless) throw_usage("--press has no picture; use it with --headless");
+  PressArguments press = arguments.press;
+  if (!press.parameters.empty() && !press.preset.empty()) {
+    throw_usage("--parameters and --preset both name parameters; give one of them");
+  }
+  if (press.folder.empty()) press.folder = "palpation";
+  press.package = arguments.package;
+  press.heart_rate_per_min = arguments.heart_rate_per_min;
+  if (press.heart_rate_per_min > 0 &&
+      (press.heart_rate_per_min < 30 || press.heart_rate_per_min > 220)) {
+    throw_usage("--heart-rate must be from 30 to 220 for a press");
+  }
+  press.json = arguments.json;
+  run_press_session(press, out);
+}
+
 void run_headless(const PlayArguments& arguments, std::ostream& out) {
+  if (is_press(arguments)) return run_scripted_press(arguments, out);
   check_usage(arguments);
   const atlas::Atlas atlas = atlas::Atlas::open(arguments.package, needs_of_scene(arguments));
   const atlas::Manifest& manifest = atlas.manifest();
@@ -320,8 +352,11 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_flag("--held", arguments.held, "the heart stands still at end-diastole");
   app.add_option("--model", arguments.model,
                  "proxy: a point or sphere the surface carries along; two_step: depth along the "
-                 "distance's gradient; fingertip: an area of points")
-      ->check(CLI::IsMember({"proxy", "two_step", "fingertip"}))
+                 "distance's gradient; fingertip: an area of points; patch: paper B's muscle")
+      ->check(CLI::IsMember({"proxy", "two_step", "fingertip", "patch"}))
+      ->capture_default_str();
+  app.add_option("--long-axis", arguments.long_axis, "patch: 0 apex to 1 base, whose muscle it is")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--tool-radius-mm", arguments.tool_radius_mm,
                  "proxy: 0 is a point; fingertip: 0 is 8 mm")
@@ -347,6 +382,16 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--ticks", arguments.ticks,
                  "file for the first fault's ticks, or the last 10000: for replay-ticks");
   app.add_flag("--json", arguments.json, "report as JSON");
+  app.add_option("--press", arguments.press.folder,
+                 "folder for a scripted press on paper B's ventricle (or on one as large as the "
+                 "package's): CSV and SVG; with --scene palpation and no package: palpation/");
+  app.add_option("--press-depth-mm", arguments.press.script.depth_mm, "how deep")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  app.add_option("--parameters", arguments.press.parameters,
+                 "JSON of muscle, circulation and disease for the press");
+  app.add_option("--preset", arguments.press.preset, "of them, for the press")
+      ->check(CLI::IsMember(palpation::palpation_presets()));
 }
 
 }  // namespace
@@ -356,6 +401,7 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
   CLI::App app(
       "Feel a beating-heart atlas.\n"
       "  beatlas-play PACKAGE --headless [OPTIONS]\n"
+      "  beatlas-play [PACKAGE] --headless --scene palpation --press FOLDER [OPTIONS]\n"
       "  beatlas-play probe PACKAGE --points P.csv [-o OUT.csv]\n"
       "  beatlas-play replay-ticks PACKAGE TICKS",
       "beatlas-play");
@@ -372,6 +418,7 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
   ticks_command->add_option("TICKS", ticks_arguments.file, "what --ticks wrote")->required();
   try {
     app.parse(argc, argv);
+    play_arguments.scene_named = app.count("--scene") > 0;
     if (probe_command->parsed()) {
       run_probe(probe_arguments, in, out);
     } else if (ticks_command->parsed()) {

@@ -6,6 +6,7 @@
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/shell.h"
 #include "runtime/haptics/two_step.h"
+#include "runtime/palpation/patch_model.h"
 
 namespace beatlas::app {
 
@@ -37,9 +38,13 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
     scene.model = std::make_unique<haptics::ShellModel>(
         body, haptics::fingertip(options.radius_mm, static_cast<std::size_t>(options.points)),
         haptics::ShellOptions{.foundation_n_per_m3 = options.foundation_n_per_m3});
+  } else if (options.model == "patch") {
+    scene.model = std::make_unique<palpation::PatchModel>(
+        body, palpation::PatchModelOptions{.long_axis = options.long_axis,
+                                           .end_diastole_s = options.end_diastole_s});
   } else {
     throw_invalid("there is no force model " + options.model +
-                  "; there are proxy, two_step, published and fingertip");
+                  "; there are proxy, two_step, published, fingertip and patch");
   }
   return scene;
 }
@@ -53,6 +58,10 @@ nlohmann::json touch_to_json(const TouchOptions& options) {
                          {"friction_dynamic", options.friction_dynamic},
                          {"points", options.points},
                          {"foundation_n_per_m3", options.foundation_n_per_m3}};
+  if (options.model == "patch") {
+    json["long_axis"] = options.long_axis;
+    json["end_diastole_s"] = options.end_diastole_s;
+  }
   if (options.held_time_s) json["held_time_s"] = *options.held_time_s;
   return json;
 }
@@ -68,6 +77,8 @@ TouchOptions touch_from_json(const nlohmann::json& json) {
   object.read("friction_dynamic", options.friction_dynamic, 0, 1);
   object.read("points", options.points, 1, 10000);
   object.read("foundation_n_per_m3", options.foundation_n_per_m3, 1e3, 1e9);
+  object.read("long_axis", options.long_axis, 0, 1);
+  object.read("end_diastole_s", options.end_diastole_s, 0, 1e4);
   if (object.has("held_time_s")) {
     options.held_time_s = 0;
     object.read("held_time_s", *options.held_time_s, 0, 1e4);

@@ -12,7 +12,8 @@ namespace beatlas::app {
 
 /// How a structure is touched; what a session and the replay of its ticks must agree on.
 struct TouchOptions {
-  std::string model = "proxy";  ///< proxy, two_step, published (Nakao et al. 2001) or fingertip
+  std::string model =
+      "proxy";  ///< proxy, two_step, published (Nakao et al. 2001), fingertip or patch
   double stiffness_n_per_m = 150;
   double radius_mm = 0;                ///< proxy: of a sphere, 0 a point; fingertip: its own
   double damping_n_s_per_m = 0;        ///< proxy
@@ -20,6 +21,8 @@ struct TouchOptions {
   double friction_dynamic = 0;         ///< proxy
   int points = 2000;                   ///< fingertip
   double foundation_n_per_m3 = 1.5e6;  ///< fingertip
+  double long_axis = 0.5;              ///< patch: 0 apex .. 1 base, whose muscle
+  double end_diastole_s = 0;           ///< patch: where contraction begins
   std::optional<double> held_time_s = std::nullopt;  ///< the heart stands still at this time
 };
 

@@ -3,6 +3,7 @@
 #include "runtime/atlas/field_payload.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/atlas/surface_payload.h"
+#include "runtime/atlas/volume_payload.h"
 #include "runtime/atlas/zip_archive.h"
 #include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
@@ -113,6 +114,18 @@ std::shared_ptr<const SurfacePayload> read_surface(const Manifest& manifest,
   }
 }
 
+std::shared_ptr<const VolumePayload> read_volume(const Manifest& manifest,
+                                                 const ZipArchive& archive) {
+  const Bytes bytes = read_item(manifest, archive, kVolumeKind, Structure::Heart);
+  try {
+    auto volume = std::make_shared<VolumePayload>(decode_volume(bytes));
+    require_phases(manifest, static_cast<std::size_t>(volume->phases));
+    return volume;
+  } catch (const Error& error) {
+    throw error.with_context(item_path(kVolumeKind, Structure::Heart));
+  }
+}
+
 template <class Payload>
 std::shared_ptr<const Payload> find(const std::vector<std::shared_ptr<const Payload>>& payloads,
                                     Structure structure) {
@@ -129,7 +142,11 @@ Needs everything_in(const Manifest& manifest) {
   for (const Item& item : manifest.items) {
     const auto structure = structure_from_name(item.structure);
     if (!structure) continue;
-    (item.kind == kFieldKind ? needs.fields : needs.surfaces).insert(*structure);
+    if (item.kind == kVolumeKind) {
+      needs.volume = true;
+    } else {
+      (item.kind == kFieldKind ? needs.fields : needs.surfaces).insert(*structure);
+    }
   }
   return needs;
 }
@@ -146,6 +163,7 @@ Atlas Atlas::open(const std::filesystem::path& file, const Needs& needs) {
     for (Structure structure : needs.surfaces) {
       atlas.surfaces_.push_back(read_surface(atlas.manifest_, archive, structure));
     }
+    if (needs.volume) atlas.volume_ = read_volume(atlas.manifest_, archive);
     return atlas;
   } catch (const Error& error) {
     throw error.with_context(file.string());

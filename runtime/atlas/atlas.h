@@ -11,10 +11,13 @@
 
 namespace beatlas::atlas {
 
-/// What a program will use; everything else stays on disk.
+/// What a program will use; everything else stays on disk. What is needed later, as the volume when
+/// it is drawn for the first time, is had by opening the package once more, in another thread if it
+/// must not wait.
 struct Needs {
   std::set<Structure> fields;
   std::set<Structure> surfaces;
+  bool volume = false;
 };
 
 /// Every payload that `manifest` names.
@@ -34,11 +37,13 @@ class Atlas {
   /// Null if it was not asked for.
   [[nodiscard]] std::shared_ptr<const FieldPayload> field(Structure structure) const;
   [[nodiscard]] std::shared_ptr<const SurfacePayload> surface(Structure structure) const;
+  [[nodiscard]] std::shared_ptr<const VolumePayload> volume() const { return volume_; }
 
  private:
   Manifest manifest_;
   std::vector<std::shared_ptr<const FieldPayload>> fields_;
   std::vector<std::shared_ptr<const SurfacePayload>> surfaces_;
+  std::shared_ptr<const VolumePayload> volume_;
 };
 
 }  // namespace beatlas::atlas

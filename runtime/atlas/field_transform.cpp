@@ -80,34 +80,12 @@ void store_counts(std::int16_t* to, Lanes a, Lanes b) noexcept {
 
 }  // namespace
 
-double cosine_of_turn(std::int64_t turns, std::int64_t of) noexcept {
-  turns %= of;
-  if (turns < 0) turns += of;
-  if (2 * turns > of) turns = of - turns;
-  const bool beyond = 4 * turns > of;  // past the quarter: minus that of the rest to the half
-  const double share = beyond ? static_cast<double>(of - 2 * turns) / (2 * static_cast<double>(of))
-                              : static_cast<double>(turns) / static_cast<double>(of);
-  constexpr double kTwoPi = 6.283185307179586476925;
-  const double square = kTwoPi * share * (kTwoPi * share);
-  double sum = 1;  // Taylor, up to (pi / 2)^26 / 26!
-  for (int n = 26; n > 0; n -= 2) sum = 1 - sum * square / (n * (n - 1));
-  return beyond ? -sum : sum;
-}
-
-LeafTransform::LeafTransform(int phases) : phases_(phases) {
-  const double n = phases;
-  weights_.resize(at(phases) * at(phases));
+LeafTransform::LeafTransform(int phases, Of of) : phases_(phases) {
+  const auto scale_of = [of](double share) { return of == Of::Spline ? 1 / share : 1.0; };
+  weights_ = cycle_modes(phases);
   mode_scales_.resize(at(phases));
   for (int m = 0; m < phases; ++m) {
-    const int k = frequency(m);
-    const bool alone = m == 0 || 2 * k == phases;
-    for (int p = 0; p < phases; ++p) {
-      const auto turns = std::int64_t{k} * p;
-      const double wave = m == 0 || m % 2 == 1 ? cosine_of_turn(turns, phases)
-                                               : cosine_of_turn(4 * turns - phases, 4 * phases);
-      weights_[at(m * phases + p)] = std::sqrt((alone ? 1 : 2) / n) * wave;
-    }
-    mode_scales_[at(m)] = static_cast<float>(1 / kept(cosine_of_turn(k, phases)));
+    mode_scales_[at(m)] = static_cast<float>(scale_of(kept(cosine_of_turn(frequency(m), phases))));
   }
   phase_weights_.resize(weights_.size());
   for (int m = 0; m < phases; ++m) {
@@ -132,10 +110,10 @@ LeafTransform::LeafTransform(int phases) : phases_(phases) {
   std::stable_sort(order_.begin(), order_.end(), [&](int a, int b) { return key(a) < key(b); });
   for (int rank = 0; rank < kSamples; ++rank) {
     const int place = order_[at(rank)];
-    const double scale = kept(cosine_of_turn(place % 8, 16)) *
+    const double share = kept(cosine_of_turn(place % 8, 16)) *
                          kept(cosine_of_turn(place / 8 % 8, 16)) *
                          kept(cosine_of_turn(place / 64, 16));
-    place_scales_[at(rank)] = static_cast<float>(1 / scale);
+    place_scales_[at(rank)] = static_cast<float>(scale_of(share));
     scales_[at(place)] = place_scales_[at(rank)];
   }
 }

@@ -1,14 +1,15 @@
 #pragma once
-/// The transform in which a field's leaves are stored; what its decoder and the encoder of `pack`
-/// share. Orthonormal: a discrete cosine transform (type II) of the 8 x 8 x 8 samples along each
-/// axis, and the real discrete Fourier transform of the phases.
+/// The transform in which leaves of fields and volumes are stored; what their decoders and the
+/// encoders of `pack` share. Orthonormal: a discrete cosine transform (type II) of the 8 x 8 x 8
+/// samples along each axis, and the real discrete Fourier transform of the phases.
 ///
-/// A term is stored as a count of
+/// A term of a field is stored as a count of
 ///
 ///   quantum / (g(2 pi k / phases) g(pi i / 8) g(pi j / 8) g(pi l / 8)),  g(w) = (2 + cos w) / 3,
 ///
 /// k the frequency in time, i j l those in space: g is what the spline's value at its samples keeps
-/// of coefficients of that frequency, so errors of the *value* are even over all frequencies.
+/// of coefficients of that frequency, so errors of the *value* are even over all frequencies. A
+/// volume's coefficients are its values: its terms are counts of the quantum alone.
 
 #include <array>
 #include <cstddef>
@@ -16,22 +17,22 @@
 #include <vector>
 
 #include "runtime/atlas/payloads.h"
+#include "runtime/base/cycle_modes.h"
 
 namespace beatlas::atlas {
-
-/// cos(2 pi turns / of), the same bits on every machine: no library's cosine.
-[[nodiscard]] double cosine_of_turn(std::int64_t turns, std::int64_t of) noexcept;
 
 class LeafTransform {
  public:
   static constexpr int kSamples = FieldPayload::kBlockSamples;
 
-  /// @param phases 1..kMaxPhases
-  explicit LeafTransform(int phases);
+  /// What the coefficients are of; it fixes the size of a count.
+  enum class Of : std::uint8_t { Spline, Values };
 
-  /// Modes in time: the mean, then cosine and sine of 1, 2, ... beats, at last, for an even number
-  /// of phases, the alternating one. As many as phases.
-  [[nodiscard]] static int frequency(int mode) noexcept { return (mode + 1) / 2; }
+  /// @param phases 1..kMaxPhases
+  explicit LeafTransform(int phases, Of of = Of::Spline);
+
+  /// Of a mode in time, see cycle_modes.
+  [[nodiscard]] static int frequency(int mode) noexcept { return mode_frequency(mode); }
   /// Weight of a phase in a mode.
   [[nodiscard]] double weight(int mode, int phase) const noexcept {
     return weights_[static_cast<std::size_t>(mode) * static_cast<std::size_t>(phases_) +

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 
+#include "runtime/atlas/scene.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::atlas {
@@ -17,6 +18,19 @@ std::string text(const char* format, Values... values) {
 }
 
 bool has_images(const Manifest& manifest) { return manifest.source_size != Index3{0, 0, 0}; }
+
+/// What the writer measured of the volume; null without one. Provenance may hold anything.
+nlohmann::json volume_figures(const Manifest& manifest) {
+  const auto held = [](const Item& item) { return item.kind == kVolumeKind; };
+  if (std::none_of(manifest.items.begin(), manifest.items.end(), held)) return nullptr;
+  nlohmann::json out = nlohmann::json::object();
+  for (const char* name : {"noise", "quantum", "rms_error", "psnr_db"}) {
+    const nlohmann::json::json_pointer at("/volume/" + std::string(name));
+    const bool told = manifest.provenance.contains(at) && manifest.provenance[at].is_number();
+    out[name] = told ? manifest.provenance[at] : nlohmann::json(nullptr);
+  }
+  return out;
+}
 
 Vec3 spacing_mm(const Manifest& manifest) {
   return manifest.source_lps_from_index.linear().colwise().norm().transpose();
@@ -40,6 +54,7 @@ nlohmann::json info_json(const Manifest& manifest) {
   const std::optional<double> fraction = ejection_fraction(manifest);
   info["ejection_fraction"] = fraction ? nlohmann::json(*fraction) : nlohmann::json(nullptr);
   const Vec3 spacing = spacing_mm(manifest);
+  info["volume"] = volume_figures(manifest);
   info["source"]["spacing_mm"] = {spacing.x(), spacing.y(), spacing.z()};
   return info;
 }
@@ -67,6 +82,13 @@ std::string info_text(const Manifest& manifest) {
   out += text("material   %.1f N/m\n", manifest.stiffness_n_per_m);
   if (const std::optional<double> fraction = ejection_fraction(manifest)) {
     out += text("ejection   %.1f %% of the LV's blood\n", 100 * *fraction);
+  }
+  const nlohmann::json volume = volume_figures(manifest);
+  if (volume.is_object() && volume["psnr_db"].is_number() && volume["noise"].is_number() &&
+      volume["rms_error"].is_number()) {
+    out += text("volume     PSNR %.1f dB, error %.4g rms in images of noise %.4g\n",
+                volume["psnr_db"].get<double>(), volume["rms_error"].get<double>(),
+                volume["noise"].get<double>());
   }
   out += "\nstructure       largest ml  smallest ml\n";
   for (const StructureEntry& entry : manifest.structures) {

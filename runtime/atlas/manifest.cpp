@@ -111,11 +111,13 @@ Item item_from_json(const json& entry, const std::string& path) {
   JsonObject object(entry, path);
   Item item;
   item.kind = required_text(object, "kind");
-  require(is_kind(item.kind), path + "/kind", "must be field, surface or motion");
+  require(is_kind(item.kind), path + "/kind", "must be field, surface, motion or volume");
   item.structure = required_text(object, "structure");
   const auto structure = structure_from_name(item.structure);
   require(structure.has_value(), path + "/structure", "is not a structure this format knows");
   item.path = required_text(object, "path");
+  require(item.kind != kVolumeKind || *structure == Structure::Heart, path + "/structure",
+          "must be heart for a volume");
   const std::string expected = item_path(item.kind, *structure);
   require(item.path == expected, path + "/path", "must be " + expected);
   const json& bytes = object.at("bytes");

@@ -20,7 +20,7 @@ inline constexpr std::string_view kFormatName = "beatlas";
 /// A payload: entry name in the zip, size and SHA-256 of the entry as a zip tool extracts it.
 struct Item {
   std::string path;  ///< item_path(kind, structure), see scene.h
-  std::string kind;  ///< "field", "surface" or "motion"
+  std::string kind;  ///< "field", "surface", "motion" or "volume"
   std::string structure;
   std::uint64_t bytes = 0;
   std::string sha256;

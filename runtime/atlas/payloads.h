@@ -71,4 +71,37 @@ struct SurfacePayload {
   std::vector<std::vector<Vec3f>> positions;  ///< [phase][vertex]
 };
 
+/// Intensities of the source's images around the heart, on their own lattice and at their phases,
+/// for drawing; what the images hold below their noise is left out. volume.h gives images of it.
+///
+/// Blocks of 8 x 8 x 8 samples, x fastest in blocks and samples; the last along an axis may reach
+/// beyond `size`. counts lie as a field's coefficients: [block][z][y][phase][x].
+struct VolumePayload {
+  static constexpr int kBlockEdge = FieldPayload::kBlockEdge;
+
+  Index3 size{0, 0, 0};                              ///< samples along x, y, z
+  Affine workspace_from_index = Affine::Identity();  ///< centre of a sample -> workspace [mm]
+  int phases = 0;
+  double offset = 0;  ///< intensity = offset + step * count
+  double step = 0;
+  double noise = 0;  ///< standard deviation of the images' noise, as estimated when packed
+  std::vector<std::int16_t> counts;
+
+  [[nodiscard]] int block_count(std::size_t axis) const noexcept {
+    return (size[axis] + kBlockEdge - 1) / kBlockEdge;
+  }
+  [[nodiscard]] std::size_t sample_count() const noexcept {
+    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+           static_cast<std::size_t>(size[2]);
+  }
+  /// Where a block's row along x begins in `counts`; the row's next phase is kBlockEdge on.
+  [[nodiscard]] std::size_t row_at(int block_x, int y, int z) const noexcept {
+    constexpr std::size_t kEdge = kBlockEdge;
+    const auto n = [](int value) { return static_cast<std::size_t>(value); };
+    const std::size_t block =
+        n(block_x) + n(block_count(0)) * (n(y) / kEdge + n(block_count(1)) * (n(z) / kEdge));
+    return ((block * kEdge + n(z) % kEdge) * kEdge + n(y) % kEdge) * kEdge * n(phases);
+  }
+};
+
 }  // namespace beatlas::atlas

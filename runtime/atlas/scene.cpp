@@ -14,6 +14,7 @@ bool is_kind(std::string_view name) noexcept {
 }
 
 bool scene_holds(std::string_view scene, std::string_view kind, Structure structure) noexcept {
+  if (kind == kVolumeKind && structure != Structure::Heart) return false;
   if (scene == "full") return true;
   if (scene == "palpation") return kind == kFieldKind && structure == Structure::Heart;
   if (scene == "anatomy") return kind == kSurfaceKind || kind == kMotionKind;
@@ -34,6 +35,7 @@ std::string item_path(std::string_view kind, Structure structure) {
   assert(is_kind(kind));
   const std::string name(structure_name(structure));
   if (kind == kFieldKind) return "fields/" + name + ".field.zst";
+  if (kind == kVolumeKind) return "volumes/" + name + ".volume.zst";
   if (kind == kMotionKind) return "surfaces/" + name + ".motion.zst";
   return "surfaces/" + name + ".drc";
 }

@@ -11,14 +11,15 @@
 namespace beatlas::atlas {
 
 /// `Item::kind`: a signed distance of the cycle; the surface of the first phase; how its vertices
-/// move through the other phases.
+/// move through the other phases; the images around the heart, for drawing.
 inline constexpr std::string_view kFieldKind = "field";
 inline constexpr std::string_view kSurfaceKind = "surface";
 inline constexpr std::string_view kMotionKind = "motion";
-inline constexpr std::array kKinds{kFieldKind, kSurfaceKind, kMotionKind};
+inline constexpr std::string_view kVolumeKind = "volume";
+inline constexpr std::array kKinds{kFieldKind, kSurfaceKind, kMotionKind, kVolumeKind};
 
 /// palpation: the field of the heart, all that touching its outside needs. anatomy: every surface,
-/// no field. full: everything.
+/// no field. full: everything. There is one volume, the heart's, and none without images.
 inline constexpr std::array<std::string_view, 3> kScenes{"palpation", "anatomy", "full"};
 
 [[nodiscard]] bool is_scene(std::string_view name) noexcept;
@@ -32,7 +33,7 @@ inline constexpr std::array<std::string_view, 3> kScenes{"palpation", "anatomy",
 [[nodiscard]] std::string scenes_that_hold(std::string_view kind, Structure structure);
 
 /// Entry name in the zip: "fields/<structure>.field.zst", "surfaces/<structure>.drc",
-/// "surfaces/<structure>.motion.zst". @pre is_kind(kind)
+/// "surfaces/<structure>.motion.zst", "volumes/<structure>.volume.zst". @pre is_kind(kind)
 [[nodiscard]] std::string item_path(std::string_view kind, Structure structure);
 
 }  // namespace beatlas::atlas

@@ -1,10 +1,13 @@
 # A room is one folder, one library target beatlas::<name>, and one list of what it may use.
 #
-# beatlas_room(name SOURCES a.cpp ... [PUBLIC targets...] [PRIVATE targets...])
+# beatlas_room(name SOURCES a.cpp ... [PUBLIC targets...] [PRIVATE targets...] [OWN_FLAGS])
+# OWN_FLAGS: a library that it uses changes the compiler's flags, so precompiled headers do not fit.
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  # Precompiled headers are compared by what they are made from.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+      CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE_PROGRAM})
 endif()
 
 add_library(beatlas_flags INTERFACE)
@@ -21,18 +24,56 @@ if(BEATLAS_SANITIZE)
   target_link_options(beatlas_flags INTERFACE -fsanitize=${BEATLAS_SANITIZE})
 endif()
 
+# Headers that nearly every file reads, precompiled once for rooms and once for their tests. Ours are never among them, and the presets dev, asan and
+# tsan do without, so that every file still says what it includes.
+option(BEATLAS_PCH "Precompile the headers of the standard library, Eigen, JSON and GoogleTest" ON)
+set(BEATLAS_COMMON_HEADERS
+    <algorithm> <array> <cmath> <cstdint> <filesystem> <fstream> <functional> <map> <memory>
+    <optional> <span> <sstream> <string> <vector> <Eigen/Geometry> <nlohmann/json.hpp>)
+
+# beatlas_precompiled(name HEADERS <a>... LINK targets...): what REUSE_FROM name stands for.
+function(beatlas_precompiled name)
+  cmake_parse_arguments(PCH "" "" "HEADERS;LINK" ${ARGN})
+  file(WRITE ${CMAKE_BINARY_DIR}/${name}.cpp "")
+  add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/${name}.cpp)
+  target_link_libraries(${name} PRIVATE ${PCH_LINK})
+  target_precompile_headers(${name} PRIVATE ${PCH_HEADERS})
+endfunction()
+
+if(BEATLAS_PCH)
+  if(CCACHE_PROGRAM AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(beatlas_flags INTERFACE -fpch-preprocess)  # ccache reads what it leaves
+  endif()
+  find_package(Eigen3 REQUIRED NO_MODULE)
+  find_package(nlohmann_json REQUIRED)
+  beatlas_precompiled(beatlas_room_headers HEADERS ${BEATLAS_COMMON_HEADERS}
+    LINK beatlas_flags Eigen3::Eigen nlohmann_json::nlohmann_json)
+  set_target_properties(beatlas_room_headers PROPERTIES POSITION_INDEPENDENT_CODE ON)
+endif()
+
+function(beatlas_use_precompiled target headers)
+  if(BEATLAS_PCH)
+    target_precompile_headers(${target} REUSE_FROM ${headers})
+  endif()
+endfunction()
+
 function(beatlas_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "OWN_FLAGS" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(beatlas_${name} STATIC ${ROOM_SOURCES})
   add_library(beatlas::${name} ALIAS beatlas_${name})
   set_target_properties(beatlas_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   target_link_libraries(beatlas_${name} PUBLIC beatlas_flags ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
+  if(NOT ROOM_OWN_FLAGS)
+    beatlas_use_precompiled(beatlas_${name} beatlas_room_headers)
+  endif()
 endfunction()
 
-# beatlas_test(name SOURCES a_test.cpp ... LINK targets... [LABELS unit] [TIMEOUT s])
-# One GoogleTest program; each of its tests is one CTest test.
+# beatlas_test(name SOURCES a_test.cpp ... LINK targets... [LABELS unit] [TIMEOUT s] [OWN_FLAGS]
+#              [SHARE_FIXTURES])
+# One GoogleTest program; each of its tests is one CTest test. SHARE_FIXTURES: the program is one, so
+# that what its tests share (a made exam, a segmentation) is made once.
 function(beatlas_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "OWN_FLAGS;SHARE_FIXTURES" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
@@ -41,6 +82,14 @@ function(beatlas_test name)
   endif()
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE beatlas_flags ${TEST_LINK} GTest::gtest GTest::gtest_main)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES
-                       LABELS "${TEST_LABELS}" TIMEOUT ${TEST_TIMEOUT})
+  if(NOT TEST_OWN_FLAGS)
+    beatlas_use_precompiled(${name} beatlas_test_headers)
+  endif()
+  if(TEST_SHARE_FIXTURES)
+    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
+    set_tests_properties(${name} PROPERTIES LABELS "${TEST_LABELS}" TIMEOUT ${TEST_TIMEOUT})
+  else()
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES
+                         LABELS "${TEST_LABELS}" TIMEOUT ${TEST_TIMEOUT})
+  endif()
 endfunction()

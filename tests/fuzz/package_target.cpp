@@ -4,7 +4,9 @@
 #include "tests/fuzz/fuzz_target.h"
 
 namespace beatlas::fuzz {
-std::vector<std::string> seeds() { return {read_file(BEATLAS_GOLDEN_PACKAGE)}; }
+std::vector<std::string> seeds() {
+  return {read_file(BEATLAS_GOLDEN_PACKAGE), read_file(BEATLAS_GOLDEN_VOLUME)};
+}
 std::vector<std::string> tokens() {
   return {"PK\x03\x04", "PK\x01\x02",   "PK\x05\x06",         "PK\x06\x06",
           "atlas.json", "fields/heart", std::string(4, '\0'), "\xff\xff\xff\xff"};

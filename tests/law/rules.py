@@ -18,9 +18,10 @@ ROOMS = {
     "runtime/haptics": ("runtime/base", "runtime/field"),
     "runtime/c": _ATLAS + ("runtime/field", "runtime/haptics"),
     "runtime/palpation": _ATLAS + ("runtime/field", "runtime/haptics"),
+    "runtime/plot": _BASE,
     "runtime/viewer": _ATLAS + ("runtime/field", "runtime/haptics", "runtime/palpation"),
     "runtime/app": _ATLAS + ("runtime/field", "runtime/device", "runtime/haptics",
-                             "runtime/palpation", "runtime/viewer"),
+                             "runtime/palpation", "runtime/plot", "runtime/viewer"),
     "pipeline/core": _ATLAS,
     "pipeline/formats": _CORE,
     "pipeline/ingest": _CORE + ("pipeline/formats",),
@@ -31,14 +32,16 @@ ROOMS = {
     "pipeline/mesh": _CORE + ("pipeline/field",),
     "pipeline/pack": _CORE,
     "pipeline/assess": _CORE + ("pipeline/phantom", "runtime/field", "runtime/haptics"),
-    "pipeline/report": _CORE,
+    "pipeline/report": _CORE + ("runtime/plot",),
+    "pipeline/identify": _CORE + ("runtime/palpation",),
     "pipeline/study": _CORE + ("pipeline/formats", "pipeline/field"),
     # Joins all; and what `validate` measures is what a user of the package feels.
-    "pipeline/cli": _CORE + ("runtime/field", "runtime/haptics", "pipeline/study",
+    "pipeline/cli": _CORE + ("runtime/field", "runtime/haptics", "runtime/palpation",
+                             "runtime/plot", "runtime/device", "pipeline/study",
                              "pipeline/formats", "pipeline/ingest", "pipeline/phantom",
                              "pipeline/register", "pipeline/segment", "pipeline/field",
                              "pipeline/mesh", "pipeline/pack", "pipeline/assess",
-                             "pipeline/report"),
+                             "pipeline/report", "pipeline/identify"),
 }
 
 

@@ -50,6 +50,25 @@ TEST(GoldenPackage, OfVersion2Loads) {
       << surface->positions[2][17];
 }
 
+TEST(GoldenPackage, OfVersion2WithAVolumeLoads) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v2_volume.beatlas";
+  ASSERT_LT(std::filesystem::file_size(file), 65536U);
+  const atlas::Atlas bare = atlas::Atlas::open(file, {});
+  EXPECT_EQ(bare.volume(), nullptr);
+  const atlas::Needs needs = atlas::everything_in(bare.manifest());
+  EXPECT_TRUE(needs.volume);
+  EXPECT_TRUE(needs.surfaces.empty());
+  const auto volume = atlas::Atlas::open(file, needs).volume();
+  ASSERT_NE(volume, nullptr);
+  EXPECT_EQ(volume->phases, 4);
+  EXPECT_EQ(volume->size, (Index3{26, 26, 9}));
+  EXPECT_EQ(volume->noise, 12);
+  EXPECT_TRUE(volume->workspace_from_index.translation().isApprox(
+      Vec3(128 - 12.5 * 1.25, 128 - 12.5 * 1.25, 96 - 4 * 4), 1e-12));
+  EXPECT_EQ(hash_of(volume->counts),
+            "ef477c9203fd075158ef6dca11e6cba30f157232dce6a4cd6d27c219915b5442");
+}
+
 TEST(GoldenPackage, OfVersion1IsRefusedByItsNumber) {
   const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v1.beatlas";
   try {

@@ -8,6 +8,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/field_payload.h"
 #include "runtime/atlas/surface_payload.h"
+#include "runtime/atlas/volume_payload.h"
 #include "runtime/atlas/zip_archive.h"
 #include "runtime/atlas/zstd_frame.h"
 #include "runtime/base/error.h"
@@ -21,8 +22,8 @@ using atlas::Bytes;
 using Entries = std::vector<std::pair<std::string, Bytes>>;
 using nlohmann::json;
 
-const atlas::Needs kBoth{{Structure::Heart, Structure::LvBlood},
-                         {Structure::Heart, Structure::LvBlood}};
+const atlas::Needs kBoth{
+    {Structure::Heart, Structure::LvBlood}, {Structure::Heart, Structure::LvBlood}, true};
 
 Bytes to_bytes(const std::string& text) {
   Bytes bytes;
@@ -52,6 +53,7 @@ class HostilePackage : public ::testing::Test {
         atlas::check_field(*opened.field(structure));
         atlas::check_surface(*opened.surface(structure));
       }
+      atlas::check_volume(*opened.volume());
       return {};
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::InvalidInput) << error.what();
@@ -159,10 +161,11 @@ TEST_F(HostilePackage, WithDamagedPayloadsAndRightHashesIsRefusedOrSound) {
 TEST_F(HostilePackage, WithDamageBeneathTheCompressionIsRefusedOrSound) {
   std::mt19937 random(3);
   int refused = 0;
-  for (int round = 0; round < 1000; ++round) {
+  for (int round = 0; round < 1500; ++round) {
     Entries entries = entries_;
-    Bytes& packed =
-        entry(entries, round % 2 == 0 ? "fields/heart.field.zst" : "surfaces/heart.motion.zst");
+    constexpr std::array kPacked{"fields/heart.field.zst", "surfaces/heart.motion.zst",
+                                 "volumes/heart.volume.zst"};
+    Bytes& packed = entry(entries, kPacked[static_cast<std::size_t>(round) % kPacked.size()]);
     Bytes bytes = atlas::zstd_unpack(packed);
     // Most of the damage goes to the head, where the counts are.
     Bytes head(bytes.begin(), bytes.begin() + 100);
@@ -241,7 +244,7 @@ TEST_F(HostilePackage, WithLyingSizesIsRefused) {
   EXPECT_NE(open(patched(directory + 24, 0xFFFFFFF0U)), "");   // size of atlas.json
   EXPECT_NE(open(patched(directory + 20, 0xFFFFFFF0U)), "");   // stored size
   EXPECT_NE(open(patched(directory + 42, 0x7FFFFFFFU)), "");   // where it is
-  EXPECT_NE(open(patched(zip.size() - 14, 0x00010001U)), "");  // one entry of seven
+  EXPECT_NE(open(patched(zip.size() - 14, 0x00010001U)), "");  // one entry of eight
   EXPECT_NE(open(patched(zip.size() - 10, 0x7FFFFFFFU)), "");  // size of the directory
   EXPECT_NE(open(with_manifest([](json& m) { m["items"][0]["bytes"] = 1ULL << 60U; })), "");
 }
@@ -329,6 +332,41 @@ TEST_F(HostilePackage, WithCountsThatContradictThePayloadIsRefused) {
   EXPECT_NE(patched(field, layout.grades, 8, 1).find("grade"), std::string::npos);
   EXPECT_NE(patched(field, layout.lengths, 513, 2).find("terms"), std::string::npos);
   EXPECT_NE(patched(field, layout.lengths, 0, 2), "");  // terms that no mode has
+  const std::string volume = "volumes/heart.volume.zst";
+  for (std::uint64_t value : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 31U}) {
+    EXPECT_NE(patched(volume, 12, value, 4), "");       // phases
+    EXPECT_NE(patched(volume, 16, value, 4), "");       // size along x
+    EXPECT_NE(patched(volume, 24, value, 4), "");       // along z
+    EXPECT_NE(patched(volume, 156, value - 1, 4), "");  // terms apart
+  }
+  for (std::size_t at = 28; at < 156; at += 8) {
+    EXPECT_NE(patched(volume, at, nan_bits, 8), "") << at;
+  }
+  EXPECT_NE(patched(volume, 0, 0, 1), "");
+  EXPECT_NE(patched(volume, 8, 2, 4).find("version"), std::string::npos);
+  EXPECT_NE(patched(volume, 160, 8, 1).find("grade"), std::string::npos);
+}
+
+/// Blocks without a term, as of the field above.
+TEST_F(HostilePackage, WithAVolumeOfFarMoreSamplesThanItsSizeHoldsIsRefused) {
+  Entries entries = entries_;
+  const std::string volume = "volumes/heart.volume.zst";
+  Bytes bytes = atlas::zstd_unpack(entry(entries, volume));
+  bytes.resize(160);
+  const std::array<std::uint32_t, 4> counts{15, 128, 128, 128};  // phases, size: 4096 blocks
+  std::memcpy(bytes.data() + 12, counts.data(), sizeof counts);
+  std::memset(bytes.data() + 156, 0, 4);
+  bytes.resize(bytes.size() + std::size_t{4096} * (1 + 2 * 15 + 4), std::byte{0});
+  entry(entries, volume) = pack::zstd_pack(bytes);
+  EXPECT_NE(open(sealed(entries)).find("plausible"), std::string::npos);
+}
+
+TEST_F(HostilePackage, WithPayloadsOfOtherKindsInEachOthersPlaceIsRefused) {
+  for (const char* one : {"fields/heart.field.zst", "surfaces/heart.motion.zst"}) {
+    Entries entries = entries_;
+    std::swap(entry(entries, one), entry(entries, "volumes/heart.volume.zst"));
+    EXPECT_NE(open(sealed(entries)), "") << one;
+  }
 }
 
 TEST_F(HostilePackage, WithADracoMeshOfManyClaimedTrianglesIsRefused) {

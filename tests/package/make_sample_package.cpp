@@ -1,5 +1,6 @@
-/// make_sample_package FILE [INFO]: writes the tiny sample package, and what `info --json` says of
-/// it. Made golden/v2.beatlas.
+/// make_sample_package FILE [INFO [fields]]: writes the tiny sample package, and what `info --json`
+/// says of it; of `fields`, without surfaces. Made golden/v2.beatlas, before there were volumes,
+/// and golden/v2_volume.beatlas, of fields.
 
 #include <fstream>
 #include <iostream>
@@ -12,7 +13,9 @@
 int main(int argc, char** argv) {
   if (argc < 2) return 2;
   try {
-    beatlas::pack::write_package(argv[1], beatlas::test::tiny_content());
+    beatlas::pack::PackageContent content = beatlas::test::tiny_content();
+    if (argc > 3) content.surfaces.clear();
+    beatlas::pack::write_package(argv[1], content);
     if (argc > 2) {
       const auto atlas = beatlas::atlas::Atlas::open(argv[1], {});
       std::ofstream(argv[2]) << beatlas::atlas::info_json(atlas.manifest()).dump(2) << '\n';

@@ -129,7 +129,7 @@ TEST(PackageRoundTrip, GivesBackManifestFieldsAndSurfaces) {
 
   nlohmann::json expected = atlas::manifest_to_json(content.manifest);
   nlohmann::json found = atlas::manifest_to_json(opened.manifest());
-  EXPECT_EQ(found["items"].size(), 6U);
+  EXPECT_EQ(found["items"].size(), 7U);
   expected.erase("items");
   found.erase("items");
   EXPECT_EQ(expected, found);
@@ -138,7 +138,8 @@ TEST(PackageRoundTrip, GivesBackManifestFieldsAndSurfaces) {
     const FieldPayload& found_field = *opened.field(field.structure);
     EXPECT_TRUE(same_lattice(field, found_field));
     const FieldError error = field_error(field, found_field);
-    EXPECT_LE(error.largest_mm, pack::kMostErrorSteps * pack::EncodeOptions{}.step_mm);
+    EXPECT_LE(error.largest_mm,
+              pack::kMostErrorSteps * pack::field_step_mm(field.structure, pack::EncodeOptions{}));
     EXPECT_GT(error.largest_mm, 0.001);  // it is quantised, so this can fail
   }
   for (const SurfacePayload& surface : content.surfaces) {
@@ -309,7 +310,7 @@ TEST(PackageWriter, PutsIntoAPackageWhatItsSceneHolds) {
   EXPECT_EQ(paths("anatomy"),
             (Names{"atlas.json", "surfaces/heart.drc", "surfaces/heart.motion.zst",
                    "surfaces/lv_blood.drc", "surfaces/lv_blood.motion.zst"}));
-  EXPECT_EQ(paths("full").size(), 7U);
+  EXPECT_EQ(paths("full").size(), 8U);
   EXPECT_EQ(atlas::Atlas::open(file, {}).manifest().structures.size(), 2U);
 }
 
@@ -329,6 +330,8 @@ TEST(PackageReader, NamesTheSceneThatWouldHoldAMissingPayload) {
             start + "holds no field of heart; build it with --scene palpation or full");
   EXPECT_EQ(open_as("palpation", {{}, {Structure::Heart}}),
             start + "holds no surface of heart; build it with --scene anatomy or full");
+  EXPECT_EQ(open_as("anatomy", {{}, {}, true}),
+            start + "holds no volume of heart; build it with --scene full");
   EXPECT_EQ(open_as("full", {{Structure::RvBlood}, {}}),
             start +
                 "holds no field of rv_blood: its images gave no such structure, only heart, "
@@ -349,6 +352,8 @@ TEST(PackageWriter, RefusesContentThatTheReaderWouldRefuse) {
   refuse([](auto& c) { c.manifest.structures[1].volume_ml.pop_back(); });
   refuse([](auto& c) { c.manifest.structures.pop_back(); });
   refuse([](auto& c) { c.manifest.workspace_from_lps.linear() *= 1.1; });
+  refuse([](auto& c) { c.volume->entry.pop_back(); });
+  refuse([](auto& c) { c.volume = test::sample_content(3, 10, 1.5, 1).volume; });
   refuse([](auto& c) { c.fields.push_back(c.fields[0]); });
   refuse([](auto& c) { c.fields[0].coefficients.pop_back(); });
   refuse([](auto& c) { c.fields[0].blocks[0] = 7; });

@@ -9,6 +9,8 @@
 
 #include <stdlib.h>
 
+#include "pipeline/pack/volume_encoder.h"
+
 namespace beatlas::test {
 namespace {
 
@@ -124,6 +126,58 @@ atlas::SurfacePayload beating_surface(Structure structure, double radius_mm, dou
   return surface;
 }
 
+SampleImages sample_images(int phases, double radius_mm, double noise) {
+  SampleImages out;
+  out.noise = noise;
+  const Vec3 spacing_mm(1.25, 1.25, 4);
+  Grid grid;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    grid.size[axis] = static_cast<int>(2 * (radius_mm + 6) / spacing_mm[Eigen::Index(axis)]) + 1;
+  }
+  grid.mm_from_index.linear() = spacing_mm.asDiagonal();
+  grid.mm_from_index.translation() =
+      kCentre -
+      0.5 * spacing_mm.cwiseProduct(Vec3(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1));
+  Grid lattice;
+  const int edge = static_cast<int>(2 * (radius_mm + 8) / 1.5) + 1;
+  lattice.size = {edge, edge, edge};
+  lattice.mm_from_index.linear() = 1.5 * Eigen::Matrix3d::Identity();
+  lattice.mm_from_index.translation() = kCentre - Vec3::Constant(0.75 * (edge - 1));
+  out.heart.structure = Structure::Heart;
+  out.heart.voxel_mm = 1.5;
+  out.heart.inner_mm = 6;
+  out.heart.outer_mm = 6;
+  out.heart.distance_mm.grid = lattice;
+  out.clean.grid = grid;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const auto each = [](const Grid& of, auto&& value) {
+    std::vector<float> values;
+    for (int k = 0; k < of.size[2]; ++k) {
+      for (int j = 0; j < of.size[1]; ++j) {
+        for (int i = 0; i < of.size[0]; ++i) values.push_back(float(value(of.mm(i, j, k))));
+      }
+    }
+    return values;
+  };
+  for (int p = 0; p < phases; ++p) {
+    const auto distance = [&](const Vec3& at) {
+      return distance_mm(at - kCentre, radius_mm, 0.15 * radius_mm, double(p) / phases);
+    };
+    out.clean.phases.push_back(each(grid, [&](const Vec3& at) {
+      return 80 + 0.5 * (at.x() - kCentre.x()) + 200 / (1 + std::exp(2 * distance(at)));
+    }));
+    out.heart.distance_mm.phases.push_back(
+        each(lattice, [&](const Vec3& at) { return std::clamp(distance(at), -6.0, 6.0); }));
+    out.heart.volume_ml.push_back(1);
+  }
+  out.images = out.clean;
+  for (auto& phase : out.images.phases) {
+    for (float& value : phase) value += static_cast<float>(noise * normal(random));
+  }
+  return out;
+}
+
 pack::PackageContent sample_content(int phases, double radius_mm, double voxel_mm, int levels) {
   pack::PackageContent content;
   atlas::Manifest& manifest = content.manifest;
@@ -151,6 +205,8 @@ pack::PackageContent sample_content(int phases, double radius_mm, double voxel_m
     content.surfaces.push_back(
         beating_surface(structure, scale * radius_mm, scale * beat_mm, phases, levels));
   }
+  const SampleImages made = sample_images(phases, radius_mm, 12);
+  content.volume = pack::pack_volume(made.images, made.noise, made.heart, {});
   return content;
 }
 

@@ -21,7 +21,17 @@ namespace beatlas::test {
 [[nodiscard]] atlas::SurfacePayload beating_surface(Structure structure, double radius_mm,
                                                     double beat_mm, int phases, int levels);
 
-/// heart and lv_blood, `phases` phases, a manifest with every key filled.
+/// Images of a bright ball that beats in a grey that brightens along x, on voxels of 1.25 x 1.25 x
+/// 4 mm, and the distance from the ball.
+struct SampleImages {
+  ImageCycle<float> images;  ///< with noise
+  ImageCycle<float> clean;   ///< without
+  FieldCycle heart;
+  double noise = 0;  ///< standard deviation
+};
+[[nodiscard]] SampleImages sample_images(int phases, double radius_mm, double noise);
+
+/// heart, lv_blood and a volume, `phases` phases, a manifest with every key filled.
 [[nodiscard]] pack::PackageContent sample_content(int phases, double radius_mm, double voxel_mm,
                                                   int levels);
 /// Below 64 kB.

@@ -41,6 +41,24 @@ TEST(Info, SaysTheSameInWords) {
   EXPECT_EQ(text.back(), '\n');
 }
 
+TEST(Info, TellsHowWellTheVolumeGivesBackTheImages) {
+  Manifest manifest = test::sample_manifest();
+  EXPECT_TRUE(info_json(manifest)["volume"].is_null());
+  manifest.items.push_back(
+      {"volumes/heart.volume.zst", "volume", "heart", 5, std::string(64, 'b')});
+  // Provenance is as given, and need not hold what ours does.
+  for (const char* strange : {"{}", "[]", "3", R"({"psnr_db": "high", "noise": []})"}) {
+    manifest.provenance["volume"] = nlohmann::json::parse(strange);
+    EXPECT_TRUE(info_json(manifest)["volume"]["psnr_db"].is_null()) << strange;
+    EXPECT_EQ(info_text(manifest).find("PSNR"), std::string::npos) << strange;
+  }
+  manifest.provenance["volume"] = {
+      {"noise", 15.5}, {"quantum", 46.5}, {"rms_error", 14.25}, {"psnr_db", 31.04}};
+  EXPECT_EQ(info_json(manifest)["volume"]["psnr_db"], 31.04);
+  EXPECT_NE(info_text(manifest).find("PSNR 31.0 dB, error 14.25 rms in images of noise 15.5"),
+            std::string::npos);
+}
+
 TEST(Info, SaysThatAPackageWasNotMadeFromImages) {
   Manifest manifest = test::sample_manifest();
   manifest.source_size = {0, 0, 0};

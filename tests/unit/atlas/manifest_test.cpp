@@ -187,6 +187,17 @@ TEST(Manifest, WithAnItemOfAStructureItDoesNotListIsRefused) {
   EXPECT_NE(refusal(document).find("/items/1/path"), std::string::npos);
 }
 
+TEST(Manifest, HasAVolumeOfTheHeartAlone) {
+  json document = sample();
+  json& item = document["items"][0];
+  item["kind"] = "volume";
+  item["path"] = "volumes/heart.volume.zst";
+  EXPECT_EQ(refusal(document), "");
+  item["structure"] = "lv_blood";
+  item["path"] = "volumes/lv_blood.volume.zst";
+  EXPECT_NE(refusal(document).find("/items/0/structure"), std::string::npos);
+}
+
 TEST(Manifest, OfTextThatIsNoStrictJsonIsRefused) {
   const std::string good = sample().dump();
   EXPECT_EQ(refusal_of_text(good), "");

@@ -61,7 +61,7 @@ TEST_F(Sources, FolderOfImagesIsAListInNaturalOrder) {
 
 TEST_F(Sources, FilesOfAStudyBelowTheFolderAreLeft) {
   const std::string record =
-      R"({"stages": {)" + std::string(9000, ' ') + R"(}, "study_format": 1})";
+      std::string(R"({"stages": {)").append(9000, ' ').append(R"(}, "study_format": 1})");
   touch("p1.nii");
   touch("a/exam.study/study.json", record);
   touch("a/exam.study/exam/stack.nii.gz");

@@ -1,0 +1,158 @@
+#include "pipeline/field/flicker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pipeline/core/parallel.h"
+#include "runtime/base/cycle_modes.h"
+
+namespace beatlas::field {
+namespace {
+
+constexpr std::size_t kFewestPhases = 8;
+constexpr double kAroundMm = 6.0;  ///< neighbours lie within a cube of twice this edge
+/// Below a tenth of what a package rounds nothing is taken off: exact shapes have 0.002 mm of their
+/// own, images from 0.03 mm on.
+constexpr double kLeastNoiseMm = 0.005;
+constexpr double kNearMm = 3.0;  ///< noise is that of samples this near to the surface
+
+/// The samples' course over the cycle as its modes, or back.
+void turn(const std::vector<double>& modes, bool back, std::vector<std::vector<float>>& samples) {
+  const std::size_t phases = samples.size();
+  const std::size_t count = samples.front().size();
+  constexpr std::size_t kBlock = 4096;
+  parallel_for((count + kBlock - 1) / kBlock, [&](std::size_t block) {
+    const std::size_t from = block * kBlock;
+    const std::size_t size = std::min(kBlock, count - from);
+    std::vector<float> out(phases * size, 0.0F);
+    for (std::size_t r = 0; r < phases; ++r) {
+      for (std::size_t p = 0; p < phases; ++p) {
+        const auto weight =
+            static_cast<float>(back ? modes[p * phases + r] : modes[r * phases + p]);
+        const float* in = samples[p].data() + from;
+        float* to = out.data() + r * size;
+        for (std::size_t v = 0; v < size; ++v) to[v] += weight * in[v];
+      }
+    }
+    for (std::size_t r = 0; r < phases; ++r) {
+      std::copy_n(out.data() + r * size, size, samples[r].data() + from);
+    }
+  });
+}
+
+/// Sums over a window of 2 radius + 1 samples along one axis, beyond the lattice nothing.
+void box_sum(const Grid& grid, int axis, int radius, std::vector<float>& values) {
+  const auto a = static_cast<std::size_t>(axis);
+  const auto stride = axis == 0   ? std::size_t{1}
+                      : axis == 1 ? static_cast<std::size_t>(grid.size[0])
+                                  : grid.slice_count();
+  const int length = grid.size[a];
+  const std::size_t lines = values.size() / static_cast<std::size_t>(length);
+  const auto first_of = [&](std::size_t line) {
+    return axis == 0 ? line * static_cast<std::size_t>(length)
+                     : line / stride * stride * static_cast<std::size_t>(length) + line % stride;
+  };
+  constexpr std::size_t kLines = 256;
+  parallel_for((lines + kLines - 1) / kLines, [&](std::size_t block) {
+    std::vector<double> until(static_cast<std::size_t>(length) + 1);
+    for (std::size_t line = block * kLines; line < std::min(lines, (block + 1) * kLines); ++line) {
+      float* at = values.data() + first_of(line);
+      until[0] = 0;
+      for (int n = 0; n < length; ++n) {
+        until[static_cast<std::size_t>(n) + 1] =
+            until[static_cast<std::size_t>(n)] + at[static_cast<std::size_t>(n) * stride];
+      }
+      for (int n = 0; n < length; ++n) {
+        const auto low = static_cast<std::size_t>(std::max(0, n - radius));
+        const auto high = static_cast<std::size_t>(std::min(length, n + radius + 1));
+        at[static_cast<std::size_t>(n) * stride] = static_cast<float>(until[high] - until[low]);
+      }
+    }
+  });
+}
+
+}  // namespace
+
+void take_off_flicker(FieldCycle& field) {
+  std::vector<std::vector<float>>& samples = field.distance_mm.phases;
+  const std::size_t phases = samples.size();
+  if (phases < kFewestPhases) return;
+  const Grid& grid = field.distance_mm.grid;
+  const std::size_t count = grid.count();
+  const auto inner = static_cast<float>(-field.inner_mm);
+  const auto outer = static_cast<float>(field.outer_mm);
+
+  // A course that the clamp cuts is no course of the surface.
+  std::vector<float> whole(count, 0.0F);
+  std::vector<std::size_t> near;
+  for (std::size_t v = 0; v < count; ++v) {
+    float least = outer;
+    float most = inner;
+    for (const std::vector<float>& phase : samples) {
+      least = std::min(least, phase[v]);
+      most = std::max(most, phase[v]);
+    }
+    if (!(least > inner && most < outer)) continue;
+    whole[v] = 1.0F;
+    if (least < kNearMm && most > -kNearMm) near.push_back(v);
+  }
+  if (near.empty()) return;
+
+  const int radius = std::max(1, static_cast<int>(std::lround(kAroundMm / field.voxel_mm)));
+  std::vector<float> weight = whole;
+  for (int axis = 0; axis < 3; ++axis) box_sum(grid, axis, radius, weight);
+  // Mean over the cube around, of whole courses.
+  const auto around = [&](std::vector<float> values) {
+    for (std::size_t v = 0; v < count; ++v) values[v] *= whole[v];
+    for (int axis = 0; axis < 3; ++axis) box_sum(grid, axis, radius, values);
+    for (std::size_t v = 0; v < count; ++v) values[v] = whole[v] > 0 ? values[v] / weight[v] : 0.0F;
+    return values;
+  };
+
+  const std::vector<double> modes = cycle_modes(static_cast<int>(phases));
+  const std::vector<std::vector<float>> given = samples;
+  turn(modes, false, samples);
+  // What a mode is beside its neighbours: twice the mean less the mean's mean follows a course that
+  // bends with place, as the mean alone does not.
+  std::vector<std::vector<float>> rough(phases);
+  for (std::size_t r = 1; r < phases; ++r) {
+    const std::vector<float> mean = around(samples[r]);
+    rough[r] = around(mean);
+    for (std::size_t v = 0; v < count; ++v) {
+      rough[r][v] = whole[v] * (samples[r][v] - 2 * mean[v] + rough[r][v]);
+    }
+  }
+  // Noise is as strong in each of the highest modes, motion weaker in each: the weakest tells. The
+  // median of a normal variable's square is 0.455 of its mean.
+  float noise = std::numeric_limits<float>::max();
+  std::vector<float> squares(near.size());
+  for (std::size_t r = phases - std::max<std::size_t>(2, phases / 4); r < phases; ++r) {
+    std::transform(near.begin(), near.end(), squares.begin(),
+                   [&](std::size_t v) { return rough[r][v] * rough[r][v]; });
+    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+    std::nth_element(squares.begin(), middle, squares.end());
+    noise = std::min(noise, *middle / 0.455F);
+  }
+  if (noise < kLeastNoiseMm * kLeastNoiseMm) {
+    samples = given;
+    return;
+  }
+  for (std::size_t r = 1; r < phases; ++r) {
+    std::vector<float> power = rough[r];
+    for (float& value : power) value *= value;
+    power = around(std::move(power));
+    for (std::size_t v = 0; v < count; ++v) {
+      if (whole[v] == 0 || !(power[v] > 0)) continue;
+      samples[r][v] -= std::min(1.0F, noise / power[v]) * rough[r][v];
+    }
+  }
+  turn(modes, true, samples);
+  for (std::size_t p = 0; p < phases; ++p) {
+    for (std::size_t v = 0; v < count; ++v) {
+      samples[p][v] = whole[v] > 0 ? std::clamp(samples[p][v], inner, outer) : given[p][v];
+    }
+  }
+}
+
+}  // namespace beatlas::field

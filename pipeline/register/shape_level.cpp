@@ -1,0 +1,240 @@
+#include "pipeline/register/shape_level.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <opencv2/imgproc.hpp>
+
+namespace beatlas::reg {
+
+AxisMap axis_map(const Grid& source, const Grid& lattice, const Affine& workspace_from_lps) {
+  const Affine index_from_lattice =
+      source.mm_from_index.inverse() * workspace_from_lps.inverse() * lattice.mm_from_index;
+  return {index_from_lattice.linear().diagonal(), index_from_lattice.translation()};
+}
+
+float sample_plane(const float* slice, int nx, int ny, double i, double j) {
+  const double x = std::clamp(i, 0.0, nx - 1.0);
+  const double y = std::clamp(j, 0.0, ny - 1.0);
+  const int x0 = std::min(static_cast<int>(x), std::max(0, nx - 2));
+  const int y0 = std::min(static_cast<int>(y), std::max(0, ny - 2));
+  const auto u = static_cast<float>(x - x0);
+  const auto v = static_cast<float>(y - y0);
+  const float* row0 = slice + static_cast<std::ptrdiff_t>(y0) * nx + x0;
+  const float* row1 = ny > 1 ? row0 + nx : row0;
+  const int right = nx > 1 ? 1 : 0;
+  return (1 - v) * ((1 - u) * row0[0] + u * row0[right]) +
+         v * ((1 - u) * row1[0] + u * row1[right]);
+}
+
+namespace {
+
+/// [mm] standard deviation of the smoothing, which keeps wavelengths from twice that on. On `adult`
+/// at SNR 20 the LV cavity's normals are 11 degrees off on average with 1 mm, 2.3 with 3, 2.1
+/// with 3.6, where the RV's thin edges begin to suffer.
+constexpr double kSmoothMm = 3.0;
+constexpr float kFar = 20.0F;  ///< [mm] level where there is nothing
+
+/// Cubic convolution (Keys 1981, a = -1/2) along one axis: four neighbours and their weights for
+/// every lattice index, the outermost samples going on beyond the rim, or nothing where it `ends`.
+struct Taps {
+  std::array<int, 4> at{};
+  std::array<float, 4> weight{};
+};
+std::vector<Taps> cubic_taps(const AxisMap& map, int axis, int lattice_size, int source_size,
+                             bool ends = false) {
+  std::vector<Taps> out(static_cast<std::size_t>(lattice_size));
+  for (int n = 0; n < lattice_size; ++n) {
+    const double x = map.index(axis, n);
+    if (ends && (x < -0.5 || x > source_size - 0.5)) continue;
+    const double low = std::floor(x);
+    const double u = x - low;
+    const std::array<double, 4> weight{((-0.5 * u + 1) * u - 0.5) * u, (1.5 * u - 2.5) * u * u + 1,
+                                       ((-1.5 * u + 2) * u + 0.5) * u, (0.5 * u - 0.5) * u * u};
+    Taps& taps = out[static_cast<std::size_t>(n)];
+    for (std::size_t t = 0; t < 4; ++t) {
+      taps.at[t] = std::clamp(static_cast<int>(low) + static_cast<int>(t) - 1, 0, source_size - 1);
+      taps.weight[t] = static_cast<float>(weight[t]);
+    }
+  }
+  return out;
+}
+
+/// What the middle of a slice shows, from what the mean over its thickness does; see
+/// without_voxel_mean. Slices at the end of the structure stay.
+std::vector<Phase> without_slice_mean(const std::vector<Phase>& distances) {
+  std::vector<Phase> out = distances;
+  for (std::size_t k = 1; k + 1 < distances.size(); ++k) {
+    const Phase& before = distances[k - 1];
+    const Phase& after = distances[k + 1];
+    if (before.empty() || out[k].empty() || after.empty()) continue;
+    for (std::size_t v = 0; v < out[k].size(); ++v) {
+      out[k][v] -= (before[v] - 2 * distances[k][v] + after[v]) / 24;
+    }
+  }
+  return out;
+}
+
+Phase raw_from_coverage(const Grid& source, const Phase& coverage, const Grid& lattice,
+                        const AxisMap& map) {
+  const auto [nx, ny, nz] = lattice.size;
+  const auto wide = static_cast<std::size_t>(nx);
+  const std::vector<Taps> along_x = cubic_taps(map, 0, nx, source.size[0], true);
+  const std::vector<Taps> along_y = cubic_taps(map, 1, ny, source.size[1], true);
+  // Beyond the last slice the shape goes on, to be cut flat there.
+  const std::vector<Taps> along_z = cubic_taps(map, 2, nz, source.size[2]);
+  // One axis after the other; every source slice is brought into the lattice's plane once.
+  std::vector<Phase> slices(static_cast<std::size_t>(source.size[2]));
+  Phase rows(wide * static_cast<std::size_t>(source.size[1]));
+  for (int k = 0; k < source.size[2]; ++k) {
+    for (int j = 0; j < source.size[1]; ++j) {
+      const float* from = coverage.data() + source.offset(0, j, k);
+      float* to = rows.data() + static_cast<std::size_t>(j) * wide;
+      for (const Taps& taps : along_x) {
+        float sum = 0;
+        for (std::size_t t = 0; t < 4; ++t) sum += taps.weight[t] * from[taps.at[t]];
+        *to++ = sum;
+      }
+    }
+    Phase& slice = slices[static_cast<std::size_t>(k)];
+    slice.assign(lattice.slice_count(), 0.0F);
+    for (std::size_t y = 0; y < along_y.size(); ++y) {
+      for (std::size_t t = 0; t < 4; ++t) {
+        const float weight = along_y[y].weight[t];
+        const float* from = rows.data() + static_cast<std::size_t>(along_y[y].at[t]) * wide;
+        float* to = slice.data() + y * wide;
+        for (std::size_t x = 0; x < wide; ++x) to[x] += weight * from[x];
+      }
+    }
+  }
+  Phase level(lattice.count(), 0.5F);
+  for (int z = 0; z < nz; ++z) {
+    const Taps& taps = along_z[static_cast<std::size_t>(z)];
+    float* to = level.data() + lattice.offset(0, 0, z);
+    for (std::size_t t = 0; t < 4; ++t) {
+      const float* from = slices[static_cast<std::size_t>(taps.at[t])].data();
+      for (std::size_t n = 0; n < lattice.slice_count(); ++n) to[n] -= taps.weight[t] * from[n];
+    }
+  }
+  return level;
+}
+
+Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const Grid& lattice,
+                      const AxisMap& map, int open_step) {
+  const std::vector<Phase> distances = without_slice_mean(means);
+  Phase level(lattice.count(), kFar);
+  const int nk = source.size[2];
+  const auto has = [&](int k) {
+    return k >= 0 && k < nk && !distances[static_cast<std::size_t>(k)].empty();
+  };
+  std::vector<float> depth(static_cast<std::size_t>(nk), 0);
+  for (int k = 0; k < nk; ++k) {
+    if (!has(k)) continue;
+    const Phase& d = distances[static_cast<std::size_t>(k)];
+    depth[static_cast<std::size_t>(k)] = -*std::min_element(d.begin(), d.end());
+  }
+  const std::vector<Taps> across = cubic_taps(map, 2, lattice.size[2], nk);
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    const double k = std::clamp(map.index(2, z), 0.0, nk - 1.0);
+    const int k0 = static_cast<int>(std::floor(k));
+    const int k1 = std::min(k0 + 1, nk - 1);
+    const auto w = static_cast<float>(k - k0);
+    if (!has(k0) && !has(k1)) continue;
+    const bool cubic = has(k0 - 1) && has(k0) && has(k1) && has(k0 + 2);
+    const std::array<float, 4>& weight = across[static_cast<std::size_t>(z)].weight;
+    // On the open side the last slice is carried on unchanged; a cut ends it.
+    const bool carry0 = has(k0) && !has(k1) && open_step > 0;
+    const bool carry1 = has(k1) && !has(k0) && open_step < 0;
+    for (int y = 0; y < lattice.size[1]; ++y) {
+      const double j = map.index(1, y);
+      for (int x = 0; x < lattice.size[0]; ++x) {
+        const double i = map.index(0, x);
+        const auto value = [&](int slice) {
+          return sample_plane(distances[static_cast<std::size_t>(slice)].data(), source.size[0],
+                              source.size[1], i, j);
+        };
+        float& out = level[lattice.offset(x, y, z)];
+        if (cubic) {
+          out = weight[0] * value(k0 - 1) + weight[1] * value(k0) + weight[2] * value(k1) +
+                weight[3] * value(k0 + 2);
+          continue;
+        }
+        float d0 = 0;
+        float d1 = 0;
+        if (has(k0)) d0 = value(k0);
+        if (has(k1)) d1 = value(k1);
+        if (!has(k0)) d0 = carry1 ? d1 : std::max(depth[static_cast<std::size_t>(k1)], 0.5F);
+        if (!has(k1)) d1 = carry0 ? d0 : std::max(depth[static_cast<std::size_t>(k0)], 0.5F);
+        out = (1 - w) * d0 + w * d1;
+      }
+    }
+  }
+  return level;
+}
+
+/// Takes noise and the voxels' steps off: a Gaussian G, less a share of its bend along each axis. G
+/// alone draws a curved surface inward by half of sigma^2 times the sum of its curvatures; an edge
+/// that saturates to both sides stays where it is under (1 - sigma^2 nabla^2) G, a level that is
+/// linear across it under half of that share.
+/// @param bend_mm2 share of the second derivative that is taken off
+void smooth(Phase& level, const Grid& lattice, const Vec3& bend_mm2) {
+  const double edge_mm = lattice.spacing_mm()[0];
+  const double sigma = kSmoothMm / edge_mm;
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    cv::Mat slice(lattice.size[1], lattice.size[0], CV_32F, level.data() + lattice.offset(0, 0, z));
+    cv::GaussianBlur(slice, slice, {0, 0}, sigma, sigma, cv::BORDER_REPLICATE);
+  }
+  cv::Mat columns(lattice.size[2], static_cast<int>(lattice.slice_count()), CV_32F, level.data());
+  const int radius = std::max(1, static_cast<int>(std::ceil(4 * sigma)));
+  const cv::Mat kernel = cv::getGaussianKernel(2 * radius + 1, sigma, CV_32F);
+  cv::Mat out;
+  cv::sepFilter2D(columns, out, CV_32F, cv::Mat::ones(1, 1, CV_32F), kernel, {-1, -1}, 0,
+                  cv::BORDER_REPLICATE);
+  const Phase blurred(out.ptr<float>(), out.ptr<float>() + level.size());
+  const Vec3 share = bend_mm2 / (edge_mm * edge_mm);
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    for (int y = 0; y < lattice.size[1]; ++y) {
+      for (int x = 0; x < lattice.size[0]; ++x) {
+        const std::size_t v = lattice.offset(x, y, z);
+        const auto second = [&](int n, int size, std::size_t stride) {
+          return n > 0 && n + 1 < size ? blurred[v - stride] - 2 * blurred[v] + blurred[v + stride]
+                                       : 0.0F;
+        };
+        level[v] = blurred[v] - static_cast<float>(
+                                    share[0] * second(x, lattice.size[0], 1) +
+                                    share[1] * second(y, lattice.size[1], lattice.offset(0, 1, 0)) +
+                                    share[2] * second(z, lattice.size[2], lattice.slice_count()));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid& lattice,
+                          const AxisMap& map) {
+  Phase level = raw_from_coverage(source, coverage, lattice, map);
+  const Vec3 voxel = source.spacing_mm();
+  smooth(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm) + voxel.cwiseAbs2() / 12);
+  return level;
+}
+
+Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
+                        const Grid& lattice, const AxisMap& map, int open_step) {
+  Phase level = raw_from_slices(source, distances, lattice, map, open_step);
+  smooth(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm / 2));
+  return level;
+}
+
+void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slice_mm, double at_k,
+              int step) {
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    const auto beyond_mm = static_cast<float>(step * (map.index(2, z) - at_k) * slice_mm);
+    const auto from = level.begin() + static_cast<std::ptrdiff_t>(lattice.offset(0, 0, z));
+    const auto to = from + static_cast<std::ptrdiff_t>(lattice.slice_count());
+    std::transform(from, to, from, [&](float v) { return std::max(v, beyond_mm); });
+  }
+}
+
+}  // namespace beatlas::reg

@@ -1,0 +1,46 @@
+#pragma once
+/// One phase of a structure as a level on the lattice of its shape, from what its voxels or slices
+/// hold. The source's axes are parallel to the lattice's.
+
+#include <vector>
+
+#include "pipeline/core/grid.h"
+
+namespace beatlas::reg {
+
+using Phase = std::vector<float>;
+
+/// Where lattice lines of the workspace fall in the source: the axes are parallel, so each source
+/// index depends on one workspace coordinate only.
+struct AxisMap {
+  Vec3 scale;
+  Vec3 shift;
+  [[nodiscard]] double index(int axis, double lattice) const {
+    return scale[axis] * lattice + shift[axis];
+  }
+};
+[[nodiscard]] AxisMap axis_map(const Grid& source, const Grid& lattice,
+                               const Affine& workspace_from_lps);
+
+/// Value at a fractional index in plane, linear, clamped to the slice.
+[[nodiscard]] float sample_plane(const float* slice, int nx, int ny, double i, double j);
+
+/// For slices close enough that coverage itself shows where between them the surface runs: 1/2 less
+/// the coverage, cubic between voxels, smoothed. Neither smoothing nor that voxels hold means moves
+/// a curved surface: a ball of 25 mm radius stays within 0.01 mm.
+[[nodiscard]] Phase level_from_coverage(const Grid& source, const Phase& coverage,
+                                        const Grid& lattice, const AxisMap& map);
+
+/// Level [mm] from the in-plane distances of the slices (shape interpolation), cubic between four
+/// slices and linear between two, smoothed. Towards a slice without the structure it closes roundly
+/// within half a gap, unless a cut ends it.
+/// @param open_step of the structure's BaseCut, 0 without one
+[[nodiscard]] Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
+                                      const Grid& lattice, const AxisMap& map, int open_step);
+
+/// Raises the level beyond a plane of constant slice index, so that the shape ends flat there.
+/// @param step +1: beyond is at larger index, -1: smaller
+void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slice_mm, double at_k,
+              int step);
+
+}  // namespace beatlas::reg

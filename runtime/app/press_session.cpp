@@ -1,0 +1,73 @@
+#include "runtime/app/press_session.h"
+
+#include <algorithm>
+#include <fstream>
+#include <ostream>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/atlas/atlas.h"
+#include "runtime/base/error.h"
+#include "runtime/palpation/fit.h"
+
+namespace beatlas::app {
+namespace {
+
+using palpation::PalpationParameters;
+
+PalpationParameters parameters_from_file(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
+  const auto document = nlohmann::json::parse(stream, nullptr, false);
+  if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
+  try {
+    return palpation::palpation_from_json(document);
+  } catch (const Error& error) {
+    throw error.with_context(file);
+  }
+}
+
+// The atlas's own left ventricle: its volumes and its heart rate.
+void scale_to_atlas(PalpationParameters& parameters, const std::string& package) {
+  const atlas::Atlas opened = atlas::Atlas::open(package, atlas::Needs{});
+  const atlas::Manifest& manifest = opened.manifest();
+  for (const atlas::StructureEntry& structure : manifest.structures) {
+    if (structure.name != "lv_blood") continue;
+    const auto [least, most] =
+        std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
+    parameters.circulation.heart_rate_per_min =
+        std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
+    try {
+      parameters.circulation = palpation::fit_circulation(parameters.whole_circulation(),
+                                                          {.edv_ml = *most, .esv_ml = *least});
+    } catch (const Error& error) {
+      throw error.with_context(package);
+    }
+    return;
+  }
+  throw_invalid(package + " holds no volumes of lv_blood; build it with a scene that has them");
+}
+
+}  // namespace
+
+void run_press_session(const PressArguments& arguments, std::ostream& out) {
+  PalpationParameters parameters;
+  if (!arguments.parameters.empty()) parameters = parameters_from_file(arguments.parameters);
+  if (!arguments.preset.empty()) parameters = palpation::palpation_preset(arguments.preset);
+  if (!arguments.package.empty()) scale_to_atlas(parameters, arguments.package);
+  if (arguments.heart_rate_per_min > 0) {
+    parameters.circulation.heart_rate_per_min = arguments.heart_rate_per_min;
+    parameters.circulation.reference_volume_ml =
+        palpation::natural_beat(parameters.whole_circulation()).edv_ml;
+  }
+  const Press press = run_press(parameters, arguments.script);
+  const std::vector<TissueForce> tissues = compare_tissues(arguments.script);
+  write_press(press, tissues, arguments.folder);
+  if (arguments.json) {
+    out << press_json(press, tissues).dump(2) << '\n';
+  } else {
+    out << press_text(press, tissues);
+  }
+}
+
+}  // namespace beatlas::app

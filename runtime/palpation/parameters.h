@@ -1,0 +1,45 @@
+#pragma once
+/// All that the palpation trainer can be told, its presets, and its JSON.
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/palpation/circulation.h"
+#include "runtime/palpation/muscle.h"
+#include "runtime/palpation/segments.h"
+
+namespace beatlas::palpation {
+
+struct PalpationParameters {
+  MuscleTable muscle;             ///< Table 1
+  double wall_mass_kg = 1.14e-3;  ///< 0..10: of the wall under the finger
+  double contact_n_per_m = 800;   ///< 100..1e5: K_c, see patch.h; above every K of the wall
+  Contractile contractile;
+  CirculationParameters circulation;  ///< without infarct_*: they come from the segments
+  /// 0 or 20..250: while above 0 the resistance follows, beat by beat, to this mean aortic pressure
+  double aortic_target_mmhg = 0;
+  SegmentTissue segments{};
+
+  /// @throws Error{InvalidInput} as palpation_from_json does of these numbers.
+  void check() const;
+  /// Of a place: Table 1 at the long axis, changed by the segment's tissue.
+  [[nodiscard]] MuscleConstants at(double long_axis, int segment) const noexcept;
+  /// The circulation with the infarct that the segments make.
+  [[nodiscard]] CirculationParameters whole_circulation() const noexcept;
+};
+
+/// healthy, anterior_infarct, dilated_cardiomyopathy, low_pressure, by_74_percent: a preset on the
+/// dog of 25 kg. `reference_volume_ml` is that preset's own end-diastolic volume.
+/// @throws Error{InvalidInput} naming the presets there are.
+[[nodiscard]] PalpationParameters palpation_preset(const std::string& name);
+[[nodiscard]] std::vector<std::string> palpation_presets();
+
+/// schemas/palpation.schema.json. What is left out keeps its default.
+/// @throws Error{InvalidInput} naming the JSON path of what is unknown or out of range, and the
+/// range.
+[[nodiscard]] PalpationParameters palpation_from_json(const nlohmann::json& json);
+[[nodiscard]] nlohmann::json palpation_to_json(const PalpationParameters& parameters);
+
+}  // namespace beatlas::palpation

@@ -1,0 +1,91 @@
+#include "runtime/palpation/patch_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::palpation {
+namespace {
+
+constexpr double kMPerMm = 1e-3;
+constexpr double kShortest = 0.05;  // of a gradient that is a direction
+
+const haptics::ContactField& checked(const std::shared_ptr<const haptics::ContactField>& field) {
+  if (!field) throw_invalid("there is no distance field to touch; open the atlas with it");
+  return *field;
+}
+
+VerticalPatch patch_of(const PatchModelOptions& options) {
+  const PalpationParameters& parameters = options.parameters;
+  parameters.check();
+  return VerticalPatch(
+      {.mass_kg = parameters.wall_mass_kg,
+       .damping_n_s_per_m = parameters.at(options.long_axis, options.segment).c_v_n_s_per_m,
+       .contact_n_per_m = parameters.contact_n_per_m});
+}
+
+}  // namespace
+
+PatchModel::PatchModel(std::shared_ptr<const haptics::ContactField> field,
+                       const PatchModelOptions& options)
+    : field_(std::move(field)),
+      patch_(patch_of(options)),
+      whole_(patch_),
+      curve_(checked(field_).period_s(), options.parameters.circulation.relaxation_rate_per_s),
+      end_diastole_s_(options.end_diastole_s) {
+  if (!(options.long_axis >= 0 && options.long_axis <= 1)) {
+    throw_invalid("a patch's place on the long axis must be from 0 to 1");
+  }
+  if (!std::isfinite(end_diastole_s_)) throw_invalid("a patch's end-diastole must be a time");
+  const PalpationParameters& parameters = options.parameters;
+  const bool diseased = options.segment >= 1 && options.segment <= kSegments;
+  const double alpha =
+      diseased ? parameters.segments[static_cast<std::size_t>(options.segment - 1)].alpha : 1;
+  const CirculationParameters circulation = parameters.whole_circulation();
+  k_v_n_per_m_ = parameters.at(options.long_axis, options.segment).k_v_n_per_m;
+  k_e_rest_n_per_m_ = parameters.contractile.stiffness_n_per_m(alpha, circulation.emin);
+  k_e_span_n_per_m_ =
+      parameters.contractile.stiffness_n_per_m(alpha, circulation.effective_emax()) -
+      k_e_rest_n_per_m_;
+}
+
+haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
+                                      const haptics::Moment& moment) noexcept {
+  const Vec3& x = state.position_mm;
+  const haptics::FieldSample sample = field_->sample(x, moment.field_time_s);
+  const double slope = sample.gradient.norm();
+  const double beats = (moment.field_time_s - end_diastole_s_) / curve_.period_s();
+  const double e = curve_.at((beats - std::floor(beats)) * curve_.period_s()).value;
+
+  haptics::Contact contact;
+  contact.normal = slope >= kShortest ? Vec3(sample.gradient / slope) : field_->outward(x);
+  contact.distance_mm = sample.distance_mm;
+  contact.depth_mm = std::max(0.0, -sample.distance_mm);
+  contact.surface_velocity_mm_s = slope >= kShortest ? -moment.speed * sample.rate_mm_s / slope : 0;
+  const double force_n =
+      patch_.advance(-kMPerMm * sample.distance_mm,
+                     k_v_n_per_m_ + k_e_rest_n_per_m_ + k_e_span_n_per_m_ * e, moment.elapsed_s);
+  contact.touching = force_n > 0;
+  contact.force_n = force_n * contact.normal;
+  contact.proxy_mm = x + contact.depth_mm * contact.normal;
+  return contact;
+}
+
+void PatchModel::reset() noexcept { patch_ = whole_; }
+
+haptics::ModelMemory PatchModel::memory() const noexcept {
+  const VerticalPatch::State state = patch_.state();
+  return {state.wall.place_m, state.wall.speed_m_s, state.depth_m, state.stiffness_n_per_m,
+          state.touching ? 1.0 : 0.0};
+}
+
+void PatchModel::restore(const haptics::ModelMemory& memory) noexcept {
+  patch_.restore({.wall = {memory[0], memory[1]},
+                  .depth_m = memory[2],
+                  .stiffness_n_per_m = memory[3],
+                  .touching = memory[4] != 0});
+}
+
+}  // namespace beatlas::palpation

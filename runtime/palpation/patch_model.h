@@ -1,0 +1,48 @@
+#pragma once
+/// Paper B's muscle under a device on any atlas: the depth below the beating surface goes into the
+/// patch (patch.h), whose stiffness K_v + K_e(t) contracts with the atlas's own cycle.
+
+#include <memory>
+
+#include "runtime/haptics/contact.h"
+#include "runtime/haptics/contact_field.h"
+#include "runtime/palpation/elastance.h"
+#include "runtime/palpation/parameters.h"
+#include "runtime/palpation/patch.h"
+
+namespace beatlas::palpation {
+
+struct PatchModelOptions {
+  PalpationParameters parameters = {};
+  double long_axis = 0.5;     ///< 0 apex .. 1 base: which muscle
+  int segment = 0;            ///< 1..17, 0: healthy
+  double end_diastole_s = 0;  ///< where in the field's cycle contraction begins
+};
+
+/// Force along the distance's gradient, of the size of the patch's: it relaxes under the finger and
+/// comes back slowly. The body must be thicker than twice the depth, as for the two-step model; a
+/// field without a direction (its clamp) is taken to point away from its middle.
+class PatchModel final : public haptics::ForceModel {
+ public:
+  /// @throws Error{InvalidInput} if there is no field or a parameter is out of range.
+  PatchModel(std::shared_ptr<const haptics::ContactField> field, const PatchModelOptions& options);
+
+  [[nodiscard]] haptics::Contact evaluate(const haptics::ServoState& state,
+                                          const haptics::Moment& moment) noexcept override;
+  /// The wall is whole again.
+  void reset() noexcept override;
+  [[nodiscard]] haptics::ModelMemory memory() const noexcept override;
+  void restore(const haptics::ModelMemory& memory) noexcept override;
+
+ private:
+  std::shared_ptr<const haptics::ContactField> field_;
+  VerticalPatch patch_;
+  VerticalPatch whole_;
+  ElastanceCurve curve_;
+  double end_diastole_s_;
+  double k_v_n_per_m_;
+  double k_e_rest_n_per_m_;
+  double k_e_span_n_per_m_;
+};
+
+}  // namespace beatlas::palpation
