@@ -62,7 +62,10 @@ function(beatlas_room name)
   add_library(beatlas_${name} STATIC ${ROOM_SOURCES})
   add_library(beatlas::${name} ALIAS beatlas_${name})
   set_target_properties(beatlas_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-  target_link_libraries(beatlas_${name} PUBLIC beatlas_flags ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
+  # An installed room brings its include folder itself and leaves warnings to its user.
+  target_link_libraries(beatlas_${name} PUBLIC $<BUILD_INTERFACE:beatlas_flags> ${ROOM_PUBLIC}
+                        PRIVATE ${ROOM_PRIVATE})
+  target_compile_features(beatlas_${name} PUBLIC cxx_std_20)
   if(NOT ROOM_OWN_FLAGS)
     beatlas_use_precompiled(beatlas_${name} beatlas_room_headers)
   endif()
