@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include <Eigen/Cholesky>
 
@@ -48,10 +49,10 @@ class Thinning {
         break;
       }
     }
-    for (auto v = left_.rbegin(); v != left_.rend(); ++v) {
-      known[*v] = std::move(neighbours[*v]);
-      std::erase_if(known[*v], [v](std::uint32_t other) { return other >= *v; });
-      out.push_back(*v);
+    for (const std::uint32_t v : std::ranges::reverse_view(left_)) {
+      known[v] = std::move(neighbours[v]);
+      std::erase_if(known[v], [v](std::uint32_t other) { return other >= v; });
+      out.push_back(v);
     }
     return out;
   }
