@@ -52,7 +52,9 @@ void expect_order(const SurfaceOrder& order, std::size_t count) {
       EXPECT_TRUE(is_before[order.known(v)[n]]);
       sum += weights[n];
     }
-    if (!weights.empty()) EXPECT_NEAR(sum, 1, 1e-12);
+    if (!weights.empty()) {
+      EXPECT_NEAR(sum, 1, 1e-12);
+    }
     is_before[v] = true;
   }
 }
