@@ -1,109 +1,24 @@
-/// package_bench PACKAGE [REPEATS]: how long it takes from nothing to the first force, by the
-/// clock, with the file on disk and in the page cache, and the memory of a program that has it;
-/// then CPU time (of all threads) and bytes of what a program may ask of a package, and of its
-/// volume beside what one would take instead: the images that went in cannot be had back from a
-/// package, so the alternatives hold what the volume decodes to, as 16 bit.
+/// package_bench PACKAGE [REPEATS]: CPU time (of all threads) and bytes of what a program may ask
+/// of a package, and of its volume beside what one would take instead: the images that went in
+/// cannot be had back from a package, so the alternatives hold what the volume decodes to, as 16
+/// bit.
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
 #include <functional>
 #include <iostream>
-#include <memory>
-#include <string>
 #include <vector>
 
-#include <fcntl.h>
-#include <unistd.h>
 #include <zstd.h>
 
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/volume.h"
 #include "runtime/base/error.h"
-#include "runtime/base/sha256.h"
-#include "runtime/haptics/servo.h"
 
 namespace beatlas {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-/// MB, from the kernel's account of this process.
-double memory_mb(const std::string& key) {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    if (word != key + ":") continue;
-    double kb = 0;
-    status >> kb;
-    return kb / 1024;
-  }
-  return NAN;
-}
-
-/// Asks the kernel to forget what it has read of the file.
-void forget(const char* file) {
-  const int handle = open(file, O_RDONLY);
-  if (handle < 0) return;
-  (void)fdatasync(handle);
-  (void)posix_fadvise(handle, 0, 0, POSIX_FADV_DONTNEED);
-  (void)close(handle);
-}
-
-/// What a trainer does until it feels something.
-std::unique_ptr<haptics::Servo> first_force(const char* file) {
-  const atlas::Atlas package =
-      atlas::Atlas::open(file, {.fields = {Structure::Heart}, .surfaces = {}});
-  const auto heart = std::make_shared<const field::FieldQuery>(package.field(Structure::Heart),
-                                                               package.manifest().rr_interval_s);
-  haptics::TwoStepOptions model;
-  model.stiffness_n_per_m = package.manifest().stiffness_n_per_m;
-  auto servo = std::make_unique<haptics::Servo>(heart, model, haptics::SafetyOptions{});
-  (void)servo->tick({.time_s = 0, .position_mm = heart->centre_mm(), .valid = true});
-  return servo;
-}
-
-/// The rows come first of all, before anything has been read.
-void measure_opening(const char* file, int repeats) {
-  const double before_mb = memory_mb("VmRSS");
-  forget(file);
-  Clock::time_point start = Clock::now();
-  auto servo = first_force(file);
-  const double cold_ms = ms_since(start);
-  const double resident_mb = memory_mb("VmRSS");
-  const double most_mb = memory_mb("VmHWM");
-  servo.reset();
-  std::vector<double> warm;
-  for (int n = 0; n < std::max(9, repeats); ++n) {
-    start = Clock::now();
-    const auto kept = first_force(file);
-    warm.push_back(ms_since(start));
-  }
-  std::sort(warm.begin(), warm.end());
-  // Plain work in the same run, so that machines and loads can be compared.
-  std::vector<std::byte> block(std::size_t{16} << 20U);
-  start = Clock::now();
-  (void)sha256_hex(block);
-  const double hash_ms = ms_since(start);
-  std::printf(
-      "| until the first force, by the clock | ms | over SHA-256 of 16 MiB |\n|---|---|---|\n"
-      "| file not in the page cache, first use of the program | %.1f | %.2f |\n"
-      "| again, median of %zu | %.1f | %.2f |\n| the same, least | %.1f | %.2f |\n\n",
-      cold_ms, cold_ms / hash_ms, warm.size(), warm[warm.size() / 2],
-      warm[warm.size() / 2] / hash_ms, warm.front(), warm.front() / hash_ms);
-  std::printf(
-      "| memory, MB | |\n|---|---|\n| resident before | %.1f |\n"
-      "| resident with the first force | %.1f |\n| most until then | %.1f |\n\n",
-      before_mb, resident_mb, most_mb);
-}
 
 /// The least of the repeats [ms].
 double cpu_ms(int repeats, const std::function<void()>& body) {
@@ -180,9 +95,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const int repeats = argc > 2 ? std::atoi(argv[2]) : 7;
-    beatlas::measure_opening(argv[1], repeats);
-    beatlas::measure(argv[1], repeats);
+    beatlas::measure(argv[1], argc > 2 ? std::atoi(argv[2]) : 7);
   } catch (const beatlas::Error& error) {
     std::cerr << "package_bench: " << error.what() << '\n';
     return static_cast<int>(error.code());
