@@ -28,10 +28,9 @@ struct EncodeOptions {
   /// The same of the structures within the heart, which no palpation of the heart touches: 0.04
   /// takes a quarter of their bytes off and adds 0.001 mm to their mean error (phantom adult).
   double nested_step_mm = 0.02;
-  /// [mm] 0.002..0.5: quantisation of surfaces along each axis; a stored vertex lies within it. It
-  /// fixes Draco's bits: 14 for a heart of 82 to 163 mm at 0.01 mm, one less for twice the step. At
-  /// 0.01 it is below the triangles' own error (0.005 mm at edges of 2 mm); 0.04 doubles that for
-  /// 30 % fewer bytes (`beatlas bench`, phantom small).
+  /// [mm] 0.002..0.5: a stored vertex lies within it of where it was, in every phase; root mean
+  /// square along an axis is 0.3 of it, as of rounding to it (14 bits of a heart of 164 mm at
+  /// 0.01). At 0.01 it is below the triangles' own error (0.005 mm at edges of 2 mm).
   double surface_step_mm = 0.01;
   /// kLeastVolumeStep..kMostVolumeStep: quantisation of the volume's terms, in standard deviations
   /// of the images' noise; see volume_encoder.h.

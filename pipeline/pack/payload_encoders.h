@@ -22,8 +22,12 @@ namespace beatlas::pack {
 struct PackedSurface {
   atlas::Bytes drc;
   atlas::Bytes motion;
+  /// [stored vertex] its number in the surface that was given. Whatever else goes by vertex is to
+  /// be stored in this order.
+  std::vector<std::uint32_t> given;
 };
-/// Positions within step_mm, the same vertex ids, the same triangles (in another order and turned).
+/// Positions within step_mm in every phase, the same triangles; vertices renumbered as Draco gives
+/// them back, triangles in another order and turned.
 /// @param step_mm EncodeOptions::surface_step_mm
 /// @throws Error{InvalidInput} if the surface breaks its layout (see check_surface), a vertex moves
 /// by more than 32767 steps, or what was packed does not decode to the same triangles within that

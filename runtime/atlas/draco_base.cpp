@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <exception>
 
 #include <draco/compression/decode.h>
@@ -47,11 +46,11 @@ void check_header(ByteView drc, std::uint32_t triangles) {
 
 }  // namespace
 
-BaseSurface decode_base(ByteView drc, std::uint32_t vertices, std::uint32_t triangles) {
+BaseSurface decode_base(ByteView drc, std::uint64_t points, std::uint32_t triangles) {
   // A triangle of a closed surface takes more than a bit; 32 to a byte is out of reach.
   constexpr std::uint64_t kTrianglesPerByte = 32;
-  if (triangles == 0 || vertices == 0 || triangles > kMaxTriangles ||
-      triangles > kTrianglesPerByte * drc.size() || vertices > 3 * std::uint64_t{triangles}) {
+  if (triangles == 0 || points == 0 || triangles > kMaxTriangles ||
+      triangles > kTrianglesPerByte * drc.size() || points > 3 * std::uint64_t{triangles}) {
     fail();
   }
   check_header(drc, triangles);
@@ -69,48 +68,54 @@ BaseSurface decode_base(ByteView drc, std::uint32_t vertices, std::uint32_t tria
   }
   const draco::PointAttribute* position =
       mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
-  const draco::PointAttribute* id = mesh->GetNamedAttribute(draco::GeometryAttribute::GENERIC);
-  if (mesh->num_attributes() != 2 || position == nullptr || id == nullptr ||
+  if (mesh->num_attributes() != 1 || position == nullptr ||
       position->data_type() != draco::DT_FLOAT32 || position->num_components() != 3 ||
-      id->data_type() != draco::DT_UINT32 || id->num_components() != 1 ||
-      mesh->num_faces() != triangles) {
+      mesh->num_faces() != triangles || mesh->num_points() != points) {
     fail();
   }
 
   BaseSurface base;
-  base.positions.resize(vertices);
-  std::vector<bool> seen(vertices, false);
-  std::vector<std::uint32_t> id_of_point(mesh->num_points());
+  base.positions.resize(static_cast<std::size_t>(points));
   for (draco::PointIndex point(0); point < mesh->num_points(); ++point) {
-    const draco::AttributeValueIndex id_at = id->mapped_index(point);
     const draco::AttributeValueIndex position_at = position->mapped_index(point);
-    if (id_at >= static_cast<std::uint32_t>(id->size()) ||
-        position_at >= static_cast<std::uint32_t>(position->size())) {
-      fail();
-    }
-    std::uint32_t vertex = 0;
-    id->GetValue(id_at, &vertex);
-    Vec3f value;
-    position->GetValue(position_at, value.data());
-    if (vertex >= vertices) fail();
-    // Draco may have split a vertex; its parts must still be one.
-    if (seen[vertex] && base.positions[vertex] != value) fail();
-    seen[vertex] = true;
-    base.positions[vertex] = value;
-    id_of_point[point.value()] = vertex;
+    if (position_at >= static_cast<std::uint32_t>(position->size())) fail();
+    position->GetValue(position_at, base.positions[point.value()].data());
+    if (!base.positions[point.value()].allFinite()) fail();
   }
-  if (std::find(seen.begin(), seen.end(), false) != seen.end()) fail();
   base.triangles.reserve(triangles);
   for (draco::FaceIndex face(0); face < mesh->num_faces(); ++face) {
     std::array<std::uint32_t, 3> triangle{};
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const draco::PointIndex point = mesh->face(face)[corner];
       if (point >= mesh->num_points()) fail();
-      triangle[corner] = id_of_point[point.value()];
+      triangle[corner] = point.value();
     }
     base.triangles.push_back(triangle);
   }
   return base;
+}
+
+BaseSurface join_points(BaseSurface points, const JoinedPoints& joined) {
+  if (joined.empty()) return points;
+  std::vector<std::uint32_t> vertex_of(points.positions.size());
+  std::vector<Vec3f> positions;
+  std::size_t next = 0;
+  for (std::uint32_t point = 0; point < vertex_of.size(); ++point) {
+    if (next == joined.size() || joined[next][0] != point) {
+      vertex_of[point] = static_cast<std::uint32_t>(positions.size());
+      positions.push_back(points.positions[point]);
+      continue;
+    }
+    const std::uint32_t other = joined[next++][1];
+    if (other >= point || points.positions[other] != points.positions[point]) fail();
+    vertex_of[point] = vertex_of[other];
+  }
+  if (next != joined.size()) fail();
+  points.positions = std::move(positions);
+  for (auto& triangle : points.triangles) {
+    for (std::uint32_t& corner : triangle) corner = vertex_of[corner];
+  }
+  return points;
 }
 
 }  // namespace beatlas::atlas

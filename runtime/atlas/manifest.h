@@ -12,7 +12,7 @@
 
 namespace beatlas::atlas {
 
-inline constexpr int kFormatVersion = 2;
+inline constexpr int kFormatVersion = 3;
 
 inline constexpr std::string_view kManifestEntry = "atlas.json";
 inline constexpr std::string_view kFormatName = "beatlas";

@@ -36,7 +36,7 @@ std::string item_path(std::string_view kind, Structure structure) {
   const std::string name(structure_name(structure));
   if (kind == kFieldKind) return "fields/" + name + ".field.zst";
   if (kind == kVolumeKind) return "volumes/" + name + ".volume.zst";
-  if (kind == kMotionKind) return "surfaces/" + name + ".motion.zst";
+  if (kind == kMotionKind) return "surfaces/" + name + ".motion";
   return "surfaces/" + name + ".drc";
 }
 

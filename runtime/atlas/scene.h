@@ -33,7 +33,7 @@ inline constexpr std::array<std::string_view, 3> kScenes{"palpation", "anatomy",
 [[nodiscard]] std::string scenes_that_hold(std::string_view kind, Structure structure);
 
 /// Entry name in the zip: "fields/<structure>.field.zst", "surfaces/<structure>.drc",
-/// "surfaces/<structure>.motion.zst", "volumes/<structure>.volume.zst". @pre is_kind(kind)
+/// "surfaces/<structure>.motion", "volumes/<structure>.volume.zst". @pre is_kind(kind)
 [[nodiscard]] std::string item_path(std::string_view kind, Structure structure);
 
 }  // namespace beatlas::atlas

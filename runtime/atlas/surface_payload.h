@@ -1,26 +1,36 @@
 #pragma once
-/// The bytes of surfaces/<structure>.drc and surfaces/<structure>.motion.zst, version 1.
+/// The bytes of surfaces/<structure>.drc and surfaces/<structure>.motion, version 2.
 ///
-/// .drc: a Draco mesh (bitstream 2.2, edgebreaker, no metadata) of the first phase: positions [mm]
-/// quantised with a step (kSurfaceStepMm unless told otherwise), and a generic uint32 attribute
-/// that holds each vertex's id, because Draco reorders vertices. Ids are 0..V-1, each used.
+/// .drc: a Draco mesh (bitstream 2.2, edgebreaker, no metadata) of the mean of all phases:
+/// positions [mm] alone, quantised with half the motion's step. Vertices are numbered as Draco
+/// gives them: the encoder renumbers a surface so, and proves that they come back so; no number is
+/// stored.
 ///
-/// .motion.zst: one zstd frame that holds, little-endian:
+/// .motion, little-endian:
 ///
 ///   offset  type      what
 ///        0  char[8]   kMotionMagic
 ///        8  u32       kMotionVersion
 ///       12  u32       vertices V
 ///       16  u32       triangles
-///       20  u32       phases P, the first one included
-///       24  f64       step_mm
-///       32  u8[N]     low bytes of the residuals, N = (P - 1) * 3 * V
-///           u8[N]     high bytes
+///       20  u32       phases P
+///       24  u32       points that are joined, J: Draco parts a vertex at which a surface touches
+///                     itself
+///       28  f64       step_mm
+///       36  u32[J][2] a joined point, ascending, and the lower one, not joined, that it is one
+///       with;
+///                     vertices are the others in their order
+///           u16[P-1][2]  mean magnitude of the counts in each mode, along the normal and along the
+///                     tangents, in 1/64, 1..65535
+///           u32[64]   how many counts are in each class, see surface_classes.h
+///           u8[...]   the counts of each class after each other, zigzag-coded 0, -1, 1, -2, ...:
+///                     symbols of Draco's rANS (EncodeSymbols); none of an empty class
 ///
-/// The displacement of vertex v from the first phase is step_mm times a count. Residuals run over
-/// phases, then x y z, then vertices: the count's difference from the phase before, less the mean
-/// of that difference over the vertex's neighbours of lower id (rounded towards 0), mod 2^16 and
-/// zigzag-coded.
+/// The displacements of a vertex from the mean are terms of the orthonormal Fourier basis of the
+/// cycle (cycle_modes), the mean left out. The terms of a mode, a vector each, are foretold as the
+/// weighted sum of those of known vertices (surface_order.h); step_mm times three counts, in the
+/// frame of the mean surface at the vertex, are what is to be added. Counts run over vertices in
+/// coding order, then modes, then rows of the frame.
 
 #include "runtime/atlas/bytes.h"
 #include "runtime/atlas/payloads.h"
@@ -28,9 +38,9 @@
 namespace beatlas::atlas {
 
 inline constexpr std::string_view kMotionMagic{"BEATMOT\0", 8};
-inline constexpr std::uint32_t kMotionVersion = 1;
-/// The default step: both codes round to multiples of it along each axis, so a stored vertex is at
-/// most sqrt(3) / 2 * 0.01 = 0.0087 mm from where it was.
+inline constexpr std::uint32_t kMotionVersion = 2;
+/// The default step. A stored vertex is within a step of where it was, in every phase (the encoder
+/// sees to it); root mean square along an axis 0.3 steps, as of rounding to multiples of it.
 inline constexpr double kSurfaceStepMm = 0.01;
 inline constexpr double kMaxSurfaceErrorMm = 0.01;
 
@@ -40,31 +50,35 @@ inline constexpr double kMaxSurfaceErrorMm = 0.01;
 void check_surface(const SurfacePayload& surface);
 inline constexpr std::size_t kMaxTriangles = std::size_t{1} << 24;
 
-/// Bytes of both entries -> payload; order of triangles as Draco gives it, ids as they were.
-/// @throws Error{InvalidInput}
+/// Bytes of both entries -> payload. @throws Error{InvalidInput}
 [[nodiscard]] SurfacePayload decode_surface(ByteView drc, ByteView motion, Structure structure);
 
-/// The first phase alone, for the encoder of `pack`, which measures displacements from what the
-/// decoder will see. @throws Error{InvalidInput}
+/// What Draco gives: a point is a vertex, or a part of one.
 struct BaseSurface {
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<Vec3f> positions;  ///< by vertex id
+  std::vector<Vec3f> positions;
 };
-[[nodiscard]] BaseSurface decode_base(ByteView drc, std::uint32_t vertices,
-                                      std::uint32_t triangles);
+/// @throws Error{InvalidInput} unless it has so many points and triangles
+[[nodiscard]] BaseSurface decode_base(ByteView drc, std::uint64_t points, std::uint32_t triangles);
 
-/// Predicts a vertex from its neighbours of lower id.
-class VertexPredictor {
+/// A joined point and the one that it is one with.
+using JoinedPoints = std::vector<std::array<std::uint32_t, 2>>;
+/// The surface of vertices. @throws Error{InvalidInput} if a pair is none that the layout allows
+[[nodiscard]] BaseSurface join_points(BaseSurface points, const JoinedPoints& joined);
+
+/// Terms of all modes but the mean's -> displacement in each phase; encoder and decoder share it.
+class MotionBasis {
  public:
-  VertexPredictor(const std::vector<std::array<std::uint32_t, 3>>& triangles,
-                  std::size_t vertex_count);
-  /// Mean of `values` over the neighbours of lower id; 0 without any.
-  [[nodiscard]] std::int32_t predict(std::size_t vertex,
-                                     const std::vector<std::int32_t>& values) const noexcept;
+  explicit MotionBasis(int phases);
+  /// @param terms of a vertex, [mode - 1]
+  [[nodiscard]] Vec3f at(const Vec3f& mean_mm, const Vec3* terms, int phase) const noexcept;
+  /// Displacements from mean_mm [phase] -> terms [mode - 1].
+  void analyse(const Vec3* displacement_mm, Vec3* terms) const noexcept;
+  [[nodiscard]] std::size_t modes() const noexcept { return phases_ - 1; }
 
  private:
-  std::vector<std::uint32_t> first_;  ///< [vertex] start of its neighbours, and the end
-  std::vector<std::uint32_t> neighbours_;
+  std::size_t phases_;
+  std::vector<double> weights_;  ///< [mode][phase]
 };
 
 }  // namespace beatlas::atlas

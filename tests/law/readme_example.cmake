@@ -13,5 +13,5 @@ if(TARGET beatlas::runtime_atlas AND TARGET beatlas::runtime_haptics)
   target_link_libraries(readme_example PRIVATE beatlas_flags beatlas::runtime_atlas
                                                beatlas::runtime_haptics)
   law_test(readme_example_is_true TIMEOUT 60
-           COMMAND readme_example ${CMAKE_SOURCE_DIR}/tests/package/golden/v2.beatlas)
+           COMMAND readme_example ${CMAKE_SOURCE_DIR}/tests/package/golden/v3.beatlas)
 endif()

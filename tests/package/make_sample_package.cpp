@@ -1,6 +1,6 @@
 /// make_sample_package FILE [INFO [fields]]: writes the tiny sample package, and what `info --json`
-/// says of it; of `fields`, without surfaces. Made golden/v2.beatlas, before there were volumes,
-/// and golden/v2_volume.beatlas, of fields.
+/// says of it; of `fields`, without surfaces. Made golden/v3.beatlas and, of fields,
+/// golden/v3_volume.beatlas.
 
 #include <fstream>
 #include <iostream>

@@ -21,7 +21,7 @@ inline atlas::Manifest sample_manifest() {
   manifest.structures = {{"heart", {500, 450.5, 510}}, {"lv_blood", {110, 50, 125}}};
   manifest.items = {
       {"surfaces/heart.drc", "surface", "heart", 1234, std::string(64, 'a')},
-      {"surfaces/heart.motion.zst", "motion", "heart", 99, std::string(64, '0')},
+      {"surfaces/heart.motion", "motion", "heart", 99, std::string(64, '0')},
   };
   manifest.provenance = {{"beatlas", "0.1.0"}, {"stages", {{"mesh", {{"edge_mm", 2}}}}}};
   return manifest;

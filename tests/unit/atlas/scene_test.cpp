@@ -29,7 +29,7 @@ TEST(Scene, IsNamedForWhatIsMissing) {
 TEST(ItemPath, TellsKindAndStructureApart) {
   EXPECT_EQ(item_path(kFieldKind, Structure::LvBlood), "fields/lv_blood.field.zst");
   EXPECT_EQ(item_path(kSurfaceKind, Structure::Heart), "surfaces/heart.drc");
-  EXPECT_EQ(item_path(kMotionKind, Structure::Heart), "surfaces/heart.motion.zst");
+  EXPECT_EQ(item_path(kMotionKind, Structure::Heart), "surfaces/heart.motion");
   EXPECT_EQ(item_path(kVolumeKind, Structure::Heart), "volumes/heart.volume.zst");
 }
 
