@@ -1,6 +1,6 @@
 #include "pipeline/formats/surface_file.h"
 
-#include <cstring>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -34,16 +34,21 @@ const std::vector<Vec3> kCorners{{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 4.5}};
 const std::vector<std::array<std::uint32_t, 3>> kFaces{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
 
 std::string binary_stl(std::uint32_t told) {
-  std::string out = "solid, though binary";
-  out.resize(80);
-  out.append(reinterpret_cast<const char*>(&told), 4);
+  std::string out(80, ' ');
+  out.replace(0, 5, "solid");  // though binary
+  const auto add = [&out](const auto* from, std::size_t bytes) {
+    const auto* begin = reinterpret_cast<const char*>(from);
+    out.insert(out.end(), begin, begin + bytes);
+  };
+  add(&told, 4);
   for (const auto& face : kFaces) {
-    out.append(12, '\0');
+    const std::array<char, 12> normal{};
+    add(normal.data(), normal.size());
     for (const std::uint32_t corner : face) {
       const Vec3f at = kCorners[corner].cast<float>();
-      out.append(reinterpret_cast<const char*>(at.data()), 12);
+      add(at.data(), 12);
     }
-    out.append(2, '\0');
+    add(normal.data(), 2);
   }
   return out;
 }
@@ -77,7 +82,10 @@ TEST(SurfaceFile, WeldsBothKindsOfStl) {
     text += " facet normal 0 0 0\n  outer loop\n";
     for (const std::uint32_t corner : face) {
       text += "   vertex";
-      for (const double value : kCorners[corner]) text += " " + std::to_string(value);
+      for (const double value : kCorners[corner]) {
+        text += ' ';
+        text += std::to_string(value);
+      }
       text += "\n";
     }
     text += "  endloop\n endfacet\n";
