@@ -113,7 +113,7 @@ std::vector<std::vector<double>> crossings(const TriangleSoup& surface, const Gr
   std::vector<std::vector<double>> rows(at(grid.size[1]) * at(grid.size[2]));
   std::vector<Vec3> points;
   for (const Vec3& point : surface.points) {
-    points.push_back(index_from_mm * point - Vec3(0, kBesideJ, kBesideK));
+    points.emplace_back(index_from_mm * point - Vec3(0, kBesideJ, kBesideK));
   }
   for (const auto& triangle : surface.triangles) {
     const Vec3& a = points[triangle[0]];

@@ -23,7 +23,7 @@ std::shared_ptr<const field::FieldQuery> query_of(const atlas::Atlas& package,
 
 // From the heart's middle through that of the LV's blood: the wall that faces away from the septum.
 Vec3 towards_free_wall(const atlas::Atlas& package, const field::FieldQuery& heart) {
-  const Vec3 left = package.manifest().workspace_from_lps.linear() * Vec3::UnitX();
+  Vec3 left = package.manifest().workspace_from_lps.linear() * Vec3::UnitX();
   if (!package.field(Structure::LvBlood)) return left;
   const Vec3 across = query_of(package, Structure::LvBlood)->centre_mm() - heart.centre_mm();
   return across.norm() < kApartMm ? left : Vec3(across.normalized());
