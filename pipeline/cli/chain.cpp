@@ -202,6 +202,29 @@ void Chain::refuse_another_source() const {
   }
 }
 
+void Chain::refuse_unless_from(const std::optional<std::string>& source_files) const {
+  if (!study_ || !study_->find(Stage::Import) || orders_.discard_edits) return;
+  const auto& inputs = study_->find(Stage::Import)->inputs;
+  const auto before = inputs.find(study::kSourceFiles);
+  if (before == inputs.end() || before->second != source_files) refuse_another_source();
+}
+
+void Chain::import_made(Exam exam, const std::vector<fs::path>& files) {
+  study::Wanted with = wanted_of(Stage::Import, orders_);
+  with.source_files = files_sha256(files);
+  if (keeps(Stage::Import, with)) return;
+  refuse_unless_from(with.source_files);
+  exam_ = std::move(exam);
+  facts_.input_sha256 = stack_sha256(exam_->stack);
+  note_exam();
+  study::StageRecord record = new_record(Stage::Import);
+  record.inputs[study::kSourceStack] = facts_.input_sha256;
+  if (with.source_files) record.inputs[study::kSourceFiles] = *with.source_files;
+  leave(Stage::Import, std::move(record),
+        [&] { return study::write_exam(study_->folder(), *exam_); });
+  for (const std::string& decision : facts_.decisions) console_.tell("import: " + decision);
+}
+
 void Chain::import(const std::vector<fs::path>& sources) {
   study::Wanted with = wanted_of(Stage::Import, orders_);
   if (sources.empty()) {
@@ -219,11 +242,7 @@ void Chain::import(const std::vector<fs::path>& sources) {
   }
   if (study_) with.source_files = files_sha256(sources);
   if (keeps(Stage::Import, with)) return;
-  if (study_ && study_->find(Stage::Import) && !orders_.discard_edits) {
-    const auto& inputs = study_->find(Stage::Import)->inputs;
-    const auto before = inputs.find(study::kSourceFiles);
-    if (before == inputs.end() || before->second != with.source_files) refuse_another_source();
-  }
+  refuse_unless_from(with.source_files);
   console_.stage("import", [&](StageContext& context) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
     facts_.input_sha256 = stack_sha256(exam_->stack);

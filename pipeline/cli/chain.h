@@ -52,6 +52,8 @@ class Chain {
 
   /// @param sources none: what the study holds is kept
   void import(const std::vector<std::filesystem::path>& sources);
+  /// An exam that was made, not read; @param files it was made from
+  void import_made(Exam exam, const std::vector<std::filesystem::path>& files);
   /// Also brings the pictures up to date.
   void segment();
   /// @param for_volume whether the package will hold the images around the heart
@@ -78,6 +80,8 @@ class Chain {
   [[nodiscard]] study::StageRecord new_record(study::Stage stage) const;
   void pictures();
   void refuse_another_source() const;
+  /// As above, where the study holds an import of other files and edits are not to be given up.
+  void refuse_unless_from(const std::optional<std::string>& source_files) const;
 
   const Exam& exam();
   const Segmentation& segmentation();

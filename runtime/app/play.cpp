@@ -56,6 +56,7 @@ struct PlayArguments {
   bool held = false;
   std::string model = "proxy";
   double tool_radius_mm = 0;
+  double tool_half_length_mm = 0;
   double long_axis = 0.5;
   double damping_n_s_per_m = 0;
   double friction_static = 0;
@@ -166,6 +167,7 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
   touch.stiffness_n_per_m = manifest.stiffness_n_per_m;
   touch.radius_mm = arguments.tool_radius_mm;
   if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
+  touch.half_length_mm = arguments.tool_half_length_mm;
   touch.damping_n_s_per_m = arguments.damping_n_s_per_m;
   touch.friction_static = arguments.friction_static;
   touch.friction_dynamic = arguments.friction_dynamic;
@@ -361,6 +363,10 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--tool-radius-mm", arguments.tool_radius_mm,
                  "proxy: 0 is a point; fingertip: 0 is 8 mm")
       ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
+  app.add_option("--tool-half-length-mm", arguments.tool_half_length_mm,
+                 "proxy: of a capsule, whose axis is the tool's z; 0 is a sphere")
+      ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   app.add_option("--tool-points", arguments.tool_points, "fingertip: how many")
       ->check(CLI::Range(1, 10000))

@@ -24,16 +24,6 @@ using plot::PlotSeries;
 constexpr double kTickS = 1e-3;
 constexpr double kMmPerM = 1000;
 
-double depth_mm(const PressScript& script, double t) {
-  const auto rise = [&](double since) {
-    const double share = std::clamp(since / script.moving_s, 0.0, 1.0);
-    return 0.5 * (1 - std::cos(std::numbers::pi * share));
-  };
-  const double in = script.natural_s;
-  const double out = in + script.moving_s + script.held_s;
-  return script.depth_mm * (rise(t - in) - rise(t - out));
-}
-
 // A slow heart is given time: at least one beat from end-diastole to end-diastole before the press,
 // and as many while it is held as a heart of 60 a minute has in the time that was asked for.
 PressScript with_whole_beats(PressScript script, double beat_s) {
@@ -272,6 +262,16 @@ json felt_json(const FeltBeat& beat) {
 
 }  // namespace
 
+double finger_displacement_mm(const PressScript& script, double t) {
+  const auto rise = [&](double since) {
+    const double share = std::clamp(since / script.moving_s, 0.0, 1.0);
+    return 0.5 * (1 - std::cos(std::numbers::pi * share));
+  };
+  const double in = script.natural_s;
+  const double out = in + script.moving_s + script.held_s;
+  return script.depth_mm * (rise(t - in) - rise(t - out));
+}
+
 Press run_press(const palpation::PalpationParameters& parameters, const PressScript& wanted) {
   if (!(wanted.depth_mm >= 0 && wanted.depth_mm <= 10)) {
     throw_invalid("a press must be from 0 to 10 mm deep");
@@ -288,7 +288,7 @@ Press run_press(const palpation::PalpationParameters& parameters, const PressScr
   std::uint64_t beats = trainer.signals().beats;
   for (std::size_t n = 1; n <= ticks; ++n) {
     const double t = kTickS * static_cast<double>(n);
-    const double displacement_mm = depth_mm(script, t);
+    const double displacement_mm = finger_displacement_mm(script, t);
     const palpation::Finger finger{.depth_m = displacement_mm / kMmPerM,
                                    .long_axis = script.long_axis,
                                    .segment = script.segment};
@@ -339,7 +339,6 @@ void write_press(const Press& press, const std::vector<TissueForce>& tissues,
   write_file(folder / "loops.svg", loops_svg(press));
   write_file(folder / "tissues.csv", tissues_csv(tissues));
   write_file(folder / "tissues.svg", tissues_svg(tissues));
-  write_file(folder / "press.json", press_json(press, tissues).dump(2) + "\n");
 }
 
 json press_json(const Press& press, const std::vector<TissueForce>& tissues) {

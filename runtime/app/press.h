@@ -63,6 +63,9 @@ struct TissueForce {
   FeltBeat with_wall;  ///< it goes with the wall, half as deep: the muscle itself
 };
 
+/// D of the finger [mm] at t [s].
+[[nodiscard]] double finger_displacement_mm(const PressScript& script, double t);
+
 /// @throws Error{InvalidInput} if script or parameters are out of range.
 [[nodiscard]] Press run_press(const palpation::PalpationParameters& parameters,
                               const PressScript& script);
@@ -71,7 +74,7 @@ struct TissueForce {
 [[nodiscard]] std::vector<TissueForce> compare_tissues(const PressScript& script);
 
 /// press.csv, press.svg (paper B's figure 8), loops.csv, loops.svg (figure 7b), tissues.csv,
-/// tissues.svg, press.json; makes the folder. @throws Error{Machine} if one cannot be written.
+/// tissues.svg; makes the folder. @throws Error{Machine} if one cannot be written.
 void write_press(const Press& press, const std::vector<TissueForce>& tissues,
                  const std::filesystem::path& folder);
 

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <fstream>
+#include <optional>
 #include <ostream>
 
 #include <nlohmann/json.hpp>
 
-#include "runtime/atlas/atlas.h"
+#include "runtime/app/atlas_press.h"
+#include "runtime/app/text.h"
 #include "runtime/base/error.h"
 #include "runtime/palpation/fit.h"
 
@@ -28,18 +30,21 @@ PalpationParameters parameters_from_file(const std::string& file) {
 }
 
 // The atlas's own left ventricle: its volumes and its heart rate.
-void scale_to_atlas(PalpationParameters& parameters, const std::string& package) {
-  const atlas::Atlas opened = atlas::Atlas::open(package, atlas::Needs{});
-  const atlas::Manifest& manifest = opened.manifest();
+void scale_to_atlas(PalpationParameters& parameters, const atlas::Manifest& manifest,
+                    const std::string& package) {
   for (const atlas::StructureEntry& structure : manifest.structures) {
     if (structure.name != "lv_blood") continue;
     const auto [least, most] =
         std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
+    // A larger heart at another rate works against the same pressure in the aorta.
+    const double mean_mmhg =
+        palpation::natural_beat(parameters.whole_circulation()).aortic_mean_mmhg;
     parameters.circulation.heart_rate_per_min =
         std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
     try {
-      parameters.circulation = palpation::fit_circulation(parameters.whole_circulation(),
-                                                          {.edv_ml = *most, .esv_ml = *least});
+      parameters.circulation = palpation::fit_circulation(
+          parameters.whole_circulation(),
+          {.edv_ml = *most, .esv_ml = *least, .aortic_mean_mmhg = mean_mmhg});
     } catch (const Error& error) {
       throw error.with_context(package);
     }
@@ -54,7 +59,12 @@ void run_press_session(const PressArguments& arguments, std::ostream& out) {
   PalpationParameters parameters;
   if (!arguments.parameters.empty()) parameters = parameters_from_file(arguments.parameters);
   if (!arguments.preset.empty()) parameters = palpation::palpation_preset(arguments.preset);
-  if (!arguments.package.empty()) scale_to_atlas(parameters, arguments.package);
+  std::optional<atlas::Atlas> package;
+  if (!arguments.package.empty()) {
+    const std::string& file = arguments.package;
+    package = atlas::Atlas::open(file, needs_of_press(atlas::Atlas::open(file, {}).manifest()));
+    scale_to_atlas(parameters, package->manifest(), file);
+  }
   if (arguments.heart_rate_per_min > 0) {
     parameters.circulation.heart_rate_per_min = arguments.heart_rate_per_min;
     parameters.circulation.reference_volume_ml =
@@ -62,11 +72,18 @@ void run_press_session(const PressArguments& arguments, std::ostream& out) {
   }
   const Press press = run_press(parameters, arguments.script);
   const std::vector<TissueForce> tissues = compare_tissues(arguments.script);
+  std::optional<AtlasPress> on_atlas;
+  if (package) on_atlas = press_on_atlas(*package, parameters, press.script);
+  nlohmann::json json = press_json(press, tissues);
+  if (on_atlas) json["atlas"] = atlas_press_json(*on_atlas);
   write_press(press, tissues, arguments.folder);
+  write_file(std::filesystem::path(arguments.folder) / "press.json", json.dump(2) + "\n");
+  if (on_atlas) write_atlas_press(*on_atlas, arguments.folder);
   if (arguments.json) {
-    out << press_json(press, tissues).dump(2) << '\n';
+    out << json.dump(2) << '\n';
   } else {
     out << press_text(press, tissues);
+    if (on_atlas) out << atlas_press_text(*on_atlas);
   }
 }
 

@@ -30,6 +30,7 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
     haptics::ProxyOptions model;
     model.stiffness_n_per_m = options.stiffness_n_per_m;
     model.radius_mm = options.radius_mm;
+    model.half_length_mm = options.half_length_mm;
     model.damping_n_s_per_m = options.damping_n_s_per_m;
     model.friction_static = options.friction_static;
     model.friction_dynamic = options.friction_dynamic;
@@ -53,6 +54,7 @@ nlohmann::json touch_to_json(const TouchOptions& options) {
   nlohmann::json json = {{"model", options.model},
                          {"stiffness_n_per_m", options.stiffness_n_per_m},
                          {"radius_mm", options.radius_mm},
+                         {"half_length_mm", options.half_length_mm},
                          {"damping_n_s_per_m", options.damping_n_s_per_m},
                          {"friction_static", options.friction_static},
                          {"friction_dynamic", options.friction_dynamic},
@@ -72,6 +74,7 @@ TouchOptions touch_from_json(const nlohmann::json& json) {
   object.read("model", options.model);
   object.read("stiffness_n_per_m", options.stiffness_n_per_m, 1, 5000);
   object.read("radius_mm", options.radius_mm, 0, 100);
+  object.read("half_length_mm", options.half_length_mm, 0, 100);
   object.read("damping_n_s_per_m", options.damping_n_s_per_m, 0, 100);
   object.read("friction_static", options.friction_static, 0, 1);
   object.read("friction_dynamic", options.friction_dynamic, 0, 1);

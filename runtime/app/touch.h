@@ -16,6 +16,7 @@ struct TouchOptions {
       "proxy";  ///< proxy, two_step, published (Nakao et al. 2001), fingertip or patch
   double stiffness_n_per_m = 150;
   double radius_mm = 0;                ///< proxy: of a sphere, 0 a point; fingertip: its own
+  double half_length_mm = 0;           ///< proxy: of a capsule, 0 none
   double damping_n_s_per_m = 0;        ///< proxy
   double friction_static = 0;          ///< proxy
   double friction_dynamic = 0;         ///< proxy

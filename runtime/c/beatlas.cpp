@@ -44,6 +44,7 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
       haptics::ProxyOptions model;
       model.stiffness_n_per_m = stiffness;
       model.radius_mm = options.radius_mm;
+      model.half_length_mm = options.half_length_mm;
       model.damping_n_s_per_m = options.damping_n_s_per_m;
       model.friction_static = options.friction_static;
       model.friction_dynamic = options.friction_dynamic;

@@ -24,14 +24,14 @@ extern "C" {
 #endif
 
 /* Rises when a struct or the meaning of a function changes. */
-#define BEATLAS_C_VERSION 1
+#define BEATLAS_C_VERSION 2
 /* The version that the library was built with. */
 BEATLAS_API int beatlas_c_version(void);
 
 typedef struct beatlas_session beatlas_session;
 
 typedef enum {
-  BEATLAS_PROXY = 0,     /* a point or sphere that the moving surface carries along */
+  BEATLAS_PROXY = 0,     /* a point, sphere or capsule the moving surface carries along */
   BEATLAS_TWO_STEP = 1,  /* Nakao et al., MEDINFO 2001, continuous in time */
   BEATLAS_PUBLISHED = 2, /* the same as published: linear between the forces at stored frames */
   BEATLAS_FINGERTIP = 3  /* an area of points on the side of -z of the tool */
@@ -50,6 +50,7 @@ typedef struct {
   double slew_n_per_s;       /* 1..5000: largest change of force, but to zero on a fault */
   double max_gap_s;          /* 0.001..1: a longer gap between ticks is a fault */
   double start_ramp_s;       /* 0..10: rise at the start and after a fault */
+  double half_length_mm;     /* proxy: 0..100 of a capsule's axis, the tool's z; 0: none */
 } beatlas_options;
 
 /* What stands in for options that are not given. */
@@ -85,7 +86,7 @@ typedef enum { BEATLAS_OK = 0, BEATLAS_LIMITED = 1, BEATLAS_FAULT = 2 } beatlas_
 typedef struct {
   beatlas_status status; /* limited: made smaller by the safety stage; fault: zero */
   double force_n[3];     /* may be sent whatever the status is */
-  double torque_n_mm[3]; /* fingertip: before the safety stage; scaled as the force was */
+  double torque_n_mm[3]; /* fingertip, capsule: before the safety stage; scaled as the force was */
   double distance_mm;    /* of the tool from the surface, negative inside */
   double proxy_mm[3];    /* where the tool's centre would be, had it not gone in */
   double normal[3];      /* outward */

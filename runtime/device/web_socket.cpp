@@ -26,11 +26,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::string_view kGuid = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";  // RFC 6455, 1.3
 constexpr std::size_t kMostSent = 4096;
-constexpr unsigned kContinuation = 0;
 constexpr unsigned kText = 1;
-constexpr unsigned kBinary = 2;
 constexpr unsigned kClose = 8;
-constexpr unsigned kPing = 9;
 constexpr unsigned kPong = 10;
 
 Clock::time_point after(double seconds) {
@@ -169,10 +166,7 @@ void WebSocket::connect(const std::string& host, int port, double timeout_s) {
   const Clock::time_point until = after(timeout_s);
   const int socket = connect_any(host, std::to_string(port), until);
   if (socket < 0) throw Error(ErrorCode::Machine, "nothing answers at " + where);
-  in_.resize(kMostBytes + 16);
-  message_.resize(kMostBytes);
-  begin_ = end_ = message_size_ = 0;
-  fragmented_ = bad_ = false;
+  in_.reset();
 
   std::random_device random;
   std::array<unsigned char, 16> nonce{};
@@ -203,8 +197,8 @@ void WebSocket::connect(const std::string& host, int port, double timeout_s) {
   }
   // What came behind the answer's end is the first frame's begin.
   const std::size_t rest = answer.find("\r\n\r\n") + 4;
-  end_ = answer.size() - rest;
-  std::copy(answer.begin() + static_cast<std::ptrdiff_t>(rest), answer.end(), in_.begin());
+  std::copy(answer.begin() + static_cast<std::ptrdiff_t>(rest), answer.end(), in_.room().begin());
+  in_.received(answer.size() - rest);
   socket_ = socket;
 }
 
@@ -244,83 +238,30 @@ bool WebSocket::send_frame(unsigned opcode, std::string_view payload) noexcept {
   return send_all(socket, frame.data(), size);
 }
 
-std::size_t WebSocket::frame(unsigned& opcode, bool& last, std::string_view& payload) noexcept {
-  const std::size_t have = end_ - begin_;
-  const auto byte = [&](std::size_t n) {
-    return static_cast<std::size_t>(static_cast<unsigned char>(in_[begin_ + n]));
-  };
-  if (have < 2) return 0;
-  opcode = static_cast<unsigned>(byte(0) & 0x0FU);
-  last = (byte(0) & 0x80U) != 0;
-  std::size_t size = byte(1) & 0x7FU;
-  std::size_t header = 2;
-  // No extension was agreed on, and a server never masks.
-  if ((byte(0) & 0x70U) != 0 || (byte(1) & 0x80U) != 0) bad_ = true;
-  if (size >= 126) {
-    const std::size_t length_bytes = size == 126 ? 2 : 8;
-    header += length_bytes;
-    if (have < header) return 0;
-    size = 0;
-    for (std::size_t n = 2; n < header; ++n) {
-      if (size > kMostBytes) bad_ = true;
-      size = (size << 8U) | byte(n);
-    }
-  }
-  if (size > kMostBytes || (opcode >= kClose && (size > 125 || !last))) bad_ = true;
-  if (bad_ || have < header + size) return 0;
-  payload = std::string_view(in_.data() + begin_ + header, size);
-  return header + size;
-}
-
 WebSocket::Received WebSocket::receive(std::string_view& text, double timeout_s) noexcept {
   const int socket = socket_.load();
   if (socket < 0) return Received::Lost;
   const Clock::time_point until = after(timeout_s);
   while (true) {
-    unsigned opcode = 0;
-    bool last = false;
-    std::string_view payload;
-    const std::size_t size = frame(opcode, last, payload);
-    if (bad_) return Received::Lost;
-    if (size == 0) {
-      if (begin_ > 0) {
-        std::copy(in_.begin() + static_cast<std::ptrdiff_t>(begin_),
-                  in_.begin() + static_cast<std::ptrdiff_t>(end_), in_.begin());
-        end_ -= begin_;
-        begin_ = 0;
-      }
-      const ssize_t got = ::recv(socket, in_.data() + end_, in_.size() - end_, 0);
-      if (got > 0) {
-        end_ += static_cast<std::size_t>(got);
-      } else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
+    switch (in_.next(text)) {
+      case FrameBuffer::Next::Message:
+        return Received::Text;
+      case FrameBuffer::Next::Lost:
         return Received::Lost;
-      } else if (!wait(socket, POLLIN, until)) {
-        return Received::Nothing;
-      }
-      continue;
-    }
-    begin_ += size;
-    if (opcode == kClose) return Received::Lost;
-    if (opcode == kPing) {
-      if (!send_frame(kPong, payload)) return Received::Lost;
-    } else if (opcode == kText || opcode == kBinary || opcode == kContinuation) {
-      if ((opcode == kContinuation) != fragmented_) return Received::Lost;
-      if (last && !fragmented_) {
-        text = payload;
-        return Received::Text;
-      }
-      if (!fragmented_) message_size_ = 0;
-      fragmented_ = !last;
-      if (message_size_ + payload.size() > message_.size()) return Received::Lost;
-      std::copy(payload.begin(), payload.end(),
-                message_.begin() + static_cast<std::ptrdiff_t>(message_size_));
-      message_size_ += payload.size();
-      if (last) {
-        text = std::string_view(message_.data(), message_size_);
-        return Received::Text;
-      }
-    } else if (opcode != kPong) {
-      return Received::Lost;
+      case FrameBuffer::Next::Ping:
+        if (!send_frame(kPong, text)) return Received::Lost;
+        break;
+      case FrameBuffer::Next::Nothing:
+        const std::span<char> room = in_.room();
+        const ssize_t got = ::recv(socket, room.data(), room.size(), 0);
+        if (got > 0) {
+          in_.received(static_cast<std::size_t>(got));
+        } else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
+          return Received::Lost;
+        } else if (!wait(socket, POLLIN, until)) {
+          return Received::Nothing;
+        }
+        break;
     }
   }
 }

@@ -7,14 +7,13 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "runtime/device/frame_buffer.h"
 
 namespace beatlas::device {
 
 class WebSocket {
  public:
-  static constexpr std::size_t kMostBytes = 1U << 20U;  ///< of one message
-
   WebSocket() = default;
   ~WebSocket() { close(); }
   WebSocket(const WebSocket&) = delete;
@@ -37,19 +36,10 @@ class WebSocket {
  private:
   void forget() noexcept;
   [[nodiscard]] bool send_frame(unsigned opcode, std::string_view payload) noexcept;
-  /// The first whole frame of the buffer: its size with header, or 0; `bad_` if it breaks the
-  /// rules.
-  [[nodiscard]] std::size_t frame(unsigned& opcode, bool& last, std::string_view& payload) noexcept;
 
   std::atomic<int> socket_{-1};
   std::atomic_flag sending_;  // held while bytes go out, and while the socket is closed
-  std::vector<char> in_;      // received, not yet given away; fixed size
-  std::size_t begin_ = 0;     // of what is left in it
-  std::size_t end_ = 0;
-  std::vector<char> message_;  // of more than one frame
-  std::size_t message_size_ = 0;
-  bool fragmented_ = false;
-  bool bad_ = false;
+  FrameBuffer in_;
   std::uint32_t mask_ = 0x9e3779b9U;
 };
 

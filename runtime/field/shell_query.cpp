@@ -37,6 +37,16 @@ ShellQuery::ShellQuery(std::shared_ptr<const FieldQuery> field, std::size_t most
   if (!field_) throw_invalid("there is no distance field to query; open the atlas with it");
 }
 
+std::size_t ShellQuery::samples_for(double width_mm, double voxel_mm) {
+  constexpr double kWidest = 64;
+  // The support of a point reaches one sample before its cell and two beyond.
+  const double side = std::floor(width_mm / voxel_mm) + 5;
+  if (!(side < kWidest)) return std::size_t{64} * 64 * 64;
+  const auto samples = static_cast<std::size_t>(side);
+  const std::size_t blocks = (samples + 2 * kEdge - 2) / kEdge;  // along x, wherever it begins
+  return samples * samples * blocks * kEdge;
+}
+
 ShellQuery::Box ShellQuery::box_of(std::span<const Vec3> x) const noexcept {
   // In millimetres first, cut to what any spline of the lattice reaches; a comparison with what is
   // no number leaves a bound as it is.

@@ -18,6 +18,10 @@ class ShellQuery {
   /// Scratch for shells up to 40 mm wide at voxels of 1.5 mm.
   static constexpr std::size_t kUsualSamples = std::size_t{32} * 32 * 32;
 
+  /// `most_samples` for points that lie within a cube of `width_mm` [mm] > 0, its axes the
+  /// workspace's; no more than a box of 64 x 64 x 64.
+  [[nodiscard]] static std::size_t samples_for(double width_mm, double voxel_mm);
+
   /// @param field kept alive
   /// @param most_samples of the lattice in a box, 8 bytes each; taken here and never again
   /// @throws Error{InvalidInput} if there is no field.

@@ -11,6 +11,20 @@ namespace beatlas::haptics {
 
 using field::FieldSample;
 
+/// Asks one field for many points at one time. Has scratch memory, so it serves one thread.
+class ContactBatch {
+ public:
+  ContactBatch() = default;
+  ContactBatch(const ContactBatch&) = delete;
+  ContactBatch& operator=(const ContactBatch&) = delete;
+  virtual ~ContactBatch() = default;
+
+  /// The answers of ContactField::sample, bit for bit; allocates nothing. `out` is as long as
+  /// `points`.
+  virtual void sample(std::span<const Vec3> points, double t,
+                      std::span<FieldSample> out) noexcept = 0;
+};
+
 /// Immutable and thread-safe. Frame: workspace [mm]; time [s] of the field, any.
 class ContactField {
  public:
@@ -22,10 +36,10 @@ class ContactField {
   /// Distance, its gradient and its rate. Where it is clamped the gradient is 0, and the distance
   /// is nowhere larger than the true one by more than a fifth.
   [[nodiscard]] virtual FieldSample sample(const Vec3& x, double t) const noexcept = 0;
-  /// Samples at one time; `out` is as long as `points`. A source that can do better than one by one
-  /// says so here.
-  virtual void sample_all(std::span<const Vec3> points, double t,
-                          std::span<FieldSample> out) const noexcept;
+  /// For points at one time that lie within a cube of `width_mm`; others are answered as well, more
+  /// slowly. Here one by one; a source that can do better says so. The field must outlive
+  /// it.
+  [[nodiscard]] virtual std::unique_ptr<ContactBatch> batch(double width_mm) const;
   /// Unit direction out of the body where the field has none; zero if there is none at all.
   [[nodiscard]] virtual Vec3 outward(const Vec3& x) const noexcept = 0;
   /// No wall is thinner than 1.5 times this [mm] > 0: the voxel of a sampled field.
@@ -45,6 +59,8 @@ class AtlasField final : public ContactField {
   [[nodiscard]] FieldSample sample(const Vec3& x, double t) const noexcept override {
     return field_->sample(x, t);
   }
+  /// By field::ShellQuery.
+  [[nodiscard]] std::unique_ptr<ContactBatch> batch(double width_mm) const override;
   [[nodiscard]] Vec3 outward(const Vec3& x) const noexcept override;
   [[nodiscard]] double resolution_mm() const noexcept override;
   [[nodiscard]] double reach_mm() const noexcept override;
@@ -61,8 +77,7 @@ class HeldField final : public ContactField {
   HeldField(std::shared_ptr<const ContactField> field, double time_s);
 
   [[nodiscard]] FieldSample sample(const Vec3& x, double t) const noexcept override;
-  void sample_all(std::span<const Vec3> points, double t,
-                  std::span<FieldSample> out) const noexcept override;
+  [[nodiscard]] std::unique_ptr<ContactBatch> batch(double width_mm) const override;
   [[nodiscard]] Vec3 outward(const Vec3& x) const noexcept override { return field_->outward(x); }
   [[nodiscard]] double resolution_mm() const noexcept override { return field_->resolution_mm(); }
   [[nodiscard]] double reach_mm() const noexcept override { return field_->reach_mm(); }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/haptics/capsule_axis.h"
 
 namespace beatlas::haptics {
 namespace {
@@ -35,10 +36,13 @@ struct ProxyModel::Slide {
 };
 
 ProxyModel::ProxyModel(std::shared_ptr<const ContactField> field, const ProxyOptions& options)
-    : field_(std::move(field)), options_(options) {
+    : field_(std::move(field)),
+      options_(options),
+      half_axis_mm_(options.half_length_mm * Vec3::UnitZ()) {
   if (!field_) throw_invalid("there is no distance field to touch; open the atlas with it");
   check("stiffness_n_per_m", options.stiffness_n_per_m, kSoftestNPerM, kStiffestNPerM);
   check("radius_mm", options.radius_mm, 0, field_->reach_mm());
+  check("half_length_mm", options.half_length_mm, 0, 100);
   check("damping_n_s_per_m", options.damping_n_s_per_m, 0, 100);
   check("damper_spring_n_per_m", options.damper_spring_n_per_m, kSoftestNPerM, kStiffestNPerM);
   check("friction_static", options.friction_static, 0, 1);
@@ -57,19 +61,26 @@ void ProxyModel::reset() noexcept {
   sticks_ = false;
 }
 
+FieldSample ProxyModel::tool_at(const Vec3& p, double t) noexcept {
+  if (options_.half_length_mm == 0) return field_->sample(p, t);
+  const NearestOnAxis nearest = nearest_on_axis(*field_, {p, half_axis_mm_}, t, kSteepest);
+  share_ = nearest.share;
+  return nearest.sample;
+}
+
 void ProxyModel::place(const Vec3& x, double t) noexcept {
   proxy_mm_ = x;
   touching_ = false;
   for (int n = 0; n < kMostPlacings; ++n) {
-    const FieldSample sample = field_->sample(proxy_mm_, t);
+    const FieldSample sample = tool_at(proxy_mm_, t);
     const double missing = options_.radius_mm - sample.distance_mm;
     if (missing <= kSettledMm) {
       placed_ = true;
       return;
     }
     const double slope = sample.gradient.norm();
-    const Vec3 out =
-        slope >= kShortest ? Vec3(sample.gradient / slope) : field_->outward(proxy_mm_);
+    const Vec3 out = slope >= kShortest ? Vec3(sample.gradient / slope)
+                                        : field_->outward(proxy_mm_ + share_ * half_axis_mm_);
     // Short steps: past the middle of a wall the way out is another one.
     proxy_mm_ +=
         std::min(missing / std::clamp(slope, kNewtonShortest, 1.0), 4 * longest_step_mm_) * out;
@@ -82,7 +93,7 @@ void ProxyModel::carry(const Vec3& x, double t) noexcept {
   const int parts = static_cast<int>(
       std::min<double>(kMostCarries, std::ceil(std::abs(moved_mm) / (0.5 * longest_step_mm_))));
   for (int n = 1; n < parts; ++n) {
-    const FieldSample sample = field_->sample(proxy_mm_, time_s_ + (t - time_s_) * n / parts);
+    const FieldSample sample = tool_at(proxy_mm_, time_s_ + (t - time_s_) * n / parts);
     const double slope = sample.gradient.norm();
     if (slope < kShortest) continue;
     const double gap = (sample.distance_mm - options_.radius_mm) / std::max(slope, kNewtonShortest);
@@ -102,7 +113,7 @@ ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
   double last_length = 0;
   one_plane_ = false;
   for (int n = 0; n < kMostSlides; ++n) {
-    out.sample = field_->sample(proxy_mm_, t);
+    out.sample = tool_at(proxy_mm_, t);
     const double room = out.sample.distance_mm - options_.radius_mm;
     if (room >= kSteepest * (x - proxy_mm_).norm()) {  // nothing can lie in between
       proxy_mm_ = x;
@@ -137,7 +148,7 @@ ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
 Vec3 ProxyModel::friction_n(const Contact& contact, double stiffness, double t) noexcept {
   // Back onto the surface, which has moved since or curves away under a straight step.
   const auto onto_surface = [&] {
-    const FieldSample sample = field_->sample(stuck_mm_, t);
+    const FieldSample sample = tool_at(stuck_mm_, t);
     const double slope = sample.gradient.norm();
     if (slope < kShortest) return;
     const double gap = (sample.distance_mm - options_.radius_mm) / std::max(slope, kNewtonShortest);
@@ -203,17 +214,25 @@ Contact ProxyModel::evaluate(const Vec3& x, double t, double elapsed_s) noexcept
     contact.distance_mm = -contact.depth_mm;
     if (starts) depth_mm_ = contact.depth_mm;  // a start inside is no movement
     contact.normal = contact.depth_mm > 0 ? Vec3(push / contact.depth_mm) : direction_;
-    const Vec3 touched_mm = slid.allowed - options_.radius_mm * contact.normal;
+    const Vec3 touched_mm =
+        slid.allowed + share_ * half_axis_mm_ - options_.radius_mm * contact.normal;
     const double stiffness = options_.map ? std::clamp(options_.map->n_per_m(touched_mm, t),
                                                        kSoftestNPerM, kStiffestNPerM)
                                           : options_.stiffness_n_per_m;
     contact.force_n = damped_force_n(stiffness, contact.depth_mm, elapsed_s) * contact.normal;
     if (options_.friction_static > 0) contact.force_n += friction_n(contact, stiffness, t);
+    if (options_.half_length_mm > 0) {
+      const double share = pressed_share(*field_, {slid.allowed, half_axis_mm_}, options_.radius_mm,
+                                         contact.depth_mm, t);
+      const Vec3 lever_mm = share * half_axis_mm_ - options_.radius_mm * contact.normal;
+      contact.torque_n_mm = lever_mm.cross(contact.force_n);
+    }
   } else {
-    const FieldSample at_tool = field_->sample(x, t);
+    const FieldSample at_tool = tool_at(x, t);
     const double tool_slope = at_tool.gradient.norm();
     const bool directed = tool_slope >= kShortest;
-    contact.normal = directed ? Vec3(at_tool.gradient / tool_slope) : field_->outward(x);
+    contact.normal = directed ? Vec3(at_tool.gradient / tool_slope)
+                              : field_->outward(x + share_ * half_axis_mm_);
     contact.surface_velocity_mm_s = directed ? -at_tool.rate_mm_s / tool_slope : 0;
     contact.distance_mm = std::max(0.0, at_tool.distance_mm - options_.radius_mm);
     damper_n_ = 0;
@@ -224,6 +243,7 @@ Contact ProxyModel::evaluate(const Vec3& x, double t, double elapsed_s) noexcept
 }
 
 Contact ProxyModel::evaluate(const ServoState& state, const Moment& moment) noexcept {
+  half_axis_mm_ = options_.half_length_mm * (state.orientation.normalized() * Vec3::UnitZ());
   Contact contact = evaluate(state.position_mm, moment.field_time_s, moment.elapsed_s);
   contact.surface_velocity_mm_s *= moment.speed;
   return contact;

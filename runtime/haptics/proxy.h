@@ -28,6 +28,7 @@ namespace beatlas::haptics {
 struct ProxyOptions {
   double stiffness_n_per_m = 150;  ///< [N/m] 1..5000: K, where `map` does not say otherwise
   double radius_mm = 0;            ///< [mm] of a sphere; 0: a point. At most the field's reach
+  double half_length_mm = 0;  ///< [mm] 0..100: of a capsule's axis, along the tool's z; 0: a sphere
   /// [N s/m] 0..100: C of a spring and a damper in series beside K, the standard linear solid. It
   /// answers the depth and never sees a velocity, so an encoder's step D is felt as at most
   /// (K + damper_spring) D.
@@ -41,7 +42,9 @@ struct ProxyOptions {
   double friction_dynamic = 0;
 };
 
-/// A point or a sphere on one body.
+/// A point, a sphere or a capsule on one body. A capsule is turned by the device alone: its proxy
+/// has the tool's orientation, so it is held off in place, and what would turn it is its torque
+/// (capsule_axis.h).
 class ProxyModel final : public ForceModel {
  public:
   /// @throws Error{InvalidInput} if there is no field or an option is out of range.
@@ -49,7 +52,8 @@ class ProxyModel final : public ForceModel {
 
   /// `normal`: direction of the force; out of contact that of the field. A tool that starts inside
   /// is led out along the field's directions first, in one tick. Costs two samples out of contact,
-  /// most often four in contact and at most kMostSamples.
+  /// most often four in contact and at most kMostSamples; a
+  /// capsule takes as many searches of its axis.
   [[nodiscard]] Contact evaluate(const ServoState& state, const Moment& moment) noexcept override;
   [[nodiscard]] Contact evaluate(const Vec3& x, double t, double elapsed_s = 0) noexcept;
 
@@ -62,6 +66,8 @@ class ProxyModel final : public ForceModel {
  private:
   struct Slide;
 
+  /// Of the tool with its centre at p: a capsule's least distance along its axis.
+  [[nodiscard]] FieldSample tool_at(const Vec3& p, double t) noexcept;
   void place(const Vec3& x, double t) noexcept;
   void carry(const Vec3& x, double t) noexcept;
   [[nodiscard]] Slide slide(const Vec3& x, double t) noexcept;
@@ -72,6 +78,10 @@ class ProxyModel final : public ForceModel {
   std::shared_ptr<const ContactField> field_;
   ProxyOptions options_;
   double longest_step_mm_;
+
+  // Of one tick.
+  Vec3 half_axis_mm_;
+  double share_ = 0;  // where on the axis the last sample was nearest, -1..1
 
   // What a tick leaves for the next one.
   bool placed_ = false;

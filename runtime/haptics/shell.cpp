@@ -97,6 +97,7 @@ ShellModel::ShellModel(std::shared_ptr<const ContactField> field, const Shell& s
   asked_mm_.resize(count);
   asked_point_.resize(count);
   answers_.resize(count);
+  batch_ = field_->batch(2 * bound_mm_);
 }
 
 Contact ShellModel::evaluate(const ServoState& state, const Moment& moment) noexcept {
@@ -117,8 +118,8 @@ Contact ShellModel::evaluate(const ServoState& state, const Moment& moment) noex
     asked_mm_[n] = x + turn * clusters_[n].centre_mm;
   }
   const std::span<FieldSample> answers(answers_);
-  field_->sample_all(std::span<const Vec3>(asked_mm_).first(clusters_.size()), t,
-                     answers.first(clusters_.size()));
+  batch_->sample(std::span<const Vec3>(asked_mm_).first(clusters_.size()), t,
+                 answers.first(clusters_.size()));
   samples_ += clusters_.size();
   double nearest_mm = middle.distance_mm;
   std::size_t asked = 0;
@@ -130,7 +131,7 @@ Contact ShellModel::evaluate(const ServoState& state, const Moment& moment) noex
     for (std::size_t n = 0; n < cluster.count; ++n) asked_point_[asked++] = cluster.first + n;
   }
   for (std::size_t n = 0; n < asked; ++n) asked_mm_[n] = x + turn * points_mm_[asked_point_[n]];
-  field_->sample_all(std::span<const Vec3>(asked_mm_).first(asked), t, answers.first(asked));
+  batch_->sample(std::span<const Vec3>(asked_mm_).first(asked), t, answers.first(asked));
   samples_ += asked;
 
   Vec3 force = Vec3::Zero();

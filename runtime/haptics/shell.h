@@ -66,6 +66,7 @@ class ShellModel final : public ForceModel {
   std::vector<double> areas_mm2_;
   std::vector<Cluster> clusters_;
   std::size_t samples_ = 0;
+  std::unique_ptr<ContactBatch> batch_;
 
   // Room for a tick.
   std::vector<Vec3> asked_mm_;

@@ -29,6 +29,7 @@ ROOMS = {
     "pipeline/register": _CORE,
     "pipeline/segment": _CORE + ("pipeline/register",),
     "pipeline/field": _CORE,
+    "pipeline/keyframes": _CORE + ("pipeline/field",),
     "pipeline/mesh": _CORE + ("pipeline/field",),
     "pipeline/pack": _CORE,
     "pipeline/assess": _CORE + ("pipeline/phantom", "runtime/field", "runtime/haptics"),
@@ -41,7 +42,7 @@ ROOMS = {
                              "pipeline/formats", "pipeline/ingest", "pipeline/phantom",
                              "pipeline/register", "pipeline/segment", "pipeline/field",
                              "pipeline/mesh", "pipeline/pack", "pipeline/assess",
-                             "pipeline/report", "pipeline/identify"),
+                             "pipeline/report", "pipeline/identify", "pipeline/keyframes"),
 }
 
 

@@ -116,6 +116,38 @@ TEST(ShellModel, PassingOverClustersChangesNothing) {
   EXPECT_LT(model.samples(), 100U);  // far away the middle alone, or the clusters, decide
 }
 
+// A batch is faster than single queries, and nothing else.
+TEST(ContactBatch, AnswersAsSingleQueriesDoToTheBit) {
+  const Field beating =
+      testing::packed({.origin_mm = Vec3::Constant(-24), .inner_mm = 9, .outer_mm = 6},
+                      [](const Vec3& x, double t) { return x.norm() - 15 - 2 * std::sin(8 * t); });
+  const std::vector<Field> fields{floor_below(), ellipsoid(), beating,
+                                  std::make_shared<const HeldField>(beating, 0.21)};
+  const Shell shell = fingertip(7, 3000);
+  std::vector<Vec3> points(shell.points_mm.size());
+  std::vector<FieldSample> found(points.size());
+  for (const Field& field : fields) {
+    for (const double width_mm : {1.0, 14.0}) {  // narrower than the shell: slower, not otherwise
+      const auto batch = field->batch(width_mm);
+      for (int tick = 0; tick < 30; ++tick) {
+        const double t = 0.03 * tick;
+        const Vec3 at = (10 + 0.5 * tick) * Vec3(std::sin(tick), std::cos(tick), 0.3).normalized();
+        for (std::size_t n = 0; n < points.size(); ++n) points[n] = at + shell.points_mm[n];
+        const std::size_t asked = tick % 3 == 0 ? 5 : points.size();
+        const std::span<const Vec3> some = std::span<const Vec3>(points).first(asked);
+        batch->sample(some, t, std::span<FieldSample>(found).first(asked));
+        for (std::size_t n = 0; n < asked; ++n) {
+          const FieldSample one = field->sample(points[n], t);
+          ASSERT_EQ(found[n].distance_mm, one.distance_mm);
+          ASSERT_EQ(found[n].gradient, one.gradient);
+          ASSERT_EQ(found[n].rate_mm_s, one.rate_mm_s);
+          ASSERT_EQ(found[n].in_band, one.in_band);
+        }
+      }
+    }
+  }
+}
+
 TEST(ShellModel, RefusesWhatIsNoShell) {
   EXPECT_THROW(ShellModel(nullptr, fingertip(5, 10), {}), Error);
   EXPECT_THROW(ShellModel(floor_below(), {}, {}), Error);

@@ -1,0 +1,45 @@
+#pragma once
+/// The scripted press on an atlas's own left ventricle: paper B's muscle at the depth of a finger
+/// below the surface as the images show it beating.
+
+#include <filesystem>
+#include <vector>
+
+#include "runtime/app/press.h"
+#include "runtime/atlas/atlas.h"
+
+namespace beatlas::app {
+
+struct AtlasPressRow {
+  double time_s;
+  double displacement_mm;  ///< D of the finger; 0 at the surface of end-diastole
+  double depth_mm;         ///< below the moving surface; negative above it
+  double force_n;          ///< before any cap, along the surface's normal
+};
+
+struct AtlasPress {
+  Vec3 place_mm = Vec3::Zero();     ///< workspace: where the finger touches first
+  Vec3 outward = Vec3::UnitX();     ///< the surface's normal there at end-diastole
+  std::vector<AtlasPressRow> rows;  ///< one a millisecond
+  double deepest_mm = 0;
+  double largest_force_n = 0;
+};
+
+/// What of a package it touches: the heart's field and, where there is one, that of the LV's blood,
+/// which tells where the free wall is (else the body's left side is taken for it).
+[[nodiscard]] atlas::Needs needs_of_press(const atlas::Manifest& manifest);
+
+/// @param package opened with needs_of_press  @param script as run_press ran it
+/// @throws Error{InvalidInput} if the package lacks the heart's field (the message names the scene
+/// that would hold it) or a parameter is out of range.
+[[nodiscard]] AtlasPress press_on_atlas(const atlas::Atlas& package,
+                                        const palpation::PalpationParameters& parameters,
+                                        const PressScript& script);
+
+/// atlas_press.csv and atlas_press.svg. @throws Error{Machine} if one cannot be written.
+void write_atlas_press(const AtlasPress& press, const std::filesystem::path& folder);
+/// See schemas/press.schema.json, "atlas".
+[[nodiscard]] nlohmann::json atlas_press_json(const AtlasPress& press);
+[[nodiscard]] std::string atlas_press_text(const AtlasPress& press);
+
+}  // namespace beatlas::app
