@@ -14,6 +14,7 @@
 
 #include "runtime/app/play.h"
 #include "runtime/base/error.h"
+#include "runtime/palpation/fit.h"
 #include "runtime/plot/plot.h"
 
 namespace beatlas::app {
@@ -56,6 +57,8 @@ TEST(Press, WaitsForWholeBeatsOfASlowHeart) {
   for (const double rate : {30.0, 45.0, 220.0}) {
     palpation::PalpationParameters parameters;
     parameters.circulation.heart_rate_per_min = rate;
+    parameters.circulation.reference_volume_ml =
+        palpation::natural_beat(parameters.whole_circulation()).edv_ml;
     const Press press = run_press(parameters, {});
     for (const auto* loop : {&press.natural, &press.pressed}) {
       EXPECT_NEAR(static_cast<double>(loop->size()), 60'000 / rate, 2) << rate;
