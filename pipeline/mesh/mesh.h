@@ -6,11 +6,15 @@
 
 namespace beatlas::mesh {
 
+/// What becomes of handles: holes in thin places and threads between parts.
+enum class Handles { Close, Keep };
+
 struct MeshOptions {
   /// [mm] 0.5..10: target edge length. 2 lies 0.005 mm from the field on average; 4 lies 0.012 mm
   /// off for a third of the bytes, 1.5 takes twice the bytes for 0.004 mm (`beatlas bench`, small).
   double edge_mm = 2.0;
-  int reference_phase = 0;  ///< phase that is meshed and remeshed; the others follow it
+  int reference_phase = 0;           ///< phase that is meshed and remeshed; the others follow it
+  Handles handles = Handles::Close;  ///< see simple_topology.h
 };
 
 /// One closed surface a phase with one connectivity: the reference phase is meshed (marching

@@ -30,7 +30,7 @@ PhaseQuality measure_phase(const std::vector<Vec3f>& positions,
     out.percentile_1_angle_deg = angles[angles.size() / 100];
     out.mean_edge_mm = edges_mm / static_cast<double>(3 * triangles.size());
   }
-  out.self_intersections = count_self_intersections(points, triangles);
+  out.self_intersections = static_cast<int>(self_intersections(points, triangles).size());
   out.volume_ml = enclosed_ml(points, triangles);
   return out;
 }
