@@ -11,7 +11,8 @@ namespace beatlas::mesh {
 namespace {
 
 constexpr double kMaxStepMm = 1.0;  // of a projection
-constexpr double kThinDeg = 16;     // triangles below it are evened out
+constexpr double kThinDeg = 16;     // triangles below it are evened out on the surface
+constexpr double kTooThinDeg = 11;  // and off it
 
 /// Cosine of a triangle's smallest angle: that opposite its shortest side. 1 if degenerate.
 double least_angle_cosine(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -104,12 +105,12 @@ void CycleFit::calm(Cycle& cycle) const {
   }
 }
 
-std::vector<bool> CycleFit::bad_triangles(const std::vector<Vec3>& points) const {
-  static const double kThinCosine = std::cos(kThinDeg * std::numbers::pi / 180.0);
+std::vector<bool> CycleFit::bad_triangles(const std::vector<Vec3>& points, double thin_deg) const {
+  const double thin_cosine = std::cos(thin_deg * std::numbers::pi / 180.0);
   std::vector<bool> bad = flipped_triangles(points, triangles_);
   for (std::size_t n = 0; n < triangles_.size(); ++n) {
     const Triangle& t = triangles_[n];
-    if (least_angle_cosine(points[t[0]], points[t[1]], points[t[2]]) > kThinCosine) bad[n] = true;
+    if (least_angle_cosine(points[t[0]], points[t[1]], points[t[2]]) > thin_cosine) bad[n] = true;
   }
   return bad;
 }
@@ -130,7 +131,7 @@ std::vector<bool> CycleFit::loosened(const std::vector<bool>& bad, int rings) co
   return loose;
 }
 
-void CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
+int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
   constexpr double kBetter = 0.002;      // of goodness
   constexpr std::size_t kFewest = 4;     // neighbours of a vertex that loses one
   constexpr double kMostOffEdges = 0.2;  // between the two diagonals, in edges
@@ -141,6 +142,7 @@ void CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
     for (std::size_t e = 0; e < 3; ++e) side[{t[e], t[(e + 1) % 3]}] = n;
   }
   std::vector<bool> changed(triangles_.size(), false);
+  int flips = 0;
   for (std::size_t n = 0; n < triangles_.size(); ++n) {
     if (!bad[n]) continue;
     for (std::size_t e = 0; e < 3 && !changed[n]; ++e) {
@@ -192,13 +194,17 @@ void CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
         const Triangle& m = triangles_[made];
         for (std::size_t k = 0; k < 3; ++k) side[{m[k], m[(k + 1) % 3]}] = made;
       }
+      ++flips;
     }
   }
+  return flips;
 }
 
 void CycleFit::settle(Cycle& cycle) {
   constexpr int kRounds = 40;
   constexpr int kFlipEvery = 4;
+  constexpr int kPatience = 8;  // rounds without getting better
+  int best_round = 0;
   const std::size_t phases = cycle.size();
   parallel_for(phases, [&](std::size_t p) {
     const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
@@ -211,7 +217,7 @@ void CycleFit::settle(Cycle& cycle) {
   std::size_t fewest = phases * triangles_.size() + 1;
   for (int round = 0; round <= kRounds; ++round) {
     std::vector<std::vector<bool>> bad_at(phases);
-    parallel_for(phases, [&](std::size_t p) { bad_at[p] = bad_triangles(cycle[p]); });
+    parallel_for(phases, [&](std::size_t p) { bad_at[p] = bad_triangles(cycle[p], kThinDeg); });
     std::vector<bool> bad(triangles_.size(), false);
     std::size_t count = 0;
     for (const std::vector<bool>& at : bad_at) {
@@ -225,9 +231,10 @@ void CycleFit::settle(Cycle& cycle) {
       fewest = count;
       best = cycle;
       best_triangles = triangles_;
+      best_round = round;
     }
-    if (count == 0 || round == kRounds) break;
-    if (round % kFlipEvery == kFlipEvery - 1) flip_edges(cycle, bad);
+    if (count == 0 || round == kRounds || round > best_round + kPatience) break;
+    if (round % kFlipEvery == kFlipEvery - 1) (void)flip_edges(cycle, bad);
     const std::vector<bool> loose = loosened(bad, 1);
     parallel_for(phases, [&](std::size_t p) {
       const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
@@ -244,37 +251,69 @@ void CycleFit::settle(Cycle& cycle) {
   find_neighbours();
 }
 
-int CycleFit::part(Cycle& cycle) const {
-  constexpr int kRounds = 12;
-  constexpr int kSmoothings = 3;
-  std::vector<int> left(cycle.size());
-  parallel_for(cycle.size(), [&](std::size_t p) {
-    std::vector<Vec3> best = cycle[p];
-    std::size_t fewest = triangles_.size() * triangles_.size();
-    for (int round = 0; round <= kRounds; ++round) {
+int CycleFit::mend(Cycle& cycle) {
+  constexpr int kRounds = 24;
+  constexpr int kFlipEvery = 4;
+  constexpr int kPatience = 6;  // rounds without getting better
+  int best_round = 0;
+  const std::size_t phases = cycle.size();
+  std::vector<int> crossings(phases, -1);  // -1: not known
+  Cycle best = cycle;
+  std::vector<Triangle> best_triangles = triangles_;
+  int best_crossings = 0;
+  std::size_t fewest = 0;
+  for (int round = 0; round <= kRounds; ++round) {
+    std::vector<std::vector<bool>> thin(phases);
+    std::vector<std::vector<bool>> crossing(phases);
+    std::vector<std::size_t> wrong(phases);
+    parallel_for(phases, [&](std::size_t p) {
+      thin[p] = bad_triangles(cycle[p], kTooThinDeg);
+      wrong[p] = static_cast<std::size_t>(std::count(thin[p].begin(), thin[p].end(), true));
+      crossing[p].assign(triangles_.size(), false);
+      if (crossings[p] == 0) return;
       const auto pairs = self_intersections(cycle[p], triangles_);
-      if (pairs.size() < fewest) {
-        fewest = pairs.size();
-        best = cycle[p];
-      }
-      if (pairs.empty() || round == kRounds) break;
-      std::vector<bool> crossing(triangles_.size(), false);
-      for (const auto& [one, other] : pairs) crossing[one] = crossing[other] = true;
-      const std::vector<bool> loose = loosened(crossing, 2);
-      for (int n = 0; n < kSmoothings; ++n) {
-        std::vector<Vec3> moved = cycle[p];
-        for (std::size_t v = 0; v < moved.size(); ++v) {
-          if (loose[v]) moved[v] = 0.5 * (cycle[p][v] + middle_of_ring(cycle[p], v));
-        }
-        cycle[p] = std::move(moved);
-      }
+      for (const auto& [one, other] : pairs) crossing[p][one] = crossing[p][other] = true;
+      crossings[p] = static_cast<int>(pairs.size());
+      wrong[p] += pairs.size();
+    });
+    std::size_t count = 0;
+    int crossings_now = 0;
+    for (std::size_t p = 0; p < phases; ++p) {
+      count += wrong[p];
+      crossings_now += crossings[p];
     }
-    cycle[p] = std::move(best);
-    left[p] = static_cast<int>(fewest);
-  });
-  int sum = 0;
-  for (const int n : left) sum += n;
-  return sum;
+    if (round == 0 || count < fewest) {
+      fewest = count;
+      best = cycle;
+      best_triangles = triangles_;
+      best_crossings = crossings_now;
+      best_round = round;
+    }
+    if (count == 0 || round == kRounds || round > best_round + kPatience) break;
+    if (round % kFlipEvery == kFlipEvery - 1) {
+      std::vector<bool> any(triangles_.size(), false);
+      for (const std::vector<bool>& at : thin) {
+        for (std::size_t n = 0; n < any.size(); ++n) any[n] = any[n] || at[n];
+      }
+      if (flip_edges(cycle, any) > 0) std::fill(crossings.begin(), crossings.end(), -1);
+    }
+    parallel_for(phases, [&](std::size_t p) {
+      if (wrong[p] == 0) return;
+      crossings[p] = -1;
+      const std::vector<bool> around_thin = loosened(thin[p], 1);
+      const std::vector<bool> around_crossing = loosened(crossing[p], 2);
+      std::vector<Vec3> moved = cycle[p];
+      for (std::size_t v = 0; v < moved.size(); ++v) {
+        if (!around_thin[v] && !around_crossing[v]) continue;
+        moved[v] = 0.5 * (cycle[p][v] + middle_of_ring(cycle[p], v));
+      }
+      cycle[p] = std::move(moved);
+    });
+  }
+  cycle = std::move(best);
+  triangles_ = std::move(best_triangles);
+  find_neighbours();
+  return best_crossings;
 }
 
 }  // namespace beatlas::mesh

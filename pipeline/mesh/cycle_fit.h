@@ -9,8 +9,7 @@ namespace beatlas::mesh {
 using Cycle = std::vector<std::vector<Vec3>>;  ///< [phase][vertex], workspace [mm]
 
 /// What of harmonic k of a cycle of `phases` is kept: 1 / (1 + (k / (0.42 phases))^8). Of 15 phases
-/// 97 % of the fourth and 26 % of the seventh, which is nearly all noise: the phantom's own motion
-/// has 3 % of its amplitude beyond the fifth.
+/// 97 % of the fourth and 30 % of the seventh, which is hardly motion.
 [[nodiscard]] double kept_of_harmonic(int k, int phases);
 
 /// Fits one connectivity to the zero surfaces of all phases at once, so that what is done to a
@@ -30,19 +29,22 @@ class CycleFit {
   /// phase, and edges are flipped where that makes the worst triangle of all phases better.
   void settle(Cycle& cycle);
 
-  /// Draws sheets that pass through each other apart: vertices of crossing triangles (CGAL) and two
-  /// rings around them are smoothed off the surface, in their phase alone. @return crossings left
-  int part(Cycle& cycle) const;
+  /// What settle could not do on the surfaces is done off them, in the phase that needs it: two
+  /// rings around triangles that pass through each other (CGAL), and one around those that are
+  /// turned over or thinner than 11 degrees, are smoothed. @return crossings left, all phases
+  int mend(Cycle& cycle);
 
   [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
 
  private:
   void find_neighbours();
-  [[nodiscard]] std::vector<bool> bad_triangles(const std::vector<Vec3>& points) const;
+  [[nodiscard]] std::vector<bool> bad_triangles(const std::vector<Vec3>& points,
+                                                double thin_deg) const;
   [[nodiscard]] std::vector<bool> loosened(const std::vector<bool>& bad, int rings) const;
   [[nodiscard]] Vec3 middle_of_ring(const std::vector<Vec3>& points, std::size_t v) const;
   [[nodiscard]] Vec3 on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase) const;
-  void flip_edges(const Cycle& cycle, const std::vector<bool>& bad);
+  /// @return how many edges were flipped
+  int flip_edges(const Cycle& cycle, const std::vector<bool>& bad);
 
   std::vector<Triangle> triangles_;
   std::vector<field::Interpolant> phases_;

@@ -43,6 +43,10 @@ struct MeshQuality {
       false;             ///< every edge has two faces, every vertex one fan, one orientation
   int euler_number = 0;  ///< V - E + F: 2 for a sphere, 0 with one handle
   std::vector<PhaseQuality> phases;
+  /// Root mean square over vertices and phases of what lies beyond a third of the phases in the
+  /// harmonics of their ways: hardly motion, nearly all of it jitter. Along the surface and across.
+  double tangential_jitter_mm = 0;
+  double normal_jitter_mm = 0;
 };
 
 /// The phases' figures are all 0 where the surface is no closed manifold.

@@ -174,7 +174,7 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
   fit.calm(cycle);
   fit.settle(cycle);
   context.check_cancelled();
-  if (const int left = fit.part(cycle); left > 0) {
+  if (const int left = fit.mend(cycle); left > 0) {
     context.warn("the mesh of " + name_of(field) + " passes through itself at " +
                  std::to_string(left) + " pairs of triangles, all phases together");
   }
