@@ -6,8 +6,8 @@
 
 namespace beatlas::field {
 
-/// What becomes of noise that changes from phase to phase, see flicker.h. On `adult` at SNR 20 its
-/// removal takes a fifth off the error and off the package.
+/// What becomes of noise that changes from phase to phase, see flicker.h. On `small` without noise
+/// its removal takes 5 % off the LV's mean error and 10 % off the normals'.
 enum class Flicker { Remove, Keep };
 
 /// The defaults are from the front of `beatlas bench` on the phantom small, whole scene palpation.

@@ -57,7 +57,7 @@ class TextLaws(House):
 
     def test_a_house_that_keeps_the_law_is_not_accused(self):
         for law in (sources.check_arrows, sources.check_libraries, sources.check_public_headers,
-                    sources.check_order):
+                    sources.check_order, sources.check_documents):
             self.assertEqual(self.broken(law), [])
 
     def test_runtime_that_includes_pipeline_is_found(self):
@@ -129,6 +129,16 @@ class TextLaws(House):
     def test_a_room_without_a_readme_is_found(self):
         (self.root / "runtime/atlas/README.md").unlink()
         self.assertIn("runtime/atlas", self.broken(sources.check_order)[0])
+
+    def test_a_document_that_names_what_there_is_not_is_found(self):
+        self.write("tests/unit/x_test.cpp", "TEST(Ball, IsRound) {}\n")
+        self.write("docs/kept.md", "`Ball.IsRound` in `runtime/base/error.h`, `1.5 mm`\n")
+        self.assert_breaks(sources.check_documents, "docs/page.md",
+                           "\n`runtime/base/gone.h`\n", ":2", "gone.h")
+        self.write("docs/page.md", "`Ball.IsSquare`\n")
+        self.assertIn("Ball.IsSquare", self.broken(sources.check_documents)[0])
+        self.write("docs/page.md", "`Cube.IsRound`\n")
+        self.assertIn("Cube.IsRound", self.broken(sources.check_documents)[0])
 
     def test_a_file_that_is_too_long_is_found(self):
         self.assert_breaks(sources.check_order, "tests/unit/long_test.cpp",
