@@ -11,7 +11,7 @@ namespace beatlas::mesh {
 namespace {
 
 constexpr double kMaxStepMm = 1.0;  // of a projection
-constexpr double kThinDeg = 16;     // triangles below it are evened out on the surface
+constexpr double kThinDeg = 20;     // triangles below it are evened out on the surface
 constexpr double kTooThinDeg = 11;  // and off it
 
 /// Cosine of a triangle's smallest angle: that opposite its shortest side. 1 if degenerate.

@@ -25,7 +25,7 @@ class CycleFit {
   void calm(Cycle& cycle) const;
 
   /// Puts every vertex on its phases' surfaces. Then, as long as a triangle is turned over or
-  /// thinner than 16 degrees in some phase and it helps: one ring around it is evened out in every
+  /// thinner than 20 degrees in some phase and it helps: one ring around it is evened out in every
   /// phase, and edges are flipped where that makes the worst triangle of all phases better.
   void settle(Cycle& cycle);
 

@@ -63,7 +63,7 @@ TEST(HardCases, ASurfaceThatTheWorkspacesBorderCuts) {
 }
 
 TEST(HardCases, ACavityThatNearlyCloses) {
-  // 4 voxels across at end diastole in its narrow way, one and a half at end systole.
+  // 20 mm across at end diastole in its narrow way, 5 mm at end systole: three voxels.
   StageContext context;
   const FieldCycle field = beating_field(
       [](double share, const Vec3& x) {
