@@ -29,6 +29,9 @@ struct Limits {
   std::optional<double> max_thickness_mean_mm;
   std::optional<double> max_thickness_p95_mm;
   std::optional<double> max_thickness_bias_mm;
+  std::optional<double> max_motion_mean_mm;
+  std::optional<double> max_motion_p95_mm;
+  std::optional<double> max_motion_tangential_share;
   std::optional<double> max_ejection_fraction_error;
   std::optional<double> max_force_mean_n;
   std::optional<double> max_force_rms_n;
@@ -73,6 +76,11 @@ inline constexpr std::array kLimitNames{
               "Mean error of the LV's wall thickness"},
     LimitName{"max_thickness_p95_mm", &Limits::max_thickness_p95_mm, 1e3, "Its 95th percentile"},
     LimitName{"max_thickness_bias_mm", &Limits::max_thickness_bias_mm, 1e3, "Its signed mean"},
+    LimitName{"max_motion_mean_mm", &Limits::max_motion_mean_mm, 1e3,
+              "Mean way of a surface's vertices off the LV's muscle they are on"},
+    LimitName{"max_motion_p95_mm", &Limits::max_motion_p95_mm, 1e3, "Its 95th percentile"},
+    LimitName{"max_motion_tangential_share", &Limits::max_motion_tangential_share, 1e3,
+              "Its part along the surface, over that of motion along normals alone"},
     LimitName{"max_ejection_fraction_error", &Limits::max_ejection_fraction_error, 1,
               "Error of the ejection fraction, a share"},
     LimitName{"max_force_mean_n", &Limits::max_force_mean_n, 1e3, "Mean error of the force"},
@@ -124,6 +132,19 @@ struct ThicknessErrors {
   double true_mean_mm = 0;  ///< the true thickness, mean over the rays
   int points = 0;           ///< rays measured in both
   int missing = 0;          ///< rays on which the package has no wall
+};
+
+/// How far the vertices of a surface leave the muscle of the LV that they are on, see
+/// motion_error.h; over all phases but the first.
+struct MotionErrors {
+  double mean_mm = 0;
+  double p95_mm = 0;
+  double tangential_mean_mm = 0;  ///< of the part along the true surface
+  double tangential_p95_mm = 0;
+  double normal_only_mean_mm = 0;             ///< of points that move along normals alone
+  double normal_only_tangential_mean_mm = 0;  ///<
+  double tangential_share = 0;  ///< tangential_mean_mm over that of normal-only motion
+  int points = 0;               ///< vertices on the LV's wall
 };
 
 /// What a hand feels: the package's force against that of the closed form, over every tick of all
@@ -182,6 +203,18 @@ inline constexpr std::array kThicknessFigures{
     Figure<ThicknessErrors>{"p95_mm", &ThicknessErrors::p95_mm, &Limits::max_thickness_p95_mm},
     Figure<ThicknessErrors>{"bias_mm", &ThicknessErrors::bias_mm, &Limits::max_thickness_bias_mm},
     Figure<ThicknessErrors>{"true_mean_mm", &ThicknessErrors::true_mean_mm},
+};
+
+inline constexpr std::array kMotionFigures{
+    Figure<MotionErrors>{"mean_mm", &MotionErrors::mean_mm, &Limits::max_motion_mean_mm},
+    Figure<MotionErrors>{"p95_mm", &MotionErrors::p95_mm, &Limits::max_motion_p95_mm},
+    Figure<MotionErrors>{"tangential_mean_mm", &MotionErrors::tangential_mean_mm},
+    Figure<MotionErrors>{"tangential_p95_mm", &MotionErrors::tangential_p95_mm},
+    Figure<MotionErrors>{"normal_only_mean_mm", &MotionErrors::normal_only_mean_mm},
+    Figure<MotionErrors>{"normal_only_tangential_mean_mm",
+                         &MotionErrors::normal_only_tangential_mean_mm},
+    Figure<MotionErrors>{"tangential_share", &MotionErrors::tangential_share,
+                         &Limits::max_motion_tangential_share},
 };
 
 inline constexpr std::array kForceFigures{

@@ -28,6 +28,10 @@ nlohmann::json structure_to_json(const StructureErrors& structure) {
   }
   nlohmann::json out{{"name", std::string(structure_name(structure.structure))},
                      {"phases", phases}};
+  if (structure.motion) {
+    nlohmann::json& entry = out["motion"] = figures_to_json(kMotionFigures, *structure.motion);
+    entry["points"] = structure.motion->points;
+  }
   if (structure.ejection_fraction_error) {
     out["ejection_fraction_error"] = *structure.ejection_fraction_error;
   }

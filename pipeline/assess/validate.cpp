@@ -45,6 +45,9 @@ double ejection_fraction(const std::vector<double>& curve) {
 
 void check(const ValidateOptions& options) {
   const auto spacing = [](double mm) { return mm >= 0.3 && mm <= 20.0; };
+  if (!(options.motion.on_wall_mm > 0.0) || options.motion.parts < 1 || options.motion.parts > 64) {
+    throw_invalid("motion needs a wall of more than 0 mm and 1 to 64 parts a phase");
+  }
   if (!spacing(options.compare.sample_spacing_mm) || !spacing(options.thickness.spacing_mm)) {
     throw_invalid("the spacing of sampled points must be from 0.3 to 20 mm");
   }
@@ -77,6 +80,12 @@ StructureErrors structure_errors(const Candidate& candidate, const Queries& quer
           *blood, query, candidate.manifest.workspace_from_lps, truth, share, options.thickness));
     }
     after_phase();
+  }
+  for (const auto& surface : candidate.surfaces) {
+    if (surface->structure != out.structure) continue;
+    const MotionErrors motion =
+        motion_errors(*surface, candidate.manifest.workspace_from_lps, truth, options.motion);
+    if (motion.points > 0) out.motion = motion;
   }
   if (out.structure == Structure::LvBlood || out.structure == Structure::RvBlood) {
     out.ejection_fraction_error = ejection_fraction(curve) - ejection_fraction(true_curve);
@@ -150,6 +159,9 @@ void judge_structure(const Limits& limits, const StructureErrors& structure, Ver
       verdict.failures.push_back(where + ": the package and the truth do not overlap");
     }
     judge_phase.figures(kPhaseFigures, errors);
+  }
+  if (structure.motion) {
+    Judge(limits, name, verdict).figures(kMotionFigures, *structure.motion, "motion ");
   }
   if (structure.ejection_fraction_error) {
     Judge(limits, name, verdict)
@@ -233,9 +245,10 @@ ValidationReport validate(const Candidate& candidate, const phantom::Phantom& tr
 
 ValidationReport validate(const atlas::Atlas& atlas, const phantom::Phantom& truth,
                           const ValidateOptions& options, StageContext& context) {
-  Candidate candidate{atlas.manifest(), {}};
+  Candidate candidate{atlas.manifest(), {}, {}};
   for (Structure structure : kAllStructures) {
     if (auto field = atlas.field(structure)) candidate.fields.push_back(std::move(field));
+    if (auto surface = atlas.surface(structure)) candidate.surfaces.push_back(std::move(surface));
   }
   return validate(candidate, truth, options, context);
 }

@@ -11,6 +11,7 @@
 
 #include "pipeline/assess/compare.h"
 #include "pipeline/assess/figures.h"
+#include "pipeline/assess/motion_error.h"
 #include "pipeline/assess/palpation_set.h"
 #include "pipeline/assess/wall_thickness.h"
 #include "pipeline/core/stage_context.h"
@@ -23,6 +24,7 @@ struct ValidateOptions {
   LimitSet limits;  ///< that make `passed`
   CompareOptions compare;
   ThicknessOptions thickness;
+  MotionOptions motion;
   /// Of the force; palpations.structure is felt.
   PalpationOptions palpations;
   double stiffness_n_per_m = 150;  ///< [N/m] 1..5000
@@ -36,6 +38,8 @@ struct StructureErrors {
   std::vector<PhaseErrors> phases;
   /// Of each phase; only for lv_myocardium, and only where the field of lv_blood is there too.
   std::vector<ThicknessErrors> wall_thickness;
+  /// Only where its surface was opened too and has vertices on the LV's wall.
+  std::optional<MotionErrors> motion;
   /// Of the package's curve minus that of the truth; only for lv_blood and rv_blood.
   std::optional<double> ejection_fraction_error;
 };
@@ -65,6 +69,7 @@ struct ValidationReport {
 struct Candidate {
   atlas::Manifest manifest;
   std::vector<std::shared_ptr<const atlas::FieldPayload>> fields;
+  std::vector<std::shared_ptr<const atlas::SurfacePayload>> surfaces = {};
 };
 [[nodiscard]] ValidationReport validate(const Candidate& candidate, const phantom::Phantom& truth,
                                         const ValidateOptions& options, StageContext& context);
@@ -73,7 +78,8 @@ struct Candidate {
 void judge(const LimitSet& limits, ValidationReport& report);
 
 /// {"structures": [{"name", "phases": [{figures of kPhaseFigures, "points", "wall_thickness"?:
-/// {figures of kThicknessFigures, "points", "missing"}}], "ejection_fraction_error"?}],
+/// {figures of kThicknessFigures, "points", "missing"}}], "motion"?: {figures of kMotionFigures,
+/// "points"}, "ejection_fraction_error"?}],
 /// "force"?: {"structure", "stiffness_n_per_m", figures of kForceFigures, "ticks", ...}, "passed",
 /// "failures"}. See schemas/validate.schema.json.
 [[nodiscard]] nlohmann::json report_to_json(const ValidationReport& report);

@@ -6,6 +6,7 @@
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
 #include "pipeline/cli/version.h"
+#include "pipeline/mesh/surface_map.h"
 #include "pipeline/pack/volume_encoder.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
@@ -314,9 +315,26 @@ void Chain::surfaces() {
       made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, context));
     }
     surfaces_ = std::move(made);
-    leave(Stage::Mesh, new_record(Stage::Mesh),
-          [&] { return study::write_surfaces(study_->folder(), *surfaces_); });
+    leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
+      study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);
+      const study::FileList maps = study::write_surface_maps(study_->folder(), surface_maps());
+      files.insert(files.end(), maps.begin(), maps.end());
+      return files;
+    });
   });
+}
+
+std::vector<SurfaceMap> Chain::surface_maps() {
+  const std::optional<LongAxis> axis = study::read_long_axis(study_->folder());
+  const auto rv = std::find_if(
+      surfaces_->begin(), surfaces_->end(),
+      [](const SurfaceCycle& surface) { return surface.structure == Structure::RvBlood; });
+  if (!axis || rv == surfaces_->end()) return {};
+  Vec3 centre = Vec3::Zero();
+  for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
+  centre /= static_cast<double>(rv->positions.front().size());
+  const Affine map = study::read_workspace_from_lps(study_->folder());
+  return mesh::surface_maps(field_cycles(), *surfaces_, mesh::lv_frame(*axis, map, centre));
 }
 
 pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {

@@ -16,6 +16,7 @@
 #include "pipeline/cli/scene.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
+#include "pipeline/core/surface_map.h"
 #include "pipeline/pack/pack.h"
 #include "pipeline/report/curves.h"
 #include "pipeline/study/stage_files.h"
@@ -91,6 +92,8 @@ class Chain {
   /// The leak alarm on segmentation_, in images that are at hand.
   /// @throws Error{Quality} if it rings and the recipe makes that an error; its pictures are left.
   void ask_for_leaks(StageContext& context);
+  /// Of the surfaces at hand; none without the LV's long axis or a right ventricle.
+  [[nodiscard]] std::vector<SurfaceMap> surface_maps();
   void note_for_package();
   /// The images around the heart as the package holds them.
   [[nodiscard]] pack::PackedVolume packed_volume(const FieldCycle& heart);

@@ -64,7 +64,6 @@ Outcome against_truth(const Arguments& arguments, StageContext& context) {
   }
   const phantom::Phantom truth = read_truth(arguments.truth);
   atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
-  needs.surfaces.clear();
   const assess::ValidationReport report =
       assess::validate(atlas::Atlas::open(arguments.package, needs), truth, options, context);
   return {

@@ -18,6 +18,8 @@ struct Choice {
   const char* name;
   T value;
 };
+constexpr std::array kHandles{Choice<mesh::Handles>{"close", mesh::Handles::Close},
+                              Choice<mesh::Handles>{"keep", mesh::Handles::Keep}};
 constexpr std::array kFlicker{Choice<field::Flicker>{"remove", field::Flicker::Remove},
                               Choice<field::Flicker>{"keep", field::Flicker::Keep}};
 constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
@@ -75,6 +77,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.section("mesh");
   visit.option("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
   visit.option("reference_phase", recipe.mesh.reference_phase, 0, 1023);
+  visit.choice("handles", recipe.mesh.handles, kHandles);
   visit.section("pack");
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
   visit.option("nested_step_mm", recipe.pack.nested_step_mm, 0.0005, 0.1);

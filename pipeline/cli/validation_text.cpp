@@ -80,6 +80,21 @@ std::string walls(const assess::ValidationReport& report) {
   return text;
 }
 
+std::string muscle(const assess::ValidationReport& report) {
+  std::string text;
+  for (const assess::StructureErrors& entry : report.structures) {
+    if (!entry.motion) continue;
+    const assess::MotionErrors& motion = *entry.motion;
+    text += line(
+        "%-15s off its muscle by mean %.2f, p95 %.2f mm; along the surface %.2f, of normal-only "
+        "motion %.2f (%.0f %%)\n",
+        structure_name(entry.structure).data(), motion.mean_mm, motion.p95_mm,
+        motion.tangential_mean_mm, motion.normal_only_tangential_mean_mm,
+        100 * motion.tangential_share);
+  }
+  return text;
+}
+
 std::string force(const assess::FeltErrors& felt) {
   const assess::ForceErrors& errors = felt.errors;
   return line("force of %s, K %g N/m, %d palpations, %d of %d ticks in contact:\n",
@@ -101,7 +116,7 @@ std::string force(const assess::FeltErrors& felt) {
 std::string validation_to_text(const assess::ValidationReport& report) {
   std::string text = shapes(report);
   text += '\n';
-  text += motions(report) + walls(report) +
+  text += motions(report) + walls(report) + muscle(report) +
           "means and biases are means over the phases, the others the worst phase\n";
   if (report.force) {
     text += '\n';

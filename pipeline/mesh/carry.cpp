@@ -8,8 +8,6 @@ namespace {
 
 constexpr double kStiffness = 10;       // of the surface against the membrane
 constexpr double kLeastGradient = 0.3;  // below it the field is clamped or at its ridge
-constexpr double kMaxStepMm = 1.0;      // of a projection
-constexpr double kThinDeg = 10;         // triangles below it are evened out
 
 }  // namespace
 
@@ -130,48 +128,6 @@ std::vector<Vec3> Carrier::carry(std::vector<Vec3> start, const Grid& grid,
     }
   }
   return start;
-}
-
-std::vector<Vec3> Carrier::settle(std::vector<Vec3> points, const field::Interpolant& phase) const {
-  constexpr int kRounds = 30;
-  for (Vec3& p : points) p = phase.project_to_zero(p, kMaxStepMm);
-  std::vector<Vec3> best = points;
-  std::size_t fewest = triangles_.size() + 1;
-  for (int round = 0; round <= kRounds; ++round) {
-    std::vector<bool> bad = flipped_triangles(points, triangles_);
-    for (std::size_t n = 0; n < triangles_.size(); ++n) {
-      const Triangle& t = triangles_[n];
-      bad[n] = bad[n] || least_angle_deg(points[t[0]], points[t[1]], points[t[2]]) < kThinDeg;
-    }
-    const auto count = static_cast<std::size_t>(std::count(bad.begin(), bad.end(), true));
-    if (count < fewest) {
-      fewest = count;
-      best = points;
-    }
-    if (count == 0 || round == kRounds) break;
-    std::vector<bool> loose(points.size(), false);
-    for (std::size_t n = 0; n < triangles_.size(); ++n) {
-      if (!bad[n]) continue;
-      for (std::uint32_t v : triangles_[n]) {
-        loose[v] = true;
-        for (std::uint32_t e = neighbours_.first[v]; e < neighbours_.first[v + 1]; ++e) {
-          loose[neighbours_.at[e]] = true;
-        }
-      }
-    }
-    std::vector<Vec3> moved = points;
-    for (std::size_t v = 0; v < points.size(); ++v) {
-      if (!loose[v]) continue;
-      Vec3 middle = Vec3::Zero();
-      for (std::uint32_t e = neighbours_.first[v]; e < neighbours_.first[v + 1]; ++e) {
-        middle += points[neighbours_.at[e]];
-      }
-      middle /= static_cast<double>(neighbours_.first[v + 1] - neighbours_.first[v]);
-      moved[v] = phase.project_to_zero(0.5 * (points[v] + middle), kMaxStepMm);
-    }
-    points = std::move(moved);
-  }
-  return best;
 }
 
 }  // namespace beatlas::mesh

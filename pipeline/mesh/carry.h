@@ -27,11 +27,6 @@ class Carrier {
                                         const std::vector<float>& from,
                                         const std::vector<float>& to) const;
 
-  /// Puts every vertex on the surface, then evens out the places where triangles are turned over
-  /// or thinner than 10 degrees, one ring around them, as long as there are any and it helps.
-  [[nodiscard]] std::vector<Vec3> settle(std::vector<Vec3> points,
-                                         const field::Interpolant& phase) const;
-
  private:
   using Columns = Eigen::Matrix3Xd;
 

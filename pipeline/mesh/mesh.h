@@ -6,11 +6,15 @@
 
 namespace beatlas::mesh {
 
+/// What becomes of handles: holes in thin places and threads between parts.
+enum class Handles { Close, Keep };
+
 struct MeshOptions {
   /// [mm] 0.5..10: target edge length. 2 lies 0.005 mm from the field on average; 4 lies 0.012 mm
   /// off for a third of the bytes, 1.5 takes twice the bytes for 0.004 mm (`beatlas bench`, small).
   double edge_mm = 2.0;
-  int reference_phase = 0;  ///< phase that is meshed and remeshed; the others follow it
+  int reference_phase = 0;           ///< phase that is meshed and remeshed; the others follow it
+  Handles handles = Handles::Close;  ///< see simple_topology.h
 };
 
 /// One closed surface a phase with one connectivity: the reference phase is meshed (marching
@@ -39,6 +43,10 @@ struct MeshQuality {
       false;             ///< every edge has two faces, every vertex one fan, one orientation
   int euler_number = 0;  ///< V - E + F: 2 for a sphere, 0 with one handle
   std::vector<PhaseQuality> phases;
+  /// Root mean square over vertices and phases of what lies beyond a third of the phases in the
+  /// harmonics of their ways: hardly motion, nearly all of it jitter. Along the surface and across.
+  double tangential_jitter_mm = 0;
+  double normal_jitter_mm = 0;
 };
 
 /// The phases' figures are all 0 where the surface is no closed manifold.

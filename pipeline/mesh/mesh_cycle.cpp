@@ -5,7 +5,9 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/surface.h"
 #include "pipeline/mesh/carry.h"
+#include "pipeline/mesh/cycle_fit.h"
 #include "pipeline/mesh/mesh.h"
+#include "pipeline/mesh/simple_topology.h"
 #include "pipeline/mesh/triangle_mesh.h"
 #include "runtime/base/error.h"
 
@@ -84,6 +86,38 @@ TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& s
   return mesh;
 }
 
+/// Every phase's surface made one sphere; tells what was done.
+void close_handles(FieldCycle& field, const StageContext& context) {
+  const std::size_t phases = field.distance_mm.phases.size();
+  std::vector<Repair> repairs(phases);
+  parallel_for(phases, [&](std::size_t p) {
+    repairs[p] = make_ball(field.distance_mm.grid, field.distance_mm.phases[p]);
+  });
+  std::size_t mended = 0;
+  std::size_t changed = 0;
+  std::size_t most = 0;
+  for (std::size_t p = 0; p < phases; ++p) {
+    const Repair& repair = repairs[p];
+    if (repair.left_handles > 0) {
+      context.warn("the surface of " + name_of(field) + " in phase " + std::to_string(p) +
+                   " keeps " + std::to_string(repair.left_handles) +
+                   " handles: look for holes in thin places of its labels");
+    }
+    mended += repair.changed > 0 ? 1 : 0;
+    changed += repair.changed;
+    if (repair.changed > repairs[most].changed) most = p;
+  }
+  if (mended == 0) return;
+  const BodyTopology& before = repairs[most].before;
+  const double voxel_ml = std::pow(field.voxel_mm, 3) * 1e-3;
+  context.warn(name_of(field) + " was mended in " + std::to_string(mended) + " of " +
+               std::to_string(phases) + " phases, by " +
+               fixed(static_cast<double>(changed) * voxel_ml / static_cast<double>(mended), 2) +
+               " ml on average; most in phase " + std::to_string(most) + ", which had " +
+               std::to_string(before.pieces) + " pieces, " + std::to_string(before.hollows) +
+               " hollows and " + std::to_string(before.handles) + " handles");
+}
+
 double mean_off_surface_mm(const std::vector<Vec3>& points, const field::Interpolant& surface) {
   double sum = 0;
   for (const Vec3& p : points) sum += std::abs(surface.value(p));
@@ -92,9 +126,11 @@ double mean_off_surface_mm(const std::vector<Vec3>& points, const field::Interpo
 
 }  // namespace
 
-SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
+SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
                         StageContext& context) {
-  check(field, options);
+  check(given, options);
+  FieldCycle field = given;
+  if (options.handles == Handles::Close) close_handles(field, context);
   const std::size_t phases = field.distance_mm.phases.size();
   const auto reference = static_cast<std::size_t>(options.reference_phase);
   std::vector<field::Interpolant> surface;
@@ -109,9 +145,9 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
   // Once around in both directions; each phase is the mean of both, weighted by how near the
   // reference is on either way, so that the cycle closes without a seam.
   const Carrier carrier(mesh);
-  std::array<std::vector<std::vector<Vec3>>, 2> tracks;
+  std::array<Cycle, 2> tracks;
   parallel_for(2, [&](std::size_t way) {
-    std::vector<std::vector<Vec3>>& track = tracks[way];
+    Cycle& track = tracks[way];
     track.resize(phases);
     track[reference] = mesh.points;
     std::size_t from = reference;
@@ -123,31 +159,40 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
       from = to;
     }
   });
-  context.progress(0.85);
+  context.progress(0.75);
+  Cycle cycle(phases);
+  for (std::size_t p = 0; p < phases; ++p) {
+    const double share =
+        static_cast<double>((p + phases - reference) % phases) / static_cast<double>(phases);
+    cycle[p].reserve(mesh.points.size());
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+      cycle[p].push_back((1.0 - share) * tracks[0][p][v] + share * tracks[1][p][v]);
+    }
+  }
+  CycleFit fit(mesh.triangles, surface, options.edge_mm);
+  fit.settle(cycle);
+  fit.calm(cycle);
+  fit.settle(cycle);
+  context.check_cancelled();
+  if (const int left = fit.mend(cycle); left > 0) {
+    context.warn("the mesh of " + name_of(field) + " passes through itself at " +
+                 std::to_string(left) + " pairs of triangles, all phases together");
+  }
+  context.progress(0.95);
 
   SurfaceCycle out;
   out.structure = field.structure;
-  out.triangles = mesh.triangles;
-  out.positions.resize(phases);
-  std::vector<double> off_mm(phases);
-  parallel_for(phases, [&](std::size_t p) {
-    const double share =
-        static_cast<double>((p + phases - reference) % phases) / static_cast<double>(phases);
-    std::vector<Vec3> points(mesh.points.size());
-    for (std::size_t v = 0; v < points.size(); ++v) {
-      points[v] = (1.0 - share) * tracks[0][p][v] + share * tracks[1][p][v];
-    }
-    points = carrier.settle(std::move(points), surface[p]);
-    off_mm[p] = mean_off_surface_mm(points, surface[p]);
-    out.positions[p].reserve(points.size());
-    for (const Vec3& x : points) out.positions[p].push_back(x.cast<float>());
-  });
+  out.triangles = fit.triangles();
   for (std::size_t p = 0; p < phases; ++p) {
-    if (off_mm[p] > kMeanOffSurfaceMm) {
-      context.warn("the mesh of " + name_of(field) + " lies " + fixed(off_mm[p], 2) +
+    const double off_mm = mean_off_surface_mm(cycle[p], surface[p]);
+    if (off_mm > kMeanOffSurfaceMm) {
+      context.warn("the mesh of " + name_of(field) + " lies " + fixed(off_mm, 2) +
                    " mm off the surface of phase " + std::to_string(p) +
                    " on average; its shape may differ too much from the reference phase's");
     }
+    std::vector<Vec3f>& points = out.positions.emplace_back();
+    points.reserve(cycle[p].size());
+    for (const Vec3& x : cycle[p]) points.push_back(x.cast<float>());
   }
   context.progress(1.0);
   return out;

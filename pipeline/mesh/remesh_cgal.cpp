@@ -61,11 +61,17 @@ TriangleMesh remeshed(const TriangleMesh& mesh, double edge_mm) {
   return from_cgal(work);
 }
 
-int count_self_intersections(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(
+    std::span<const Vec3> points, std::span<const Triangle> triangles) {
   const SurfaceMesh mesh = to_cgal(points, triangles);
   std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;
   pmp::self_intersections(mesh, std::back_inserter(pairs));
-  return static_cast<int>(pairs.size());
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> out;
+  out.reserve(pairs.size());
+  for (const auto& [one, other] : pairs) {
+    out.emplace_back(static_cast<std::uint32_t>(one), static_cast<std::uint32_t>(other));
+  }
+  return out;
 }
 
 }  // namespace beatlas::mesh

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pipeline/field/interpolant.h"
@@ -72,8 +73,8 @@ void relax_on_surface(TriangleMesh& mesh, const field::Interpolant& surface, int
 /// @pre `mesh` is a closed manifold.
 [[nodiscard]] TriangleMesh remeshed(const TriangleMesh& mesh, double edge_mm);
 
-/// Pairs of triangles that meet other than in a shared vertex or edge.
-[[nodiscard]] int count_self_intersections(std::span<const Vec3> points,
-                                           std::span<const Triangle> triangles);
+/// Pairs of triangles that meet other than in a shared vertex or edge (exact predicates).
+[[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(
+    std::span<const Vec3> points, std::span<const Triangle> triangles);
 
 }  // namespace beatlas::mesh

@@ -19,4 +19,10 @@ struct MaterialPoint {
 /// @param s share of the stroke volume that has left, 0..1
 [[nodiscard]] Vec3 position_mm(const Anatomy& anatomy, const MaterialPoint& point, double s);
 
+/// The point of the shell `mural` at the height and angle of a place near it: position_mm of it is
+/// the place again where the place lies on that shell.
+/// @param heart_mm heart frame [mm], scaled
+[[nodiscard]] MaterialPoint material_at(const Anatomy& anatomy, const Vec3& heart_mm, double mural,
+                                        double s);
+
 }  // namespace beatlas::phantom

@@ -23,8 +23,8 @@ std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
       return {Stage::Import, Stage::Segment};
     case Stage::Field:
       return {Stage::Register};
-    case Stage::Mesh:
-      return {Stage::Field};
+    case Stage::Mesh:  // the long axis and where the heart lies, for the LV's map
+      return {Stage::Segment, Stage::Register, Stage::Field};
     case Stage::Pack:
       break;
   }
@@ -35,8 +35,8 @@ std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
 
 bool for_the_eye(std::string_view file) noexcept {
   return file.starts_with("pictures/") || file.starts_with("solve/") || file.starts_with("pack/") ||
-         file.starts_with("segment/uncertainty_") || file == "register/cine.nii.gz" ||
-         file == "register/labels.nii.gz";
+         file.starts_with("mesh/map_") || file.starts_with("segment/uncertainty_") ||
+         file == "register/cine.nii.gz" || file == "register/labels.nii.gz";
 }
 
 }  // namespace beatlas::study

@@ -10,6 +10,7 @@
 
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
+#include "pipeline/core/surface_map.h"
 
 namespace beatlas::study {
 
@@ -59,6 +60,10 @@ FileList write_fields(const std::filesystem::path& study, const std::vector<Fiel
 /// mesh/: one binary .ply a structure and phase, workspace [mm], one connectivity.
 FileList write_surfaces(const std::filesystem::path& study,
                         const std::vector<SurfaceCycle>& surfaces);
+/// mesh/map_<structure>.csv: a line a vertex of the .ply, its place on the LV's wall and the wall's
+/// thickness in every phase.
+FileList write_surface_maps(const std::filesystem::path& study,
+                            const std::vector<SurfaceMap>& maps);
 [[nodiscard]] std::vector<SurfaceCycle> read_surfaces(const std::filesystem::path& study);
 
 }  // namespace beatlas::study

@@ -30,7 +30,7 @@ ROOMS = {
     "pipeline/segment": _CORE + ("pipeline/register",),
     "pipeline/field": _CORE,
     "pipeline/keyframes": _CORE + ("pipeline/field",),
-    "pipeline/mesh": _CORE + ("pipeline/field",),
+    "pipeline/mesh": _CORE + ("pipeline/field", "runtime/palpation"),
     "pipeline/pack": _CORE,
     "pipeline/assess": _CORE + ("pipeline/phantom", "runtime/field", "runtime/haptics"),
     "pipeline/report": _CORE + ("runtime/plot",),

@@ -19,6 +19,7 @@ ValidationReport perfect() {
   ThicknessErrors wall;
   wall.points = 10;
   muscle.wall_thickness = {wall, wall};
+  muscle.motion = MotionErrors{};
   report.structures = {muscle};
   report.force = FeltErrors{Structure::Heart, 150, {}};
   return report;
@@ -69,6 +70,9 @@ TEST(Limits, EachBoundsItsOwnFigureAndIsNamedWhenItBreaks) {
       },
       seen);
   each_is_bounded(
+      kMotionFigures,
+      [](ValidationReport& report) -> MotionErrors& { return *report.structures[0].motion; }, seen);
+  each_is_bounded(
       kForceFigures, [](ValidationReport& report) -> ForceErrors& { return report.force->errors; },
       seen);
   seen.insert("max_ejection_fraction_error");
@@ -111,6 +115,11 @@ TEST(Limits, OfWhatCouldNotBeMeasuredAreNotKept) {
   EXPECT_FALSE(passes(limits, report));
   limits = {};
   limits.structures[Structure::RvBlood].max_mean_mm = 1.0;
+  EXPECT_FALSE(passes(limits, report));
+  limits = {};
+  limits.all.max_motion_mean_mm = 1.0;
+  EXPECT_TRUE(passes(limits, report));
+  report.structures[0].motion.reset();
   EXPECT_FALSE(passes(limits, report));
 }
 

@@ -22,9 +22,9 @@ TEST(Carrier, MovesAShiftedBallAsAWhole) {
   TriangleMesh mesh = remeshed({soup.points, soup.triangles}, 2.0);
   relax_on_surface(mesh, start, 3);
   const Carrier carrier(mesh);
-  const std::vector<Vec3> moved = carrier.settle(
-      carrier.carry(mesh.points, grid, field.distance_mm.phases[0], field.distance_mm.phases[1]),
-      end);
+  std::vector<Vec3> moved =
+      carrier.carry(mesh.points, grid, field.distance_mm.phases[0], field.distance_mm.phases[1]);
+  for (Vec3& x : moved) x = end.project_to_zero(x, 1.0);
   for (std::size_t v = 0; v < moved.size(); ++v) {
     ASSERT_LT((moved[v] - mesh.points[v] - shift).norm(), 0.2);
     ASSERT_NEAR((moved[v] - shift).norm(), 15.0, 0.02);

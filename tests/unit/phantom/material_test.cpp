@@ -30,6 +30,21 @@ TEST(MaterialPoints, OfTheWallsFacesStayOnThem) {
   }
 }
 
+TEST(MaterialPoints, OfAPlaceAreThoseThatLieThere) {
+  Anatomy anatomy;
+  anatomy.torsion_deg = 14.0;
+  anatomy.scale = 0.8;
+  for (double s : kMoments) {
+    for (double mural : {0.0, 0.6, 1.0}) {
+      const Vec3 place = position_mm(anatomy, {0.35, 1.2, mural}, s);
+      const MaterialPoint found = material_at(anatomy, place, mural, s);
+      EXPECT_NEAR(found.height, 0.35, 1e-12);
+      EXPECT_NEAR(found.angle_rad, 1.2, 1e-12);
+      EXPECT_NEAR((position_mm(anatomy, found, s) - place).norm(), 0.0, 1e-9);
+    }
+  }
+}
+
 TEST(MaterialPoints, AShellKeepsItsShareOfTheMuscle) {
   Anatomy anatomy;
   anatomy.scale = 0.9;

@@ -1,0 +1,319 @@
+#include "pipeline/mesh/cycle_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "pipeline/core/parallel.h"
+
+namespace beatlas::mesh {
+namespace {
+
+constexpr double kMaxStepMm = 1.0;  // of a projection
+constexpr double kThinDeg = 20;     // triangles below it are evened out on the surface
+constexpr double kTooThinDeg = 11;  // and off it
+
+/// Cosine of a triangle's smallest angle: that opposite its shortest side. 1 if degenerate.
+double least_angle_cosine(const Vec3& a, const Vec3& b, const Vec3& c) {
+  std::array<double, 3> side{(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()};
+  std::sort(side.begin(), side.end());
+  return side[0] > 0 ? (side[1] + side[2] - side[0]) / (2 * std::sqrt(side[1] * side[2])) : 1.0;
+}
+
+Vec3 doubled_area(const std::vector<Vec3>& points, const Triangle& t) {
+  return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
+}
+
+/// 1 for an even triangle, 0 for a thin one, below 0 for one that is turned over.
+double goodness(const std::vector<Vec3>& points, const Triangle& t, const Vec3& outward) {
+  const double share = 1.0 - least_angle_cosine(points[t[0]], points[t[1]], points[t[2]]);
+  return doubled_area(points, t).dot(outward) > 0 ? share : share - 1.0;
+}
+
+}  // namespace
+
+double kept_of_harmonic(int k, int phases) {
+  const double ratio = k / (0.42 * phases);
+  return 1.0 / (1.0 + std::pow(ratio, 8));
+}
+
+CycleFit::CycleFit(std::vector<Triangle> triangles, std::vector<field::Interpolant> phases,
+                   double edge_mm)
+    : triangles_(std::move(triangles)), phases_(std::move(phases)), edge_mm_(edge_mm) {
+  find_neighbours();
+}
+
+void CycleFit::find_neighbours() {
+  std::size_t count = 0;
+  for (const Triangle& t : triangles_) {
+    for (const std::uint32_t v : t) count = std::max<std::size_t>(count, v + std::size_t{1});
+  }
+  ring_.assign(count, {});
+  // Each edge runs once either way in a closed mesh.
+  for (const Triangle& t : triangles_) {
+    for (std::size_t n = 0; n < 3; ++n) ring_[t[n]].push_back(t[(n + 1) % 3]);
+  }
+  for (auto& ring : ring_) std::sort(ring.begin(), ring.end());
+}
+
+Vec3 CycleFit::middle_of_ring(const std::vector<Vec3>& points, std::size_t v) const {
+  Vec3 sum = Vec3::Zero();
+  for (const std::uint32_t n : ring_[v]) sum += points[n];
+  return sum / static_cast<double>(ring_[v].size());
+}
+
+Vec3 CycleFit::on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase) const {
+  const field::Interpolant& surface = phases_[phase];
+  const Vec3 there = surface.project_to_zero(mm, kMaxStepMm);
+  // Not to the far side of a thin wall, nor off along a crease.
+  const bool near = (there - mm).squaredNorm() <= edge_mm_ * edge_mm_;
+  return near && surface.sample(there).gradient.dot(outward) > 0 ? there : mm;
+}
+
+void CycleFit::calm(Cycle& cycle) const {
+  constexpr std::size_t kFewestPhases = 8;
+  constexpr int kRounds = 2;
+  const std::size_t phases = cycle.size();
+  if (phases < kFewestPhases) return;
+  // The filter as weights of the phases around.
+  std::vector<double> weight(phases);
+  for (std::size_t d = 0; d < phases; ++d) {
+    for (std::size_t k = 0; k < phases; ++k) {
+      const auto harmonic = static_cast<int>(std::min(k, phases - k));
+      weight[d] += kept_of_harmonic(harmonic, static_cast<int>(phases)) *
+                   std::cos(2 * std::numbers::pi * static_cast<double>(k * d % phases) /
+                            static_cast<double>(phases)) /
+                   static_cast<double>(phases);
+    }
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    Cycle out(phases);
+    parallel_for(phases, [&](std::size_t p) {
+      const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
+      out[p].resize(cycle[p].size());
+      for (std::size_t v = 0; v < out[p].size(); ++v) {
+        Vec3 way = -cycle[p][v];
+        for (std::size_t q = 0; q < phases; ++q) {
+          way += weight[(p + phases - q) % phases] * cycle[q][v];
+        }
+        way -= normals[v].dot(way) * normals[v];
+        out[p][v] = on_surface(cycle[p][v] + way, normals[v], p);
+      }
+    });
+    cycle = std::move(out);
+  }
+}
+
+std::vector<bool> CycleFit::bad_triangles(const std::vector<Vec3>& points, double thin_deg) const {
+  const double thin_cosine = std::cos(thin_deg * std::numbers::pi / 180.0);
+  std::vector<bool> bad = flipped_triangles(points, triangles_);
+  for (std::size_t n = 0; n < triangles_.size(); ++n) {
+    const Triangle& t = triangles_[n];
+    if (least_angle_cosine(points[t[0]], points[t[1]], points[t[2]]) > thin_cosine) bad[n] = true;
+  }
+  return bad;
+}
+
+std::vector<bool> CycleFit::loosened(const std::vector<bool>& bad, int rings) const {
+  std::vector<bool> loose(ring_.size(), false);
+  for (std::size_t n = 0; n < triangles_.size(); ++n) {
+    if (!bad[n]) continue;
+    for (const std::uint32_t v : triangles_[n]) loose[v] = true;
+  }
+  for (int ring = 0; ring < rings; ++ring) {
+    const std::vector<bool> inner = loose;
+    for (std::size_t v = 0; v < ring_.size(); ++v) {
+      if (!inner[v]) continue;
+      for (const std::uint32_t n : ring_[v]) loose[n] = true;
+    }
+  }
+  return loose;
+}
+
+int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
+  constexpr double kBetter = 0.002;      // of goodness
+  constexpr std::size_t kFewest = 4;     // neighbours of a vertex that loses one
+  constexpr double kMostOffEdges = 0.2;  // between the two diagonals, in edges
+  using Edge = std::pair<std::uint32_t, std::uint32_t>;
+  std::map<Edge, std::size_t> side;  // directed edge -> its triangle, around bad ones
+  for (std::size_t n = 0; n < triangles_.size(); ++n) {
+    const Triangle& t = triangles_[n];
+    for (std::size_t e = 0; e < 3; ++e) side[{t[e], t[(e + 1) % 3]}] = n;
+  }
+  std::vector<bool> changed(triangles_.size(), false);
+  int flips = 0;
+  for (std::size_t n = 0; n < triangles_.size(); ++n) {
+    if (!bad[n]) continue;
+    for (std::size_t e = 0; e < 3 && !changed[n]; ++e) {
+      const std::uint32_t a = triangles_[n][e];
+      const std::uint32_t b = triangles_[n][(e + 1) % 3];
+      const std::uint32_t c = triangles_[n][(e + 2) % 3];
+      const std::size_t other = side.at({b, a});
+      if (changed[other]) continue;
+      const Triangle& t = triangles_[other];
+      const std::uint32_t d =
+          t[0] != a && t[0] != b ? t[0] : (t[1] != a && t[1] != b ? t[1] : t[2]);
+      if (c == d || ring_[a].size() <= kFewest || ring_[b].size() <= kFewest ||
+          std::binary_search(ring_[c].begin(), ring_[c].end(), d)) {
+        continue;
+      }
+      const Triangle one{a, d, c};
+      const Triangle two{d, b, c};
+      double before = 1;
+      double after = 1;
+      for (const std::vector<Vec3>& points : cycle) {
+        const Vec3 outward = doubled_area(points, triangles_[n]).normalized() +
+                             doubled_area(points, triangles_[other]).normalized();
+        before = std::min({before, goodness(points, triangles_[n], outward),
+                           goodness(points, triangles_[other], outward)});
+        after = std::min({after, goodness(points, one, outward), goodness(points, two, outward)});
+        const Vec3 apart = 0.5 * (points[a] + points[b] - points[c] - points[d]);
+        const double area = outward.norm() > 0 ? std::abs(apart.dot(outward.normalized())) : 1e9;
+        if (area > kMostOffEdges * edge_mm_) after = -1;
+      }
+      if (after < before + kBetter) continue;
+      triangles_[n] = one;
+      triangles_[other] = two;
+      changed[n] = changed[other] = true;
+      const auto drop = [&](std::uint32_t v, std::uint32_t from) {
+        auto& ring = ring_[from];
+        ring.erase(std::lower_bound(ring.begin(), ring.end(), v));
+      };
+      const auto join = [&](std::uint32_t v, std::uint32_t to) {
+        auto& ring = ring_[to];
+        ring.insert(std::lower_bound(ring.begin(), ring.end(), v), v);
+      };
+      drop(a, b);
+      drop(b, a);
+      join(c, d);
+      join(d, c);
+      side.erase({a, b});
+      side.erase({b, a});
+      for (const std::size_t made : {n, other}) {
+        const Triangle& m = triangles_[made];
+        for (std::size_t k = 0; k < 3; ++k) side[{m[k], m[(k + 1) % 3]}] = made;
+      }
+      ++flips;
+    }
+  }
+  return flips;
+}
+
+void CycleFit::settle(Cycle& cycle) {
+  constexpr int kRounds = 40;
+  constexpr int kFlipEvery = 4;
+  constexpr int kPatience = 8;  // rounds without getting better
+  int best_round = 0;
+  const std::size_t phases = cycle.size();
+  parallel_for(phases, [&](std::size_t p) {
+    const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
+    for (std::size_t v = 0; v < cycle[p].size(); ++v) {
+      cycle[p][v] = on_surface(cycle[p][v], normals[v], p);
+    }
+  });
+  Cycle best = cycle;
+  std::vector<Triangle> best_triangles = triangles_;
+  std::size_t fewest = phases * triangles_.size() + 1;
+  for (int round = 0; round <= kRounds; ++round) {
+    std::vector<std::vector<bool>> bad_at(phases);
+    parallel_for(phases, [&](std::size_t p) { bad_at[p] = bad_triangles(cycle[p], kThinDeg); });
+    std::vector<bool> bad(triangles_.size(), false);
+    std::size_t count = 0;
+    for (const std::vector<bool>& at : bad_at) {
+      for (std::size_t n = 0; n < bad.size(); ++n) {
+        if (!at[n]) continue;
+        bad[n] = true;
+        ++count;
+      }
+    }
+    if (count < fewest) {
+      fewest = count;
+      best = cycle;
+      best_triangles = triangles_;
+      best_round = round;
+    }
+    if (count == 0 || round == kRounds || round > best_round + kPatience) break;
+    if (round % kFlipEvery == kFlipEvery - 1) (void)flip_edges(cycle, bad);
+    const std::vector<bool> loose = loosened(bad, 1);
+    parallel_for(phases, [&](std::size_t p) {
+      const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
+      std::vector<Vec3> moved = cycle[p];
+      for (std::size_t v = 0; v < moved.size(); ++v) {
+        if (!loose[v]) continue;
+        moved[v] = on_surface(0.5 * (cycle[p][v] + middle_of_ring(cycle[p], v)), normals[v], p);
+      }
+      cycle[p] = std::move(moved);
+    });
+  }
+  cycle = std::move(best);
+  triangles_ = std::move(best_triangles);
+  find_neighbours();
+}
+
+int CycleFit::mend(Cycle& cycle) {
+  constexpr int kRounds = 24;
+  constexpr int kFlipEvery = 4;
+  constexpr int kPatience = 6;  // rounds without getting better
+  int best_round = 0;
+  const std::size_t phases = cycle.size();
+  std::vector<int> crossings(phases, -1);  // -1: not known
+  Cycle best = cycle;
+  std::vector<Triangle> best_triangles = triangles_;
+  int best_crossings = 0;
+  std::size_t fewest = 0;
+  for (int round = 0; round <= kRounds; ++round) {
+    std::vector<std::vector<bool>> thin(phases);
+    std::vector<std::vector<bool>> crossing(phases);
+    std::vector<std::size_t> wrong(phases);
+    parallel_for(phases, [&](std::size_t p) {
+      thin[p] = bad_triangles(cycle[p], kTooThinDeg);
+      wrong[p] = static_cast<std::size_t>(std::count(thin[p].begin(), thin[p].end(), true));
+      crossing[p].assign(triangles_.size(), false);
+      if (crossings[p] == 0) return;
+      const auto pairs = self_intersections(cycle[p], triangles_);
+      for (const auto& [one, other] : pairs) crossing[p][one] = crossing[p][other] = true;
+      crossings[p] = static_cast<int>(pairs.size());
+      wrong[p] += pairs.size();
+    });
+    std::size_t count = 0;
+    int crossings_now = 0;
+    for (std::size_t p = 0; p < phases; ++p) {
+      count += wrong[p];
+      crossings_now += crossings[p];
+    }
+    if (round == 0 || count < fewest) {
+      fewest = count;
+      best = cycle;
+      best_triangles = triangles_;
+      best_crossings = crossings_now;
+      best_round = round;
+    }
+    if (count == 0 || round == kRounds || round > best_round + kPatience) break;
+    if (round % kFlipEvery == kFlipEvery - 1) {
+      std::vector<bool> any(triangles_.size(), false);
+      for (const std::vector<bool>& at : thin) {
+        for (std::size_t n = 0; n < any.size(); ++n) any[n] = any[n] || at[n];
+      }
+      if (flip_edges(cycle, any) > 0) std::fill(crossings.begin(), crossings.end(), -1);
+    }
+    parallel_for(phases, [&](std::size_t p) {
+      if (wrong[p] == 0) return;
+      crossings[p] = -1;
+      const std::vector<bool> around_thin = loosened(thin[p], 1);
+      const std::vector<bool> around_crossing = loosened(crossing[p], 2);
+      std::vector<Vec3> moved = cycle[p];
+      for (std::size_t v = 0; v < moved.size(); ++v) {
+        if (!around_thin[v] && !around_crossing[v]) continue;
+        moved[v] = 0.5 * (cycle[p][v] + middle_of_ring(cycle[p], v));
+      }
+      cycle[p] = std::move(moved);
+    });
+  }
+  cycle = std::move(best);
+  triangles_ = std::move(best_triangles);
+  find_neighbours();
+  return best_crossings;
+}
+
+}  // namespace beatlas::mesh
