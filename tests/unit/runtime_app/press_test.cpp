@@ -62,8 +62,7 @@ TEST(Press, WaitsForWholeBeatsOfASlowHeart) {
     }
     // A beat before the finger comes, and the last one under it.
     EXPECT_LT(press.natural.back().time_s, press.script.natural_s + 1e-9) << rate;
-    const double let_go_s =
-        press.script.natural_s + press.script.moving_s + press.script.held_s;
+    const double let_go_s = press.script.natural_s + press.script.moving_s + press.script.held_s;
     EXPECT_GT(press.pressed.back().time_s, let_go_s - 60 / rate - 2e-3) << rate;
     EXPECT_LT(press.pressed_beat.output_l_per_min, 0.9 * press.natural_beat.output_l_per_min)
         << rate;
