@@ -115,6 +115,7 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   lights->SetKeyLightIntensity(0.85);
   lights->SetKeyToFillRatio(2.2);
   lights->SetKeyToHeadRatio(2.5);
+  lights->Update();
   lights->AddLightsToRenderer(parts.renderer);
   parts.make_surfaces();
   parts.make_volume();

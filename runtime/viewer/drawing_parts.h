@@ -62,6 +62,7 @@ struct VolumeParts {
   vtkSmartPointer<vtkImageData> image;
   vtkSmartPointer<vtkSmartVolumeMapper> mapper;
   vtkSmartPointer<vtkVolume> volume;
+  vtkSmartPointer<vtkPlane> plane;
   vtkSmartPointer<vtkImageData> slice;
   vtkSmartPointer<vtkTexture> texture;
   vtkSmartPointer<vtkPolyData> slice_quad;

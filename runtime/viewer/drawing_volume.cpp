@@ -14,9 +14,13 @@ namespace beatlas::viewer {
 namespace {
 
 constexpr double kSlicePixelMm = 0.5;
-constexpr double kMaskEdgeMm = 2.5;
+// The ray caster knows depths to a voxel or so: it begins this far behind the images on the cut, so
+// that it does not tint them.
+constexpr double kBehindCutMm = 2;
+constexpr double kMaskBeginMm = -0.5;
+constexpr double kMaskEndMm = 1;
 
-// 1 within the heart at any phase, falling to 0 over kMaskEdgeMm around it.
+// 1 within the heart at any phase, falling to 0 at its edge: what lies around it is as bright.
 std::vector<std::uint8_t> heart_mask(const atlas::VolumePayload& volume,
                                      const field::FieldQuery& heart) {
   std::vector<std::uint8_t> mask(volume.sample_count());
@@ -59,6 +63,7 @@ void HeartDrawing::Parts::make_volume() {
       .low = std::max(atlas::whole_window(payload).low, volume.tissue.muscle - 2 * span),
       .high = volume.tissue.blood + 0.6 * span};
   volume.samples.resize(payload.sample_count());
+  volume.plane = vtkSmartPointer<vtkPlane>::New();
 
   Vec3 spacing;
   vtkNew<vtkMatrix4x4> matrix;
@@ -137,10 +142,15 @@ void HeartDrawing::Parts::update_volume() {
   const bool rays = preset != VolumePreset::Off;
   volume.volume->SetVisibility(rays ? 1 : 0);
   volume.mapper->RemoveAllClippingPlanes();
-  if (cut) volume.mapper->AddClippingPlane(plane);
+  if (cut) {
+    const Vec3 begin = cut->point_mm - (image_on_cut ? kBehindCutMm : 0) * cut->normal;
+    volume.plane->SetOrigin(begin.x(), begin.y(), begin.z());
+    volume.plane->SetNormal(-cut->normal.x(), -cut->normal.y(), -cut->normal.z());
+    volume.mapper->AddClippingPlane(volume.plane);
+  }
   if (rays) {
     update_samples(true);
-    const Vec3 red(0.86, 0.13, 0.12);
+    const Vec3 red(0.74, 0.11, 0.10);
     const Vec3 flesh(0.78, 0.45, 0.36);
     const Vec3 pale(0.96, 0.80, 0.70);
     const std::array<Ramp, 6> muscle{{{-0.75, 0, flesh * 0.6},
@@ -153,7 +163,7 @@ void HeartDrawing::Parts::update_volume() {
                                      {0.45, 0, red * 0.6},
                                      {0.6, 0.10, red * 0.85},
                                      {0.85, 0.40, red},
-                                     {1.1, 0.55, Vec3(0.95, 0.30, 0.24)},
+                                     {1.1, 0.55, Vec3(0.84, 0.22, 0.18)},
                                      {1.6, 0.60, pale}}};
     vtkNew<vtkPiecewiseFunction> opacity;
     vtkNew<vtkColorTransferFunction> colour;
