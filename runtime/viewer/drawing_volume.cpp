@@ -35,8 +35,8 @@ std::vector<std::uint8_t> heart_mask(const atlas::VolumePayload& volume,
           const double t = heart.rr_interval_s() * moment / kMoments;
           least = std::min(least, heart.sample(place, t).distance_mm);
         }
-        mask[at] = static_cast<std::uint8_t>(
-            std::lround(255 * std::clamp(1 - least / kMaskEdgeMm, 0., 1.)));
+        const double share = (kMaskEndMm - least) / (kMaskEndMm - kMaskBeginMm);
+        mask[at] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
       }
     }
   }

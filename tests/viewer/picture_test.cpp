@@ -218,7 +218,7 @@ TEST_F(Pictures, TheDentIsAsDeepAsThePatchSays) {
   ASSERT_TRUE(tool.touching);
   EXPECT_NEAR(tool.dent_mm, 6, 0.5);  // the sphere's distance and the way along the normal differ
   EXPECT_NEAR(tool.dent_mm, 1e3 * run.last.circulation.dent_m[0], 1e-9);
-  EXPECT_NEAR(tool.dent_mm, -run.last.servo.distance_mm, 0.05);
+  EXPECT_NEAR(tool.dent_mm, -run.last.servo.distance_mm, 0.15);  // a tick apart
   EXPECT_GT(tool.force_n.norm(), 0.5);
 
   HeartDrawing heart(opened.atlas, opened.field, {.caption = false});
