@@ -346,19 +346,6 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
   }
 }
 
-void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels) {
-  if (!chambers.parts_atria()) return;
-  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
-    const auto base = static_cast<float>(chambers.axis->lv_base_mm[p]);
-    for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
-      std::uint8_t& label = labels.phases[p][v];
-      if (chambers.height_mm[v] > base && (label == kLabelLvBlood || label == kLabelLvMyocardium)) {
-        label = kLabelRestOfHeart;
-      }
-    }
-  }
-}
-
 void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const KnownLabels& known,
                      const SmoothedBefore& before) {
   const Grid& grid = labels.grid;

@@ -15,9 +15,6 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
                 int phase, const std::vector<std::uint8_t>& drawn,
                 std::vector<std::uint8_t>& labels);
 
-/// Makes of what smoothing carried beyond the LV's base plane the rest of the heart.
-void cut_at_base(const Chambers& chambers, ImageCycle<std::uint8_t>& labels);
-
 /// What went into smooth_outlines another time, and what came out; null: nothing.
 struct SmoothedBefore {
   const LabelImages* in = nullptr;

@@ -15,6 +15,7 @@
 #include "pipeline/segment/groundwork.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
+#include "pipeline/segment/open_base.h"
 #include "pipeline/segment/outer_layer.h"
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/seeds.h"
