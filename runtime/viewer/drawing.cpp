@@ -125,7 +125,7 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   if (options.offscreen) {
     auto window = vtkSmartPointer<vtkRenderWindow>::New();
     window->SetOffScreenRendering(1);
-    parts.make_window(window);
+    parts.make_window(window.Get());
     window->SetSize(kLeastPixels, kLeastPixels);
     if (window->SupportsOpenGL() == 0) {
       throw Error(ErrorCode::Machine,
@@ -136,8 +136,8 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
 
 HeartDrawing::~HeartDrawing() = default;
 
-void HeartDrawing::Parts::make_window(vtkSmartPointer<vtkRenderWindow> made) {
-  window = std::move(made);
+void HeartDrawing::Parts::make_window(vtkRenderWindow* made) {
+  window = made;
   window->SetNumberOfLayers(2);
   window->SetMultiSamples(4);
   window->AddRenderer(renderer);

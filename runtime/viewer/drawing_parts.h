@@ -116,7 +116,7 @@ struct HeartDrawing::Parts {
   void make_volume();
   void make_tool();
   void make_overlay();
-  void make_window(vtkSmartPointer<vtkRenderWindow> made);
+  void make_window(vtkRenderWindow* made);
 
   /// Everything as of `beats`, `cut`, `tool`.
   void update();
