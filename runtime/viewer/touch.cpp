@@ -155,8 +155,8 @@ ToolPicture Touch::tool_picture(const Felt& felt) const {
   picture.radius_mm = settings_.tool_radius_mm;
   picture.touching = felt.servo.touching;
   picture.dent_radius_mm = dent_radius_mm_;
-  // The wall is as deep as the patch says, under the finger or still coming back.
-  picture.dent_mm = std::max(0.0, felt.circulation.dent_m[0] / kMPerMm);
+  // Under the finger the wall lies where the finger is: the patch's depth below the moving surface.
+  picture.dent_mm = std::max(0.0, -felt.servo.distance_mm);
   const Vec3 normal = vector(felt.servo.normal);
   if (normal.norm() > 0.5) picture.dent_normal = normal.normalized();
   picture.dent_place_mm = picture.proxy_mm - settings_.tool_radius_mm * picture.dent_normal;
