@@ -9,7 +9,6 @@
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkLightKit.h>
-#include <vtkOpenGLRenderWindow.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
 #include <vtkProperty.h>
@@ -329,9 +328,12 @@ std::vector<Vec3f> HeartDrawing::drawn_vertices(Structure structure) {
   return {};
 }
 
-std::string HeartDrawing::renderer() const {
-  auto* window = vtkOpenGLRenderWindow::SafeDownCast(parts_->window);
-  const std::string told = window == nullptr ? "" : window->ReportCapabilities();
+std::string HeartDrawing::renderer() const { return parts_->gl_renderer(); }
+
+std::string HeartDrawing::Parts::gl_renderer() const {
+  if (!window) return "unknown";
+  const char* text = window->ReportCapabilities();
+  const std::string told = text == nullptr ? "" : text;
   const std::string key = "OpenGL renderer string:";
   const std::size_t at = told.find(key);
   if (at == std::string::npos) return "unknown";

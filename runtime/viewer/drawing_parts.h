@@ -59,6 +59,7 @@ struct VolumeParts {
   std::vector<std::uint8_t> samples;  ///< of now
   double samples_beats = -1;
   bool masked_current = false;
+  bool caster_chosen = false;
   vtkSmartPointer<vtkImageData> image;
   vtkSmartPointer<vtkSmartVolumeMapper> mapper;
   vtkSmartPointer<vtkVolume> volume;
@@ -123,6 +124,8 @@ struct HeartDrawing::Parts {
   void update_surface(SurfaceParts& part) const;
   void update_cut(SurfaceParts& part) const;
   void update_volume();
+  void choose_caster();
+  [[nodiscard]] std::string gl_renderer() const;
   void update_samples(bool masked);
   void update_slice();
   void update_tool();

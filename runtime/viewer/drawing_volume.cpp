@@ -137,8 +137,19 @@ void HeartDrawing::Parts::update_samples(bool masked) {
   volume.masked_current = true;
 }
 
+// Without a graphics card VTK's own ray caster is many times quicker than its shaders on Mesa.
+void HeartDrawing::Parts::choose_caster() {
+  if (volume.caster_chosen || !window) return;
+  volume.caster_chosen = true;
+  const std::string told = gl_renderer();
+  for (const char* software : {"llvmpipe", "softpipe", "Software", "SWR"}) {
+    if (told.find(software) != std::string::npos) volume.mapper->SetRequestedRenderModeToRayCast();
+  }
+}
+
 void HeartDrawing::Parts::update_volume() {
   if (!volume.payload) return;
+  if (preset != VolumePreset::Off) choose_caster();
   const bool rays = preset != VolumePreset::Off;
   volume.volume->SetVisibility(rays ? 1 : 0);
   volume.mapper->RemoveAllClippingPlanes();

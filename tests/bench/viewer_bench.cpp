@@ -131,6 +131,7 @@ int main(int argc, char** argv) try {
   std::printf(
       "surfaces: beating %.1f ms, standing still %.1f, plain VTK standing still %.1f: %.2fx\n",
       beating, still, plain, beating / plain);
+  (void)std::fflush(stdout);
   if (!drawing.has_volume()) return 0;
   for (const Structure structure : kAllStructures) {
     viewer::Look look = drawing.look(structure);
