@@ -19,9 +19,10 @@ ROOMS = {
     "runtime/c": _ATLAS + ("runtime/field", "runtime/haptics"),
     "runtime/palpation": _ATLAS + ("runtime/field", "runtime/haptics"),
     "runtime/plot": _BASE,
-    "runtime/viewer": _ATLAS + ("runtime/field", "runtime/haptics", "runtime/palpation"),
+    "runtime/viewer": _ATLAS + ("runtime/field", "runtime/device", "runtime/haptics",
+                                "runtime/palpation"),
     "runtime/app": _ATLAS + ("runtime/field", "runtime/device", "runtime/haptics",
-                             "runtime/palpation", "runtime/plot", "runtime/viewer"),
+                             "runtime/palpation", "runtime/plot"),
     "pipeline/core": _ATLAS,
     "pipeline/formats": _CORE,
     "pipeline/ingest": _CORE + ("pipeline/formats",),
@@ -67,6 +68,9 @@ LIBRARIES = {
     "VTK": _library(r"^vtk|^Dicom/vtk", r"/include/vtk|/vtk[A-Z]\w*\.(h|txx)$",
                     r"^libvtk", r"\bvtk[A-Z]\w*",
                     "pipeline/ingest", "pipeline/formats", "pipeline/report", "runtime/viewer"),
+    "Qt": _library(r"^Q[A-Z]|^Qt[A-Z]", r"/qt5/", r"^libQt5",
+                   r"\bQ(Widget|MainWindow|Application|Painter|Image|Color|String|Rect)\b",
+                   "runtime/viewer"),
     "OpenCV": _library(r"^opencv", r"/include/opencv", r"^libopencv", r"\bcv::\w+",
                        "pipeline/segment", "pipeline/register", "pipeline/report"),
     "OpenVDB": _library(r"^(open|nano)vdb/", r"/include/(open|nano)vdb/", r"^libopenvdb",
@@ -86,7 +90,7 @@ LIBRARIES = {
 
 # What no program of the runtime core may see or load: its size, its licence (CGAL is GPL) and
 # its start-up time depend on it. Drawing (runtime/viewer) is an optional target beside the core.
-HEAVY = ("VTK", "OpenCV", "OpenVDB", "CGAL", "OpenMesh")
+HEAVY = ("VTK", "Qt", "OpenCV", "OpenVDB", "CGAL", "OpenMesh")
 OUTSIDE_THE_CORE = ("runtime/viewer",)
 
 MAX_LINES = 600

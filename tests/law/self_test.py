@@ -85,7 +85,7 @@ class TextLaws(House):
                     "OpenVDB": "openvdb/openvdb.h", "CGAL": "CGAL/Surface_mesh.h",
                     "OpenMesh": "OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh",
                     "Draco": "draco/mesh/mesh.h", "niftilib": "nifti/nifti1_io.h",
-                    "GDCM": "gdcmTrace.h"}
+                    "GDCM": "gdcmTrace.h", "Qt": "QWidget"}
         self.assertEqual(set(examples), set(rules.LIBRARIES))
         for name, header in examples.items():
             with self.subTest(name):

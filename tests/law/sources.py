@@ -80,12 +80,13 @@ def check_libraries(root):
 def public_headers(root):
     """Headers that anyone outside their room reads, directly or through others.
 
-    Those of runtime/ all are, because trainers outside this repository include them. A header
-    that stays within its room is the room's own affair.
+    Those of the runtime's core all are, because trainers outside this repository include them. A
+    header that stays within its room is the room's own affair.
     """
     reads = {path: {target for _, target, _ in includes(text)}
              for path, text in source_files(root, ("pipeline", "runtime"))}
-    found = {path for path in reads if path.startswith("runtime/") and path.endswith(".h")}
+    found = {path for path in reads if path.startswith("runtime/") and path.endswith(".h")
+             and room_of(path) not in rules.OUTSIDE_THE_CORE}
     todo = [target for path, targets in reads.items() for target in targets
             if target in reads and room_of(target) != room_of(path)]
     while todo:

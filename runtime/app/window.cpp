@@ -1,0 +1,42 @@
+#include "runtime/app/window.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <ostream>
+#include <string_view>
+
+#include <unistd.h>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::app {
+
+bool wants_picture(int argc, const char* const* argv) {
+  if (argc < 2) return false;
+  const std::string_view first = argv[1];
+  if (first == "probe" || first == "replay-ticks") return false;
+  constexpr std::array<std::string_view, 4> kWithout{"--headless", "--list-devices", "--help",
+                                                     "-h"};
+  return std::none_of(argv + 1, argv + argc, [&](const char* word) {
+    return std::find(kWithout.begin(), kWithout.end(), word) != kWithout.end();
+  });
+}
+
+int become_viewer(char** argv, std::ostream& err) {
+  std::error_code failed;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", failed);
+  const std::filesystem::path viewer = self.parent_path() / "beatlas-view";
+  if (failed || !std::filesystem::exists(viewer, failed)) {
+    err << "beatlas-play: this build has no viewer; use --headless to feel the package without a "
+           "picture, or `beatlas-play probe`\n";
+    return static_cast<int>(ErrorCode::Usage);
+  }
+  execv(viewer.c_str(), argv);
+  err << "beatlas-play: " << viewer.string() << " cannot be run: " << std::strerror(errno) << '\n';
+  return static_cast<int>(ErrorCode::Machine);
+}
+
+}  // namespace beatlas::app

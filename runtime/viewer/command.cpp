@@ -1,0 +1,225 @@
+#include "runtime/viewer/command.h"
+
+#include <QGuiApplication>
+#include <cstdlib>
+#include <new>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "runtime/base/error.h"
+#include "runtime/viewer/display.h"
+#include "runtime/viewer/stills.h"
+#include "runtime/viewer/window.h"
+
+namespace beatlas::viewer {
+namespace {
+
+struct Words {
+  ViewOptions options;
+  std::string package;
+  std::string phase = "ed";
+  std::string screenshot;
+  std::string record;
+  int frames = 30;
+  std::string cut;
+  std::vector<double> cut_plane;
+  std::string volume = "off";
+  std::vector<std::string> opacity;
+  std::vector<double> press_at;
+  std::string size = "800x600";
+};
+
+[[noreturn]] void throw_usage(const std::string& message) {
+  throw Error(ErrorCode::Usage, message);
+}
+
+template <class Names>
+std::vector<std::string> words_of(const Names& names) {
+  return {names.begin(), names.end()};
+}
+
+void add_options(CLI::App& app, Words& words) {
+  ViewOptions& options = words.options;
+  app.add_option("PACKAGE", words.package, "a .beatlas file");
+  app.add_option("--screenshot", words.screenshot, "PNG to write instead of opening a window");
+  app.add_option("--record", words.record, "folder for the pictures of one beat, frame_NNNN.png");
+  app.add_option("--frames", words.frames, "record: how many")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  app.add_option("--phase", words.phase, "ed, es, or a part of the beat from 0 to 1")
+      ->capture_default_str();
+  app.add_option("--view", options.view, "from where (anterior; left with --press-mm)")
+      ->check(CLI::IsMember(words_of(kViews)));
+  app.add_option("--zoom", options.zoom, "larger than all that beats")
+      ->check(CLI::Range(0.05, 50.0))
+      ->capture_default_str();
+  app.add_option("--cut", words.cut, "take one half away, with the image on the cut")
+      ->check(CLI::IsMember(words_of(kCuts)));
+  app.add_option("--cut-offset-mm", options.cut_offset_mm, "cut: away from the middle")
+      ->check(CLI::Range(-300.0, 300.0));
+  app.add_option("--cut-plane", words.cut_plane,
+                 "a free cut: a point [mm] and a normal, workspace; what is on the normal's side "
+                 "is taken away")
+      ->expected(6);
+  app.add_flag("!--no-image", options.image_on_cut, "cut: structures' colours, not the image");
+  app.add_option("--volume", words.volume,
+                 "the images as a volume: muscle, or blood (the bright cavities through the beat, "
+                 "not measured flow)")
+      ->check(CLI::IsMember({"off", "muscle", "blood"}))
+      ->capture_default_str();
+  app.add_option("--opacity", words.opacity, "STRUCTURE=0..1, as heart=0.2; 0 hides; repeatable");
+  app.add_option("--press-mm,--press", options.press_mm,
+                 "a tool presses so deep [mm], eight beats long, until it is --phase")
+      ->check(CLI::Range(0.0, 15.0));
+  app.add_option("--press-at", words.press_at,
+                 "press: direction from the heart's centre, patient LPS (the LV's free wall)")
+      ->expected(3);
+  app.add_flag("--plots", options.plots, "volumes, or force, depth and P-V loops of the press");
+  app.add_flag("!--no-caption", options.caption, "no names, scale bar and orientation cube");
+  app.add_flag("--stereo", options.anaglyph, "for glasses with red on the left and cyan");
+  app.add_option("--size", words.size, "pixels, WIDTHxHEIGHT")->capture_default_str();
+}
+
+void read_size(Words& words) {
+  const std::size_t by = words.size.find('x');
+  const auto number = [](const std::string& text) {
+    const bool digits = !text.empty() && text.size() <= 5 &&
+                        text.find_first_not_of("0123456789") == std::string::npos;
+    return digits ? std::stoi(text) : 0;
+  };
+  if (by != std::string::npos) {
+    words.options.width = number(words.size.substr(0, by));
+    words.options.height = number(words.size.substr(by + 1));
+  }
+  const auto in_range = [](int pixels) { return pixels >= 64 && pixels <= 8192; };
+  if (by == std::string::npos || !in_range(words.options.width) ||
+      !in_range(words.options.height)) {
+    throw_usage("--size must be WIDTHxHEIGHT, each from 64 to 8192, as 800x600");
+  }
+}
+
+void read_opacity(Words& words) {
+  for (const std::string& word : words.opacity) {
+    const std::size_t at = word.find('=');
+    const auto structure = structure_from_name(word.substr(0, at));
+    double opacity = -1;
+    std::size_t used = 0;
+    try {
+      if (at != std::string::npos) opacity = std::stod(word.substr(at + 1), &used);
+    } catch (const std::exception&) {
+      opacity = -1;
+    }
+    if (!structure || !(opacity >= 0 && opacity <= 1) || at + 1 + used != word.size()) {
+      throw_usage("--opacity must be STRUCTURE=0..1, as heart=0.2, not " + word);
+    }
+    words.options.opacity[*structure] = opacity;
+  }
+}
+
+void read_words(Words& words) {
+  ViewOptions& options = words.options;
+  options.package = words.package;
+  if (options.view.empty()) options.view = options.press_mm > 0 ? "left" : "anterior";
+  options.cut = words.cut;
+  if (words.volume == "muscle") options.volume = VolumePreset::Muscle;
+  if (words.volume == "blood") options.volume = VolumePreset::Blood;
+  read_size(words);
+  read_opacity(words);
+  if (!words.cut_plane.empty()) {
+    const std::vector<double>& v = words.cut_plane;
+    if (!words.cut.empty()) throw_usage("--cut and --cut-plane both cut; give one of them");
+    const Vec3 normal(v[3], v[4], v[5]);
+    if (!(normal.norm() > 1e-6) || !normal.allFinite()) {
+      throw_usage("--cut-plane: the normal has no direction");
+    }
+    options.free_cut = CutPlane{.point_mm = {v[0], v[1], v[2]}, .normal = normal.normalized()};
+  }
+  if (!words.press_at.empty()) {
+    const Vec3 direction(words.press_at[0], words.press_at[1], words.press_at[2]);
+    if (!(direction.norm() > 1e-6)) throw_usage("--press-at is no direction");
+    options.press_lps = direction;
+  }
+  if (!words.screenshot.empty() && !words.record.empty()) {
+    throw_usage("--screenshot and --record exclude each other; give one of them");
+  }
+  if (words.package.empty() && (!words.screenshot.empty() || !words.record.empty())) {
+    throw_usage("name a package; see --help");
+  }
+}
+
+void write_stills(Words& words) {
+  const OpenedHeart heart = open_heart(words.options.package);
+  words.options.phase = phase_of(words.phase, heart.atlas->manifest());
+  const Display display;
+  qInstallMessageHandler([](QtMsgType, const QMessageLogContext&, const QString&) {});
+  // Plots need Qt's fonts, no window.
+  setenv("QT_QPA_PLATFORM", "offscreen", 1);
+  int count = 1;
+  std::string name = "beatlas-view";
+  char* names[] = {name.data(), nullptr};
+  const QGuiApplication application(count, names);
+  if (!words.screenshot.empty()) {
+    write_screenshot(words.options, heart, words.screenshot);
+  } else {
+    write_recording(words.options, heart, words.record, words.frames);
+  }
+}
+
+int run(Words& words) {
+  read_words(words);
+  if (!words.screenshot.empty() || !words.record.empty()) {
+    write_stills(words);
+    return 0;
+  }
+  // What is wrong with the package is said before there is a window.
+  std::optional<OpenedHeart> heart;
+  if (!words.package.empty()) {
+    heart = open_heart(words.options.package);
+    words.options.phase = phase_of(words.phase, heart->atlas->manifest());
+  }
+  if (!has_display()) {
+    throw Error(ErrorCode::Machine,
+                "there is no display for a window; use --screenshot FILE, or --headless");
+  }
+  return show_window(words.options, heart);
+}
+
+}  // namespace
+
+int view(int argc, char** argv, std::ostream& out, std::ostream& err) {
+  CLI::App app(
+      "See a beating-heart atlas, and touch it with the mouse.\n"
+      "  beatlas-play [PACKAGE] [OPTIONS]                     a window\n"
+      "  beatlas-play PACKAGE --screenshot FILE.png [OPTIONS]\n"
+      "  beatlas-play PACKAGE --record FOLDER [OPTIONS]\n"
+      "Pictures need no display: without one an Xvfb is started for them.",
+      "beatlas-play");
+  Words words;
+  add_options(app, words);
+  try {
+    app.parse(argc, argv);
+    return run(words);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {
+      app.exit(error, out, err);
+      return 0;
+    }
+    err << "beatlas-play: " << error.what() << "; see beatlas-view --help\n";
+    return static_cast<int>(ErrorCode::Usage);
+  } catch (const Error& error) {
+    err << "beatlas-play: " << error.what() << '\n';
+    return static_cast<int>(error.code());
+  } catch (const std::bad_alloc&) {
+    err << "beatlas-play: there is not enough memory\n";
+    return static_cast<int>(ErrorCode::Machine);
+  } catch (const std::exception& error) {
+    err << "beatlas-play: " << error.what() << '\n';
+    return static_cast<int>(ErrorCode::Machine);
+  }
+}
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,344 @@
+#include "runtime/viewer/drawing.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkLightKit.h>
+#include <vtkPNGWriter.h>
+#include <vtkPointData.h>
+#include <vtkProperty.h>
+#include <vtkUnsignedCharArray.h>
+
+#include "runtime/base/error.h"
+#include "runtime/viewer/drawing_parts.h"
+
+namespace beatlas::viewer {
+namespace {
+
+constexpr int kLeastPixels = 16;
+constexpr int kMostPixels = 16384;
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+}  // namespace
+
+Look default_look(Structure structure) {
+  switch (structure) {
+    case Structure::Heart:
+      return {.colour = {0.87, 0.62, 0.53}, .opacity = 0.32};
+    case Structure::LvBlood:
+      return {.colour = {0.80, 0.10, 0.12}};
+    case Structure::RvBlood:
+      return {.colour = {0.22, 0.38, 0.78}};
+    case Structure::LvMyocardium:
+      return {.colour = {0.70, 0.33, 0.27}};
+  }
+  return {};
+}
+
+std::string structure_title(Structure structure) {
+  switch (structure) {
+    case Structure::Heart:
+      return "Heart";
+    case Structure::LvBlood:
+      return "Left ventricle, blood";
+    case Structure::RvBlood:
+      return "Right ventricle, blood";
+    case Structure::LvMyocardium:
+      return "Left ventricle, muscle";
+  }
+  return {};
+}
+
+void write_png(const Picture& picture, const std::filesystem::path& file) {
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(picture.width, picture.height, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  const std::size_t row = 3 * static_cast<std::size_t>(picture.width);
+  for (int y = 0; y < picture.height; ++y) {
+    const auto* from = picture.rgb.data() + row * static_cast<std::size_t>(picture.height - 1 - y);
+    std::copy(from, from + row, static_cast<std::uint8_t*>(image->GetScalarPointer(0, y, 0)));
+  }
+  vtkNew<vtkPNGWriter> writer;
+  writer->WriteToMemoryOn();
+  writer->SetInputData(image);
+  writer->Write();
+  vtkUnsignedCharArray* bytes = writer->GetResult();
+  const std::filesystem::path part = file.string() + ".part";
+  {
+    std::ofstream stream(part, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes->GetPointer(0)), bytes->GetNumberOfTuples());
+    stream.flush();
+    if (!stream) {
+      std::error_code ignored;
+      std::filesystem::remove(part, ignored);
+      throw Error(ErrorCode::Machine, file.string() +
+                                          " cannot be written; is there such a folder, "
+                                          "and room on the disk?");
+    }
+  }
+  std::error_code failed;
+  std::filesystem::rename(part, file, failed);
+  if (failed) {
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    throw Error(ErrorCode::Machine, file.string() + " cannot be written: " + failed.message());
+  }
+}
+
+HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
+                           std::shared_ptr<const field::FieldQuery> field,
+                           const DrawingOptions& options)
+    : parts_(std::make_unique<Parts>()) {
+  Parts& parts = *parts_;
+  parts.frame = heart_frame(*atlas);
+  parts.atlas = std::move(atlas);
+  parts.field = std::move(field);
+  parts.options = options;
+  parts.plane = vtkSmartPointer<vtkPlane>::New();
+  parts.renderer = vtkSmartPointer<vtkRenderer>::New();
+  parts.renderer->SetBackground(0.055, 0.065, 0.085);
+  parts.renderer->SetBackground2(0.16, 0.18, 0.22);
+  parts.renderer->GradientBackgroundOn();
+  // Surfaces are drawn from the inside out with their far sides left out: in order without sorting.
+  parts.renderer->SetUseDepthPeeling(0);
+  vtkNew<vtkLightKit> lights;
+  lights->SetKeyLightIntensity(0.85);
+  lights->SetKeyToFillRatio(2.2);
+  lights->SetKeyToHeadRatio(2.5);
+  lights->Update();
+  lights->AddLightsToRenderer(parts.renderer);
+  parts.make_surfaces();
+  parts.make_volume();
+  parts.make_tool();
+  parts.make_overlay();
+  set_camera(standard_view(parts.frame, "anterior"));
+  if (options.offscreen) {
+    auto window = vtkSmartPointer<vtkRenderWindow>::New();
+    window->SetOffScreenRendering(1);
+    parts.make_window(window.Get());
+    window->SetSize(kLeastPixels, kLeastPixels);
+    if (window->SupportsOpenGL() == 0) {
+      throw Error(ErrorCode::Machine,
+                  "nothing can be drawn: OpenGL 3.2 is not there; install libgl1-mesa-dri");
+    }
+  }
+}
+
+HeartDrawing::~HeartDrawing() = default;
+
+void HeartDrawing::Parts::make_window(vtkRenderWindow* made) {
+  window = made;
+  window->SetNumberOfLayers(2);
+  window->SetMultiSamples(4);
+  window->AddRenderer(renderer);
+  if (options.caption) window->AddRenderer(overlay.marker);
+  if (options.anaglyph) {
+    window->SetStereoTypeToAnaglyph();
+    window->StereoRenderOn();
+  }
+}
+
+const HeartFrame& HeartDrawing::frame() const { return parts_->frame; }
+
+bool HeartDrawing::has(Structure structure) const {
+  return std::any_of(parts_->surfaces.begin(), parts_->surfaces.end(),
+                     [&](const SurfaceParts& part) { return part.structure == structure; });
+}
+
+bool HeartDrawing::has_volume() const { return parts_->volume.payload != nullptr; }
+
+void HeartDrawing::set_beats(double beats) {
+  const double whole = std::isfinite(beats) ? beats - std::floor(beats) : 0;
+  parts_->stale = parts_->stale || whole != parts_->beats;
+  parts_->beats = whole;
+}
+
+void HeartDrawing::set_look(Structure structure, const Look& look) {
+  for (SurfaceParts& part : parts_->surfaces) {
+    if (part.structure == structure) part.look = look;
+  }
+  parts_->stale = true;
+}
+
+Look HeartDrawing::look(Structure structure) const {
+  for (const SurfaceParts& part : parts_->surfaces) {
+    if (part.structure == structure) return part.look;
+  }
+  return default_look(structure);
+}
+
+void HeartDrawing::set_volume(VolumePreset preset) {
+  parts_->preset = preset;
+  parts_->stale = true;
+}
+
+void HeartDrawing::set_cut(const std::optional<CutPlane>& cut) {
+  parts_->cut = cut;
+  parts_->stale = true;
+}
+
+std::optional<CutPlane> HeartDrawing::cut() const { return parts_->cut; }
+
+void HeartDrawing::set_image_on_cut(bool on) {
+  parts_->image_on_cut = on;
+  parts_->stale = true;
+}
+
+void HeartDrawing::set_tool(const std::optional<ToolPicture>& tool) {
+  parts_->tool = tool;
+  parts_->stale = true;
+}
+
+void HeartDrawing::set_moving(bool moving) {
+  parts_->stale = parts_->stale || parts_->moving != moving;
+  parts_->moving = moving;
+}
+
+void HeartDrawing::set_note(const std::string& note) {
+  parts_->note = note;
+  parts_->stale = true;
+}
+
+void HeartDrawing::set_camera(const CameraPose& pose) {
+  vtkCamera* camera = parts_->renderer->GetActiveCamera();
+  camera->ParallelProjectionOn();
+  const double away = 2 * pose.height_mm + 500;
+  const Vec3 position = pose.focus_mm + away * pose.towards_viewer;
+  camera->SetFocalPoint(pose.focus_mm.x(), pose.focus_mm.y(), pose.focus_mm.z());
+  camera->SetPosition(position.x(), position.y(), position.z());
+  camera->SetViewUp(pose.up.x(), pose.up.y(), pose.up.z());
+  camera->SetParallelScale(pose.height_mm / 2);
+}
+
+CameraPose HeartDrawing::camera() const {
+  vtkCamera* camera = parts_->renderer->GetActiveCamera();
+  camera->OrthogonalizeViewUp();
+  CameraPose pose;
+  camera->GetFocalPoint(pose.focus_mm.data());
+  camera->GetViewPlaneNormal(pose.towards_viewer.data());
+  camera->GetViewUp(pose.up.data());
+  pose.height_mm = 2 * camera->GetParallelScale();
+  return pose;
+}
+
+void HeartDrawing::Parts::update() {
+  const auto start = std::chrono::steady_clock::now();
+  if (stale) {
+    if (cut) {
+      plane->SetOrigin(cut->point_mm.x(), cut->point_mm.y(), cut->point_mm.z());
+      plane->SetNormal(-cut->normal.x(), -cut->normal.y(), -cut->normal.z());
+    }
+    for (SurfaceParts& part : surfaces) {
+      update_surface(part);
+      update_cut(part);
+    }
+    update_volume();
+    update_tool();
+    stale = false;
+  }
+  update_overlay();
+  fit_clip();
+  times.update_ms = milliseconds_since(start);
+}
+
+// The near and far ends of what is seen: the box of all, not the scene's, which changes as it
+// beats.
+void HeartDrawing::Parts::fit_clip() const {
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const double away = camera->GetDistance();
+  const double reach = (frame.high_mm - frame.low_mm).norm() + 200;
+  camera->SetClippingRange(std::max(1.0, away - reach), away + reach);
+}
+
+Picture HeartDrawing::picture(int width, int height) {
+  if (width < kLeastPixels || height < kLeastPixels || width > kMostPixels ||
+      height > kMostPixels) {
+    throw_invalid("a picture is 16 to 16384 pixels wide and high");
+  }
+  Parts& parts = *parts_;
+  parts.window->SetSize(width, height);
+  render();
+  Picture picture{.width = width, .height = height, .rgb = {}};
+  vtkNew<vtkUnsignedCharArray> pixels;
+  parts.window->GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0);
+  const std::size_t row = 3 * static_cast<std::size_t>(width);
+  picture.rgb.resize(row * static_cast<std::size_t>(height));
+  if (static_cast<std::size_t>(pixels->GetNumberOfValues()) != picture.rgb.size()) {
+    throw Error(ErrorCode::Machine, "nothing was drawn; is OpenGL there?");
+  }
+  for (int y = 0; y < height; ++y) {
+    const auto* from = pixels->GetPointer(0) + row * static_cast<std::size_t>(height - 1 - y);
+    std::copy(from, from + row, picture.rgb.data() + row * static_cast<std::size_t>(y));
+  }
+  return picture;
+}
+
+void HeartDrawing::render() {
+  Parts& parts = *parts_;
+  const int* size = parts.window->GetSize();
+  parts.width = size[0];
+  parts.height = size[1];
+  parts.update();
+  const auto start = std::chrono::steady_clock::now();
+  parts.window->Render();
+  parts.times.render_ms = milliseconds_since(start);
+}
+
+DrawTimes HeartDrawing::times() const { return parts_->times; }
+
+double HeartDrawing::pixels_per_mm() const { return parts_->height / camera().height_mm; }
+
+Vec2 HeartDrawing::pixel_of(const Vec3& workspace_mm) const {
+  const CameraPose pose = camera();
+  const Vec3 right = pose.up.cross(pose.towards_viewer);
+  const Vec3 from_focus = workspace_mm - pose.focus_mm;
+  const double scale = pixels_per_mm();
+  return {parts_->width / 2.0 - 0.5 + scale * right.dot(from_focus),
+          parts_->height / 2.0 - 0.5 - scale * pose.up.dot(from_focus)};
+}
+
+double HeartDrawing::depth_of(const Vec3& workspace_mm) const {
+  const CameraPose pose = camera();
+  return -pose.towards_viewer.dot(workspace_mm - pose.focus_mm);
+}
+
+Vec3 HeartDrawing::point_at(const Vec2& pixel, double depth_mm) const {
+  const CameraPose pose = camera();
+  const Vec3 right = pose.up.cross(pose.towards_viewer);
+  const double scale = pixels_per_mm();
+  return pose.focus_mm + (pixel.x() - parts_->width / 2.0 + 0.5) / scale * right -
+         (pixel.y() - parts_->height / 2.0 + 0.5) / scale * pose.up -
+         depth_mm * pose.towards_viewer;
+}
+
+std::vector<Vec3f> HeartDrawing::drawn_vertices(Structure structure) {
+  parts_->update();
+  for (const SurfaceParts& part : parts_->surfaces) {
+    if (part.structure == structure) return part.positions;
+  }
+  return {};
+}
+
+std::string HeartDrawing::renderer() const { return parts_->gl_renderer(); }
+
+std::string HeartDrawing::Parts::gl_renderer() const {
+  if (!window) return "unknown";
+  const char* text = window->ReportCapabilities();
+  const std::string told = text == nullptr ? "" : text;
+  const std::string key = "OpenGL renderer string:";
+  const std::size_t at = told.find(key);
+  if (at == std::string::npos) return "unknown";
+  const std::size_t begin = told.find_first_not_of(' ', at + key.size());
+  return told.substr(begin, told.find('\n', begin) - begin);
+}
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,132 @@
+#pragma once
+/// A beating heart as a picture. VTK stays behind this header.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/atlas/atlas.h"
+#include "runtime/base/geometry.h"
+#include "runtime/field/field_query.h"
+#include "runtime/palpation/dent.h"
+#include "runtime/viewer/heart_frame.h"
+
+namespace beatlas::viewer {
+
+/// How a structure's surface is drawn.
+struct Look {
+  Vec3 colour = Vec3::Ones();  ///< red, green, blue, 0..1
+  double opacity = 1;          ///< 0..1
+  bool visible = true;
+};
+
+/// What a structure looks like before anybody chooses; the heart's outside lets the rest through.
+[[nodiscard]] Look default_look(Structure structure);
+/// "Left ventricle, muscle".
+[[nodiscard]] std::string structure_title(Structure structure);
+
+/// `Blood`: the bright cavities through the cycle (not measured flow). `Muscle`: what is as bright
+/// as the left ventricle's wall.
+enum class VolumePreset : std::uint8_t { Off, Muscle, Blood };
+
+/// What touches the heart, and what comes of it. Workspace frame.
+struct ToolPicture {
+  Vec3 position_mm = Vec3::Zero();
+  Vec3 proxy_mm = Vec3::Zero();
+  Vec3 force_n = Vec3::Zero();  ///< on the user
+  double radius_mm = 3;
+  bool touching = false;
+  /// The surface and what is under it give way against `dent_normal`: this much at the dent's place
+  /// on the surface, elsewhere by the weight of palpation::DentField.
+  double dent_mm = 0;
+  Vec3 dent_place_mm = Vec3::Zero();
+  Vec3 dent_normal = Vec3::UnitX();  ///< unit, outward
+  double dent_radius_mm = 25;
+};
+
+/// Red, green, blue, 8 bit each; the upper row first.
+struct Picture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+/// @throws Error{Machine} if it cannot be written whole; nothing half written stays.
+void write_png(const Picture& picture, const std::filesystem::path& file);
+
+/// What a picture's time went into [ms].
+struct DrawTimes {
+  double update_ms = 0;  ///< vertices, images, cut
+  double render_ms = 0;
+};
+
+struct DrawingOptions {
+  bool offscreen = true;  ///< without a window of its own
+  bool caption = true;    ///< names, phase, scale bar, orientation
+  /// Stereo pictures, the left eye's red, the right eye's cyan.
+  bool anaglyph = false;
+};
+
+/// Beating surfaces, beating volume, a cut through both, a tool. One thread. Needs a display (see
+/// display.h).
+///
+/// Setters are cheap; what has changed is made when a picture is.
+class HeartDrawing {
+ public:
+  /// @param field of the heart, or none: the volume is then not freed from what lies around it
+  /// @throws Error{InvalidInput} if the atlas has no surface; Error{Machine} without OpenGL.
+  HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
+               std::shared_ptr<const field::FieldQuery> field, const DrawingOptions& options);
+  ~HeartDrawing();
+  HeartDrawing(const HeartDrawing&) = delete;
+  HeartDrawing& operator=(const HeartDrawing&) = delete;
+
+  [[nodiscard]] const HeartFrame& frame() const;
+  [[nodiscard]] bool has(Structure structure) const;
+  [[nodiscard]] bool has_volume() const;
+
+  /// Time over the R-R interval, any number: the whole picture is of this moment.
+  void set_beats(double beats);
+  void set_look(Structure structure, const Look& look);
+  [[nodiscard]] Look look(Structure structure) const;
+  void set_volume(VolumePreset preset);
+  void set_cut(const std::optional<CutPlane>& cut);
+  [[nodiscard]] std::optional<CutPlane> cut() const;
+  /// The images on the cut; without a volume, or if not wished, structures' own colours.
+  void set_image_on_cut(bool on);
+  void set_tool(const std::optional<ToolPicture>& tool);
+  void set_camera(const CameraPose& pose);
+  [[nodiscard]] CameraPose camera() const;
+  /// Coarser volume and image: while the picture moves.
+  void set_moving(bool moving);
+  /// A line below the names, as "ES" or the device's name.
+  void set_note(const std::string& note);
+
+  /// Draws once. @param width, height 16..16384
+  [[nodiscard]] Picture picture(int width, int height);
+  /// Draws into the window.
+  void render();
+  [[nodiscard]] DrawTimes times() const;
+
+  /// Pixel (x right, y down; whole numbers are centres of pixels) of a point in the last picture.
+  [[nodiscard]] Vec2 pixel_of(const Vec3& workspace_mm) const;
+  /// How far along the line of sight a point lies behind the focus [mm], and back again.
+  [[nodiscard]] double depth_of(const Vec3& workspace_mm) const;
+  [[nodiscard]] Vec3 point_at(const Vec2& pixel, double depth_mm) const;
+  /// Pixels a millimetre.
+  [[nodiscard]] double pixels_per_mm() const;
+  /// The drawn vertices of a structure, the dent included. Empty if there is none.
+  [[nodiscard]] std::vector<Vec3f> drawn_vertices(Structure structure);
+  /// The renderer of GL, as "llvmpipe"; after the first picture.
+  [[nodiscard]] std::string renderer() const;
+
+ private:
+  friend class HeartWidget;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace beatlas::viewer

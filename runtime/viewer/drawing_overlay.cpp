@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include <vtkArrowSource.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkMatrix4x4.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkProperty.h>
+#include <vtkProperty2D.h>
+#include <vtkSphereSource.h>
+#include <vtkTextProperty.h>
+#include <vtkTransform.h>
+
+#include "runtime/viewer/drawing_parts.h"
+
+namespace beatlas::viewer {
+namespace {
+
+constexpr double kArrowMmPerN = 20;
+constexpr double kLongestArrowMm = 80;
+
+vtkSmartPointer<vtkTextActor> text_actor(vtkRenderer* renderer, int size) {
+  auto text = vtkSmartPointer<vtkTextActor>::New();
+  text->GetTextProperty()->SetFontSize(size);
+  text->GetTextProperty()->SetFontFamilyToArial();
+  text->GetTextProperty()->SetColor(0.93, 0.93, 0.93);
+  renderer->AddViewProp(text);
+  return text;
+}
+
+// The longest of 1, 2, 5, 10, 20, 50, ... mm that is no longer than `most_mm`.
+double round_length_mm(double most_mm) {
+  const double power = std::pow(10.0, std::floor(std::log10(most_mm)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= most_mm) return factor * power;
+  }
+  return power;
+}
+
+std::string number(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+}  // namespace
+
+void HeartDrawing::Parts::make_tool() {
+  const auto ball = [&](const Vec3& colour, double opacity) {
+    vtkNew<vtkSphereSource> source;
+    source->SetRadius(1);
+    source->SetThetaResolution(32);
+    source->SetPhiResolution(24);
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputConnection(source->GetOutputPort());
+    auto actor = vtkSmartPointer<vtkActor>::New();
+    actor->SetMapper(mapper);
+    actor->GetProperty()->SetColor(colour.x(), colour.y(), colour.z());
+    actor->GetProperty()->SetOpacity(opacity);
+    actor->GetProperty()->SetSpecular(0.4);
+    actor->VisibilityOff();
+    renderer->AddActor(actor);
+    return actor;
+  };
+  tool_parts.ball = ball({0.95, 0.85, 0.25}, 1);
+  tool_parts.proxy = ball({0.35, 0.85, 0.95}, 0.45);
+  vtkNew<vtkArrowSource> source;
+  source->SetTipResolution(24);
+  source->SetShaftResolution(24);
+  source->SetTipLength(0.25);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(source->GetOutputPort());
+  tool_parts.arrow = vtkSmartPointer<vtkActor>::New();
+  tool_parts.arrow->SetMapper(mapper);
+  tool_parts.arrow->GetProperty()->SetColor(0.30, 0.95, 0.45);
+  tool_parts.arrow->VisibilityOff();
+  renderer->AddActor(tool_parts.arrow);
+  tool_parts.label = vtkSmartPointer<vtkBillboardTextActor3D>::New();
+  tool_parts.label->GetTextProperty()->SetFontSize(18);
+  tool_parts.label->GetTextProperty()->SetBold(1);
+  tool_parts.label->GetTextProperty()->SetColor(0.55, 1, 0.65);
+  tool_parts.label->GetTextProperty()->SetShadow(1);
+  tool_parts.label->SetDisplayOffset(8, 6);
+  tool_parts.label->VisibilityOff();
+  if (options.caption) renderer->AddActor(tool_parts.label);
+}
+
+void HeartDrawing::Parts::update_tool() {
+  const bool shown = tool.has_value();
+  const bool pushes = shown && tool->force_n.norm() > 1e-3;
+  tool_parts.ball->SetVisibility(shown ? 1 : 0);
+  tool_parts.proxy->SetVisibility(shown && tool->touching ? 1 : 0);
+  tool_parts.arrow->SetVisibility(pushes ? 1 : 0);
+  tool_parts.label->SetVisibility(pushes ? 1 : 0);
+  if (!shown) return;
+  const Vec3& x = tool->position_mm;
+  const double radius = std::max(tool->radius_mm, 1.5);
+  tool_parts.ball->SetPosition(x.x(), x.y(), x.z());
+  tool_parts.ball->SetScale(radius);
+  tool_parts.proxy->SetPosition(tool->proxy_mm.x(), tool->proxy_mm.y(), tool->proxy_mm.z());
+  tool_parts.proxy->SetScale(1.05 * radius);
+  if (!pushes) return;
+  const double force = tool->force_n.norm();
+  const Vec3 along = tool->force_n / force;
+  const double length = std::clamp(kArrowMmPerN * force, 8.0, kLongestArrowMm);
+  const Vec3 side = along.unitOrthogonal();
+  const Vec3 other = along.cross(side);
+  const double thickness = 45;  // VTK's arrow is 0.1 in radius
+  vtkNew<vtkMatrix4x4> matrix;
+  for (int row = 0; row < 3; ++row) {
+    matrix->SetElement(row, 0, length * along[row]);
+    matrix->SetElement(row, 1, thickness * side[row]);
+    matrix->SetElement(row, 2, thickness * other[row]);
+    matrix->SetElement(row, 3, x[row] + radius * along[row]);
+  }
+  tool_parts.arrow->SetUserMatrix(matrix);
+  const Vec3 tip = x + (radius + length) * along;
+  tool_parts.label->SetPosition(tip.x(), tip.y(), tip.z());
+  tool_parts.label->SetInput(number("%.2f N", force).c_str());
+}
+
+void HeartDrawing::Parts::make_overlay() {
+  if (!options.caption) return;
+  overlay.bar = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(overlay.bar);
+  overlay.bar_actor = vtkSmartPointer<vtkActor2D>::New();
+  overlay.bar_actor->SetMapper(mapper);
+  overlay.bar_actor->GetProperty()->SetColor(0.93, 0.93, 0.93);
+  overlay.bar_actor->GetProperty()->SetLineWidth(2);
+  renderer->AddViewProp(overlay.bar_actor);
+  overlay.bar_text = text_actor(renderer, 16);
+  overlay.bar_text->GetTextProperty()->SetJustificationToCentered();
+  overlay.title = text_actor(renderer, 16);
+  overlay.title->GetTextProperty()->SetVerticalJustificationToTop();
+  for (SurfaceParts& part : surfaces) {
+    part.name = text_actor(renderer, 15);
+    part.name->GetTextProperty()->SetVerticalJustificationToTop();
+    part.name->SetInput(structure_title(part.structure).c_str());
+  }
+
+  overlay.marker = vtkSmartPointer<vtkRenderer>::New();
+  overlay.marker->SetLayer(1);
+  overlay.marker->InteractiveOff();
+  overlay.cube = vtkSmartPointer<vtkAnnotatedCubeActor>::New();
+  // The body's axes: left, posterior and superior are plus.
+  overlay.cube->SetXPlusFaceText("L");
+  overlay.cube->SetXMinusFaceText("R");
+  overlay.cube->SetYPlusFaceText("P");
+  overlay.cube->SetYMinusFaceText("A");
+  overlay.cube->SetZPlusFaceText("S");
+  overlay.cube->SetZMinusFaceText("I");
+  overlay.cube->SetZFaceTextRotation(-90);
+  overlay.cube->SetFaceTextScale(0.62);
+  overlay.cube->GetTextEdgesProperty()->SetColor(0.1, 0.1, 0.1);
+  for (vtkProperty* face :
+       {overlay.cube->GetXPlusFaceProperty(), overlay.cube->GetXMinusFaceProperty(),
+        overlay.cube->GetYPlusFaceProperty(), overlay.cube->GetYMinusFaceProperty(),
+        overlay.cube->GetZPlusFaceProperty(), overlay.cube->GetZMinusFaceProperty()}) {
+    face->SetColor(0.12, 0.14, 0.20);
+    face->SetAmbient(0.7);
+  }
+  overlay.cube->GetCubeProperty()->SetColor(0.80, 0.84, 0.90);
+  overlay.marker->AddActor(overlay.cube);
+}
+
+void HeartDrawing::Parts::update_overlay() {
+  if (!options.caption) return;
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const double per_mm = height / (2 * camera->GetParallelScale());
+  const double length_mm = round_length_mm(std::max(1e-3, 0.28 * width / per_mm));
+  const double length = length_mm * per_mm;
+  const double right = width - 18.0;
+  const double low = 18;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> lines;
+  const std::array<std::array<double, 2>, 4> ends{
+      {{right - length, low + 6}, {right - length, low}, {right, low}, {right, low + 6}}};
+  lines->InsertNextCell(4);
+  for (const auto& end : ends) lines->InsertCellPoint(points->InsertNextPoint(end[0], end[1], 0));
+  overlay.bar->SetPoints(points);
+  overlay.bar->SetLines(lines);
+  overlay.bar->Modified();
+  overlay.bar_text->SetInput(number("%g mm", length_mm).c_str());
+  overlay.bar_text->SetDisplayPosition(static_cast<int>(right - length / 2),
+                                       static_cast<int>(low) + 8);
+
+  const bool roomy = width >= 320 && height >= 240;
+  std::string title = number("%.0f", 100 * beats) + " % of the beat";
+  if (!note.empty()) title += "   " + note;
+  overlay.title->SetInput(title.c_str());
+  overlay.title->SetVisibility(roomy ? 1 : 0);
+  overlay.title->SetDisplayPosition(14, height - 10);
+  int line = height - 34;
+  for (SurfaceParts& part : surfaces) {
+    const bool named = roomy && part.look.visible && part.look.opacity > 0;
+    part.name->SetVisibility(named ? 1 : 0);
+    if (!named) continue;
+    const Vec3 bright = 0.65 * part.look.colour + Vec3::Constant(0.35);
+    part.name->GetTextProperty()->SetColor(bright.x(), bright.y(), bright.z());
+    part.name->SetDisplayPosition(14, line);
+    line -= 21;
+  }
+
+  overlay.marker->SetDraw(roomy ? 1 : 0);
+  const double marker = std::min(0.2 * std::min(width, height), 110.0);
+  overlay.marker->SetViewport(0, 0, marker / width, marker / height);
+  // The body's axes as the scene is seen.
+  const Affine& workspace_from_lps = frame.workspace_from_lps;
+  const Eigen::Matrix3d lps_from_workspace = workspace_from_lps.linear().transpose();
+  Vec3 towards;
+  Vec3 up;
+  camera->OrthogonalizeViewUp();
+  camera->GetViewPlaneNormal(towards.data());
+  camera->GetViewUp(up.data());
+  towards = lps_from_workspace * towards;
+  up = lps_from_workspace * up;
+  vtkCamera* eye = overlay.marker->GetActiveCamera();
+  eye->ParallelProjectionOn();
+  eye->SetFocalPoint(0, 0, 0);
+  eye->SetPosition(5 * towards.x(), 5 * towards.y(), 5 * towards.z());
+  eye->SetViewUp(up.x(), up.y(), up.z());
+  eye->SetParallelScale(0.95);
+  eye->SetClippingRange(1, 10);
+}
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,87 @@
+#include "runtime/viewer/history.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "runtime/base/error.h"
+
+namespace beatlas::viewer {
+namespace {
+
+constexpr double kKeptS = 60;
+constexpr double kShownS = 10;
+
+Curve curve(const std::vector<PressRow>& rows, double PressRow::*x, double PressRow::*y,
+            const std::string& name, const QColor& colour) {
+  Curve made{.name = name, .colour = colour, .x = {}, .y = {}};
+  for (const PressRow& row : rows) {
+    made.x.push_back(row.*x);
+    made.y.push_back(row.*y);
+  }
+  return made;
+}
+
+}  // namespace
+
+void History::clear() { *this = History(); }
+
+void History::add(const Felt& felt) {
+  const haptics::Published& servo = felt.servo;
+  if (servo.ticks == 0 || (!rows_.empty() && servo.time_s <= rows_.back().time_s)) return;
+  const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
+  const palpation::Signals& signals_now = felt.circulation;
+  const PressRow row{servo.time_s,          force.norm(),        std::max(0.0, -servo.distance_mm),
+                     signals_now.volume_ml, signals_now.lv_mmhg, signals_now.beats};
+  if (!beat_.empty() && beat_.back().beat != row.beat) {
+    beat_.push_back(beat_.front());
+    loop_ = beat_;
+    loop_touched_ = beat_touched_;
+    if (!beat_touched_) natural_ = loop_;
+    beat_.clear();
+    beat_touched_ = false;
+  }
+  beat_.push_back(row);
+  beat_touched_ = beat_touched_ || servo.touching;
+  rows_.push_back(row);
+  while (rows_.front().time_s < row.time_s - kKeptS) rows_.pop_front();
+}
+
+std::vector<Panel> History::panels() const {
+  std::vector<PressRow> recent;
+  for (const PressRow& row : rows_) {
+    if (row.time_s >= rows_.back().time_s - kShownS) recent.push_back(row);
+  }
+  Panel loops{.title = "LV pressure [mmHg]",
+              .x_title = "LV volume [ml]",
+              .curves = {curve(natural_, &PressRow::volume_ml, &PressRow::lv_mmhg, "natural",
+                               QColor(120, 180, 255))},
+              .from_zero = true};
+  if (loop_touched_) {
+    loops.curves.push_back(
+        curve(loop_, &PressRow::volume_ml, &PressRow::lv_mmhg, "pressed", QColor(255, 120, 110)));
+  }
+  return {
+      {.title = "Force [N]",
+       .x_title = "Time [s]",
+       .curves = {curve(recent, &PressRow::time_s, &PressRow::force_n, "", QColor(90, 220, 120))},
+       .from_zero = true},
+      {.title = "Depth [mm]",
+       .x_title = "Time [s]",
+       .curves = {curve(recent, &PressRow::time_s, &PressRow::depth_mm, "", QColor(250, 200, 80))},
+       .from_zero = true},
+      loops};
+}
+
+void History::write_csv(const std::filesystem::path& file) const {
+  std::ofstream stream(file);
+  stream.precision(9);
+  stream << "t_s,force_n,depth_mm,volume_ml,lv_mmhg\n";
+  for (const PressRow& row : rows_) {
+    stream << row.time_s << ',' << row.force_n << ',' << row.depth_mm << ',' << row.volume_ml << ','
+           << row.lv_mmhg << '\n';
+  }
+  stream.flush();
+  if (!stream) throw Error(ErrorCode::Machine, file.string() + " cannot be written");
+}
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,37 @@
+#pragma once
+/// What the plots show and a CSV keeps: one row a picture, the last minute.
+
+#include <deque>
+#include <filesystem>
+#include <vector>
+
+#include "runtime/viewer/plots.h"
+#include "runtime/viewer/touch.h"
+
+namespace beatlas::viewer {
+
+class History {
+ public:
+  /// Rows whose tick is no newer are left out.
+  void add(const Felt& felt);
+  void clear();
+  [[nodiscard]] std::size_t size() const { return rows_.size(); }
+  /// The last one; zeros without any.
+  [[nodiscard]] PressRow last() const { return rows_.empty() ? PressRow{} : rows_.back(); }
+
+  /// Force and depth of the last ten seconds, the last beat's P-V loop beside the last one without
+  /// a touch.
+  [[nodiscard]] std::vector<Panel> panels() const;
+  /// t_s,force_n,depth_mm,volume_ml,lv_mmhg. @throws Error{Machine} if it cannot be written whole.
+  void write_csv(const std::filesystem::path& file) const;
+
+ private:
+  std::deque<PressRow> rows_;
+  std::vector<PressRow> beat_;  ///< that is going on
+  bool beat_touched_ = false;
+  std::vector<PressRow> loop_;
+  std::vector<PressRow> natural_;
+  bool loop_touched_ = false;
+};
+
+}  // namespace beatlas::viewer

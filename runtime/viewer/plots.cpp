@@ -1,0 +1,124 @@
+#include "runtime/viewer/plots.h"
+
+#include <QPolygonF>
+#include <QString>
+#include <algorithm>
+#include <cmath>
+
+namespace beatlas::viewer {
+namespace {
+
+struct Range {
+  double low = 0;
+  double high = 1;
+
+  [[nodiscard]] double share(double value) const { return (value - low) / (high - low); }
+};
+
+double round_step(double least) {
+  const double power = std::pow(10.0, std::floor(std::log10(least)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= least) return factor * power;
+  }
+  return 10 * power;
+}
+
+Range range_of(const std::vector<Curve>& curves, std::vector<double> Curve::*values,
+               bool from_zero) {
+  bool any = false;
+  Range range;
+  for (const Curve& curve : curves) {
+    for (const double value : curve.*values) {
+      if (!std::isfinite(value)) continue;
+      range.low = any ? std::min(range.low, value) : value;
+      range.high = any ? std::max(range.high, value) : value;
+      any = true;
+    }
+  }
+  if (!any) return {};
+  if (from_zero) range.low = std::min(range.low, 0.0);
+  const double least = std::max(1e-6, 1e-3 * std::abs(range.high));
+  if (range.high - range.low < least) range.high = range.low + std::max(least, 0.1);
+  return range;
+}
+
+void paint_panel(QPainter& painter, const QRect& area, const Panel& panel) {
+  const QFontMetrics metrics(painter.font());
+  const int line = metrics.height();
+  const QRect box =
+      area.adjusted(metrics.horizontalAdvance("-0000 "), line + 6, -12, -2 * line - 4);
+  if (box.width() < 20 || box.height() < 20) return;
+  const QColor ink(225, 228, 232);
+  painter.setPen(ink);
+  QString title = QString::fromStdString(panel.title);
+  if (panel.curves.size() == 1 && !panel.curves.front().y.empty()) {
+    title += QString("   %1").arg(panel.curves.front().y.back(), 0, 'f', 2);
+  }
+  painter.drawText(area.left() + 8, area.top() + line, title);
+
+  Range x = range_of(panel.curves, &Curve::x, false);
+  Range y = range_of(panel.curves, &Curve::y, panel.from_zero);
+  const int rows = std::max(2, box.height() / (2 * line));
+  const double y_step = round_step((y.high - y.low) / rows);
+  y.low = y_step * std::floor(y.low / y_step);
+  y.high = y_step * std::ceil(y.high / y_step - 1e-9);
+  const int columns = std::max(2, box.width() / metrics.horizontalAdvance("0000000"));
+  const double x_step = round_step((x.high - x.low) / columns);
+  const auto at = [&](double px, double py) {
+    return QPointF(box.left() + x.share(px) * box.width(),
+                   box.bottom() - y.share(py) * box.height());
+  };
+  const QPen grid(QColor(70, 76, 86), 1);
+  for (double value = y.low; value <= y.high + 0.01 * y_step; value += y_step) {
+    const double level = at(x.low, value).y();
+    painter.setPen(grid);
+    painter.drawLine(QPointF(box.left(), level), QPointF(box.right(), level));
+    painter.setPen(ink);
+    painter.drawText(QRectF(area.left(), level - line, box.left() - area.left() - 5, 2 * line),
+                     Qt::AlignRight | Qt::AlignVCenter,
+                     QString::number(std::abs(value) < 1e-9 * y_step ? 0 : value, 'g', 4));
+  }
+  for (double value = x_step * std::ceil(x.low / x_step - 1e-9); value <= x.high + 0.01 * x_step;
+       value += x_step) {
+    const double column = at(value, y.low).x();
+    painter.setPen(grid);
+    painter.drawLine(QPointF(column, box.top()), QPointF(column, box.bottom()));
+    painter.setPen(ink);
+    painter.drawText(QRectF(column - 50, box.bottom() + 2, 100, line), Qt::AlignHCenter,
+                     QString::number(std::abs(value) < 1e-9 * x_step ? 0 : value, 'g', 4));
+  }
+  painter.drawText(QRectF(box.left(), box.bottom() + line, box.width(), line + 2), Qt::AlignHCenter,
+                   QString::fromStdString(panel.x_title));
+  int name_x = box.right();
+  for (const Curve& curve : panel.curves) {
+    QPolygonF points;
+    const std::size_t count = std::min(curve.x.size(), curve.y.size());
+    for (std::size_t n = 0; n < count; ++n) {
+      if (std::isfinite(curve.x[n]) && std::isfinite(curve.y[n])) {
+        points << at(curve.x[n], curve.y[n]);
+      }
+    }
+    painter.setPen(QPen(curve.colour, 1.8));
+    painter.drawPolyline(points);
+    if (curve.name.empty()) continue;
+    const QString name = QString::fromStdString(curve.name);
+    name_x -= metrics.horizontalAdvance(name) + 12;
+    painter.drawText(name_x, area.top() + line, name);
+  }
+}
+
+}  // namespace
+
+void paint_panels(QPainter& painter, const QRect& area, const std::vector<Panel>& panels) {
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.fillRect(area, QColor(24, 27, 33));
+  const int count = static_cast<int>(panels.size());
+  for (int n = 0; n < count; ++n) {
+    const int top = area.top() + area.height() * n / count;
+    const int bottom = area.top() + area.height() * (n + 1) / count;
+    paint_panel(painter, QRect(area.left(), top, area.width(), bottom - top),
+                panels[static_cast<std::size_t>(n)]);
+  }
+}
+
+}  // namespace beatlas::viewer

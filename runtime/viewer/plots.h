@@ -1,0 +1,30 @@
+#pragma once
+/// Small line plots beside the picture. Within this room alone: here are Qt's types.
+
+#include <QImage>
+#include <QPainter>
+#include <QRect>
+#include <string>
+#include <vector>
+
+namespace beatlas::viewer {
+
+struct Curve {
+  std::string name;  ///< in the legend; empty: none
+  QColor colour;
+  std::vector<double> x;
+  std::vector<double> y;
+};
+
+struct Panel {
+  std::string title;    ///< with unit
+  std::string x_title;  ///< with unit
+  std::vector<Curve> curves;
+  bool from_zero = false;
+};
+
+/// Panels below each other, on a dark ground; axes with round numbers, the last value in the title
+/// where there is one curve.
+void paint_panels(QPainter& painter, const QRect& area, const std::vector<Panel>& panels);
+
+}  // namespace beatlas::viewer

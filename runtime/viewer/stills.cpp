@@ -1,0 +1,240 @@
+#include "runtime/viewer/stills.h"
+
+#include <QImage>
+#include <QPainter>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "runtime/base/error.h"
+#include "runtime/viewer/plots.h"
+#include "runtime/viewer/touch.h"
+
+namespace beatlas::viewer {
+namespace {
+
+// The plots' share of the picture's width.
+constexpr double kPlotShare = 0.36;
+const QColor kForceColour(90, 220, 120);
+const QColor kDepthColour(250, 200, 80);
+const QColor kNaturalColour(120, 180, 255);
+const QColor kPressedColour(255, 120, 110);
+
+Curve curve(const std::vector<PressRow>& rows, double PressRow::*x, double PressRow::*y,
+            const std::string& name, const QColor& colour) {
+  Curve made{.name = name, .colour = colour, .x = {}, .y = {}};
+  for (const PressRow& row : rows) {
+    made.x.push_back(row.*x);
+    made.y.push_back(row.*y);
+  }
+  return made;
+}
+
+std::vector<Panel> press_panels(const PressRun& run, double beat_s) {
+  std::vector<PressRow> recent(run.rows);
+  const double begin = recent.back().time_s - 4 * beat_s;
+  std::erase_if(recent, [&](const PressRow& row) { return row.time_s < begin; });
+  return {{.title = "Force [N]",
+           .x_title = "Time [s]",
+           .curves = {curve(recent, &PressRow::time_s, &PressRow::force_n, "", kForceColour)},
+           .from_zero = true},
+          {.title = "Depth [mm]",
+           .x_title = "Time [s]",
+           .curves = {curve(recent, &PressRow::time_s, &PressRow::depth_mm, "", kDepthColour)},
+           .from_zero = true},
+          {.title = "LV pressure [mmHg]",
+           .x_title = "LV volume [ml]",
+           .curves = {curve(run.natural, &PressRow::volume_ml, &PressRow::lv_mmhg, "natural",
+                            kNaturalColour),
+                      curve(run.pressed, &PressRow::volume_ml, &PressRow::lv_mmhg, "pressed",
+                            kPressedColour)},
+           .from_zero = true}};
+}
+
+std::vector<Panel> volume_panels(const atlas::Manifest& manifest) {
+  Panel panel{.title = "Volume [ml]", .x_title = "Time [s]", .curves = {}, .from_zero = true};
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    const auto structure = structure_from_name(entry.name);
+    if (!structure || entry.volume_ml.empty() || *structure == Structure::Heart) continue;
+    const Vec3 colour = 255 * (0.6 * default_look(*structure).colour + Vec3::Constant(0.4));
+    Curve line{.name = *structure == Structure::LvBlood        ? "LV"
+                       : *structure == Structure::RvBlood      ? "RV"
+                       : *structure == Structure::LvMyocardium ? "LV muscle"
+                                                               : "",
+               .colour = QColor(static_cast<int>(colour.x()), static_cast<int>(colour.y()),
+                                static_cast<int>(colour.z())),
+               .x = {},
+               .y = {}};
+    const std::size_t phases = entry.volume_ml.size();
+    for (std::size_t n = 0; n <= phases; ++n) {
+      line.x.push_back(manifest.rr_interval_s * static_cast<double>(n) /
+                       static_cast<double>(phases));
+      line.y.push_back(entry.volume_ml[n % phases]);
+    }
+    panel.curves.push_back(std::move(line));
+  }
+  return {panel};
+}
+
+Picture with_plots(const Picture& left, const std::vector<Panel>& panels, int plot_width) {
+  QImage image(left.width + plot_width, left.height, QImage::Format_RGB888);
+  for (int y = 0; y < left.height; ++y) {
+    const std::size_t row = 3 * static_cast<std::size_t>(left.width);
+    std::copy_n(left.rgb.data() + row * static_cast<std::size_t>(y), row, image.scanLine(y));
+  }
+  QPainter painter(&image);
+  QFont font = painter.font();
+  font.setPixelSize(13);
+  painter.setFont(font);
+  paint_panels(painter, QRect(left.width, 0, plot_width, left.height), panels);
+  painter.end();
+  Picture whole{.width = image.width(), .height = image.height(), .rgb = {}};
+  for (int y = 0; y < whole.height; ++y) {
+    const uchar* from = image.constScanLine(y);
+    whole.rgb.insert(whole.rgb.end(), from, from + 3 * whole.width);
+  }
+  return whole;
+}
+
+}  // namespace
+
+double phase_of(const std::string& word, const atlas::Manifest& manifest) {
+  const double phases = std::max(1, manifest.phase_count());
+  if (word == "ed") return manifest.end_diastole / phases;
+  if (word == "es") return manifest.end_systole / phases;
+  std::size_t used = 0;
+  double phase = -1;
+  try {
+    phase = std::stod(word, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used != word.size() || word.empty() || !(phase >= 0 && phase <= 1)) {
+    throw Error(ErrorCode::Usage, "--phase must be ed, es or a number from 0 to 1");
+  }
+  return phase;
+}
+
+OpenedHeart open_heart(const std::filesystem::path& package) {
+  const atlas::Atlas looked_at = atlas::Atlas::open(package, atlas::Needs{});
+  atlas::Needs needs = atlas::everything_in(looked_at.manifest());
+  std::erase_if(needs.fields, [](Structure structure) { return structure != Structure::Heart; });
+  OpenedHeart heart;
+  heart.atlas = std::make_shared<const atlas::Atlas>(atlas::Atlas::open(package, needs));
+  if (needs.surfaces.empty()) {
+    throw_invalid(package.string() +
+                  " has no surfaces to draw; build it with --scene anatomy or full");
+  }
+  if (const auto field = heart.atlas->field(Structure::Heart)) {
+    heart.field =
+        std::make_shared<const field::FieldQuery>(field, heart.atlas->manifest().rr_interval_s);
+  }
+  return heart;
+}
+
+void apply(const ViewOptions& options, HeartDrawing& drawing) {
+  if (options.volume != VolumePreset::Off && !drawing.has_volume()) {
+    throw_invalid("the package has no images to draw; build it from images with --scene full");
+  }
+  CameraPose pose = standard_view(drawing.frame(), options.view);
+  pose.height_mm /= options.zoom;
+  drawing.set_camera(pose);
+  for (const Structure structure : kAllStructures) {
+    Look look = drawing.look(structure);
+    // Surfaces would hide the volume; their lines on a cut stay.
+    if (options.volume != VolumePreset::Off) look.opacity = 0;
+    const auto wished = options.opacity.find(structure);
+    if (wished != options.opacity.end()) {
+      look.opacity = wished->second;
+      look.visible = wished->second > 0;
+    }
+    drawing.set_look(structure, look);
+  }
+  drawing.set_volume(options.volume);
+  if (options.free_cut) {
+    drawing.set_cut(options.free_cut);
+  } else if (!options.cut.empty()) {
+    drawing.set_cut(standard_cut(drawing.frame(), options.cut, options.cut_offset_mm));
+  } else {
+    drawing.set_cut(std::nullopt);
+  }
+  drawing.set_image_on_cut(options.image_on_cut);
+  drawing.set_beats(options.phase);
+}
+
+namespace {
+
+// The drawing, the tool in it, and what lies beside it.
+struct Stage {
+  std::unique_ptr<HeartDrawing> drawing;
+  std::vector<Panel> panels;
+  int plot_width = 0;
+  int width = 0;
+  int height = 0;
+
+  [[nodiscard]] Picture picture() const {
+    const Picture left = drawing->picture(width, height);
+    return panels.empty() ? left : with_plots(left, panels, plot_width);
+  }
+};
+
+Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
+  Stage stage;
+  stage.width = options.width;
+  stage.height = options.height;
+  stage.drawing = std::make_unique<HeartDrawing>(
+      heart.atlas, heart.field,
+      DrawingOptions{.caption = options.caption, .anaglyph = options.anaglyph});
+  apply(options, *stage.drawing);
+  const atlas::Manifest& manifest = heart.atlas->manifest();
+  if (options.plots) {
+    stage.plot_width = std::max(16, static_cast<int>(kPlotShare * options.width));
+    stage.width = std::max(16, options.width - stage.plot_width);
+    stage.panels = volume_panels(manifest);
+  }
+  if (!(options.press_mm > 0)) return stage;
+  if (!heart.field) {
+    throw_invalid("the package has no field of the heart to press on; build it with --scene full");
+  }
+  Touch touch(manifest, heart.field, {});
+  const HeartFrame& frame = stage.drawing->frame();
+  const Vec3 direction =
+      options.press_lps ? Vec3(frame.workspace_from_lps.linear() * *options.press_lps)
+                        : Vec3(frame.centre_mm - 30 * frame.to_right - heart.field->centre_mm());
+  const PressRun run = run_press(touch, *heart.field, direction, options.press_mm, options.phase);
+  stage.drawing->set_beats(run.last.servo.phase);
+  stage.drawing->set_tool(touch.tool_picture(run.last));
+  std::array<char, 64> note{};
+  std::snprintf(note.data(), note.size(), "%.1f mm deep",
+                std::max(0.0, -run.last.servo.distance_mm));
+  stage.drawing->set_note(note.data());
+  if (options.plots) stage.panels = press_panels(run, 60 / touch.settings().heart_rate_per_min);
+  return stage;
+}
+
+}  // namespace
+
+void write_screenshot(const ViewOptions& options, const OpenedHeart& heart,
+                      const std::filesystem::path& file) {
+  write_png(make_stage(options, heart).picture(), file);
+}
+
+void write_recording(const ViewOptions& options, const OpenedHeart& heart,
+                     const std::filesystem::path& folder, int frames) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed || !std::filesystem::is_directory(folder)) {
+    throw Error(ErrorCode::Machine, folder.string() + " cannot be made: " + failed.message());
+  }
+  const Stage stage = make_stage(options, heart);
+  for (int n = 0; n < frames; ++n) {
+    stage.drawing->set_beats(options.phase + static_cast<double>(n) / frames);
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "frame_%04d.png", n);
+    write_png(stage.picture(), folder / name.data());
+  }
+}
+
+}  // namespace beatlas::viewer

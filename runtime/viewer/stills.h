@@ -1,0 +1,58 @@
+#pragma once
+/// Pictures without a window.
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "runtime/atlas/structures.h"
+#include "runtime/viewer/drawing.h"
+
+namespace beatlas::viewer {
+
+/// What is opened, and how it is looked at first; a window begins with it, too.
+struct ViewOptions {
+  std::filesystem::path package;
+  double phase = 0;  ///< 0..1
+  std::string view;  ///< one of kViews
+  double zoom = 1;
+  std::string cut;  ///< one of kCuts; empty: none
+  double cut_offset_mm = 0;
+  std::optional<CutPlane> free_cut;
+  bool image_on_cut = true;
+  VolumePreset volume = VolumePreset::Off;
+  std::map<Structure, double> opacity;  ///< 0: hidden
+  double press_mm = 0;                  ///< > 0: a tool presses so deep
+  std::optional<Vec3> press_lps;        ///< from the heart's centre; none: the LV's free wall
+  bool plots = false;
+  bool caption = true;
+  bool anaglyph = false;
+  int width = 800;
+  int height = 600;
+};
+
+/// The phase that a word says: "ed", "es" of the package, or 0..1. @throws Error{Usage}
+[[nodiscard]] double phase_of(const std::string& word, const atlas::Manifest& manifest);
+
+/// Opens all that is drawn and felt of a package; its field may be missing.
+struct OpenedHeart {
+  std::shared_ptr<const atlas::Atlas> atlas;
+  std::shared_ptr<const field::FieldQuery> field;  ///< of the heart, or null
+};
+/// @throws Error{InvalidInput} as atlas::Atlas::open does, and if there is no surface.
+[[nodiscard]] OpenedHeart open_heart(const std::filesystem::path& package);
+
+/// Looks as `options` say; without the tool.
+void apply(const ViewOptions& options, HeartDrawing& drawing);
+
+/// One PNG. Needs a display and a QGuiApplication (for the plots' text).
+void write_screenshot(const ViewOptions& options, const OpenedHeart& heart,
+                      const std::filesystem::path& file);
+
+/// frame_0000.png, ... of one beat from `options.phase` on; makes the folder.
+/// @param frames 1..10000
+void write_recording(const ViewOptions& options, const OpenedHeart& heart,
+                     const std::filesystem::path& folder, int frames);
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,288 @@
+#include "runtime/viewer/touch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "runtime/base/error.h"
+#include "runtime/device/pacer.h"
+#include "runtime/haptics/contact_field.h"
+#include "runtime/haptics/proxy.h"
+#include "runtime/palpation/dent.h"
+#include "runtime/palpation/fit.h"
+
+namespace beatlas::viewer {
+namespace {
+
+constexpr double kMPerMm = 1e-3;
+constexpr double kTickS = 1e-3;
+constexpr double kMouseSettlingS = 0.06;
+
+double wrapped(double phase) { return phase - std::floor(phase); }
+
+}  // namespace
+
+Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
+             const TouchSettings& settings)
+    : field_(std::move(field)), settings_(settings), rr_interval_s_(manifest.rr_interval_s) {
+  if (!field_) throw_invalid("there is no distance field to touch; open the atlas with it");
+  if (settings_.stiffness_n_per_m <= 0) settings_.stiffness_n_per_m = manifest.stiffness_n_per_m;
+  if (settings_.heart_rate_per_min <= 0) settings_.heart_rate_per_min = 60 / rr_interval_s_;
+  end_diastole_ = static_cast<double>(manifest.end_diastole) / std::max(1, manifest.phase_count());
+  for (const atlas::StructureEntry& structure : manifest.structures) {
+    if (structure.name != structure_name(Structure::LvBlood)) continue;
+    const auto [least, most] =
+        std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
+    if (*least > 0 && *most > *least) volumes_ml_ = {*least, *most};
+  }
+  haptics::ServoOptions options;
+  options.heart.rate_per_min = settings_.heart_rate_per_min;
+  servo_ = std::make_unique<haptics::Servo>(scene(), options);
+  wished_ = scaled(settings_.preset);
+  dent_radius_mm_ = palpation::dent_radius_mm(wished_.circulation.contact_area_cm2);
+  trainer_ = std::make_unique<palpation::Trainer>(wished_, 1);
+}
+
+haptics::Scene Touch::scene() const {
+  haptics::Scene scene;
+  scene.period_s = field_->rr_interval_s();
+  haptics::ProxyOptions model;
+  model.stiffness_n_per_m = settings_.stiffness_n_per_m;
+  model.radius_mm = settings_.tool_radius_mm;
+  scene.model =
+      std::make_unique<haptics::ProxyModel>(std::make_shared<haptics::AtlasField>(field_), model);
+  return scene;
+}
+
+palpation::PalpationParameters Touch::scaled(const std::string& preset) const {
+  palpation::PalpationParameters parameters = palpation::palpation_preset(preset);
+  const palpation::PalpationParameters healthy = palpation::palpation_preset("healthy");
+  palpation::CirculationParameters& circulation = parameters.circulation;
+  circulation.heart_rate_per_min = std::clamp(settings_.heart_rate_per_min, 30.0, 220.0);
+  if (!volumes_ml_) return parameters;
+  // The healthy ventricle is made as large as the atlas's; a disease changes it as it does the
+  // dog's.
+  palpation::CirculationParameters own = healthy.whole_circulation();
+  own.heart_rate_per_min = std::clamp(60 / rr_interval_s_, 30.0, 220.0);
+  try {
+    const palpation::CirculationParameters fitted =
+        palpation::fit_circulation(own, {.edv_ml = (*volumes_ml_)[1], .esv_ml = (*volumes_ml_)[0]});
+    const palpation::CirculationParameters& base = healthy.circulation;
+    circulation.emax *= fitted.emax / base.emax;
+    circulation.emin *= fitted.emin / base.emin;
+    circulation.v0_ml *= base.v0_ml > 0 ? fitted.v0_ml / base.v0_ml : 1;
+    circulation.resistance *= fitted.resistance / base.resistance;
+    circulation.impedance *= fitted.impedance / base.impedance;
+    circulation.compliance *= fitted.compliance / base.compliance;
+    circulation.aortic_valve *= fitted.aortic_valve / base.aortic_valve;
+    circulation.mitral_valve *= fitted.mitral_valve / base.mitral_valve;
+    circulation.contact_area_cm2 *= fitted.contact_area_cm2 / base.contact_area_cm2;
+    circulation.reference_volume_ml =
+        palpation::natural_beat(parameters.whole_circulation()).edv_ml;
+    parameters.check();
+  } catch (const Error&) {
+    // A ventricle that no such circulation fits keeps the preset's own.
+    parameters = palpation::palpation_preset(preset);
+    parameters.circulation.heart_rate_per_min =
+        std::clamp(settings_.heart_rate_per_min, 30.0, 220.0);
+  }
+  return parameters;
+}
+
+Vec3 Touch::tick(const haptics::ServoState& state) noexcept {
+  const haptics::Tick felt = servo_->tick(state);
+  Felt told;
+  told.servo = servo_->published();
+  // The circulation goes on by as much of a beat as the heart did.
+  const double ahead = ticked_ ? wrapped(told.servo.phase - last_phase_ + 0.5) - 0.5 : 0;
+  const double due = wrapped(told.servo.phase - end_diastole_);
+  const double behind = wrapped(due - trainer_->signals().phase + 0.5) - 0.5;
+  last_phase_ = told.servo.phase;
+  ticked_ = true;
+  const double beat_s = 60 / std::max(1.0, trainer_->signals().heart_rate_per_min);
+  // What it lags behind by, as at the start, is made up for little by little.
+  const double step_s = beat_s * std::max(0.0, ahead + 0.01 * std::clamp(behind, -ahead, 0.05));
+  const double wall_m = trainer_->signals().wall_m;
+  palpation::Finger finger;
+  const Vec3 proxy = felt.contact.proxy_mm;
+  if (proxy.allFinite()) finger.place_mm = proxy;
+  const double depth_m = -kMPerMm * felt.contact.distance_mm;
+  finger.depth_m = std::isfinite(depth_m) ? depth_m - wall_m : -1;
+  if (ahead > 0 && step_s > 0) {
+    (void)trainer_->tick(std::min(step_s, 0.1), std::span(&finger, 1));
+  }
+  told.circulation = trainer_->signals();
+  told.clock_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                      std::chrono::steady_clock::now().time_since_epoch())
+                      .count();
+  felt_.write(told);
+  return felt.force_n;
+}
+
+void Touch::set_heart_rate(double per_min) {
+  if (!(per_min >= 30 && per_min <= 220)) throw_invalid("a heart rate must be from 30 to 220");
+  settings_.heart_rate_per_min = per_min;
+  wished_.circulation.heart_rate_per_min = per_min;
+  trainer_->wish(wished_);
+  servo_->set_rate_hz(per_min / 60);
+}
+
+void Touch::set_stiffness(double n_per_m) {
+  settings_.stiffness_n_per_m = n_per_m;
+  servo_->offer(scene());
+}
+
+void Touch::set_preset(const std::string& name) {
+  palpation::PalpationParameters parameters = scaled(name);
+  settings_.preset = name;
+  wished_ = std::move(parameters);
+  trainer_->wish(wished_);
+}
+
+void Touch::set_left_atrial_mmhg(double mmhg) {
+  palpation::PalpationParameters parameters = wished_;
+  parameters.circulation.left_atrial_mmhg = mmhg;
+  trainer_->wish(parameters);
+  wished_ = std::move(parameters);
+}
+
+ToolPicture Touch::tool_picture(const Felt& felt) const {
+  const auto vector = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
+  ToolPicture picture;
+  picture.position_mm = vector(felt.servo.position_mm);
+  picture.proxy_mm = vector(felt.servo.proxy_mm);
+  picture.force_n = vector(felt.servo.force_n);
+  picture.radius_mm = settings_.tool_radius_mm;
+  picture.touching = felt.servo.touching;
+  picture.dent_radius_mm = dent_radius_mm_;
+  // Under the finger the wall lies where the finger is: the patch's depth below the moving surface.
+  picture.dent_mm = std::max(0.0, -felt.servo.distance_mm);
+  const Vec3 normal = vector(felt.servo.normal);
+  if (normal.norm() > 0.5) picture.dent_normal = normal.normalized();
+  picture.dent_place_mm = picture.proxy_mm - settings_.tool_radius_mm * picture.dent_normal;
+  if (!felt.servo.touching) picture.dent_mm = 0;
+  return picture;
+}
+
+MouseDevice::MouseDevice(const Vec3& position_mm) : position_mm_(position_mm) {
+  move_to(position_mm);
+}
+
+void MouseDevice::move_to(const Vec3& position_mm) noexcept {
+  if (position_mm.allFinite())
+    wished_mm_.write({position_mm.x(), position_mm.y(), position_mm.z()});
+}
+
+device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token stop) {
+  device::Pacer pacer(device::Pace::RealTime, 1 / kTickS);
+  double last_s = 0;
+  while (!stop.stop_requested()) {
+    device::DeviceState state;
+    state.time_s = pacer.next();
+    const auto [x, y, z] = wished_mm_.read();
+    const double share = 1 - std::exp(-(state.time_s - last_s) / kMouseSettlingS);
+    const Vec3 before = position_mm_;
+    position_mm_ += share * (Vec3(x, y, z) - position_mm_);
+    if (state.time_s > last_s) {
+      state.velocity_m_s = kMPerMm * (position_mm_ - before) / (state.time_s - last_s);
+    }
+    last_s = state.time_s;
+    state.position_m = kMPerMm * position_mm_;
+    (void)servo(state);  // nobody's hand is moved
+  }
+  return pacer.report();
+}
+
+LiveTouch::LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm)
+    : touch_(std::move(touch)), mouse_(tool_mm) {
+  thread_ = std::jthread([this](std::stop_token stop) {
+    report_ = mouse_.run(
+        [this](const device::DeviceState& state) {
+          return touch_->tick({.time_s = state.time_s,
+                               .position_mm = state.position_m / kMPerMm,
+                               .valid = state.valid,
+                               .orientation = state.orientation});
+        },
+        std::move(stop));
+  });
+}
+
+LiveTouch::~LiveTouch() { stop(); }
+
+device::RunReport LiveTouch::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  return report_;
+}
+
+PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& direction,
+                   double depth_mm, double phase) {
+  const double period_s = field.rr_interval_s();
+  const double t = wrapped(phase) * period_s;
+  const Vec3 along = direction.normalized();
+  // From outside inwards to the first place inside.
+  constexpr double kFarMm = 300;
+  double inside = -1;
+  for (double r = kFarMm; r >= 0; r -= 0.5) {
+    if (field.sample(field.centre_mm() + r * along, t).distance_mm < 0) {
+      inside = r;
+      break;
+    }
+  }
+  if (inside < 0) throw_invalid("there is no surface to press on in this direction");
+  double outside = inside + 0.5;
+  for (int n = 0; n < 40; ++n) {
+    const double middle = (inside + outside) / 2;
+    const bool in = field.sample(field.centre_mm() + middle * along, t).distance_mm < 0;
+    (in ? inside : outside) = middle;
+  }
+  const Vec3 surface = field.centre_mm() + inside * along;
+  const Vec3 normal = field.normal(field.sample(surface, t), surface);
+  const double radius = touch.settings().tool_radius_mm;
+  const auto place = [&](double above_mm) { return Vec3(surface + (radius + above_mm) * normal); };
+
+  constexpr double kAwayMm = 30;
+  constexpr int kNaturalBeats = 4;
+  constexpr int kHeldBeats = 8;
+  constexpr double kMovingS = 0.3;
+  const double beat_s = 60 / touch.settings().heart_rate_per_min;
+  const double begin_s = kNaturalBeats * beat_s;
+  const double held_s = begin_s + kMovingS + kHeldBeats * beat_s;
+  PressRun run;
+  double before = 0;
+  for (int n = 0; n < 10'000'000; ++n) {
+    const double time_s = kTickS * n;
+    const double share = std::clamp((time_s - begin_s) / kMovingS, 0.0, 1.0);
+    const double smooth = (1 - std::cos(M_PI * share)) / 2;
+    (void)touch.tick({.time_s = time_s,
+                      .position_mm = place(kAwayMm + smooth * (-depth_mm - kAwayMm)),
+                      .valid = true});
+    run.last = touch.felt();
+    const haptics::Published& servo = run.last.servo;
+    const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
+    run.rows.push_back({time_s, force.norm(), std::max(0.0, -servo.distance_mm),
+                        run.last.circulation.volume_ml, run.last.circulation.lv_mmhg,
+                        run.last.circulation.beats});
+    const double ahead = wrapped(servo.phase - phase);
+    if (time_s > held_s && ahead < before) break;
+    before = ahead;
+  }
+  // The last whole beat of the circulation until then, closed.
+  const auto beat = [&](double end_s) {
+    std::uint64_t wished = 0;
+    for (const PressRow& row : run.rows) {
+      if (row.time_s <= end_s) wished = row.beat;
+    }
+    std::vector<PressRow> rows;
+    for (const PressRow& row : run.rows) {
+      if (row.beat + 1 == wished) rows.push_back(row);
+    }
+    if (!rows.empty()) rows.push_back(rows.front());
+    return rows;
+  };
+  run.natural = beat(begin_s);
+  run.pressed = beat(run.rows.back().time_s);
+  return run;
+}
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,137 @@
+#pragma once
+/// What is felt while the heart is looked at: the servo on the atlas's heart and, behind it, paper
+/// B's circulation of a ventricle as large as the atlas's.
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "runtime/atlas/manifest.h"
+#include "runtime/device/device.h"
+#include "runtime/field/field_query.h"
+#include "runtime/haptics/seqlock.h"
+#include "runtime/haptics/servo.h"
+#include "runtime/palpation/trainer.h"
+#include "runtime/viewer/drawing.h"
+#include "runtime/viewer/heart_frame.h"
+
+namespace beatlas::viewer {
+
+struct TouchSettings {
+  double tool_radius_mm = 3;       ///< 0..20
+  double stiffness_n_per_m = 0;    ///< 0: the atlas's
+  double heart_rate_per_min = 0;   ///< 0: the atlas's
+  std::string preset = "healthy";  ///< of palpation_presets()
+};
+
+/// One tick as a whole, for graphics.
+struct Felt {
+  haptics::Published servo;
+  palpation::Signals circulation;
+  std::int64_t clock_ns = 0;  ///< of std::chrono::steady_clock, when the tick ended
+};
+
+/// Servo and circulation in step: the circulation's beat follows the heart's phase.
+class Touch {
+ public:
+  /// @throws Error{InvalidInput} as its parts do; without volumes of lv_blood the circulation keeps
+  /// the preset's own size.
+  Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
+        const TouchSettings& settings);
+
+  /// The device's thread; no allocation, lock, log or file. @return the force to send [N]
+  Vec3 tick(const haptics::ServoState& state) noexcept;
+
+  [[nodiscard]] Felt felt() const noexcept { return felt_.read(); }
+  [[nodiscard]] haptics::Servo& servo() noexcept { return *servo_; }
+  /// The caller's thread. @throws Error{InvalidInput} as its parts do.
+  void set_heart_rate(double per_min);
+  void set_stiffness(double n_per_m);
+  void set_preset(const std::string& name);
+  void set_left_atrial_mmhg(double mmhg);
+  [[nodiscard]] const palpation::PalpationParameters& parameters() const { return wished_; }
+  [[nodiscard]] const TouchSettings& settings() const { return settings_; }
+  /// What a picture shows of a tick.
+  [[nodiscard]] ToolPicture tool_picture(const Felt& felt) const;
+
+ private:
+  [[nodiscard]] haptics::Scene scene() const;
+  [[nodiscard]] palpation::PalpationParameters scaled(const std::string& preset) const;
+
+  std::shared_ptr<const field::FieldQuery> field_;
+  TouchSettings settings_;
+  double end_diastole_ = 0;  // phase
+  double rr_interval_s_ = 1;
+  std::optional<std::array<double, 2>> volumes_ml_;
+  palpation::PalpationParameters wished_;
+  double dent_radius_mm_ = 25;
+  std::unique_ptr<haptics::Servo> servo_;
+  std::unique_ptr<palpation::Trainer> trainer_;
+  double last_phase_ = 0;
+  bool ticked_ = false;
+  haptics::Seqlock<Felt> felt_;
+};
+
+/// The mouse: a point that another thread moves; it goes there smoothly (60 ms), in steps of 1 ms.
+class MouseDevice final : public device::Device {
+ public:
+  explicit MouseDevice(const Vec3& position_mm);
+  [[nodiscard]] std::string name() const override { return "mouse"; }
+  device::RunReport run(const device::ServoFn& servo, std::stop_token stop) override;
+  /// Any thread. Workspace.
+  void move_to(const Vec3& position_mm) noexcept;
+
+ private:
+  haptics::Seqlock<std::array<double, 3>> wished_mm_;
+  Vec3 position_mm_;
+};
+
+/// A touch that runs at 1 kHz in a thread of its own, whatever the picture does.
+class LiveTouch {
+ public:
+  LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm);
+  ~LiveTouch();
+  LiveTouch(const LiveTouch&) = delete;
+  LiveTouch& operator=(const LiveTouch&) = delete;
+
+  [[nodiscard]] Touch& touch() { return *touch_; }
+  [[nodiscard]] MouseDevice& mouse() { return mouse_; }
+  /// Ends the thread. @return how it ran
+  device::RunReport stop();
+
+ private:
+  std::unique_ptr<Touch> touch_;
+  MouseDevice mouse_;
+  device::RunReport report_;
+  std::jthread thread_;
+};
+
+/// A scripted press without a device or a clock: the same every time.
+struct PressRow {
+  double time_s;
+  double force_n;
+  double depth_mm;
+  double volume_ml;
+  double lv_mmhg;
+  std::uint64_t beat;  ///< of the circulation
+};
+struct PressRun {
+  std::vector<PressRow> rows;     ///< one a millisecond
+  std::vector<PressRow> natural;  ///< the last whole beat before the tool comes
+  std::vector<PressRow> pressed;  ///< the last whole beat
+  Felt last;
+};
+
+/// The tool comes from outside, goes to the place where it is `depth_mm` below the surface of
+/// `phase`, stays there for eight beats and a little more, until it is `phase`.
+/// @param direction from the heart's centre to where it is pressed
+/// @throws Error{InvalidInput} if there is no surface in that direction.
+[[nodiscard]] PressRun run_press(Touch& touch, const field::FieldQuery& field,
+                                 const Vec3& direction, double depth_mm, double phase);
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,155 @@
+/// Frame time of a package's beating surfaces and volume, beside plain VTK that draws the same
+/// triangles, or the same samples by the same mapper, standing still.
+///
+///   viewer_bench PACKAGE [FRAMES]
+///
+/// Prints medians [ms] of wall time, 800 x 600, without captions.
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <iostream>
+#include <vector>
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include "runtime/viewer/display.h"
+#include "runtime/viewer/drawing.h"
+#include "runtime/viewer/stills.h"
+#include "runtime/viewer/surface_motion.h"
+
+using namespace beatlas;
+
+namespace {
+
+double median_ms(int frames, const std::function<void(int)>& draw) {
+  for (int n = 0; n < 3; ++n) draw(n);
+  std::vector<double> times;
+  for (int n = 0; n < frames; ++n) {
+    const auto start = std::chrono::steady_clock::now();
+    draw(n);
+    times.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+            .count());
+  }
+  std::nth_element(times.begin(), times.begin() + frames / 2, times.end());
+  return times[static_cast<std::size_t>(frames / 2)];
+}
+
+void aim(vtkRenderer* renderer, const viewer::CameraPose& pose) {
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const Vec3 at = pose.focus_mm + 500 * pose.towards_viewer;
+  camera->ParallelProjectionOn();
+  camera->SetFocalPoint(pose.focus_mm.x(), pose.focus_mm.y(), pose.focus_mm.z());
+  camera->SetPosition(at.x(), at.y(), at.z());
+  camera->SetViewUp(pose.up.x(), pose.up.y(), pose.up.z());
+  camera->SetParallelScale(pose.height_mm / 2);
+  camera->SetClippingRange(1, 1000);
+}
+
+// Opaque in both, so that what is compared is the same work.
+double plain_surfaces_ms(viewer::HeartDrawing& drawing, const atlas::Atlas& atlas, int frames) {
+  vtkNew<vtkRenderWindow> window;
+  window->SetOffScreenRendering(1);
+  window->SetSize(800, 600);
+  window->SetMultiSamples(4);
+  vtkNew<vtkRenderer> renderer;
+  window->AddRenderer(renderer);
+  for (const Structure structure : kAllStructures) {
+    const auto surface = atlas.surface(structure);
+    if (!surface) continue;
+    const viewer::SurfaceMotion motion(surface);
+    const std::vector<Vec3f> vertices = drawing.drawn_vertices(structure);
+    std::vector<Vec3f> normals(vertices.size());
+    motion.normals_of(vertices, normals);
+    vtkNew<vtkPoints> points;
+    vtkNew<vtkFloatArray> point_normals;
+    point_normals->SetNumberOfComponents(3);
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      points->InsertNextPoint(vertices[v].x(), vertices[v].y(), vertices[v].z());
+      point_normals->InsertNextTuple3(normals[v].x(), normals[v].y(), normals[v].z());
+    }
+    vtkNew<vtkCellArray> cells;
+    for (const auto& triangle : surface->triangles) {
+      const std::array<vtkIdType, 3> ids{triangle[0], triangle[1], triangle[2]};
+      cells->InsertNextCell(3, ids.data());
+    }
+    vtkNew<vtkPolyData> mesh;
+    mesh->SetPoints(points);
+    mesh->SetPolys(cells);
+    mesh->GetPointData()->SetNormals(point_normals);
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(mesh);
+    vtkNew<vtkActor> actor;
+    actor->SetMapper(mapper);
+    actor->GetProperty()->SetInterpolationToPhong();
+    renderer->AddActor(actor);
+  }
+  aim(renderer, drawing.camera());
+  return median_ms(frames, [&](int) { window->Render(); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (argc < 2) {
+    std::cerr << "usage: viewer_bench PACKAGE [FRAMES]\n";
+    return 2;
+  }
+  const int frames = argc > 2 ? std::max(1, std::stoi(argv[2])) : 31;
+  const viewer::Display display;
+  const viewer::OpenedHeart heart = viewer::open_heart(argv[1]);
+  viewer::HeartDrawing drawing(heart.atlas, heart.field, {.caption = false});
+  std::size_t vertices = 0;
+  for (const Structure structure : kAllStructures) {
+    vertices += drawing.drawn_vertices(structure).size();
+    viewer::Look look = drawing.look(structure);
+    look.opacity = 1;
+    drawing.set_look(structure, look);
+  }
+  drawing.set_camera(viewer::standard_view(drawing.frame(), "anterior"));
+  (void)drawing.picture(800, 600);
+  std::printf("%zu vertices, drawn by %s\n", vertices, drawing.renderer().c_str());
+  const auto beat = [&](int n) {
+    drawing.set_beats(0.031 * n);
+    drawing.render();
+  };
+  const double still = median_ms(frames, [&](int) { drawing.render(); });
+  const double beating = median_ms(frames, beat);
+  const double plain = plain_surfaces_ms(drawing, *heart.atlas, frames);
+  std::printf(
+      "surfaces: beating %.1f ms, standing still %.1f, plain VTK standing still %.1f: %.2fx\n",
+      beating, still, plain, beating / plain);
+  (void)std::fflush(stdout);
+  if (!drawing.has_volume()) return 0;
+  for (const Structure structure : kAllStructures) {
+    viewer::Look look = drawing.look(structure);
+    look.visible = false;
+    drawing.set_look(structure, look);
+  }
+  drawing.set_volume(viewer::VolumePreset::Muscle);
+  const double volume_still = median_ms(frames, [&](int) { drawing.render(); });
+  const double volume_beating = median_ms(frames, beat);
+  drawing.set_moving(true);
+  const double volume_moving = median_ms(frames, beat);
+  // Standing still the mapper is VTK's own at these settings; what beating adds is ours.
+  std::printf(
+      "volume: beating %.1f ms, VTK's mapper standing still %.1f: %.2fx; coarse while it moves "
+      "%.1f\n",
+      volume_beating, volume_still, volume_beating / volume_still, volume_moving);
+  return 0;
+} catch (const std::exception& error) {
+  std::cerr << error.what() << '\n';
+  return 1;
+}

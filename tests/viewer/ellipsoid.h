@@ -1,0 +1,76 @@
+#pragma once
+/// A heart in closed form: two ellipsoids about one middle that beat with the cosine of the phase.
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "runtime/atlas/atlas.h"
+#include "tests/package/sample_package.h"
+
+namespace beatlas::test {
+
+struct BeatingEllipsoid {
+  Vec3 centre_mm{131, 118, 97};
+  Eigen::Matrix3d axes = Eigen::AngleAxisd(0.7, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
+  Vec3 half_mm{48, 36, 31};
+  double beat = 0.12;
+
+  [[nodiscard]] double scale(double beats) const {
+    return 1 - beat * (0.5 - 0.5 * std::cos(2 * std::numbers::pi * beats));
+  }
+  /// x is on it: (x - centre)^T shape^-1 (x - centre) = 1.
+  [[nodiscard]] Eigen::Matrix3d shape(double beats) const {
+    const Vec3 half = scale(beats) * half_mm;
+    return axes * half.cwiseAbs2().asDiagonal() * axes.transpose();
+  }
+  /// Half widths of its section by a plane through the middle with unit axes u, v: where along
+  /// cos(a) u + sin(a) v the surface lies.
+  [[nodiscard]] double radius_along(double beats, const Vec3& direction) const {
+    return 1 / std::sqrt(direction.dot(shape(beats).inverse() * direction));
+  }
+  /// Of its shadow along u x v, in the direction cos(a) u + sin(a) v.
+  [[nodiscard]] double shadow_along(double beats, const Vec3& u, const Vec3& v, double a) const {
+    Eigen::Matrix<double, 2, 3> flat;
+    flat.row(0) = u.transpose();
+    flat.row(1) = v.transpose();
+    const Eigen::Matrix2d shadow = flat * shape(beats) * flat.transpose();
+    const Vec2 direction(std::cos(a), std::sin(a));
+    return 1 / std::sqrt(direction.dot(shadow.inverse() * direction));
+  }
+};
+
+/// Heart and LV blood (0.55 as large) as such ellipsoids; written and opened again. With images.
+inline std::shared_ptr<const atlas::Atlas> ellipsoid_atlas(const TemporaryFolder& folder,
+                                                           const BeatingEllipsoid& heart,
+                                                           int phases, int levels) {
+  pack::PackageContent content = sample_content(phases, 20, 2, 3);
+  content.surfaces.clear();
+  for (const Structure structure : {Structure::Heart, Structure::LvBlood}) {
+    const double part = structure == Structure::Heart ? 1 : 0.55;
+    atlas::SurfacePayload ball = beating_surface(structure, 20, 0, 1, levels);
+    Vec3f middle = Vec3f::Zero();
+    for (const Vec3f& x : ball.positions[0]) middle += x;
+    middle /= static_cast<float>(ball.positions[0].size());
+    const std::vector<Vec3f> directions = ball.positions[0];
+    ball.positions.assign(static_cast<std::size_t>(phases), {});
+    for (int phase = 0; phase < phases; ++phase) {
+      const double scale = part * heart.scale(static_cast<double>(phase) / phases);
+      for (const Vec3f& x : directions) {
+        const Vec3 unit = (x - middle).cast<double>().normalized();
+        const Vec3 at = heart.centre_mm + heart.axes * (scale * heart.half_mm.cwiseProduct(unit));
+        ball.positions[static_cast<std::size_t>(phase)].push_back(at.cast<float>());
+      }
+    }
+    content.surfaces.push_back(std::move(ball));
+  }
+  const std::filesystem::path file = folder.path() / "ellipsoid.beatlas";
+  pack::write_package(file, content);
+  return std::make_shared<const atlas::Atlas>(atlas::Atlas::open(
+      file,
+      atlas::everything_in(content.manifest.items.empty() ? atlas::Atlas::open(file, {}).manifest()
+                                                          : content.manifest)));
+}
+
+}  // namespace beatlas::test

@@ -1,0 +1,280 @@
+/// Pictures against closed form, projected as the camera does.
+
+#include <algorithm>
+#include <functional>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "runtime/base/error.h"
+#include "runtime/viewer/display.h"
+#include "runtime/viewer/drawing.h"
+#include "runtime/viewer/stills.h"
+#include "runtime/viewer/touch.h"
+#include "tests/viewer/ellipsoid.h"
+
+namespace beatlas::viewer {
+namespace {
+
+using std::numbers::pi;
+using test::BeatingEllipsoid;
+
+constexpr int kWidth = 640;
+constexpr int kHeight = 480;
+constexpr double kPixels = 1.5;  // what a contour may be off
+
+class Pictures : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    display_ = std::make_unique<Display>();
+    folder_ = std::make_unique<test::TemporaryFolder>();
+    atlas_ = test::ellipsoid_atlas(*folder_, heart_, 12, 5);
+  }
+  static void TearDownTestSuite() {
+    atlas_.reset();
+    folder_.reset();
+    display_.reset();
+  }
+
+  static std::unique_ptr<HeartDrawing> drawing() {
+    auto made = std::make_unique<HeartDrawing>(atlas_, nullptr, DrawingOptions{.caption = false});
+    for (const Structure structure : {Structure::Heart, Structure::LvBlood}) {
+      Look look = made->look(structure);
+      look.opacity = 1;
+      look.visible = structure == Structure::Heart;
+      made->set_look(structure, look);
+    }
+    return made;
+  }
+
+  static inline BeatingEllipsoid heart_;
+  static inline std::unique_ptr<Display> display_;
+  static inline std::unique_ptr<test::TemporaryFolder> folder_;
+  static inline std::shared_ptr<const atlas::Atlas> atlas_;
+};
+
+std::array<int, 3> colour_at(const Picture& picture, int x, int y) {
+  const std::size_t at =
+      3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+           static_cast<std::size_t>(x));
+  return {picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]};
+}
+
+bool differs(const Picture& a, const Picture& b, int x, int y) {
+  const auto ours = colour_at(a, x, y);
+  const auto theirs = colour_at(b, x, y);
+  int most = 0;
+  for (std::size_t n = 0; n < 3; ++n) most = std::max(most, std::abs(ours[n] - theirs[n]));
+  return most > 12;
+}
+
+// How far from `middle` along the angle (counter-clockwise, y up) the last pixel is that `is` so.
+double last_along(const Picture& picture, const Vec2& middle, double angle,
+                  const std::function<bool(int, int)>& is) {
+  double last = -1;
+  for (double r = 0; r < picture.width; r += 0.1) {
+    const auto x = static_cast<int>(std::lround(middle.x() + r * std::cos(angle)));
+    const auto y = static_cast<int>(std::lround(middle.y() - r * std::sin(angle)));
+    if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) break;
+    if (is(x, y)) last = r;
+  }
+  return last;
+}
+
+TEST_F(Pictures, SilhouettesAreTheClosedForms) {
+  const auto heart = drawing();
+  for (const std::string_view view : {"anterior", "left", "four-chamber", "superior"}) {
+    const CameraPose pose = standard_view(heart->frame(), view);
+    heart->set_camera(pose);
+    const Vec3 right = pose.up.cross(pose.towards_viewer);
+    Look look = heart->look(Structure::Heart);
+    look.visible = false;
+    heart->set_look(Structure::Heart, look);
+    const Picture empty = heart->picture(kWidth, kHeight);
+    look.visible = true;
+    heart->set_look(Structure::Heart, look);
+    for (const double beats : {0.0, 0.21, 0.5, 0.83}) {
+      heart->set_beats(beats);
+      const Picture picture = heart->picture(kWidth, kHeight);
+      const Vec2 middle = heart->pixel_of(heart_.centre_mm);
+      for (int n = 0; n < 48; ++n) {
+        const double angle = 2 * pi * n / 48;
+        const double found = last_along(
+            picture, middle, angle, [&](int x, int y) { return differs(picture, empty, x, y); });
+        const double exact =
+            heart->pixels_per_mm() * heart_.shadow_along(beats, right, pose.up, angle);
+        EXPECT_NEAR(found, exact, kPixels) << view << ' ' << beats << ' ' << angle;
+      }
+    }
+  }
+}
+
+TEST_F(Pictures, CutContoursAreTheClosedForms) {
+  const auto heart = drawing();
+  for (const std::string_view cut : {"axial", "coronal", "sagittal", "four-chamber"}) {
+    for (const bool image : {false, true}) {
+      const CutPlane plane = standard_cut(heart->frame(), cut, 0);
+      CameraPose pose;
+      pose.focus_mm = heart_.centre_mm;
+      pose.towards_viewer = plane.normal;
+      pose.up = plane.normal.unitOrthogonal();
+      pose.height_mm = 120;
+      heart->set_camera(pose);
+      heart->set_image_on_cut(image);
+      const Vec3 right = pose.up.cross(pose.towards_viewer);
+      heart->set_beats(0.37);
+      heart->set_cut(CutPlane{.point_mm = heart_.centre_mm, .normal = plane.normal});
+      const Picture picture = heart->picture(kWidth, kHeight);
+      // The line is the brightest there is in its own colour.
+      const Vec3 line = 255 * (0.55 * heart->look(Structure::Heart).colour + Vec3::Constant(0.45));
+      const Vec2 middle = heart->pixel_of(heart_.centre_mm);
+      for (int n = 0; n < 36; ++n) {
+        const double angle = 2 * pi * n / 36;
+        const Vec2 along(std::cos(angle), -std::sin(angle));
+        double sum = 0;
+        int count = 0;
+        // Within a degree and a half: a line of short pieces has gaps of a pixel.
+        for (int y = 0; y < kHeight; ++y) {
+          for (int x = 0; x < kWidth; ++x) {
+            const auto [r, g, b] = colour_at(picture, x, y);
+            if (std::abs(r - line.x()) > 14 || std::abs(g - line.y()) > 14 ||
+                std::abs(b - line.z()) > 14) {
+              continue;
+            }
+            const Vec2 from_middle = Vec2(x, y) - middle;
+            if (along.dot(from_middle) < std::cos(0.025) * from_middle.norm()) continue;
+            sum += from_middle.norm();
+            ++count;
+          }
+        }
+        ASSERT_GT(count, 0) << cut << ' ' << angle;
+        const Vec3 direction = std::cos(angle) * right + std::sin(angle) * pose.up;
+        EXPECT_NEAR(sum / count, heart->pixels_per_mm() * heart_.radius_along(0.37, direction),
+                    kPixels)
+            << cut << ' ' << image << ' ' << angle;
+      }
+    }
+  }
+}
+
+// What is cut away is not there, what stays is.
+TEST_F(Pictures, ACutTakesTheNormalsSide) {
+  const auto heart = drawing();
+  CameraPose pose = standard_view(heart->frame(), "anterior");
+  heart->set_camera(pose);
+  const Vec3 right = pose.up.cross(pose.towards_viewer);
+  heart->set_cut(CutPlane{.point_mm = heart_.centre_mm, .normal = right});
+  const Picture half = heart->picture(kWidth, kHeight);
+  Look look = heart->look(Structure::Heart);
+  look.visible = false;
+  heart->set_look(Structure::Heart, look);
+  heart->set_image_on_cut(false);
+  const Picture empty = heart->picture(kWidth, kHeight);
+  const Vec2 there = heart->pixel_of(heart_.centre_mm - 15 * right);
+  const Vec2 gone = heart->pixel_of(heart_.centre_mm + 15 * right);
+  EXPECT_TRUE(differs(half, empty, static_cast<int>(there.x()), static_cast<int>(there.y())));
+  EXPECT_FALSE(differs(half, empty, static_cast<int>(gone.x()), static_cast<int>(gone.y())));
+}
+
+TEST_F(Pictures, PointsGoToPixelsAndBack) {
+  const auto heart = drawing();
+  (void)heart->picture(kWidth, kHeight);
+  const Vec3 place = heart_.centre_mm + Vec3(11, -7, 23);
+  const Vec3 back = heart->point_at(heart->pixel_of(place), heart->depth_of(place));
+  EXPECT_LT((back - place).norm(), 1e-6);
+}
+
+TEST_F(Pictures, TheSameMomentGivesTheSamePicture) {
+  const auto one = drawing();
+  const auto other = drawing();
+  one->set_beats(0.3);
+  (void)one->picture(kWidth, kHeight);
+  one->set_beats(0.62);
+  other->set_beats(3.62);
+  EXPECT_EQ(one->picture(kWidth, kHeight).rgb, other->picture(kWidth, kHeight).rgb);
+}
+
+TEST_F(Pictures, VolumesDifferByPresetAndPhase) {
+  const auto heart = drawing();
+  heart->set_look(Structure::Heart, {.visible = false});
+  const Picture empty = heart->picture(200, 150);
+  heart->set_volume(VolumePreset::Blood);
+  const Picture blood = heart->picture(200, 150);
+  heart->set_volume(VolumePreset::Muscle);
+  const Picture muscle = heart->picture(200, 150);
+  EXPECT_NE(blood.rgb, empty.rgb);
+  EXPECT_NE(muscle.rgb, empty.rgb);
+  EXPECT_NE(muscle.rgb, blood.rgb);
+  heart->set_beats(0.5);
+  EXPECT_NE(heart->picture(200, 150).rgb, muscle.rgb);
+}
+
+// A press on an atlas with a field: the line on the cut goes in by as much as the patch says.
+TEST_F(Pictures, TheDentIsAsDeepAsThePatchSays) {
+  const std::filesystem::path file = folder_->path() / "field.beatlas";
+  pack::write_package(file, test::sample_content(10, 45, 2, 5));
+  const OpenedHeart opened = open_heart(file);
+  Touch touch(opened.atlas->manifest(), opened.field, {});
+  const Vec3 direction =
+      opened.atlas->manifest().workspace_from_lps.linear() * Vec3(0.9, -0.4, 0.1);
+  const double phase = 0.3;
+  const PressRun run = run_press(touch, *opened.field, direction, 6, phase);
+  const ToolPicture tool = touch.tool_picture(run.last);
+  ASSERT_TRUE(tool.touching);
+  EXPECT_NEAR(tool.dent_mm, 6, 0.5);  // the sphere's distance and the way along the normal differ
+  EXPECT_NEAR(tool.dent_mm, run.rows.back().depth_mm, 1e-9);
+  EXPECT_GT(tool.force_n.norm(), 0.5);
+
+  HeartDrawing heart(opened.atlas, opened.field, {.caption = false});
+  for (const Structure structure : kAllStructures) {
+    Look look = heart.look(structure);
+    look.opacity = 1;
+    look.visible = structure == Structure::Heart;
+    heart.set_look(structure, look);
+  }
+  heart.set_image_on_cut(false);
+  CameraPose pose;
+  pose.focus_mm = tool.dent_place_mm - 10 * tool.dent_normal;
+  pose.up = tool.dent_normal;
+  pose.towards_viewer = tool.dent_normal.unitOrthogonal();
+  pose.height_mm = 60;
+  heart.set_camera(pose);
+  heart.set_beats(run.last.servo.phase);
+  heart.set_cut(CutPlane{.point_mm = tool.dent_place_mm, .normal = pose.towards_viewer});
+  const Vec3 line = 255 * (0.55 * heart.look(Structure::Heart).colour + Vec3::Constant(0.45));
+  const auto line_height = [&](const Picture& picture) {
+    const auto x = static_cast<int>(std::lround(heart.pixel_of(tool.dent_place_mm).x()));
+    double sum = 0;
+    int count = 0;
+    for (int y = 0; y < picture.height; ++y) {
+      const auto [r, g, b] = colour_at(picture, x, y);
+      if (std::abs(r - line.x()) < 14 && std::abs(g - line.y()) < 14 &&
+          std::abs(b - line.z()) < 14) {
+        sum += y;
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 0);
+    return sum / std::max(1, count);
+  };
+  const double natural = line_height(heart.picture(kWidth, kHeight));
+  ToolPicture unseen = tool;  // the dent alone: ball and arrow would hide the line
+  unseen.position_mm += 500 * pose.up;
+  unseen.proxy_mm = unseen.position_mm;
+  heart.set_tool(unseen);
+  const double pressed = line_height(heart.picture(kWidth, kHeight));
+  EXPECT_NEAR(pressed - natural, heart.pixels_per_mm() * tool.dent_mm, kPixels);
+}
+
+TEST_F(Pictures, SizesFromTinyToLarge) {
+  const auto heart = drawing();
+  for (const auto& [width, height] :
+       {std::pair{16, 16}, std::pair{200, 150}, std::pair{3840, 2160}}) {
+    const Picture picture = heart->picture(width, height);
+    EXPECT_EQ(picture.rgb.size(), 3U * static_cast<unsigned>(width * height));
+  }
+  EXPECT_THROW((void)heart->picture(4, 4), Error);
+}
+
+}  // namespace
+}  // namespace beatlas::viewer
