@@ -36,15 +36,9 @@ void scale_to_atlas(PalpationParameters& parameters, const atlas::Manifest& mani
     if (structure.name != "lv_blood") continue;
     const auto [least, most] =
         std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
-    // A larger heart at another rate works against the same pressure in the aorta.
-    const double mean_mmhg =
-        palpation::natural_beat(parameters.whole_circulation()).aortic_mean_mmhg;
-    parameters.circulation.heart_rate_per_min =
-        std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
     try {
-      parameters.circulation = palpation::fit_circulation(
-          parameters.whole_circulation(),
-          {.edv_ml = *most, .esv_ml = *least, .aortic_mean_mmhg = mean_mmhg});
+      parameters.circulation = palpation::fit_to_heart(parameters.whole_circulation(), *most,
+                                                       *least, 60 / manifest.rr_interval_s);
     } catch (const Error& error) {
       throw error.with_context(package);
     }

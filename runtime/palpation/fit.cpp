@@ -59,4 +59,13 @@ CirculationParameters fit_circulation(const CirculationParameters& start, const 
       "no circulation has these volumes and this pressure at this heart rate; change one");
 }
 
+CirculationParameters fit_to_heart(const CirculationParameters& start, double edv_ml, double esv_ml,
+                                   double heart_rate_per_min) {
+  CirculationParameters own = start;
+  own.heart_rate_per_min = std::clamp(heart_rate_per_min, 30.0, 220.0);
+  return fit_circulation(own, {.edv_ml = edv_ml,
+                               .esv_ml = esv_ml,
+                               .aortic_mean_mmhg = natural_beat(start).aortic_mean_mmhg});
+}
+
 }  // namespace beatlas::palpation

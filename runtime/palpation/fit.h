@@ -21,4 +21,10 @@ struct Targets {
 [[nodiscard]] CirculationParameters fit_circulation(const CirculationParameters& start,
                                                     const Targets& targets);
 
+/// `start` scaled to another heart: its volumes, its rate (taken to 30..220 a minute), against the
+/// mean aortic pressure that `start` has at its own rate. @throws Error{InvalidInput} as
+/// fit_circulation.
+[[nodiscard]] CirculationParameters fit_to_heart(const CirculationParameters& start, double edv_ml,
+                                                 double esv_ml, double heart_rate_per_min);
+
 }  // namespace beatlas::palpation

@@ -27,6 +27,7 @@
 #include <vtkVolume.h>
 
 #include "runtime/viewer/drawing.h"
+#include "runtime/viewer/heart_mask.h"
 #include "runtime/viewer/image_cut.h"
 #include "runtime/viewer/surface_motion.h"
 
@@ -55,7 +56,7 @@ struct VolumeParts {
   std::shared_ptr<const atlas::VolumePayload> payload;
   TissueIntensities tissue;
   atlas::IntensityWindow window;
-  std::vector<std::uint8_t> mask;     ///< 0..255: how much of a voxel is the heart's; or none
+  std::optional<HeartMask> mask;
   std::vector<std::uint8_t> samples;  ///< of now
   double samples_beats = -1;
   bool masked_current = false;

@@ -17,31 +17,6 @@ constexpr double kSlicePixelMm = 0.5;
 // The ray caster knows depths to a voxel or so: it begins this far behind the images on the cut, so
 // that it does not tint them.
 constexpr double kBehindCutMm = 2;
-constexpr double kMaskBeginMm = -0.5;
-constexpr double kMaskEndMm = 1;
-
-// 1 within the heart at any phase, falling to 0 at its edge: what lies around it is as bright.
-std::vector<std::uint8_t> heart_mask(const atlas::VolumePayload& volume,
-                                     const field::FieldQuery& heart) {
-  std::vector<std::uint8_t> mask(volume.sample_count());
-  constexpr int kMoments = 5;
-  std::size_t at = 0;
-  for (int z = 0; z < volume.size[2]; ++z) {
-    for (int y = 0; y < volume.size[1]; ++y) {
-      for (int x = 0; x < volume.size[0]; ++x, ++at) {
-        const Vec3 place = volume.workspace_from_index * Vec3(x, y, z);
-        double least = heart.payload().outer_mm;
-        for (int moment = 0; moment < kMoments; ++moment) {
-          const double t = heart.rr_interval_s() * moment / kMoments;
-          least = std::min(least, heart.sample(place, t).distance_mm);
-        }
-        const double share = (kMaskEndMm - least) / (kMaskEndMm - kMaskBeginMm);
-        mask[at] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
-      }
-    }
-  }
-  return mask;
-}
 
 struct Ramp {
   double at;  ///< 0 muscle, 1 blood
@@ -123,14 +98,15 @@ void HeartDrawing::Parts::update_samples(bool masked) {
     volume.masked_current = false;
   }
   if (!masked || volume.masked_current) return;
-  if (volume.mask.empty() && field) volume.mask = heart_mask(*volume.payload, *field);
+  if (!volume.mask && field) volume.mask.emplace(*volume.payload, field);
   auto* to = static_cast<std::uint8_t*>(volume.image->GetScalarPointer());
-  if (volume.mask.empty()) {
-    std::copy(volume.samples.begin(), volume.samples.end(), to);
-  } else {
+  if (volume.mask) {
+    const std::vector<std::uint8_t>& mask = volume.mask->at(beats);
     for (std::size_t n = 0; n < volume.samples.size(); ++n) {
-      to[n] = static_cast<std::uint8_t>(volume.samples[n] * volume.mask[n] / 255);
+      to[n] = static_cast<std::uint8_t>(volume.samples[n] * mask[n] / 255);
     }
+  } else {
+    std::copy(volume.samples.begin(), volume.samples.end(), to);
   }
   volume.image->GetPointData()->GetScalars()->Modified();
   volume.image->Modified();

@@ -62,11 +62,9 @@ palpation::PalpationParameters Touch::scaled(const std::string& preset) const {
   if (!volumes_ml_) return parameters;
   // The healthy ventricle is made as large as the atlas's; a disease changes it as it does the
   // dog's.
-  palpation::CirculationParameters own = healthy.whole_circulation();
-  own.heart_rate_per_min = std::clamp(60 / rr_interval_s_, 30.0, 220.0);
   try {
-    const palpation::CirculationParameters fitted =
-        palpation::fit_circulation(own, {.edv_ml = (*volumes_ml_)[1], .esv_ml = (*volumes_ml_)[0]});
+    const palpation::CirculationParameters fitted = palpation::fit_to_heart(
+        healthy.whole_circulation(), (*volumes_ml_)[1], (*volumes_ml_)[0], 60 / rr_interval_s_);
     const palpation::CirculationParameters& base = healthy.circulation;
     circulation.emax *= fitted.emax / base.emax;
     circulation.emin *= fitted.emin / base.emin;

@@ -1,7 +1,10 @@
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
 #include "runtime/viewer/heart_frame.h"
+#include "runtime/viewer/heart_mask.h"
 #include "runtime/viewer/image_cut.h"
 #include "runtime/viewer/surface_motion.h"
 #include "tests/viewer/ellipsoid.h"
@@ -159,6 +162,36 @@ TEST(HeartFrame, ViewsAreRightHandedAndCutsFaceTheirViewer) {
   EXPECT_GT(standard_cut(frame, "four-chamber", 0).normal.dot(four.towards_viewer), 0.999);
   const CutPlane moved = standard_cut(frame, "axial", 7);
   EXPECT_NEAR((moved.point_mm - frame.centre_mm).dot(moved.normal), 7, 1e-9);
+}
+
+// The voxels that are looked at again each moment are enough.
+TEST(HeartMask, IsTheHeartsShareAtAnyMoment) {
+  const Made made;
+  const auto volume = made.atlas->volume();
+  const auto field = std::make_shared<const field::FieldQuery>(
+      made.atlas->field(Structure::Heart), made.atlas->manifest().rr_interval_s);
+  const double half_mm =
+      std::max(0.75, 0.5 * volume->workspace_from_index.linear().colwise().norm().maxCoeff());
+  HeartMask mask(*volume, field);
+  for (const double beats : {0.31, 0.0, 2.77}) {
+    const std::vector<std::uint8_t>& found = mask.at(beats);
+    std::size_t at = 0;
+    std::size_t between = 0;
+    for (int z = 0; z < volume->size[2]; ++z) {
+      for (int y = 0; y < volume->size[1]; ++y) {
+        for (int x = 0; x < volume->size[0]; ++x, ++at) {
+          const double distance = field
+                                      ->sample(volume->workspace_from_index * Vec3(x, y, z),
+                                               beats * field->rr_interval_s())
+                                      .distance_mm;
+          const double share = std::clamp(0.5 - (distance + 0.5) / (2 * half_mm), 0.0, 1.0);
+          EXPECT_NEAR(found[at], 255 * share, 0.51);
+          between += share > 0 && share < 1 ? 1 : 0;
+        }
+      }
+    }
+    EXPECT_GT(between, 20U) << beats;
+  }
 }
 
 }  // namespace

@@ -267,6 +267,16 @@ TEST(Circulation, FitsTheVolumesOfAHeartAndAPressure) {
   EXPECT_THROW((void)fit_circulation(start, {.edv_ml = -1}), Error);
 }
 
+TEST(Circulation, ScaledToAHumanHeartItKeepsTheMeanAorticPressure) {
+  const CirculationParameters dog;
+  const Beat natural = natural_beat(dog);
+  const Beat human = natural_beat(fit_to_heart(dog, 158, 54, 80));
+  EXPECT_NEAR(human.edv_ml, 158, 0.3);
+  EXPECT_NEAR(human.esv_ml, 54, 0.2);
+  EXPECT_NEAR(human.aortic_mean_mmhg, natural.aortic_mean_mmhg, 0.2);
+  EXPECT_LT(human.peak_lv_mmhg, 150);
+}
+
 TEST(Circulation, RefusesNumbersOutOfRange) {
   const auto refused = [](auto change) {
     CirculationParameters p;

@@ -1,0 +1,34 @@
+#pragma once
+/// How much of each voxel of the images is the heart's, at any moment: fat and lung around it are
+/// as bright as what is to be seen.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/atlas/payloads.h"
+#include "runtime/field/field_query.h"
+
+namespace beatlas::viewer {
+
+class HeartMask {
+ public:
+  /// @param heart signed distance [mm], of the same workspace as the volume
+  HeartMask(const atlas::VolumePayload& volume, std::shared_ptr<const field::FieldQuery> heart);
+
+  /// 0 outside .. 255 inside, [voxel] as the volume's samples: it falls over a voxel's largest edge
+  /// (1.5 mm at least), so that what is drawn between voxels has no steps. Good until the next
+  /// call.
+  [[nodiscard]] const std::vector<std::uint8_t>& at(double beats);
+
+ private:
+  [[nodiscard]] std::uint8_t share(double distance_mm) const;
+
+  std::shared_ptr<const field::FieldQuery> heart_;
+  double half_mm_;
+  std::vector<std::uint8_t> mask_;
+  std::vector<std::uint32_t> edge_;  ///< voxels that the heart's edge passes in some phase
+  std::vector<Vec3> places_mm_;      ///< of those
+};
+
+}  // namespace beatlas::viewer
