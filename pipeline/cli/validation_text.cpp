@@ -84,13 +84,14 @@ std::string muscle(const assess::ValidationReport& report) {
   std::string text;
   for (const assess::StructureErrors& entry : report.structures) {
     if (!entry.motion) continue;
+    if (text.empty()) {
+      text =
+          "structure       off its muscle, mean mm  p95 mm   along it, mean mm  of normal-only\n";
+    }
     const assess::MotionErrors& motion = *entry.motion;
-    text += line(
-        "%-15s off its muscle by mean %.2f, p95 %.2f mm; along the surface %.2f, of normal-only "
-        "motion %.2f (%.0f %%)\n",
-        structure_name(entry.structure).data(), motion.mean_mm, motion.p95_mm,
-        motion.tangential_mean_mm, motion.normal_only_tangential_mean_mm,
-        100 * motion.tangential_share);
+    text += line("%-15s %23.2f %7.2f %19.2f %13.0f %%\n", structure_name(entry.structure).data(),
+                 motion.mean_mm, motion.p95_mm, motion.tangential_mean_mm,
+                 100 * motion.tangential_share);
   }
   return text;
 }

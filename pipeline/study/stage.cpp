@@ -33,6 +33,12 @@ std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
   return out;
 }
 
+bool reads(Stage stage, Stage source, std::string_view file) noexcept {
+  if (for_the_eye(file)) return false;
+  if (stage != Stage::Mesh || source == Stage::Field) return true;
+  return file == "segment/long_axis.json" || file == "register/register.json";
+}
+
 bool for_the_eye(std::string_view file) noexcept {
   return file.starts_with("pictures/") || file.starts_with("solve/") || file.starts_with("pack/") ||
          file.starts_with("mesh/map_") || file.starts_with("segment/uncertainty_") ||

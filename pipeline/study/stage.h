@@ -23,6 +23,9 @@ inline constexpr std::array kAllStages{Stage::Import,   Stage::Segment, Stage::P
 /// @param with_surfaces whether Pack reads those of Mesh
 [[nodiscard]] std::vector<Stage> sources_of(Stage stage, bool with_surfaces = true);
 
+/// Whether a stage reads an output, named as in study.json, of one of its sources.
+[[nodiscard]] bool reads(Stage stage, Stage source, std::string_view file) noexcept;
+
 /// The labels as the stage segment made them, beside labels.nii.gz which may be edited.
 inline constexpr auto kLabelsAsMade = "segment/labels_as_made.nii.gz";
 

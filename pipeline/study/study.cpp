@@ -175,7 +175,7 @@ FileHashes Study::inputs_now(Stage stage, bool with_surfaces) const {
     }
     for (const auto& output : record->outputs) {
       const std::string& file = output.first;
-      if (for_the_eye(file)) continue;
+      if (!reads(stage, source, file)) continue;
       std::error_code ignored;
       if (!fs::is_regular_file(folder_ / file, ignored)) continue;
       out[file] = sha256_of_file(folder_ / file);

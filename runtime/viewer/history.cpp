@@ -11,16 +11,6 @@ namespace {
 constexpr double kKeptS = 60;
 constexpr double kShownS = 10;
 
-Curve curve(const std::vector<PressRow>& rows, double PressRow::*x, double PressRow::*y,
-            const std::string& name, const QColor& colour) {
-  Curve made{.name = name, .colour = colour, .x = {}, .y = {}};
-  for (const PressRow& row : rows) {
-    made.x.push_back(row.*x);
-    made.y.push_back(row.*y);
-  }
-  return made;
-}
-
 }  // namespace
 
 void History::clear() { *this = History(); }

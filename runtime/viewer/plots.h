@@ -16,6 +16,18 @@ struct Curve {
   std::vector<double> y;
 };
 
+/// One member of the rows against another.
+template <class Row>
+[[nodiscard]] Curve curve(const std::vector<Row>& rows, double Row::*x, double Row::*y,
+                          const std::string& name, const QColor& colour) {
+  Curve made{.name = name, .colour = colour, .x = {}, .y = {}};
+  for (const Row& row : rows) {
+    made.x.push_back(row.*x);
+    made.y.push_back(row.*y);
+  }
+  return made;
+}
+
 struct Panel {
   std::string title;    ///< with unit
   std::string x_title;  ///< with unit

@@ -22,16 +22,6 @@ const QColor kDepthColour(250, 200, 80);
 const QColor kNaturalColour(120, 180, 255);
 const QColor kPressedColour(255, 120, 110);
 
-Curve curve(const std::vector<PressRow>& rows, double PressRow::*x, double PressRow::*y,
-            const std::string& name, const QColor& colour) {
-  Curve made{.name = name, .colour = colour, .x = {}, .y = {}};
-  for (const PressRow& row : rows) {
-    made.x.push_back(row.*x);
-    made.y.push_back(row.*y);
-  }
-  return made;
-}
-
 std::vector<Panel> press_panels(const PressRun& run, double beat_s) {
   std::vector<PressRow> recent(run.rows);
   const double begin = recent.back().time_s - 4 * beat_s;

@@ -21,9 +21,9 @@ ID_DIGITS = "77703339"  # in every UID and number of a patient
 BIRTH, CLOCK, AGE, WEIGHT = "19170923", "031741.591827", "097Y", "83.719246"
 NUMBER = "5550666777123"  # a long run of digits in a file's name
 # In lower case; a literal beginning each, which is quick to search for. The clock's fraction counts
-# behind its own minutes or alone: coordinates of a mesh hold any six digits behind a point.
+# behind its own minutes or by itself: coordinates of a mesh hold any six digits behind others.
 WORDS = [re.compile(pattern) for pattern in (
-    rb"mkq\d{5}zx", rb"77703339\d*", rb"19170923", rb"1741\.591827", rb"591827(?<!\.591827)",
+    rb"mkq\d{5}zx", rb"77703339\d*", rb"19170923", rb"1741\.591827", rb"(?<![.\d])591827",
     rb"83\.719246", rb"5550666777123")]
 WIDE_WORDS = [re.compile(pattern) for pattern in (
     rb"m\0k\0q\0(?:\d\0){5}z\0x", rb"7\x007\x007\x000\x003\x003\x003\x009(?:\0\d)*",
