@@ -61,6 +61,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS xvfb)  # pictures where there is no display
 # What a trainer that links the static libraries needs besides.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS
     "cmake, g++, libdraco-dev, libeigen3-dev, libssl-dev, libzip-dev, libzstd-dev, nlohmann-json3-dev")
