@@ -8,7 +8,7 @@
 
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
-#include <vtkLightKit.h>
+#include <vtkLight.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
 #include <vtkProperty.h>
@@ -26,6 +26,16 @@ constexpr int kMostPixels = 16384;
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
       .count();
+}
+
+/// A light that goes with the camera: it comes from `from`, in the camera's right, up and back.
+void add_light(vtkRenderer* renderer, const Vec3& from, double intensity) {
+  vtkNew<vtkLight> light;
+  light->SetLightTypeToCameraLight();
+  light->SetPosition(from.x(), from.y(), from.z());
+  light->SetFocalPoint(0, 0, 0);
+  light->SetIntensity(intensity);
+  renderer->AddLight(light);
 }
 
 }  // namespace
@@ -110,12 +120,12 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   parts.renderer->GradientBackgroundOn();
   // Surfaces are drawn from the inside out with their far sides left out: in order without sorting.
   parts.renderer->SetUseDepthPeeling(0);
-  vtkNew<vtkLightKit> lights;
-  lights->SetKeyLightIntensity(0.85);
-  lights->SetKeyToFillRatio(2.2);
-  lights->SetKeyToHeadRatio(2.5);
-  lights->Update();
-  lights->AddLightsToRenderer(parts.renderer);
+  // From over the viewer's left shoulder, a weaker one from the right, and one along the picture from
+  // the lower left, so that no rim is as dark as the ground. Every further light is paid for in each
+  // pixel where OpenGL is drawn by software.
+  add_light(parts.renderer, Vec3(-0.4, 0.5, 1), 1.0);
+  add_light(parts.renderer, Vec3(0.9, 0, 0.6), 0.6);
+  add_light(parts.renderer, Vec3(-0.6, -0.8, 0), 0.6);
   parts.make_surfaces();
   parts.make_volume();
   parts.make_tool();

@@ -17,6 +17,8 @@ constexpr double kSlicePixelMm = 0.5;
 // The ray caster knows depths to a voxel or so: it begins this far behind the images on the cut, so
 // that it does not tint them.
 constexpr double kBehindCutMm = 2;
+constexpr double kMovingHz = 12;     ///< pictures that are turned or cut
+constexpr double kRestingHz = 1e-3;  ///< as fine as they get
 
 struct Ramp {
   double at;  ///< 0 muscle, 1 blood
@@ -170,7 +172,9 @@ void HeartDrawing::Parts::update_volume() {
     // A coarser grid of rays and steps while it moves; every pixel at rest.
     volume.mapper->SetAutoAdjustSampleDistances(moving ? 1 : 0);
     volume.mapper->SetSampleDistance(moving ? 2.5F : 0.8F);
-    volume.mapper->SetInteractiveUpdateRate(10);
+    volume.mapper->SetInteractiveUpdateRate(kMovingHz);
+    // VTK's own ray caster thins its rays out until a picture takes no longer than this.
+    if (window) window->SetDesiredUpdateRate(moving ? kMovingHz : kRestingHz);
   }
   update_slice();
 }
