@@ -120,9 +120,9 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   parts.renderer->GradientBackgroundOn();
   // Surfaces are drawn from the inside out with their far sides left out: in order without sorting.
   parts.renderer->SetUseDepthPeeling(0);
-  // From over the viewer's left shoulder, a weaker one from the right, and one along the picture from
-  // the lower left, so that no rim is as dark as the ground. Every further light is paid for in each
-  // pixel where OpenGL is drawn by software.
+  // From over the viewer's left shoulder, a weaker one from the right, and one along the picture
+  // from the lower left, so that no rim is as dark as the ground. Every further light is paid for
+  // in each pixel where OpenGL is drawn by software.
   add_light(parts.renderer, Vec3(-0.4, 0.5, 1), 1.0);
   add_light(parts.renderer, Vec3(0.9, 0, 0.6), 0.6);
   add_light(parts.renderer, Vec3(-0.6, -0.8, 0), 0.6);
