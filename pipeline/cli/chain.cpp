@@ -210,6 +210,15 @@ void Chain::refuse_unless_from(const std::optional<std::string>& source_files) c
   if (before == inputs.end() || before->second != source_files) refuse_another_source();
 }
 
+void Chain::leave_import(const study::Wanted& with) {
+  note_exam();
+  study::StageRecord record = new_record(Stage::Import);
+  record.inputs[study::kSourceStack] = facts_.input_sha256;
+  if (with.source_files) record.inputs[study::kSourceFiles] = *with.source_files;
+  leave(Stage::Import, std::move(record),
+        [&] { return study::write_exam(study_->folder(), *exam_); });
+}
+
 void Chain::import_made(Exam exam, const std::vector<fs::path>& files) {
   study::Wanted with = wanted_of(Stage::Import, orders_);
   with.source_files = files_sha256(files);
@@ -217,12 +226,7 @@ void Chain::import_made(Exam exam, const std::vector<fs::path>& files) {
   refuse_unless_from(with.source_files);
   exam_ = std::move(exam);
   facts_.input_sha256 = stack_sha256(exam_->stack);
-  note_exam();
-  study::StageRecord record = new_record(Stage::Import);
-  record.inputs[study::kSourceStack] = facts_.input_sha256;
-  if (with.source_files) record.inputs[study::kSourceFiles] = *with.source_files;
-  leave(Stage::Import, std::move(record),
-        [&] { return study::write_exam(study_->folder(), *exam_); });
+  leave_import(with);
   for (const std::string& decision : facts_.decisions) console_.tell("import: " + decision);
 }
 
@@ -248,12 +252,7 @@ void Chain::import(const std::vector<fs::path>& sources) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
     facts_.input_sha256 = stack_sha256(exam_->stack);
     exam_ = reg::with_aligned_slices(std::move(*exam_), orders_.recipe.align);
-    note_exam();
-    study::StageRecord record = new_record(Stage::Import);
-    record.inputs[study::kSourceStack] = facts_.input_sha256;
-    if (with.source_files) record.inputs[study::kSourceFiles] = *with.source_files;
-    leave(Stage::Import, std::move(record),
-          [&] { return study::write_exam(study_->folder(), *exam_); });
+    leave_import(with);
   });
   for (const std::string& decision : facts_.decisions) console_.tell("import: " + decision);
 }

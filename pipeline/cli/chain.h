@@ -83,6 +83,8 @@ class Chain {
   void refuse_another_source() const;
   /// As above, where the study holds an import of other files and edits are not to be given up.
   void refuse_unless_from(const std::optional<std::string>& source_files) const;
+  /// Takes note of the exam that was read and leaves it in the study.
+  void leave_import(const study::Wanted& with);
 
   const Exam& exam();
   const Segmentation& segmentation();

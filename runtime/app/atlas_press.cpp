@@ -6,6 +6,7 @@
 
 #include "runtime/app/headless.h"
 #include "runtime/app/text.h"
+#include "runtime/field/surface_point.h"
 #include "runtime/palpation/patch_model.h"
 #include "runtime/plot/plot.h"
 
@@ -46,7 +47,8 @@ AtlasPress press_on_atlas(const atlas::Atlas& package,
   const auto heart = query_of(package, Structure::Heart);
   const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / heart->phases();
   AtlasPress out;
-  out.place_mm = surface_point_mm(*heart, towards_free_wall(package, *heart), end_diastole_s);
+  out.place_mm =
+      field::surface_point_mm(*heart, towards_free_wall(package, *heart), end_diastole_s);
   out.outward = heart->normal(heart->sample(out.place_mm, end_diastole_s), out.place_mm);
   palpation::PatchModel patch(std::make_shared<const haptics::AtlasField>(heart),
                               {.parameters = parameters,

@@ -62,11 +62,6 @@ struct SessionOptions {
 [[nodiscard]] Session run_session(device::Device& device, haptics::Servo& servo,
                                   const SessionOptions& options);
 
-/// Outermost point of the surface on the ray from the structure's centre along `direction` at time
-/// t; workspace [mm]. @throws Error{InvalidInput} if the ray meets no surface.
-[[nodiscard]] Vec3 surface_point_mm(const field::FieldQuery& field, const Vec3& direction,
-                                    double t);
-
 /// Where a hardware device's point goes: its middle `clear_mm` outside of `surface_mm`. The user
 /// looks at a patient who faces them and stands upright: right is the patient's left, up superior,
 /// towards the user anterior. @param workspace_from_lps rigid

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <istream>
 #include <memory>
-#include <new>
 #include <ostream>
 #include <sstream>
 #include <string>
@@ -23,6 +22,7 @@
 #include "runtime/base/error.h"
 #include "runtime/device/replay.h"
 #include "runtime/device/simulated.h"
+#include "runtime/field/surface_point.h"
 
 namespace beatlas::app {
 namespace {
@@ -145,7 +145,7 @@ std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
   const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
   const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
   device::SimulatedOptions options;
-  options.path.anchor_m = 1e-3 * surface_point_mm(field, outward, end_diastole_s);
+  options.path.anchor_m = 1e-3 * field::surface_point_mm(field, outward, end_diastole_s);
   options.path.direction = -outward;
   options.path.offset_m = 1e-3 * arguments.depth_mm;
   if (arguments.hand == "palpation") {
@@ -257,8 +257,8 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
     const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
     const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field->phases();
     options.workspace_from_device = workspace_from_hardware(
-        manifest.workspace_from_lps, surface_point_mm(*field, outward, end_diastole_s), outward,
-        kHardwareClearMm);
+        manifest.workspace_from_lps, field::surface_point_mm(*field, outward, end_diastole_s),
+        outward, kHardwareClearMm);
     options.seconds = seconds;
   } else {
     device = make_device(arguments, *field, manifest, seconds);
@@ -444,15 +444,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
     }
     err << "beatlas-play: " << error.what() << "; see beatlas-play --help\n";
     return static_cast<int>(ErrorCode::Usage);
-  } catch (const Error& error) {
-    err << "beatlas-play: " << error.what() << '\n';
-    return static_cast<int>(error.code());
-  } catch (const std::bad_alloc&) {
-    err << "beatlas-play: there is not enough memory\n";
-    return static_cast<int>(ErrorCode::Machine);
-  } catch (const std::exception& error) {
-    err << "beatlas-play: " << error.what() << '\n';
-    return static_cast<int>(ErrorCode::Machine);
+  } catch (...) {
+    return tell_failure(err, "beatlas-play");
   }
 }
 

@@ -3,6 +3,7 @@
 /// Bad input is thrown as an Error where it is met, gains context on its way up and is caught
 /// once, in main, where its code becomes the exit code. Bugs are asserts, not Errors.
 
+#include <iosfwd>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -34,5 +35,9 @@ class Error : public std::runtime_error {
 
 /// Throws Error{InvalidInput, message}.
 [[noreturn]] void throw_invalid(const std::string& message);
+
+/// For the catch (...) of a program: tells what was thrown in a line after "`program`: ".
+/// @return the exit code; of what is no Error, that of Machine
+[[nodiscard]] int tell_failure(std::ostream& to, std::string_view program);
 
 }  // namespace beatlas

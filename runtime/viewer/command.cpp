@@ -2,7 +2,6 @@
 
 #include <QGuiApplication>
 #include <cstdlib>
-#include <new>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -210,15 +209,8 @@ int view(int argc, char** argv, std::ostream& out, std::ostream& err) {
     }
     err << "beatlas-play: " << error.what() << "; see beatlas-view --help\n";
     return static_cast<int>(ErrorCode::Usage);
-  } catch (const Error& error) {
-    err << "beatlas-play: " << error.what() << '\n';
-    return static_cast<int>(error.code());
-  } catch (const std::bad_alloc&) {
-    err << "beatlas-play: there is not enough memory\n";
-    return static_cast<int>(ErrorCode::Machine);
-  } catch (const std::exception& error) {
-    err << "beatlas-play: " << error.what() << '\n';
-    return static_cast<int>(ErrorCode::Machine);
+  } catch (...) {
+    return tell_failure(err, "beatlas-play");
   }
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/plot/svg.h"
+
 namespace beatlas::viewer {
 namespace {
 
@@ -14,14 +16,6 @@ struct Range {
 
   [[nodiscard]] double share(double value) const { return (value - low) / (high - low); }
 };
-
-double round_step(double least) {
-  const double power = std::pow(10.0, std::floor(std::log10(least)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= least) return factor * power;
-  }
-  return 10 * power;
-}
 
 Range range_of(const std::vector<Curve>& curves, std::vector<double> Curve::*values,
                bool from_zero) {
@@ -59,11 +53,11 @@ void paint_panel(QPainter& painter, const QRect& area, const Panel& panel) {
   Range x = range_of(panel.curves, &Curve::x, false);
   Range y = range_of(panel.curves, &Curve::y, panel.from_zero);
   const int rows = std::max(2, box.height() / (2 * line));
-  const double y_step = round_step((y.high - y.low) / rows);
+  const double y_step = plot::round_step(y.high - y.low, rows);
   y.low = y_step * std::floor(y.low / y_step);
   y.high = y_step * std::ceil(y.high / y_step - 1e-9);
   const int columns = std::max(2, box.width() / metrics.horizontalAdvance("0000000"));
-  const double x_step = round_step((x.high - x.low) / columns);
+  const double x_step = plot::round_step(x.high - x.low, columns);
   const auto at = [&](double px, double py) {
     return QPointF(box.left() + x.share(px) * box.width(),
                    box.bottom() - y.share(py) * box.height());

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/device/pacer.h"
+#include "runtime/field/surface_point.h"
 #include "runtime/haptics/contact_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/palpation/dent.h"
@@ -217,24 +219,7 @@ PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& dir
                    double depth_mm, double phase) {
   const double period_s = field.rr_interval_s();
   const double t = wrapped(phase) * period_s;
-  const Vec3 along = direction.normalized();
-  // From outside inwards to the first place inside.
-  constexpr double kFarMm = 300;
-  double inside = -1;
-  for (double r = kFarMm; r >= 0; r -= 0.5) {
-    if (field.sample(field.centre_mm() + r * along, t).distance_mm < 0) {
-      inside = r;
-      break;
-    }
-  }
-  if (inside < 0) throw_invalid("there is no surface to press on in this direction");
-  double outside = inside + 0.5;
-  for (int n = 0; n < 40; ++n) {
-    const double middle = (inside + outside) / 2;
-    const bool in = field.sample(field.centre_mm() + middle * along, t).distance_mm < 0;
-    (in ? inside : outside) = middle;
-  }
-  const Vec3 surface = field.centre_mm() + inside * along;
+  const Vec3 surface = surface_point_mm(field, direction, t);
   const Vec3 normal = field.normal(field.sample(surface, t), surface);
   const double radius = touch.settings().tool_radius_mm;
   const auto place = [&](double above_mm) { return Vec3(surface + (radius + above_mm) * normal); };
@@ -251,7 +236,7 @@ PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& dir
   for (int n = 0; n < 10'000'000; ++n) {
     const double time_s = kTickS * n;
     const double share = std::clamp((time_s - begin_s) / kMovingS, 0.0, 1.0);
-    const double smooth = (1 - std::cos(M_PI * share)) / 2;
+    const double smooth = (1 - std::cos(std::numbers::pi * share)) / 2;
     (void)touch.tick({.time_s = time_s,
                       .position_mm = place(kAwayMm + smooth * (-depth_mm - kAwayMm)),
                       .valid = true});

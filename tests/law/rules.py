@@ -20,7 +20,7 @@ ROOMS = {
     "runtime/palpation": _ATLAS + ("runtime/field", "runtime/haptics"),
     "runtime/plot": _BASE,
     "runtime/viewer": _ATLAS + ("runtime/field", "runtime/device", "runtime/haptics",
-                                "runtime/palpation"),
+                                "runtime/palpation", "runtime/plot"),
     "runtime/app": _ATLAS + ("runtime/field", "runtime/device", "runtime/haptics",
                              "runtime/palpation", "runtime/plot"),
     "pipeline/core": _ATLAS,

@@ -8,6 +8,7 @@
 #include "pipeline/mesh/mesh.h"
 #include "runtime/base/error.h"
 #include "tests/unit/mesh/beating_shapes.h"
+#include "tests/unit/mesh/expect_sound.h"
 
 namespace beatlas::mesh {
 namespace {
@@ -16,20 +17,6 @@ using closed_form::beating_field;
 using closed_form::BeatingLevel;
 
 constexpr double kVoxelMm = 1.5;  // of the field, FieldOptions' default
-
-void expect_sound(const SurfaceCycle& surface) {
-  const MeshQuality quality = measure_quality(surface);
-  EXPECT_TRUE(quality.closed_manifold);
-  EXPECT_EQ(quality.euler_number, 2);
-  for (std::size_t p = 0; p < quality.phases.size(); ++p) {
-    SCOPED_TRACE("phase " + std::to_string(p));
-    EXPECT_EQ(quality.phases[p].flipped_triangles, 0);
-    EXPECT_EQ(quality.phases[p].self_intersections, 0);
-    EXPECT_GT(quality.phases[p].percentile_1_angle_deg, 20.0);
-    EXPECT_GT(quality.phases[p].least_angle_deg, 10.0);
-    EXPECT_GT(quality.phases[p].volume_ml, 0.0);
-  }
-}
 
 // Two arms joined at one end, `gap_mm` apart.
 BeatingLevel hairpin(double gap_mm) {

@@ -7,6 +7,7 @@
 #include "pipeline/mesh/mesh.h"
 #include "runtime/base/error.h"
 #include "tests/unit/mesh/beating_shapes.h"
+#include "tests/unit/mesh/expect_sound.h"
 
 namespace beatlas::mesh {
 namespace {
@@ -22,18 +23,13 @@ FieldCycle ellipsoid_field(int phases) {
       phases, {-32, -34, -48}, {36, 28, 38});
 }
 
-// What every result must be, whatever the shape.
-void expect_sound(const FieldCycle& field, const SurfaceCycle& surface, double volume_share) {
+void expect_sound_and_as_large(const FieldCycle& field, const SurfaceCycle& surface,
+                               double volume_share) {
+  expect_sound(surface);
   const MeshQuality quality = measure_quality(surface);
-  EXPECT_TRUE(quality.closed_manifold);
-  EXPECT_EQ(quality.euler_number, 2);
   ASSERT_EQ(quality.phases.size(), field.distance_mm.phases.size());
   for (std::size_t p = 0; p < quality.phases.size(); ++p) {
     SCOPED_TRACE("phase " + std::to_string(p));
-    EXPECT_EQ(quality.phases[p].flipped_triangles, 0);
-    EXPECT_EQ(quality.phases[p].self_intersections, 0);
-    EXPECT_GT(quality.phases[p].percentile_1_angle_deg, 20.0);
-    EXPECT_GT(quality.phases[p].least_angle_deg, 10.0);
     // Facets cut corners, so a mesh is a little small; a mesh inside out would be negative.
     EXPECT_NEAR(quality.phases[p].volume_ml / field.volume_ml[p], 1.0, volume_share);
   }
@@ -44,7 +40,7 @@ TEST(MeshCycle, OfABeatingEllipsoidLiesOnItInEveryPhase) {
   const FieldCycle field = ellipsoid_field(kPhases);
   StageContext context;
   const SurfaceCycle surface = mesh_cycle(field, {}, context);
-  expect_sound(field, surface, 0.003);
+  expect_sound_and_as_large(field, surface, 0.003);
   for (int p = 0; p < kPhases; ++p) {
     const double share = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * p / kPhases);
     const Ellipsoid truth = closed_form::beating_ellipsoid(share);
@@ -69,14 +65,14 @@ TEST(MeshCycle, OfTwoOverlappingEllipsoidsIsSound) {
   const FieldCycle field =
       beating_field(closed_form::two_ellipsoids, 6, {-36, -30, -42}, {36, 32, 38});
   StageContext context;
-  expect_sound(field, mesh_cycle(field, {}, context), 0.005);
+  expect_sound_and_as_large(field, mesh_cycle(field, {}, context), 0.005);
 }
 
 TEST(MeshCycle, OfAVentricleOpenAtItsBaseFollowsTheBaseDown) {
   const FieldCycle field = beating_field(closed_form::cup, 6, {-44, -44, -76}, {44, 44, 38});
   StageContext context;
   const SurfaceCycle surface = mesh_cycle(field, {}, context);
-  expect_sound(field, surface, 0.005);
+  expect_sound_and_as_large(field, surface, 0.005);
   // A vertex of the side wall half-way up goes down with the wall, not merely inward: the base
   // plane sinks by 14 mm, the apex rests.
   double sunk_mm = 0;
@@ -96,7 +92,7 @@ TEST(MeshCycle, OfACrescentWithSteepMotionIsSound) {
   // Six phases only: the base goes by up to 11 mm from one to the next.
   const FieldCycle field = beating_field(closed_form::crescent, 6, {-12, -52, -72}, {68, 52, 40});
   StageContext context;
-  expect_sound(field, mesh_cycle(field, {}, context), 0.005);
+  expect_sound_and_as_large(field, mesh_cycle(field, {}, context), 0.005);
 }
 
 TEST(MeshCycle, TheCycleClosesWithoutASeam) {
@@ -106,7 +102,7 @@ TEST(MeshCycle, TheCycleClosesWithoutASeam) {
   MeshOptions options;
   options.reference_phase = 3;
   const SurfaceCycle surface = mesh_cycle(field, options, context);
-  expect_sound(field, surface, 0.003);
+  expect_sound_and_as_large(field, surface, 0.003);
   // The motion is even in time about phase 4, so the steps into and out of it match, and no step
   // is longer than the surface's own largest (4 * sin(2 pi / 8) mm, plus the drift of its centre).
   double longest_mm = 0;

@@ -23,6 +23,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
 #include "runtime/device/csv_table.h"
+#include "runtime/field/surface_point.h"
 
 namespace beatlas::app {
 namespace {
@@ -149,7 +150,7 @@ TEST(Session, AVendorsDevicePlaysForAsLongAsItIsTold) {
   const field::FieldQuery field(atlas.field(Structure::Heart), manifest.rr_interval_s);
   const Vec3 left = manifest.workspace_from_lps.linear() * Vec3::UnitX();
   const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
-  const Vec3 expected = surface_point_mm(field, left, end_diastole_s) + 20 * left +
+  const Vec3 expected = field::surface_point_mm(field, left, end_diastole_s) + 20 * left +
                         manifest.workspace_from_lps.linear() * Vec3(20, -10, 30);
   std::istringstream stream(trace.text());
   const auto rows = device::read_csv(stream, "trace", {"x_mm", "y_mm", "z_mm", "fx_n"}).rows;
@@ -230,7 +231,8 @@ TEST(HardCase15, AStallTakesTheForceOffAndTheRampBringsItBack) {
   SessionOptions options;
   options.watchdog = true;
   const Vec3 outward = Vec3::UnitX();
-  options.workspace_from_device.translation() = surface_point_mm(*field, outward, 0) - 6 * outward;
+  options.workspace_from_device.translation() =
+      field::surface_point_mm(*field, outward, 0) - 6 * outward;
   const Session session = run_session(device, servo, options);
   EXPECT_GE(session.report.stalls, 1);
   EXPECT_GT(device.before_stall_n, 0.2);
