@@ -10,20 +10,25 @@ constexpr int kMoments = 8;            // of the beat, at which a voxel is looke
 constexpr double kBetweenMm = 4;       // farther the surface does not stray between two of them
 constexpr double kInwardMm = 0.5;      // the mask's middle lies this far within the surface
 constexpr double kLeastHalfMm = 0.75;  // half the width over which it falls
+// The field knows no distance beyond 6 mm: what falls more slowly would never reach zero, however
+// far apart the slices are.
+constexpr double kMostHalfMm = 2;
 
 }  // namespace
 
-HeartMask::HeartMask(const atlas::VolumePayload& volume,
+HeartMask::HeartMask(const Affine& workspace_from_index, const std::array<int, 3>& size,
                      std::shared_ptr<const field::FieldQuery> heart)
     : heart_(std::move(heart)),
-      half_mm_(std::max(kLeastHalfMm,
-                        0.5 * volume.workspace_from_index.linear().colwise().norm().maxCoeff())),
-      mask_(volume.sample_count(), 0) {
+      half_mm_(std::clamp(0.5 * workspace_from_index.linear().colwise().norm().maxCoeff(),
+                          kLeastHalfMm, kMostHalfMm)),
+      mask_(static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+                static_cast<std::size_t>(size[2]),
+            0) {
   std::size_t at = 0;
-  for (int z = 0; z < volume.size[2]; ++z) {
-    for (int y = 0; y < volume.size[1]; ++y) {
-      for (int x = 0; x < volume.size[0]; ++x, ++at) {
-        const Vec3 place = volume.workspace_from_index * Vec3(x, y, z);
+  for (int z = 0; z < size[2]; ++z) {
+    for (int y = 0; y < size[1]; ++y) {
+      for (int x = 0; x < size[0]; ++x, ++at) {
+        const Vec3 place = workspace_from_index * Vec3(x, y, z);
         double least = heart_->sample(place, 0).distance_mm;
         double most = least;
         for (int moment = 1; moment < kMoments; ++moment) {

@@ -63,7 +63,8 @@ std::vector<Panel> History::panels() const {
 }
 
 void History::write_csv(const std::filesystem::path& file) const {
-  std::ofstream stream(file);
+  const std::filesystem::path part = file.string() + ".part";
+  std::ofstream stream(part);
   stream.precision(9);
   stream << "t_s,force_n,depth_mm,volume_ml,lv_mmhg\n";
   for (const PressRow& row : rows_) {
@@ -71,7 +72,14 @@ void History::write_csv(const std::filesystem::path& file) const {
            << row.lv_mmhg << '\n';
   }
   stream.flush();
-  if (!stream) throw Error(ErrorCode::Machine, file.string() + " cannot be written");
+  stream.close();
+  std::error_code failed;
+  if (stream) std::filesystem::rename(part, file, failed);
+  if (!stream || failed) {
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    throw Error(ErrorCode::Machine, file.string() + " cannot be written");
+  }
 }
 
 }  // namespace beatlas::viewer

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "runtime/base/error.h"
-#include "runtime/device/pacer.h"
 #include "runtime/field/surface_point.h"
 #include "runtime/haptics/contact_field.h"
 #include "runtime/haptics/proxy.h"
@@ -18,7 +17,6 @@ namespace {
 
 constexpr double kMPerMm = 1e-3;
 constexpr double kTickS = 1e-3;
-constexpr double kMouseSettlingS = 0.06;
 
 double wrapped(double phase) { return phase - std::floor(phase); }
 
@@ -162,57 +160,6 @@ ToolPicture Touch::tool_picture(const Felt& felt) const {
   picture.dent_place_mm = picture.proxy_mm - settings_.tool_radius_mm * picture.dent_normal;
   if (!felt.servo.touching) picture.dent_mm = 0;
   return picture;
-}
-
-MouseDevice::MouseDevice(const Vec3& position_mm) : position_mm_(position_mm) {
-  move_to(position_mm);
-}
-
-void MouseDevice::move_to(const Vec3& position_mm) noexcept {
-  if (position_mm.allFinite())
-    wished_mm_.write({position_mm.x(), position_mm.y(), position_mm.z()});
-}
-
-device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token stop) {
-  device::Pacer pacer(device::Pace::RealTime, 1 / kTickS);
-  double last_s = 0;
-  while (!stop.stop_requested()) {
-    device::DeviceState state;
-    state.time_s = pacer.next();
-    const auto [x, y, z] = wished_mm_.read();
-    const double share = 1 - std::exp(-(state.time_s - last_s) / kMouseSettlingS);
-    const Vec3 before = position_mm_;
-    position_mm_ += share * (Vec3(x, y, z) - position_mm_);
-    if (state.time_s > last_s) {
-      state.velocity_m_s = kMPerMm * (position_mm_ - before) / (state.time_s - last_s);
-    }
-    last_s = state.time_s;
-    state.position_m = kMPerMm * position_mm_;
-    (void)servo(state);  // nobody's hand is moved
-  }
-  return pacer.report();
-}
-
-LiveTouch::LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm)
-    : touch_(std::move(touch)), mouse_(tool_mm) {
-  thread_ = std::jthread([this](std::stop_token stop) {
-    report_ = mouse_.run(
-        [this](const device::DeviceState& state) {
-          return touch_->tick({.time_s = state.time_s,
-                               .position_mm = state.position_m / kMPerMm,
-                               .valid = state.valid,
-                               .orientation = state.orientation});
-        },
-        std::move(stop));
-  });
-}
-
-LiveTouch::~LiveTouch() { stop(); }
-
-device::RunReport LiveTouch::stop() {
-  thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
-  return report_;
 }
 
 PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& direction,

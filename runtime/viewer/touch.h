@@ -2,17 +2,14 @@
 /// What is felt while the heart is looked at: the servo on the atlas's heart and, behind it, paper
 /// B's circulation of a ventricle as large as the atlas's.
 
-#include <atomic>
-#include <chrono>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "runtime/atlas/manifest.h"
-#include "runtime/device/device.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/seqlock.h"
 #include "runtime/haptics/servo.h"
@@ -75,40 +72,6 @@ class Touch {
   double last_phase_ = 0;
   bool ticked_ = false;
   haptics::Seqlock<Felt> felt_;
-};
-
-/// The mouse: a point that another thread moves; it goes there smoothly (60 ms), in steps of 1 ms.
-class MouseDevice final : public device::Device {
- public:
-  explicit MouseDevice(const Vec3& position_mm);
-  [[nodiscard]] std::string name() const override { return "mouse"; }
-  device::RunReport run(const device::ServoFn& servo, std::stop_token stop) override;
-  /// Any thread. Workspace.
-  void move_to(const Vec3& position_mm) noexcept;
-
- private:
-  haptics::Seqlock<std::array<double, 3>> wished_mm_;
-  Vec3 position_mm_;
-};
-
-/// A touch that runs at 1 kHz in a thread of its own, whatever the picture does.
-class LiveTouch {
- public:
-  LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm);
-  ~LiveTouch();
-  LiveTouch(const LiveTouch&) = delete;
-  LiveTouch& operator=(const LiveTouch&) = delete;
-
-  [[nodiscard]] Touch& touch() { return *touch_; }
-  [[nodiscard]] MouseDevice& mouse() { return mouse_; }
-  /// Ends the thread. @return how it ran
-  device::RunReport stop();
-
- private:
-  std::unique_ptr<Touch> touch_;
-  MouseDevice mouse_;
-  device::RunReport report_;
-  std::jthread thread_;
 };
 
 /// A scripted press without a device or a clock: the same every time.
