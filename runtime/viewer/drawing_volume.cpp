@@ -17,7 +17,7 @@ constexpr double kSlicePixelMm = 0.5;
 // that it does not tint them.
 constexpr double kBehindCutMm = 2;
 constexpr double kAroundVoxels = 2;  ///< of the images, around the heart's box
-constexpr double kMovingHz = 12;     ///< pictures that are turned or cut
+constexpr double kMovingHz = 30;     ///< pictures that are turned or cut
 constexpr double kRestingHz = 1e-3;  ///< as fine as they get
 
 struct Ramp {

@@ -24,13 +24,17 @@ class HeartMask {
   [[nodiscard]] const std::vector<std::uint8_t>& at(double beats);
 
  private:
+  static constexpr int kKept = 24;  ///< moments of the beat; between them a cubic runs
+
   [[nodiscard]] std::uint8_t share(double distance_mm) const;
+  [[nodiscard]] const std::vector<std::int16_t>& kept_at(int moment);
 
   std::shared_ptr<const field::FieldQuery> heart_;
   double half_mm_;
   std::vector<std::uint8_t> mask_;
   std::vector<std::uint32_t> edge_;  ///< voxels that the heart's edge passes in some phase
   std::vector<Vec3> places_mm_;      ///< of those
+  std::array<std::vector<std::int16_t>, kKept> kept_;  ///< their distances, as they are asked for
 };
 
 }  // namespace beatlas::viewer

@@ -261,7 +261,8 @@ void HeartWindow::step() {
     const bool near = touch_->isChecked() || tool.touching || device_->currentIndex() > 0;
     drawing->set_tool(near ? std::optional(tool) : std::nullopt);
     picture_->set_tool(tool.position_mm, tool.radius_mm);
-    history_.add(felt);
+    live_->touch().take_rows(rows_);
+    for (const PressRow& row : rows_) history_.add(row);
     std::vector<Panel> panels = history_.panels();
     volumes_.now = felt.servo.phase * heart_->field->rr_interval_s();
     panels.push_back(volumes_);

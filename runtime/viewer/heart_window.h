@@ -117,6 +117,7 @@ class HeartWindow : public QMainWindow {
   Background<LoadedHeart> loading_;
   Background<ReadyDevice> connecting_;
   History history_;
+  std::vector<PressRow> rows_;  ///< just felt
   Panel volumes_;
   double lag_ms_ = 0;
   double own_beats_ = 0;  ///< without a field

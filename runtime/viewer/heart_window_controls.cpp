@@ -6,6 +6,7 @@
 #include <QLabel>
 #include <QPushButton>
 #include <QScrollArea>
+#include <QScrollBar>
 #include <QSlider>
 #include <QSpinBox>
 #include <QSplitter>
@@ -41,6 +42,8 @@ QSpinBox* number(const char* name, int low, int high, const char* unit) {
 QComboBox* choice(const char* name, const QStringList& words) {
   auto* made = new QComboBox;
   made->setObjectName(name);
+  made->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  made->setMinimumContentsLength(10);
   made->addItems(words);
   return made;
 }
@@ -135,7 +138,9 @@ void HeartWindow::make_controls() {
   auto* scroll = new QScrollArea;  // a low window keeps its controls
   scroll->setWidget(controls);
   scroll->setWidgetResizable(true);
-  scroll->setMinimumWidth(40);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  scroll->setMinimumWidth(controls->minimumSizeHint().width() +
+                          scroll->verticalScrollBar()->sizeHint().width());
   controls_ = scroll;
   splitter_ = new QSplitter;
   splitter_->addWidget(scroll);

@@ -24,6 +24,7 @@ void HeartWindow::make_devices(QFormLayout* form) {
   device_ = new QComboBox;
   device_->setObjectName("device");
   device_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  device_->setMinimumContentsLength(10);
   for (const DeviceChoice& choice : kDevices) device_->addItem(text(choice.title));
   detail_ = new QLineEdit;
   detail_->setObjectName("device_detail");

@@ -15,13 +15,8 @@ constexpr double kShownS = 10;
 
 void History::clear() { *this = History(); }
 
-void History::add(const Felt& felt) {
-  const haptics::Published& servo = felt.servo;
-  if (servo.ticks == 0 || (!rows_.empty() && servo.time_s <= rows_.back().time_s)) return;
-  const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
-  const palpation::Signals& signals_now = felt.circulation;
-  const PressRow row{servo.time_s,          force.norm(),        std::max(0.0, -servo.distance_mm),
-                     signals_now.volume_ml, signals_now.lv_mmhg, signals_now.beats};
+void History::add(const PressRow& row) {
+  if (!rows_.empty() && row.time_s <= rows_.back().time_s) return;
   if (!beat_.empty() && beat_.back().beat != row.beat) {
     beat_.push_back(beat_.front());
     loop_ = beat_;
@@ -31,7 +26,7 @@ void History::add(const Felt& felt) {
     beat_touched_ = false;
   }
   beat_.push_back(row);
-  beat_touched_ = beat_touched_ || servo.touching;
+  beat_touched_ = beat_touched_ || row.touching;
   rows_.push_back(row);
   while (rows_.front().time_s < row.time_s - kKeptS) rows_.pop_front();
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// The servo's own thread, and what moves the tool in it.
 
+#include <array>
 #include <memory>
 #include <mutex>
 #include <stop_token>

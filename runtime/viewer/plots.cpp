@@ -106,7 +106,7 @@ void paint_panel(QPainter& painter, const QRect& area, const Panel& panel) {
   const int title_end = area.left() + 8 + metrics.horizontalAdvance(title) + 12;
   const bool beside = box.right() - names_width > title_end;
   int name_x = box.right();
-  int name_y = box.center().y() - line * (static_cast<int>(panel.curves.size()) - 1) / 2;
+  int name_y = box.bottom() - line / 2 - line * (static_cast<int>(panel.curves.size()) - 1);
   for (const Curve& curve : panel.curves) {
     if (curve.name.empty()) continue;
     const QString name = QString::fromStdString(curve.name);

@@ -22,6 +22,33 @@ double wrapped(double phase) { return phase - std::floor(phase); }
 
 }  // namespace
 
+PressRow press_row(const Felt& felt) noexcept {
+  const haptics::Published& servo = felt.servo;
+  const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
+  return {.time_s = servo.time_s,
+          .force_n = force.norm(),
+          .depth_mm = std::max(0.0, -servo.distance_mm),
+          .volume_ml = felt.circulation.volume_ml,
+          .lv_mmhg = felt.circulation.lv_mmhg,
+          .beat = felt.circulation.beats,
+          .touching = servo.touching};
+}
+
+void RowQueue::add(const PressRow& row) noexcept {
+  const std::size_t added = added_.load(std::memory_order_relaxed);
+  if (added - taken_.load(std::memory_order_acquire) >= kRows) return;
+  rows_[added % kRows] = row;
+  added_.store(added + 1, std::memory_order_release);
+}
+
+void RowQueue::take(std::vector<PressRow>& to) {
+  to.clear();
+  const std::size_t added = added_.load(std::memory_order_acquire);
+  std::size_t taken = taken_.load(std::memory_order_relaxed);
+  for (; taken != added; ++taken) to.push_back(rows_[taken % kRows]);
+  taken_.store(taken, std::memory_order_release);
+}
+
 Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
              const TouchSettings& settings)
     : field_(std::move(field)), settings_(settings), rr_interval_s_(manifest.rr_interval_s) {
@@ -114,6 +141,8 @@ Vec3 Touch::tick(const haptics::ServoState& state) noexcept {
                       std::chrono::steady_clock::now().time_since_epoch())
                       .count();
   felt_.write(told);
+  constexpr std::uint64_t kEvery = 5;
+  if (told.servo.ticks % kEvery == 0) rows_.add(press_row(told));
   return felt.force_n;
 }
 
@@ -189,10 +218,7 @@ PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& dir
                       .valid = true});
     run.last = touch.felt();
     const haptics::Published& servo = run.last.servo;
-    const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
-    run.rows.push_back({time_s, force.norm(), std::max(0.0, -servo.distance_mm),
-                        run.last.circulation.volume_ml, run.last.circulation.lv_mmhg,
-                        run.last.circulation.beats});
+    run.rows.push_back(press_row(run.last));
     const double ahead = wrapped(servo.phase - phase);
     if (time_s > held_s && ahead < before) break;
     before = ahead;

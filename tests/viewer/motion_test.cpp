@@ -189,7 +189,8 @@ TEST(HeartMask, IsTheHeartsShareAtAnyMoment) {
             const double distance =
                 field->sample(grid * Vec3(x, y, z), beats * field->rr_interval_s()).distance_mm;
             const double share = std::clamp(0.5 - (distance + 0.5) / (2 * half_mm), 0.0, 1.0);
-            EXPECT_NEAR(found[at], 255 * share, 0.51);
+            // Between moments a cubic runs: 2 % of the fall, 0.1 mm.
+            EXPECT_NEAR(found[at], 255 * share, 0.02 * 255);
             between += share > 0 && share < 1 ? 1 : 0;
             outside += distance > 4 && found[at] == 0 ? 1 : 0;
           }
