@@ -137,8 +137,8 @@ void HeartDrawing::Parts::update_surface(SurfaceParts& part) const {
 // from the inside out, so that each is mixed with all that lies behind.
 void HeartDrawing::Parts::update_order() {
   std::vector<vtkActor*> wished;
-  for (auto part = surfaces.rbegin(); part != surfaces.rend(); ++part) {
-    if (!(part->look.opacity < 1)) wished.push_back(part->actor);
+  for (std::size_t n = surfaces.size(); n-- > 0;) {
+    if (!(surfaces[n].look.opacity < 1)) wished.push_back(surfaces[n].actor);
   }
   for (const SurfaceParts& part : surfaces) {
     if (part.look.opacity < 1) wished.push_back(part.actor);
@@ -159,16 +159,17 @@ void HeartDrawing::Parts::update_layers() {
   // The images on the cut, then areas, the innermost on top, then lines.
   double on_cut_mm = kOnTopMm;
   if (volume.slice_actor) move(volume.slice_actor, on_cut_mm);
-  for (auto part = surfaces.rbegin(); part != surfaces.rend(); ++part) {
-    const double mm = towards_viewer_mm(part->structure);
-    move(part->actor, mm);
+  for (std::size_t n = surfaces.size(); n-- > 0;) {
+    const SurfaceParts& part = surfaces[n];
+    const double mm = towards_viewer_mm(part.structure);
+    move(part.actor, mm);
     on_cut_mm += kBetweenMm;
-    move(part->cap_actor, on_cut_mm);
-    move(part->line_actor, kOnTopMm + (surfaces.size() + 1) * kBetweenMm);
+    move(part.cap_actor, on_cut_mm);
+    move(part.line_actor, kOnTopMm + (surfaces.size() + 1) * kBetweenMm);
     if (!cut) continue;
     const Vec3 point = cut->point_mm + mm * towards;
-    part->plane->SetOrigin(point.x(), point.y(), point.z());
-    part->plane->SetNormal(-cut->normal.x(), -cut->normal.y(), -cut->normal.z());
+    part.plane->SetOrigin(point.x(), point.y(), point.z());
+    part.plane->SetNormal(-cut->normal.x(), -cut->normal.y(), -cut->normal.z());
   }
 }
 

@@ -162,7 +162,7 @@ void Touch::set_stiffness(double n_per_m) {
 void Touch::set_preset(const std::string& name) {
   palpation::PalpationParameters parameters = scaled(name);
   settings_.preset = name;
-  wished_ = std::move(parameters);
+  wished_ = parameters;
   trainer_->wish(wished_);
 }
 
@@ -170,7 +170,7 @@ void Touch::set_left_atrial_mmhg(double mmhg) {
   palpation::PalpationParameters parameters = wished_;
   parameters.circulation.left_atrial_mmhg = mmhg;
   trainer_->wish(parameters);
-  wished_ = std::move(parameters);
+  wished_ = parameters;
 }
 
 ToolPicture Touch::tool_picture(const Felt& felt) const {
