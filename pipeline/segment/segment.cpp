@@ -32,6 +32,8 @@ namespace {
 
 /// Changes below this share of the edge between muscle and blood are texture.
 constexpr double kTexture = 0.2;
+/// What is brighter, over blood, tells nothing of motion.
+constexpr double kBrightest = 1.5;
 
 /// Levels from drawn seeds, for images in which no chamber was recognised.
 TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImages& seeds,
@@ -133,9 +135,14 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (chambers.found_lv()) chambers.levels.fat = fat_level(chambers.levels, noise);
   const TravelCost cost = travel_cost(chambers.levels, noise);
   const double contrast = chambers.levels.blood - chambers.levels.muscle;
+  std::optional<reg::PhaseMotion> motion;
+  if (options.follow_motion) {
+    motion = reg::phase_motion(calm, kBrightest * chambers.levels.blood);
+    context.check_cancelled();
+  }
   ImageCycle<std::uint8_t> labels = grow_in_competition(
-      {calm, classes, seeds, cost, phase_step_mm, std::max(3 * noise, kTexture * contrast),
-       options.edge_cost_mm / contrast},
+      {calm, classes, seeds, cost, phase_step_mm, motion ? &*motion : nullptr,
+       std::max(3 * noise, kTexture * contrast), options.edge_cost_mm / contrast},
       context);
   LabelImages marks(images.phases.size(),
                     std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
