@@ -1,0 +1,71 @@
+"""The --help of every command: synopsis, an example that the program takes as it stands, and the
+paper behind the method: help_test.py BEATLAS SOURCE_FOLDER"""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+PROGRAM, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+# What these do is said in full by their help; no one's method is behind it.
+WITHOUT_A_METHOD = {"info", "status", "defaults", "report"}
+problems = []
+
+
+def help_of(*words):
+    done = subprocess.run([PROGRAM, *words, "--help"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def part(text, head):
+    """The indented lines below a head."""
+    found = re.search(rf"^{head}:\n((?:  .*\n?)+)", text, re.MULTILINE)
+    return found.group(1) if found else ""
+
+
+def usage_error(line, folder):
+    """What is said if the words of a command are wrong; what it would do is another matter."""
+    process = subprocess.Popen(["bash", "-c", f"exec {line}"], cwd=folder, stdin=subprocess.DEVNULL,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                               env=dict(os.environ, PATH=f"{pathlib.Path(PROGRAM).parent}:/usr/bin:/bin"))
+    try:
+        _, said = process.communicate(timeout=2)  # long work has begun: the words were taken
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        return ""
+    return said if process.returncode == 2 else ""
+
+
+commands = re.findall(r"^  ([a-z]+) ", help_of().split("Subcommands:")[1], re.MULTILINE)
+assert {"build", "segment", "seeds", "defaults"} <= set(commands), commands
+for command in commands:
+    text = help_of(command)
+    synopsis = re.search(rf"^Usage: beatlas {command} (.*)", text, re.MULTILINE)
+    if not synopsis:
+        problems.append(f"{command}: no synopsis")
+        continue
+    for required in re.findall(r"^  (--?[a-z-]+).*REQUIRED", text, re.MULTILINE):
+        if required not in synopsis.group(1):
+            problems.append(f"{command}: {required} is required and not in the synopsis")
+    examples = [line.strip() for line in part(text, "Example").splitlines()]
+    if not examples:
+        problems.append(f"{command}: no example")
+    for line in examples:
+        if not line.startswith(f"beatlas {command}"):
+            problems.append(f"{command}: its example is of another command: {line}")
+        with tempfile.TemporaryDirectory(prefix="beatlas-help-") as folder:
+            (pathlib.Path(folder) / "samples").symlink_to(SOURCE / "samples")
+            said = usage_error(line, folder)
+        if said:
+            problems.append(f"{line}\n{said}")
+    method = part(text, "Method")
+    if command not in WITHOUT_A_METHOD and not re.search(r"\b(19|20)\d\d\b", method):
+        problems.append(f"{command}: no paper behind its method")
+# The check of examples can fail.
+with tempfile.TemporaryDirectory(prefix="beatlas-help-") as folder:
+    assert usage_error("beatlas build exam/ --fast", folder)
+if problems:
+    sys.exit("\n".join(problems))
