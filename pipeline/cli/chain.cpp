@@ -276,11 +276,13 @@ void Chain::registration(bool for_volume) {
       StageContext part = context.part(0, 0.3);
       shapes_ = reg::shapes_in_workspace(found, map, orders_.recipe.registration, part);
       facts_.workspace_from_lps = map;
-      context.progress(0.3, "files of the study");
       leave(Stage::Register, new_record(Stage::Register), [&] {
-        return study::write_registration(
-            study_->folder(), {map, *shapes_}, reg::cine_in_workspace(cine, map),
-            reg::labels_in_workspace(*shapes_), cine.frame_interval_s());
+        context.progress(0.3, "images for the eye");
+        const ImageCycle<float> images = reg::cine_in_workspace(cine, map);
+        const LabelCycle labels = reg::labels_in_workspace(*shapes_);
+        context.progress(0.6, "files of the study");
+        return study::write_registration(study_->folder(), {map, *shapes_}, images, labels,
+                                         cine.frame_interval_s());
       });
     });
   }

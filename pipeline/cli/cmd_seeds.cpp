@@ -185,8 +185,7 @@ void add_place_words(CLI::App& command, Arguments& words) {
     command.add_option(option, to, text)->allow_extra_args(false)->type_name("X,Y,Z");
   };
   place("--lps", words.lps,
-        "Place in the patient as DICOM and ITK-SNAP have it [mm]; given again, a stroke goes on to "
-        "that place");
+        "Place in the patient as DICOM has it [mm]; given again, a stroke goes on to that place");
   place("--ras", words.ras, "The same as 3D Slicer shows it [mm]");
   command.add_option("--slice", words.slice, "Voxel of exam/stack.nii.gz, counted from 0");
   command.add_option("--row", words.row, "The same");

@@ -60,9 +60,11 @@ std::optional<double> radius_told(const std::string& description, const std::str
   rest.remove_prefix(kRadius.size());
   double radius_mm = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), radius_mm);
-  if (error != std::errc() || std::string_view(end, rest.data() + rest.size()) != kMm ||
-      !(radius_mm >= kLeastRadiusMm && radius_mm <= kMostRadiusMm)) {
-    throw_invalid(path + " must be as in 'radius 6 mm', from 0.1 to 50 mm");
+  if (error != std::errc() || std::string_view(end, rest.data() + rest.size()) != kMm) {
+    return std::nullopt;
+  }
+  if (!(radius_mm >= kLeastRadiusMm && radius_mm <= kMostRadiusMm)) {
+    throw_invalid(path + ": a radius must be from 0.1 to 50 mm");
   }
   return radius_mm;
 }

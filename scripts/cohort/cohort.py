@@ -152,6 +152,7 @@ def plots(done):
     axes.set_xlabel("LV end-diastolic volume [ml]")
     axes.set_ylabel("LV ejection fraction [%]")
     axes.set_ylim(0, 100)
+    axes.set_xlim(0, 1.2 * max((edv for _, edv, _ in dots), default=100))
     figure.tight_layout()
     figure.savefig("ejection_fraction.svg", metadata={"Date": None})
 
