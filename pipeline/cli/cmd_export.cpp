@@ -108,6 +108,7 @@ Content from_study(const fs::path& folder, const std::string& format) {
   }
   const Recipe recipe = orders_of(study).recipe;
   for (const FieldCycle& cycle : study::read_fields(folder)) {
+    check_stop_flag();
     content.fields.push_back(
         std::make_shared<atlas::FieldPayload>(pack::stored_field(cycle, recipe.pack)));
     content.volume_ml[cycle.structure] = cycle.volume_ml;

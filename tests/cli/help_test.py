@@ -26,7 +26,7 @@ def part(text, head):
 
 def usage_error(line, folder):
     """What is said if the words of a command are wrong; what it would do is another matter."""
-    for name in ("p", "bench"):  # where a folder would be filled: nothing long begins
+    for name in ("p", "bench", "out"):  # where a folder would be filled: nothing long begins
         (pathlib.Path(folder) / name).touch()
     (pathlib.Path(folder) / "samples").symlink_to(SOURCE / "samples")
     done = subprocess.run([PROGRAM, *line.split()[1:]], cwd=folder, capture_output=True, text=True)
@@ -61,5 +61,15 @@ for command in commands:
 # The check of examples can fail.
 with tempfile.TemporaryDirectory(prefix="beatlas-help-") as folder:
     assert usage_error("beatlas build exam/ --fast", folder)
+# The runtime's program, whose options are its command and two others.
+PROGRAM = str(pathlib.Path(PROGRAM).parent / "beatlas-play")
+for words in ([], ["probe"], ["replay-ticks"]) if pathlib.Path(PROGRAM).exists() else ():
+    text = help_of(*words)
+    synopsis, examples = re.search(r"^Usage: .+", text, re.MULTILINE), part(text, "Example")
+    if not synopsis or not examples:
+        problems.append(f"beatlas-play {words}: no synopsis or no example")
+    for line in examples.splitlines():
+        with tempfile.TemporaryDirectory(prefix="beatlas-help-") as folder:
+            problems += filter(None, [usage_error(line.strip(), folder)])
 if problems:
     sys.exit("\n".join(problems))
