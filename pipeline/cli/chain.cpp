@@ -273,7 +273,7 @@ void Chain::registration(bool for_volume) {
       const Cine& cine = exam().stack;
       const Segmentation& found = segmentation();
       const Affine map = reg::workspace_from_lps(cine.grid(), found.coverage);
-      StageContext part = context.part(0, 0.3);
+      StageContext part = context.part(0, study_ ? 0.3 : 1);
       shapes_ = reg::shapes_in_workspace(found, map, orders_.recipe.registration, part);
       facts_.workspace_from_lps = map;
       leave(Stage::Register, new_record(Stage::Register), [&] {
