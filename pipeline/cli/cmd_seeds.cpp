@@ -53,7 +53,7 @@ std::vector<Vec3> places_of(const Arguments& arguments, const Grid& grid) {
   std::vector<Vec3> places;
   for (const std::string& word : arguments.lps) places.push_back(place_from_word("--lps", word));
   for (const std::string& word : arguments.ras) {
-    places.push_back(place_from_word("--ras", word).cwiseProduct(Vec3(-1, -1, 1)));
+    places.emplace_back(place_from_word("--ras", word).cwiseProduct(Vec3(-1, -1, 1)));
   }
   const bool any = arguments.slice || arguments.row || arguments.column;
   const int ways =
@@ -168,9 +168,11 @@ int remove(const Arguments& arguments) {
         gone.insert(number);
       }
     }
-    for (auto at = gone.rbegin(); at != gone.rend(); ++at) {
-      orders.seeds.erase(orders.seeds.begin() + static_cast<std::ptrdiff_t>(*at - 1));
+    std::vector<segment::Seed> kept;
+    for (std::size_t at = 0; at < orders.seeds.size(); ++at) {
+      if (!gone.contains(at + 1)) kept.push_back(orders.seeds[at]);
     }
+    orders.seeds = std::move(kept);
     return "removed " + std::to_string(gone.size()) + " of " +
            std::to_string(gone.size() + orders.seeds.size()) + " seeds";
   });

@@ -120,7 +120,7 @@ struct Markup {
     if (found == point.end()) throw_invalid(where + "/position is missing");
     const std::vector<double> numbers = study::numbers_from_json(*found, where + "/position");
     if (numbers.size() != 3) throw_invalid(where + "/position must be 3 numbers");
-    const Vec3 lps_mm = Vec3(numbers[0], numbers[1], numbers[2]).cwiseProduct(lps_from_numbers);
+    Vec3 lps_mm = Vec3(numbers[0], numbers[1], numbers[2]).cwiseProduct(lps_from_numbers);
     if (!(lps_mm.cwiseAbs().maxCoeff() <= kFarthestMm)) {
       throw_invalid(where + "/position must lie within -5000 to 5000 mm");
     }
