@@ -82,7 +82,7 @@ class Fronts {
       } else {
         parallel_for(kLanes, [&](std::size_t lane) { part(lane, kLanes); });
       }
-      if ((visited >> 20) != ((visited + current.size()) >> 20)) {
+      if ((visited >> 17) != ((visited + current.size()) >> 17)) {
         context.check_cancelled();
         context.progress(std::min(1.0, static_cast<double>(visited) / static_cast<double>(all)));
       }

@@ -93,9 +93,10 @@ class Study {
   /// what a former run left and this one no longer has. `record.outputs` is filled here.
   void commit(Stage stage, StageRecord record, const std::vector<std::string>& files);
 
- private:
+  /// Writes what was set; begin and commit do so too. @throws Error{Machine}
   void save() const;
 
+ private:
   std::filesystem::path folder_;
   std::shared_ptr<const Lock> lock_;  ///< none: open to read
   std::optional<nlohmann::json> recipe_;

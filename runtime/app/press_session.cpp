@@ -20,7 +20,7 @@ using palpation::PalpationParameters;
 PalpationParameters parameters_from_file(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  const auto document = nlohmann::json::parse(stream, nullptr, false);
+  const auto document = nlohmann::json::parse(stream, nullptr, false, true);
   if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
   try {
     return palpation::palpation_from_json(document);
