@@ -447,8 +447,9 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
     }
     leave(Stage::Pack, std::move(record), [&] {
       study::make_folder(study_->folder() / "pack");
-      study::write_json(study_->folder() / kPackContents,
-                        pack_contents(atlas::Atlas::open(file, {}).manifest(), fs::file_size(file)));
+      study::write_json(
+          study_->folder() / kPackContents,
+          pack_contents(atlas::Atlas::open(file, {}).manifest(), fs::file_size(file)));
       if (volume.is_null()) return study::FileList{kPackContents};
       study::write_json(study_->folder() / kVolumeFigures, volume);
       return study::FileList{kPackContents, kVolumeFigures};

@@ -71,7 +71,8 @@ int build(const Arguments& arguments) {
     if (with_surfaces) chain.surfaces();
     chain.pack(scene, arguments.output);
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::Quality && with_report) (void)chain.report({}, error.what(), true);
+    if (error.code() == ErrorCode::Quality && with_report)
+      (void)chain.report({}, error.what(), true);
     throw;
   }
   if (with_report) (void)chain.report({}, "", false);

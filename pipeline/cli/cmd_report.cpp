@@ -23,7 +23,9 @@ void add_report(CLI::App& app, Run& run) {
       "programs beside it.\n"
       "Example: beatlas report exam.study -o exam.html");
   command->add_option("STUDY", arguments->study, "The study's folder")->required();
-  command->add_option("-o,--output", arguments->output, "The page; report.html in the study if not said")
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "The page; report.html in the study if not said")
       ->type_name("X.html");
   command->add_flag("--json", arguments->json,
                     "Print what report.json holds too; see report.schema.json");

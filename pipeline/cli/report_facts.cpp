@@ -77,8 +77,8 @@ std::optional<report::ReportPackage> packed_facts(const study::Study& study) {
     out.bytes = contents.at("bytes").get<std::uint64_t>();
     const json options = manifest.provenance.at("stages").at("pack").at("options");
     for (const atlas::Item& item : manifest.items) {
-      out.items.push_back({what_of(item), item.bytes, item.sha256,
-                           error_of(item, options, contents)});
+      out.items.push_back(
+          {what_of(item), item.bytes, item.sha256, error_of(item, options, contents)});
     }
     for (const atlas::StructureEntry& entry : manifest.structures) {
       if (const auto structure = structure_from_name(entry.name)) {

@@ -1,5 +1,7 @@
 #include "pipeline/report/coarse_surface.h"
 
+#include <map>
+
 #include <vtkCellArray.h>
 #include <vtkDecimatePro.h>
 #include <vtkIdList.h>
@@ -8,8 +10,6 @@
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
-
-#include <map>
 
 namespace beatlas::report {
 namespace {

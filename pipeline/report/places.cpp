@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace beatlas::report {
 namespace {
@@ -115,8 +116,10 @@ std::vector<Place> uncertain_places(const BoundaryUncertainty& uncertainty, cons
                       "within %.0f mm, %.0f mm2 of %s are known no better than %.1f mm (standard "
                       "deviation); compare outline and image, and correct it if it is wrong",
                       options.apart_mm / 2, area_mm2, words(structure).c_str(), options.sigma_mm);
+        std::string title("Uncertain: ");
+        title += words(structure);
         out.push_back({Place::Kind::Uncertain, structure, static_cast<int>(worst), centre,
-                       "Uncertain: " + words(structure), text});
+                       std::move(title), text});
       }
       std::erase_if(points, [&](const Uncertain& point) { return is_near(point.lps_mm); });
     }

@@ -34,8 +34,7 @@ struct UncertainOptions {
 /// which that is so of most of it. What a leak alarm rings for within apart_mm is left to it.
 /// @param grid of the coverage, on which the points lie
 [[nodiscard]] std::vector<Place> uncertain_places(const BoundaryUncertainty& uncertainty,
-                                                  const Grid& grid,
-                                                  const std::vector<Place>& leaks,
+                                                  const Grid& grid, const std::vector<Place>& leaks,
                                                   const UncertainOptions& options = {});
 
 /// Share [%] of a structure's boundary, over all phases, that is known no better than sigma_mm;

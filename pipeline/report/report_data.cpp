@@ -382,7 +382,8 @@ json report_json(const ReportInput& input) {
     json axes{{"left", direction(Vec3::UnitX())},
               {"posterior", direction(Vec3::UnitY())},
               {"superior", direction(Vec3::UnitZ())},
-              {"slice_normal", direction(input.exam->stack.grid().mm_from_index.linear().col(2).normalized())}};
+              {"slice_normal",
+               direction(input.exam->stack.grid().mm_from_index.linear().col(2).normalized())}};
     if (input.segmentation != nullptr && input.segmentation->axis) {
       axes["towards_base"] = direction(input.segmentation->axis->towards_base);
     }

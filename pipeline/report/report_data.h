@@ -56,8 +56,8 @@ struct ReportInput {
   std::string refused;  ///< why no package was written
   std::vector<ReportStage> stages;
   std::string input_sha256;
-  std::string program;   ///< name and version
-  std::string made_from; ///< hash of all that the report shows
+  std::string program;    ///< name and version
+  std::string made_from;  ///< hash of all that the report shows
   std::size_t drawn_seeds = 0;
   nlohmann::json before;  ///< report_summary of the build before, null if there was none
 };

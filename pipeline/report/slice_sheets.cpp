@@ -35,8 +35,7 @@ int whole_blocks(double pixels) {
 }
 
 std::vector<std::uint8_t> sheet_of(const Cine& cine, int k, const cv::Rect& part,
-                                   const SliceSheets& sheets,
-                                   const std::array<double, 2>& window) {
+                                   const SliceSheets& sheets, const std::array<double, 2>& window) {
   const int phases = cine.phase_count();
   const int rows = (phases + sheets.columns - 1) / sheets.columns;
   cv::Mat sheet(rows * sheets.tile_height, sheets.columns * sheets.tile_width, CV_8U,
@@ -51,9 +50,9 @@ std::vector<std::uint8_t> sheet_of(const Cine& cine, int k, const cv::Rect& part
     if (used != grey.size()) cv::resize(grey, grey, used, 0, 0, cv::INTER_AREA);
     cv::copyMakeBorder(grey, grey, 0, sheets.tile_height - used.height, 0,
                        sheets.tile_width - used.width, cv::BORDER_REPLICATE);
-    grey.copyTo(sheet({(p % sheets.columns) * sheets.tile_width,
-                       (p / sheets.columns) * sheets.tile_height, sheets.tile_width,
-                       sheets.tile_height}));
+    grey.copyTo(
+        sheet({(p % sheets.columns) * sheets.tile_width, (p / sheets.columns) * sheets.tile_height,
+               sheets.tile_width, sheets.tile_height}));
   }
   std::vector<std::uint8_t> bytes;
   if (!cv::imencode(".jpg", sheet, bytes, {cv::IMWRITE_JPEG_QUALITY, sheets.quality})) {
@@ -101,7 +100,8 @@ class Squares {
     const float a = at(i, j);
     const float b = along_j ? at(i, j + 1) : at(i + 1, j);
     const float share = (0.5F - a) / (b - a);
-    return along_j ? std::array{float(i), float(j) + share} : std::array{float(i) + share, float(j)};
+    return along_j ? std::array{float(i), float(j) + share}
+                   : std::array{float(i) + share, float(j)};
   }
   void join(int from, int to) { next_[from] = to; }
   void add_cell(int i, int j) {
@@ -204,7 +204,8 @@ std::vector<Outline> outlines(const Segmentation& segmentation, Structure struct
     cv::approxPolyDP(whole, thin, tolerance, true);
     line.clear();
     for (const cv::Point2f& point : thin) {
-      line.push_back({point.x - 1 + float(coverage.first[0]), point.y - 1 + float(coverage.first[1])});
+      line.push_back(
+          {point.x - 1 + float(coverage.first[0]), point.y - 1 + float(coverage.first[1])});
     }
   }
   std::erase_if(lines, [](const Outline& line) { return line.size() < 3; });
@@ -216,8 +217,7 @@ std::vector<std::uint8_t> packed_outlines(const Segmentation& segmentation,
                                           const SliceSheets& sheets, double tolerance_mm) {
   std::vector<std::uint8_t> out;
   const auto packed = [](double voxels) {
-    return static_cast<std::int32_t>(
-        std::lround(std::clamp(voxels * kParts, -32768.0, 32767.0)));
+    return static_cast<std::int32_t>(std::lround(std::clamp(voxels * kParts, -32768.0, 32767.0)));
   };
   for (int p = 0; p < segmentation.labels.phase_count(); ++p) {
     for (const Structure structure : structures) {

@@ -133,10 +133,10 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   if (input.segmented) {
     const bool both = figures.lv && figures.rv && figures.lv_mass_g;
     out.push_back({"structures", "All structures were found", check_if(!both),
-                   both ? "heart, LV blood, RV blood and LV muscle"
-                        : text("not found:%s%s%s", figures.lv ? "" : " LV blood",
-                               figures.rv ? "" : " RV blood",
-                               figures.lv_mass_g ? "" : " LV muscle"),
+                   both
+                       ? "heart, LV blood, RV blood and LV muscle"
+                       : text("not found:%s%s%s", figures.lv ? "" : " LV blood",
+                              figures.rv ? "" : " RV blood", figures.lv_mass_g ? "" : " LV muscle"),
                    "all four", "What is missing can be neither drawn nor touched."});
     out.push_back(
         {"leaks", "No label has leaked", check_if(!input.leaks.empty()),
@@ -160,44 +160,42 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
     }
   }
   if (input.package && input.package->lv && figures.lv) {
-    const double difference =
-        std::abs(input.package->lv->ef_percent() - figures.lv->ef_percent());
-    out.push_back({"ef_agrees", "Package and labels agree on the EF",
-                   check_if(difference > limits.ef_difference_points),
-                   text("%.1f %% and %.1f %%", input.package->lv->ef_percent(),
-                        figures.lv->ef_percent()),
-                   text("%g points", limits.ef_difference_points),
-                   "Less than the 4.6 to 7.5 points by which readers of seven laboratories differ "
-                   "(SD, Suinesiaputra 2015, doi:10.1186/s12968-015-0170-9)."});
+    const double difference = std::abs(input.package->lv->ef_percent() - figures.lv->ef_percent());
+    out.push_back(
+        {"ef_agrees", "Package and labels agree on the EF",
+         check_if(difference > limits.ef_difference_points),
+         text("%.1f %% and %.1f %%", input.package->lv->ef_percent(), figures.lv->ef_percent()),
+         text("%g points", limits.ef_difference_points),
+         "Less than the 4.6 to 7.5 points by which readers of seven laboratories differ "
+         "(SD, Suinesiaputra 2015, doi:10.1186/s12968-015-0170-9)."});
   }
   if (!input.surfaces.empty()) out.push_back(of_surfaces(input, limits));
   if (input.uncertain_percent) {
-    out.push_back({"boundaries", "Boundaries are well seen",
-                   check_if(*input.uncertain_percent > limits.uncertain_percent),
-                   text("at most %.1f %% of a boundary (%s) is known no better than %g mm",
-                        *input.uncertain_percent, input.uncertain_structure.c_str(),
-                        limits.uncertain_mm),
-                   text("%g %%", limits.uncertain_percent),
-                   "Contours of two readers lie 1 mm (LV) to 2 mm (RV) apart in the mean (Bai 2018, "
-                   "doi:10.1186/s12968-018-0471-x): what is known no better than that needs an "
-                   "eye."});
+    out.push_back(
+        {"boundaries", "Boundaries are well seen",
+         check_if(*input.uncertain_percent > limits.uncertain_percent),
+         text("at most %.1f %% of a boundary (%s) is known no better than %g mm",
+              *input.uncertain_percent, input.uncertain_structure.c_str(), limits.uncertain_mm),
+         text("%g %%", limits.uncertain_percent),
+         "Contours of two readers lie 1 mm (LV) to 2 mm (RV) apart in the mean (Bai 2018, "
+         "doi:10.1186/s12968-018-0471-x): what is known no better than that needs an "
+         "eye."});
   }
   out.push_back(of_shifts(input, limits));
   const double rr = input.rr_interval_s;
-  out.push_back({"beat", "Beat is resolved",
-                 check_if(rr < limits.least_rr_s || rr > limits.most_rr_s ||
-                          input.phases < limits.least_phases),
-                 text("R-R %.0f ms (%.0f a minute), %d phases", 1000 * rr, rr > 0 ? 60 / rr : 0,
-                      input.phases),
-                 text("%g to %g s, %d phases", limits.least_rr_s, limits.most_rr_s,
-                      limits.least_phases),
-                 "Outside these rates the R-R interval was most likely misread (--rr gives it); "
-                 "with fewer phases nothing is known of how the heart moves between them."});
+  out.push_back(
+      {"beat", "Beat is resolved",
+       check_if(rr < limits.least_rr_s || rr > limits.most_rr_s ||
+                input.phases < limits.least_phases),
+       text("R-R %.0f ms (%.0f a minute), %d phases", 1000 * rr, rr > 0 ? 60 / rr : 0,
+            input.phases),
+       text("%g to %g s, %d phases", limits.least_rr_s, limits.most_rr_s, limits.least_phases),
+       "Outside these rates the R-R interval was most likely misread (--rr gives it); "
+       "with fewer phases nothing is known of how the heart moves between them."});
   if (input.segmented) {
-    out.push_back({"warnings", "Nothing else was remarked",
-                   check_if(!input.warnings.empty()),
-                   input.warnings.empty() ? "no warning" : listed(input.warnings, "; "), "0 warnings",
-                   "What the segmentation could not do as it should."});
+    out.push_back({"warnings", "Nothing else was remarked", check_if(!input.warnings.empty()),
+                   input.warnings.empty() ? "no warning" : listed(input.warnings, "; "),
+                   "0 warnings", "What the segmentation could not do as it should."});
   }
   return out;
 }

@@ -27,8 +27,8 @@ struct Finding {
 
 /// Each with its reason in verdict.cpp, which the page shows.
 struct VerdictLimits {
-  double volume_gap_percent = 5;        ///< of package against segmentation
-  double ef_difference_points = 3;      ///< of the same two
+  double volume_gap_percent = 5;    ///< of package against segmentation
+  double ef_difference_points = 3;  ///< of the same two
   double stroke_difference_percent = 20;
   double muscle_change_percent = 15;
   double least_ef_percent = 5;  ///< below, and beyond most_ef_percent, no heart lives
@@ -51,12 +51,12 @@ struct SurfaceFigures {
 };
 
 struct VerdictInput {
-  std::string refused;  ///< why no package was written; empty: it was, or was not tried
+  std::string refused;             ///< why no package was written; empty: it was, or was not tried
   std::vector<std::string> stale;  ///< stages that would run again
   bool segmented = false;
   HeartFigures segmentation;
-  std::optional<HeartFigures> package;          ///< from its distance fields
-  std::optional<double> worst_gap_percent;      ///< of a volume, package against segmentation
+  std::optional<HeartFigures> package;      ///< from its distance fields
+  std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
   std::vector<SurfaceFigures> surfaces;
   std::vector<Place> leaks;
   std::vector<std::string> warnings;  ///< of the segmentation, without those of leaks
