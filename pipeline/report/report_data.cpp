@@ -20,7 +20,8 @@ constexpr double kMostImageBytes = 5.4e6;  ///< before they are written as text
 constexpr std::size_t kMostVertices = 12000;
 constexpr double kMostVertexBytes = 1.8e6;
 
-double rounded(double value, double step) { return std::round(value / step) * step; }
+/// To `parts` of one: a tenth is 10.
+double rounded(double value, double parts) { return std::round(value * parts) / parts; }
 
 std::string colour_text(Structure structure) {
   const Colour c = structure_colour(structure);
@@ -30,7 +31,7 @@ std::string colour_text(Structure structure) {
 }
 
 json vector_to_json(const Vec3& x) {
-  return {rounded(x[0], 1e-3), rounded(x[1], 1e-3), rounded(x[2], 1e-3)};
+  return {rounded(x[0], 1e3), rounded(x[1], 1e3), rounded(x[2], 1e3)};
 }
 
 std::vector<VolumeCurve> segmented_volumes(const Segmentation& segmentation) {
@@ -84,18 +85,18 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
 
 json figures_to_json(const HeartFigures& figures, double rr_interval_s) {
   json out = json::object();
-  const auto put = [&](const char* key, std::optional<double> value, double step) {
-    out[key] = value ? json(rounded(*value, step)) : json();
+  const auto put = [&](const char* key, std::optional<double> value, double parts) {
+    out[key] = value ? json(rounded(*value, parts)) : json();
   };
   for (const char* key : {"lv_ef_percent", "lv_edv_ml", "lv_esv_ml", "lv_sv_ml", "rv_ef_percent",
                           "rv_edv_ml", "rv_esv_ml", "rv_sv_ml", "lv_mass_g"}) {
-    put(key, figure_of(figures, key), 0.1);
+    put(key, figure_of(figures, key), 10);
   }
   put("heart_rate_per_min", rr_interval_s > 0 ? std::optional(60 / rr_interval_s) : std::nullopt,
-      0.1);
+      10);
   std::optional<double> output;
   if (figures.lv && rr_interval_s > 0) output = figures.lv->stroke_ml() * 0.06 / rr_interval_s;
-  put("cardiac_output_l_per_min", output, 0.01);
+  put("cardiac_output_l_per_min", output, 100);
   return out;
 }
 
@@ -103,7 +104,7 @@ json curves_to_json(const std::vector<VolumeCurve>& curves) {
   json out = json::object();
   for (const VolumeCurve& curve : curves) {
     json& values = out[std::string(structure_name(curve.structure))] = json::array();
-    for (const double value : curve.volume_ml) values.push_back(rounded(value, 0.01));
+    for (const double value : curve.volume_ml) values.push_back(rounded(value, 100));
   }
   return out;
 }
@@ -130,7 +131,7 @@ json places_to_json(const ReportInput& input, const std::vector<Place>& places) 
                {"structure", structure_name(place.structure)},
                {"phase", place.phase},
                {"slice", static_cast<int>(std::lround(at[2]))},
-               {"index", {rounded(at[0], 0.01), rounded(at[1], 0.01)}},
+               {"index", {rounded(at[0], 100), rounded(at[1], 100)}},
                {"lps_mm", vector_to_json(place.lps_mm)},
                {"title", place.title},
                {"sentence", place.sentence},
@@ -220,7 +221,7 @@ json slices_to_json(const ReportInput& input, const std::vector<Place>& places, 
                {"outlines", packed[k]}};
     if (!input.exam->slice_shifts_mm.empty()) {
       const Vec2& shift = input.exam->slice_shifts_mm[k];
-      slice["shift_mm"] = {rounded(shift[0], 0.01), rounded(shift[1], 0.01)};
+      slice["shift_mm"] = {rounded(shift[0], 100), rounded(shift[1], 100)};
     }
     list.push_back(std::move(slice));
   }
@@ -259,7 +260,7 @@ json stages_to_json(const std::vector<ReportStage>& stages) {
                {"state", stage.state},
                {"options", stage.options},
                {"edited", stage.edited}};
-    if (stage.wall_s) entry["wall_s"] = rounded(*stage.wall_s, 0.1);
+    if (stage.wall_s) entry["wall_s"] = rounded(*stage.wall_s, 10);
     out.push_back(std::move(entry));
   }
   return out;
@@ -342,7 +343,7 @@ json report_summary(const ReportInput& input) {
     out["end_systole"] = input.segmentation->end_systole;
   }
   for (const Vec2& shift : input.exam->slice_shifts_mm) {
-    out["slice_shifts_mm"].push_back({rounded(shift[0], 0.01), rounded(shift[1], 0.01)});
+    out["slice_shifts_mm"].push_back({rounded(shift[0], 100), rounded(shift[1], 100)});
   }
   if (input.package) {
     out["package"] = {{"scene", input.package->scene},

@@ -94,13 +94,13 @@ const Charts = (() => {
                      make("td", {}, String.fromCharCode(97 + entry.source))));
     }
     const head = make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Figure"), make("th", {class: "number", scope: "col"}, "Here"),
-                                        make("th", {scope: "col"}, "◆ among men (blue), women (violet)"), make("th", {class: "number", scope: "col"}, "Men"),
+                                        make("th", {scope: "col"}, "◆ here; normal in men (blue), women (violet)"), make("th", {class: "number", scope: "col"}, "Men"),
                                         make("th", {class: "number", scope: "col"}, "Women"), make("th", {scope: "col"}, "From")));
     const sources = data.normal.sources.map((source, i) => !used.has(i) ? null :
       make("li", {}, `${String.fromCharCode(97 + i)}  ${source.citation} (${source.how})`));
     return [make("div", {class: "scroll"}, make("table", {}, head, make("tbody", {}, rows))),
             make("p", {class: "small"}, "Normal is where 95 of 100 healthy adults lie; size, age and training move it, and a patient's heart may well lie outside without any fault of the atlas. Mass is muscle at end-diastole times 1.05 g/ml; papillary muscles count as blood."),
-            make("details", {open: true}, make("summary", {}, "Sources of the normal ranges"), make("ul", {class: "plain small"}, sources))];
+            make("details", {}, make("summary", {}, "Sources: " + data.normal.sources.map((source, i) => used.has(i) ? `${String.fromCharCode(97 + i)} ${source.name}` : null).filter(Boolean).join(", ")), make("ul", {class: "plain small"}, sources))];
   }
 
   function shifts() {

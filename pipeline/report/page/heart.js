@@ -16,7 +16,7 @@ const Heart = (() => {
     }
     const geometry = new THREE.BufferGeometry();
     geometry.setIndex(new THREE.BufferAttribute(new Uint16Array(bytes(surface.triangles).buffer), 1));
-    geometry.addAttribute("position", new THREE.BufferAttribute(phases[0].slice(), 3));
+    geometry.setAttribute("position", new THREE.BufferAttribute(phases[0].slice(), 3));
     return {name: surface.structure, phases, geometry, normals: phases.map(() => null)};
   }
 
@@ -118,7 +118,7 @@ const Heart = (() => {
     camera.up.copy(axes.superior);
 
     function look(direction) {
-      camera.position.copy(centre).addScaledVector(direction.clone().normalize(), 4.3 * extent);
+      camera.position.copy(centre).addScaledVector(direction.clone().normalize(), 3.6 * extent);
       controls.update();
       render();
     }
@@ -144,15 +144,12 @@ const Heart = (() => {
       for (const {surface, skin, counting, cap} of bodies) {
         const shown = state.shown[surface.name];
         skin.visible = shown;
-        const inner = surface.name !== "heart" && bodies.some((body) => body.surface.name === "heart" && state.shown.heart);
         /* Uncut, the heart is a veil over what lies in it. */
         const veil = surface.name === "heart" && !cutting;
         skin.material.transparent = veil;
-        skin.material.opacity = veil ? 0.28 : 1;
+        skin.material.opacity = veil ? 0.22 : 1;
         skin.material.depthWrite = !veil;
         skin.material.side = veil ? THREE.FrontSide : THREE.DoubleSide;
-        /* Uncut, muscle hides the blood in it less. */
-        if (surface.name === "lv_myocardium" && !cutting) { skin.material.transparent = true; skin.material.opacity = inner ? 0.55 : 0.8; }
         counting.forEach((mesh) => { mesh.visible = shown && cutting; });
         cap.visible = shown && cutting;
       }

@@ -33,7 +33,7 @@ const Parts = (() => {
         out.setAttribute(key, value);
       }
     }
-    for (const child of children.flat()) {
+    for (const child of children.flat(Infinity)) {
       if (child !== null && child !== undefined) out.append(child);
     }
     return out;

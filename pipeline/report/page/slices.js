@@ -65,14 +65,16 @@ const Slices = (() => {
     const found = outlines(k);
     if (found) {
       context.lineJoin = "round";
-      slices.structures.forEach((name, s) => {
-        if (!state.shown[name]) return;
+      /* Blood last: where its outline is the muscle's too, its colour is seen. */
+      for (const name of ["heart", "lv_myocardium", "rv_blood", "lv_blood"]) {
+        const s = slices.structures.indexOf(name);
+        if (s < 0 || !state.shown[name]) continue;
         const path = new Path2D();
         path.addPath(found[phase][s], new DOMMatrix([fx, 0, 0, fy, x0, y0]));
         context.strokeStyle = data.colours[name];
         context.lineWidth = thick * ratio;
         context.stroke(path);
-      });
+      }
     }
     if (!rings) return;
     data.places.forEach((place, n) => {

@@ -64,10 +64,12 @@ TEST(Outlines, LieOnTheCircleBetweenVoxels) {
     const auto& a = lines[0][p];
     const auto& b = lines[0][(p + 1) % lines[0].size()];
     area += 0.5 * (double(a[0]) * b[1] - double(b[0]) * a[1]);
-    // Half coverage lies within a twentieth of a voxel of a circle of nine.
-    EXPECT_NEAR((Vec2(a[0], a[1]) - kCentre).norm(), kRadius, 0.08);
+    // Half coverage, linear between voxels, lies within a tenth of a voxel of a circle of nine.
+    EXPECT_NEAR((Vec2(a[0], a[1]) - kCentre).norm(), kRadius, 0.1);
   }
-  EXPECT_NEAR(std::abs(area), std::numbers::pi * kRadius * kRadius, 1.0);
+  // A chord in place of an arc lacks a little everywhere: 0.03 voxels of the radius.
+  EXPECT_NEAR(std::abs(area), std::numbers::pi * kRadius * kRadius,
+              2 * std::numbers::pi * kRadius * 0.03);
 }
 
 TEST(Outlines, AreThinnedToTheTolerance) {
@@ -77,7 +79,7 @@ TEST(Outlines, AreThinnedToTheTolerance) {
   ASSERT_EQ(thin.size(), 1U);
   EXPECT_LT(thin[0].size(), whole[0].size() / 2);
   for (const auto& x : thin[0]) {
-    EXPECT_NEAR((Vec2(x[0], x[1]) - kCentre).norm(), kRadius, 0.08);
+    EXPECT_NEAR((Vec2(x[0], x[1]) - kCentre).norm(), kRadius, 0.1);
   }
 }
 
