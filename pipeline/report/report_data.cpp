@@ -114,6 +114,7 @@ json findings_to_json(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
     out.push_back({{"id", finding.id},
                    {"title", finding.title},
+                   {"trouble", finding.trouble},
                    {"level", level_name(finding.level)},
                    {"said", finding.said},
                    {"limit", finding.limit},
@@ -308,7 +309,7 @@ json report_summary(const ReportInput& input) {
     if (finding.level == Level::Good) continue;
     reasons.push_back({{"id", finding.id},
                        {"level", level_name(finding.level)},
-                       {"sentence", finding.title + ": no; " + finding.said}});
+                       {"sentence", finding.trouble + ": " + finding.said}});
   }
   json alarms = json::array();
   for (const Place& place : places) {

@@ -21,7 +21,13 @@ Level check_if(bool bad) { return bad ? Level::Check : Level::Good; }
 Level reject_if(bool bad) { return bad ? Level::Rejected : Level::Good; }
 
 Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
-  Finding out{"package", "Package keeps the volumes", Level::Good, "", "", ""};
+  Finding out{"package",
+              "Package keeps the volumes",
+              "The package does not keep the volumes",
+              Level::Good,
+              "",
+              "",
+              ""};
   out.limit = text("%g %%", limits.volume_gap_percent);
   out.why =
       "Fields and surfaces are made from the segmentation and nothing else; a volume that differs "
@@ -44,6 +50,7 @@ Finding of_ejection(const VentricleFigures& lv, const VerdictLimits& limits) {
   const double ef = lv.ef_percent();
   return {"ef_possible",
           "Ejection fraction is possible",
+          "No heart ejects like this",
           reject_if(ef < limits.least_ef_percent || ef > limits.most_ef_percent),
           text("LV %.0f %%", ef),
           text("%g to %g %%", limits.least_ef_percent, limits.most_ef_percent),
@@ -58,6 +65,7 @@ Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
   const double share = mean > 0 ? 100 * std::abs(lv - rv) / mean : 100;
   return {"strokes",
           "Both ventricles eject as much",
+          "The ventricles eject different volumes",
           check_if(share > limits.stroke_difference_percent),
           text("LV %.0f ml, RV %.0f ml: they differ by %.0f %%", lv, rv, share),
           text("%g %%", limits.stroke_difference_percent),
@@ -71,6 +79,7 @@ Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
 Finding of_surfaces(const VerdictInput& input, const VerdictLimits& limits) {
   Finding out{"surfaces",
               "Surfaces are whole",
+              "A surface is torn or folds",
               Level::Good,
               "",
               text("0 open edges; %g %% of triangles that cut others", limits.crossing_percent),
@@ -99,6 +108,7 @@ Finding of_shifts(const VerdictInput& input, const VerdictLimits& limits) {
   }
   return {"slice_shifts",
           "Slices lie where they belong",
+          "A slice was shifted far",
           check_if(most > limits.shift_mm),
           input.slice_shifts_mm.empty()
               ? "no shift that is certain"
@@ -125,21 +135,21 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   std::vector<Finding> out;
   out.push_back(of_package(input, limits));
   if (!input.stale.empty()) {
-    out.push_back({"up_to_date", "Everything is up to date", Level::Check,
-                   "to be made again: " + listed(input.stale, ", "), "all stages",
+    out.push_back({"up_to_date", "Everything is up to date", "The package is not of these labels",
+                   Level::Check, "to be made again: " + listed(input.stale, ", "), "all stages",
                    "The package does not show what the study says now. Build again."});
   }
   const HeartFigures& figures = input.segmentation;
   if (input.segmented) {
     const bool both = figures.lv && figures.rv && figures.lv_mass_g;
-    out.push_back({"structures", "All structures were found", check_if(!both),
-                   both
-                       ? "heart, LV blood, RV blood and LV muscle"
-                       : text("not found:%s%s%s", figures.lv ? "" : " LV blood",
-                              figures.rv ? "" : " RV blood", figures.lv_mass_g ? "" : " LV muscle"),
-                   "all four", "What is missing can be neither drawn nor touched."});
     out.push_back(
-        {"leaks", "No label has leaked", check_if(!input.leaks.empty()),
+        {"structures", "All structures were found", "A structure was not found", check_if(!both),
+         both ? "heart, LV blood, RV blood and LV muscle"
+              : text("not found:%s%s%s", figures.lv ? "" : " LV blood",
+                     figures.rv ? "" : " RV blood", figures.lv_mass_g ? "" : " LV muscle"),
+         "all four", "What is missing can be neither drawn nor touched."});
+    out.push_back(
+        {"leaks", "No label has leaked", "A label may have leaked", check_if(!input.leaks.empty()),
          input.leaks.empty() ? "no alarm"
                              : text("%zu alarm%s, see below", input.leaks.size(),
                                     input.leaks.size() == 1 ? "" : "s"),
@@ -150,7 +160,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
     if (figures.lv) out.push_back(of_ejection(*figures.lv, limits));
     if (figures.lv && figures.rv) out.push_back(of_strokes(figures, limits));
     if (figures.muscle_change_percent) {
-      out.push_back({"muscle", "Muscle keeps its volume",
+      out.push_back({"muscle", "Muscle keeps its volume", "The muscle changes its volume",
                      check_if(*figures.muscle_change_percent > limits.muscle_change_percent),
                      text("changes by %.0f %% in the beat", *figures.muscle_change_percent),
                      text("%g %%", limits.muscle_change_percent),
@@ -162,7 +172,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   if (input.package && input.package->lv && figures.lv) {
     const double difference = std::abs(input.package->lv->ef_percent() - figures.lv->ef_percent());
     out.push_back(
-        {"ef_agrees", "Package and labels agree on the EF",
+        {"ef_agrees", "Package and labels agree on the EF", "Package and labels differ in the EF",
          check_if(difference > limits.ef_difference_points),
          text("%.1f %% and %.1f %%", input.package->lv->ef_percent(), figures.lv->ef_percent()),
          text("%g points", limits.ef_difference_points),
@@ -172,7 +182,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   if (!input.surfaces.empty()) out.push_back(of_surfaces(input, limits));
   if (input.uncertain_percent) {
     out.push_back(
-        {"boundaries", "Boundaries are well seen",
+        {"boundaries", "Boundaries are well seen", "A boundary is hardly seen",
          check_if(*input.uncertain_percent > limits.uncertain_percent),
          text("at most %.1f %% of a boundary (%s) is known no better than %g mm",
               *input.uncertain_percent, input.uncertain_structure.c_str(), limits.uncertain_mm),
@@ -184,7 +194,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   out.push_back(of_shifts(input, limits));
   const double rr = input.rr_interval_s;
   out.push_back(
-      {"beat", "Beat is resolved",
+      {"beat", "Beat is resolved", "The beat is hardly resolved",
        check_if(rr < limits.least_rr_s || rr > limits.most_rr_s ||
                 input.phases < limits.least_phases),
        text("R-R %.0f ms (%.0f a minute), %d phases", 1000 * rr, rr > 0 ? 60 / rr : 0,
@@ -193,7 +203,8 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
        "Outside these rates the R-R interval was most likely misread (--rr gives it); "
        "with fewer phases nothing is known of how the heart moves between them."});
   if (input.segmented) {
-    out.push_back({"warnings", "Nothing else was remarked", check_if(!input.warnings.empty()),
+    out.push_back({"warnings", "Nothing else was remarked", "The segmentation had trouble",
+                   check_if(!input.warnings.empty()),
                    input.warnings.empty() ? "no warning" : listed(input.warnings, "; "),
                    "0 warnings", "What the segmentation could not do as it should."});
   }

@@ -18,7 +18,8 @@ enum class Level { Good, Check, Rejected };
 /// One thing that was looked at.
 struct Finding {
   std::string id;
-  std::string title;
+  std::string title;    ///< what should be
+  std::string trouble;  ///< what is so where it is not good, in a few words
   Level level = Level::Good;
   std::string said;   ///< what was found, for people
   std::string limit;  ///< beyond what it is no longer good

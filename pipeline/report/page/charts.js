@@ -35,7 +35,7 @@ const Charts = (() => {
                make("text", {x: x(period), y: box.height - 6, "text-anchor": "end"}, "ms after the R wave"));
     for (const [phase, name] of [[summary.end_diastole, "ED"], [summary.end_systole, "ES"]]) {
       svg.append(make("line", {x1: x(time(phase)), x2: x(time(phase)), y1: box.top, y2: box.height - box.bottom, stroke: "#8d98a4", "stroke-dasharray": "3 4"}),
-                 make("text", {class: "strong", x: x(time(phase)), y: 16, "text-anchor": "middle"}, name));
+                 make("text", {class: "strong", x: x(time(phase)), y: 16, "text-anchor": phase === 0 ? "start" : "middle"}, name));
     }
     const cursor = make("line", {y1: box.top, y2: box.height - box.bottom, stroke: "#155a94", "stroke-width": 1.5});
     svg.append(cursor);
@@ -90,15 +90,15 @@ const Charts = (() => {
                      make("td", {class: "number"}, `${number(value)} ${entry.unit}`,
                           before ? make("div", {class: "small"}, `before ${number(before.figures[entry.figure])}`) : null),
                      make("td", {class: "range"}, range(entry, value)),
-                     make("td", {class: "number"}, entry.men.join("–")), make("td", {class: "number"}, entry.women.join("–")),
-                     make("td", {}, String.fromCharCode(97 + entry.source))));
+                     make("td", {class: "number", "data-title": "Men"}, entry.men.join("–")), make("td", {class: "number", "data-title": "Women"}, entry.women.join("–")),
+                     make("td", {"data-title": "From"}, String.fromCharCode(97 + entry.source))));
     }
     const head = make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Figure"), make("th", {class: "number", scope: "col"}, "Here"),
                                         make("th", {scope: "col"}, "◆ here; normal in men (blue), women (violet)"), make("th", {class: "number", scope: "col"}, "Men"),
                                         make("th", {class: "number", scope: "col"}, "Women"), make("th", {scope: "col"}, "From")));
     const sources = data.normal.sources.map((source, i) => !used.has(i) ? null :
       make("li", {}, `${String.fromCharCode(97 + i)}  ${source.citation} (${source.how})`));
-    return [make("div", {class: "scroll"}, make("table", {}, head, make("tbody", {}, rows))),
+    return [make("div", {class: "scroll"}, make("table", {class: "stack"}, head, make("tbody", {}, rows))),
             make("p", {class: "small"}, "Normal is where 95 of 100 healthy adults lie; size, age and training move it, and a patient's heart may well lie outside without any fault of the atlas. Mass is muscle at end-diastole times 1.05 g/ml; papillary muscles count as blood."),
             make("details", {}, make("summary", {}, "Sources: " + data.normal.sources.map((source, i) => used.has(i) ? `${String.fromCharCode(97 + i)} ${source.name}` : null).filter(Boolean).join(", ")), make("ul", {class: "plain small"}, sources))];
   }

@@ -84,7 +84,9 @@ const Heart = (() => {
     const caps = new THREE.Group();
     const bodies = surfaces.map((surface) => {
       const tint = tints[surface.name];
-      const skin = new THREE.Mesh(surface.geometry, new THREE.MeshPhongMaterial({color: tint, specular: 0x222222, shininess: 18, side: THREE.DoubleSide}));
+      const skin = new THREE.Mesh(surface.geometry, new THREE.MeshPhongMaterial({color: tint, specular: 0x222222, shininess: 18, side: THREE.DoubleSide,
+        /* Where two surfaces lie on each other the outer one is seen. */
+        polygonOffset: surface.name !== "heart", polygonOffsetFactor: 6 - order[surface.name], polygonOffsetUnits: 8}));
       skin.renderOrder = order[surface.name] + 10;
       const counting = [[THREE.BackSide, THREE.IncrementWrapStencilOp], [THREE.FrontSide, THREE.DecrementWrapStencilOp]].map(([side, op]) => {
         const mesh = new THREE.Mesh(surface.geometry, new THREE.MeshBasicMaterial({

@@ -29,7 +29,7 @@
     const header = at("verdict");
     header.classList.add(summary.verdict);
     header.append(make("div", {}, make("h1", {}, sign(summary.verdict), words[summary.verdict]), make("p", {class: "lead"}, leads[summary.verdict]),
-                       bad.length ? make("ul", {}, bad.map((finding) => make("li", {}, make("strong", {}, finding.title + "? "), finding.said))) : null),
+                       bad.length ? make("ul", {}, bad.map((finding) => make("li", {}, make("strong", {}, finding.trouble + ": "), finding.said))) : null),
                   make("dl", {class: "figures"}, shown.map(([name, value, unit, digits]) =>
                     make("div", {}, make("dt", {}, name), make("dd", {}, number(value, digits), make("small", {}, " " + unit))))));
   }
@@ -56,21 +56,38 @@
     return make("div", {class: "command"}, make("code", {}, text), button);
   }
 
+  function show_button(place, n) {
+    return make("button", {type: "button", "aria-label": `Show place ${n + 1} on image and surface`, on: {click: () => {
+      state.set({slice: place.slice, phase: place.phase, place: n});
+      at("views").scrollIntoView();
+    }}}, "Show");
+  }
+
+  function where(place) {
+    return `slice ${place.slice}, ${moment(place.phase)}, (${place.lps_mm.map((v) => v.toFixed(0)).join(", ")}) mm LPS`;
+  }
+
   function correct() {
     if (!data.places.length) return;
     const section = at("correct");
     section.hidden = false;
-    section.append(make("h2", {id: "correct-title"}, "Look here"),
-      make("p", {class: "small"}, "Numbers are those on images and surfaces. Run the commands in the study's folder, where this report lies. A seed says what is there within its radius; instead of it labels can be painted: open segment/labels.nii.gz over exam/stack.nii.gz in ITK-SNAP or 3D Slicer, save, build again. Only what changed is made anew."));
-    section.append(make("ol", {class: "places"}, data.places.map((place, n) => make("li", {class: "place " + place.kind},
-      make("h3", {}, make("span", {class: "count"}, String(n + 1)), place.title),
-      make("p", {class: "small"}, `slice ${place.slice}, ${moment(place.phase)}, (${place.lps_mm.map((v) => v.toFixed(0)).join(", ")}) mm LPS`),
-      make("p", {}, place.sentence),
-      make("button", {type: "button", on: {click: () => {
-        state.set({slice: place.slice, phase: place.phase, place: n});
-        at("views").scrollIntoView();
-      }}}, "Show on image and surface"),
-      place.commands.map(command)))));
+    const count = (n) => make("span", {class: "count"}, String(n + 1));
+    const numbered = data.places.map((place, n) => [place, n]);
+    const leaks = numbered.filter(([place]) => place.kind === "leak");
+    const uncertain = numbered.filter(([place]) => place.kind !== "leak");
+    section.append(make("h2", {id: "correct-title"}, leaks.length ? "Look here and correct" : "Worth a look"),
+      make("p", {class: "small"}, "Numbers are those on images and surfaces. Run the commands in the study's folder, where this report lies; only what changed is made anew. A seed says what lies there. Instead of it labels can be painted: open segment/labels.nii.gz over exam/stack.nii.gz in ITK-SNAP or 3D Slicer, save, build again."));
+    if (leaks.length) {
+      section.append(make("ol", {class: "places"}, leaks.map(([place, n]) => make("li", {class: "place leak"},
+        make("h3", {}, count(n), make("span", {}, place.title), show_button(place, n)),
+        make("p", {class: "small"}, where(place)), make("p", {}, place.sentence), place.commands.map(command)))));
+    }
+    if (uncertain.length) {
+      section.append(make("div", {class: "place uncertain"}, make("h3", {}, "Boundaries that are hardly seen"),
+        make("ul", {class: "rows"}, uncertain.map(([place, n]) => make("li", {}, count(n),
+          make("p", {}, make("strong", {}, place.title.replace(/^Uncertain: /, "").replace(/^./, (c) => c.toUpperCase())), make("br"), place.sentence.replace(/; compare.*/, "") + "; " + where(place)), show_button(place, n)))),
+        make("p", {}, "Compare outline and image; where the outline is wrong, paint it right and build again:"), uncertain[0][0].commands.map(command)));
+    }
   }
 
   function beat() {
@@ -165,11 +182,14 @@
   legend();
   phases();
   Slices.large(at("slice-view"));
-  Heart.build(at("heart-view"));
-  Slices.strip(at("strip"));
   checks();
   record();
   window.addEventListener("beforeprint", () => { for (const each of document.querySelectorAll("details")) if (!each.closest("footer")) each.open = true; });
   window.beatlas = {state};
-  document.body.dataset.ready = "yes";
+  /* The verdict is on the screen before surfaces and small pictures are made. */
+  window.addEventListener("load", () => requestAnimationFrame(() => setTimeout(() => {
+    Heart.build(at("heart-view"));
+    Slices.strip(at("strip"));
+    document.body.dataset.ready = Math.round(performance.now());
+  })));
 })();

@@ -152,7 +152,7 @@ const Slices = (() => {
       const after = () => (window.requestIdleCallback || setTimeout)(() => rest(k + 1));
       if (seen.has(k)) after(); else redraw(k).then(after);
     };
-    window.addEventListener("load", () => setTimeout(() => rest(0), 300));
+    setTimeout(() => rest(0), 300);
   }
 
   return {large, strip};
