@@ -27,20 +27,6 @@ std::vector<Uncertain> worse_than(const std::vector<BoundaryPoint>& points, cons
   return out;
 }
 
-std::string words(Structure structure) {
-  switch (structure) {
-    case Structure::Heart:
-      return "the heart's outside";
-    case Structure::LvBlood:
-      return "the left ventricle's blood";
-    case Structure::RvBlood:
-      return "the right ventricle's blood";
-    case Structure::LvMyocardium:
-      return "the left ventricle's muscle";
-  }
-  return "";
-}
-
 std::string title_of(LeakKind kind) {
   switch (kind) {
     case LeakKind::VolumeJump:
@@ -61,11 +47,25 @@ std::string title_of(LeakKind kind) {
 
 }  // namespace
 
+std::string structure_words(Structure structure) {
+  switch (structure) {
+    case Structure::Heart:
+      return "the heart's outside";
+    case Structure::LvBlood:
+      return "the left ventricle's blood";
+    case Structure::RvBlood:
+      return "the right ventricle's blood";
+    case Structure::LvMyocardium:
+      return "the left ventricle's muscle";
+  }
+  return "";
+}
+
 std::vector<Place> leak_places(const Segmentation& segmentation) {
   std::vector<Place> out;
   for (const LeakAlarm& alarm : segmentation.alarms) {
     out.push_back({Place::Kind::Leak, alarm.structure, alarm.phase, alarm.lps_mm,
-                   title_of(alarm.kind) + ": " + words(alarm.structure), alarm.sentence});
+                   title_of(alarm.kind) + ": " + structure_words(alarm.structure), alarm.sentence});
   }
   return out;
 }
@@ -115,9 +115,10 @@ std::vector<Place> uncertain_places(const BoundaryUncertainty& uncertainty, cons
         std::snprintf(text, sizeof text,
                       "within %.0f mm, %.0f mm2 of %s are known no better than %.1f mm (standard "
                       "deviation); compare outline and image, and correct it if it is wrong",
-                      options.apart_mm / 2, area_mm2, words(structure).c_str(), options.sigma_mm);
+                      options.apart_mm / 2, area_mm2, structure_words(structure).c_str(),
+                      options.sigma_mm);
         std::string title("Uncertain: ");
-        title += words(structure);
+        title += structure_words(structure);
         out.push_back({Place::Kind::Uncertain, structure, static_cast<int>(worst), centre,
                        std::move(title), text});
       }

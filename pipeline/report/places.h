@@ -18,6 +18,9 @@ struct Place {
   std::string sentence;  ///< what, where, what to do
 };
 
+/// "the left ventricle's blood" and the like.
+[[nodiscard]] std::string structure_words(Structure structure);
+
 /// The leak alarms, as they are.
 [[nodiscard]] std::vector<Place> leak_places(const Segmentation& segmentation);
 

@@ -69,7 +69,7 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
       const double share = uncertain_percent(input.uncertainty, structure, limits.uncertain_mm);
       if (asked.uncertain_percent && share <= *asked.uncertain_percent) continue;
       asked.uncertain_percent = share;
-      asked.uncertain_structure = std::string(structure_name(structure));
+      asked.uncertain_structure = structure_words(structure);
     }
   }
   if (input.package) {

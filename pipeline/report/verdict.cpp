@@ -184,7 +184,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
     out.push_back(
         {"boundaries", "Boundaries are well seen", "A boundary is hardly seen",
          check_if(*input.uncertain_percent > limits.uncertain_percent),
-         text("at most %.1f %% of a boundary (%s) is known no better than %g mm",
+         text("at most %.1f %% of a boundary (%s) are known no better than %g mm",
               *input.uncertain_percent, input.uncertain_structure.c_str(), limits.uncertain_mm),
          text("%g %%", limits.uncertain_percent),
          "Contours of two readers lie 1 mm (LV) to 2 mm (RV) apart in the mean (Bai 2018, "

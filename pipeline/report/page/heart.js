@@ -120,7 +120,7 @@ const Heart = (() => {
     camera.up.copy(axes.superior);
 
     function look(direction) {
-      camera.position.copy(centre).addScaledVector(direction.clone().normalize(), 3.6 * extent);
+      camera.position.copy(centre).addScaledVector(direction.clone().normalize(), 3.1 * extent);
       controls.update();
       render();
     }
