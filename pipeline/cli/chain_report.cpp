@@ -121,7 +121,8 @@ json Chain::report(const fs::path& page, const std::string& refused, bool anew) 
       }
     }
     context.progress(0.6);
-    input.package = packed_facts(*study_);
+    // What lies there from before a refusal is of other labels or options.
+    if (refused.empty()) input.package = packed_facts(*study_);
     input.refused = refused;
     input.stages = stage_facts(*study_, console_.times());
     const auto& inputs = study_->find(Stage::Import)->inputs;

@@ -16,7 +16,7 @@ namespace beatlas::cli {
 inline constexpr auto kPackContents = "pack/contents.json";
 [[nodiscard]] nlohmann::json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes);
 
-/// None if no package was made since the stages before it ran.
+/// Of the package that was made last. None if there is none.
 [[nodiscard]] std::optional<report::ReportPackage> packed_facts(const study::Study& study);
 
 /// @param times of those that ran just now

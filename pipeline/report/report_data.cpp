@@ -57,7 +57,8 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   const VerdictLimits limits;
   asked.refused = input.refused;
   for (const ReportStage& stage : input.stages) {
-    if (stage.state == "stale" || stage.state == "waits") asked.stale.push_back(stage.name);
+    const bool runs_again = stage.state == "stale" || stage.state == "waits";
+    if (runs_again && input.refused.empty()) asked.stale.push_back(stage.name);
   }
   if (input.segmentation != nullptr) {
     asked.segmented = true;
