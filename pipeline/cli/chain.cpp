@@ -5,11 +5,13 @@
 
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
+#include "pipeline/cli/report_facts.h"
 #include "pipeline/cli/version.h"
 #include "pipeline/mesh/surface_map.h"
 #include "pipeline/pack/volume_encoder.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
+#include "runtime/atlas/atlas.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
@@ -464,10 +466,13 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
       record.package_sha256 = study::sha256_of_file(file);
     }
     leave(Stage::Pack, std::move(record), [&] {
-      if (volume.is_null()) return study::FileList{};
       study::make_folder(study_->folder() / "pack");
+      study::write_json(
+          study_->folder() / kPackContents,
+          pack_contents(atlas::Atlas::open(file, {}).manifest(), fs::file_size(file)));
+      if (volume.is_null()) return study::FileList{kPackContents};
       study::write_json(study_->folder() / kVolumeFigures, volume);
-      return study::FileList{kVolumeFigures};
+      return study::FileList{kPackContents, kVolumeFigures};
     });
   });
 }

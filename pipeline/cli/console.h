@@ -35,6 +35,9 @@ class Console {
   /// The speed table on stderr, if verbose.
   void finish();
 
+  /// Of the stages that have ended, in their order.
+  [[nodiscard]] const std::vector<report::StageTime>& times() const { return times_; }
+
   /// {"stages": [{"name", "wall_s", "cpu_s"}], "wall_s", "peak_memory_mb", "threads", "version"}
   /// @throws Error{Machine}
   void write_timing(const std::filesystem::path& file, int threads) const;

@@ -47,6 +47,7 @@ int run_command(int argc, char** argv) {
   add_validate(app, run);
   add_bench(app, run);
   add_export(app, run);
+  add_report(app, run);
   add_status(app, run);
   add_seeds(app, run);
   add_identify(app, run);

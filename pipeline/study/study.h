@@ -10,6 +10,7 @@
 ///   register/ register.json cine.nii.gz labels.nii.gz shape_<structure>.nii.gz
 ///   field/    field.json <structure>.vdb
 ///   mesh/     mesh.json <structure>_<phase>.ply
+///   report.html report.json             what of it a technician and other programs want to know
 ///
 /// What one stage writes, the next reads back without loss: stage by stage gives the same package
 /// as a build in one go. Files are replaced whole, never half written; the record of a stage is
