@@ -79,12 +79,18 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
     items.add(atlas::kFieldKind, field->structure,
               pack_field(*field, field_step_mm(field->structure, options)));
   }
+  const auto maps = held(content.maps, manifest.scene, atlas::kMapKind);
   for (const atlas::SurfacePayload* surface :
        held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {
     require_phases(manifest, surface->structure, surface->positions.size());
     PackedSurface packed = pack_surface(*surface, options.surface_step_mm);
     items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc));
     items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion));
+    for (const atlas::SurfaceMapPayload* map : maps) {
+      if (map->structure != surface->structure) continue;
+      require_phases(manifest, map->structure, map->thickness_mm.size());
+      items.add(atlas::kMapKind, map->structure, pack_surface_map(*map, packed.given));
+    }
   }
   if (content.volume && atlas::scene_holds(manifest.scene, atlas::kVolumeKind, Structure::Heart)) {
     const atlas::VolumePayload volume = atlas::decode_volume(content.volume->entry);

@@ -9,7 +9,7 @@ namespace {
 
 TEST(Info, HoldsTheKeysThatOtherProgramsRelyOn) {
   const nlohmann::json info = info_json(test::sample_manifest());
-  EXPECT_EQ(info["format_version"], 3);
+  EXPECT_EQ(info["format_version"], 4);
   EXPECT_EQ(info["frame_times_s"], nlohmann::json({0.0, 0.31, 0.55}));
   EXPECT_EQ(info["rr_interval_s"], 0.875);
   EXPECT_EQ(info["workspace_from_lps"].size(), 16U);
