@@ -29,6 +29,14 @@ class Items {
   std::vector<ZipEntry>& entries_;
 };
 
+[[noreturn]] void refuse_two(std::string_view kind, Structure structure) {
+  std::string message = "two payloads '";
+  message += kind;
+  message += "' of ";
+  message += structure_name(structure);
+  throw_invalid(message + " were given; give one");
+}
+
 /// The payloads that `scene` holds, in the order of kAllStructures so that the caller's order
 /// leaves no trace in the package.
 template <class Payload>
@@ -40,8 +48,7 @@ std::vector<const Payload*> held(const std::vector<Payload>& payloads, std::stri
     for (const Payload& payload : payloads) {
       if (payload.structure != structure) continue;
       if (!given.insert(structure).second) {
-        throw_invalid("two payloads '" + std::string(kind) + "' of " +
-                      std::string(structure_name(structure)) + " were given; give one");
+        refuse_two(kind, structure);
       }
       if (atlas::scene_holds(scene, kind, structure)) chosen.push_back(&payload);
     }

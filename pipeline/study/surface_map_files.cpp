@@ -23,7 +23,7 @@ std::string map_name(Structure structure) {
 std::string header_of(std::size_t phases) {
   std::string text = "vertex,long_axis,angle_rad,segment";
   for (std::size_t p = 0; p < phases; ++p) {
-    std::array<char, 32> cell{};
+    std::array<char, 64> cell{};
     std::snprintf(cell.data(), cell.size(), ",thickness_mm_%03zu", p);
     text += cell.data();
   }

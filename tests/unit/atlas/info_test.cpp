@@ -34,7 +34,7 @@ TEST(Info, GivesTheEjectionFractionOfTheLvOnly) {
 TEST(Info, SaysTheSameInWords) {
   const std::string text = info_text(test::sample_manifest());
   for (const char* part :
-       {"format 3, scene anatomy", "0.875 s", "3 phases", "end-systole 1", "200 x 180 x 11",
+       {"format 4, scene anatomy", "0.875 s", "3 phases", "end-systole 1", "200 x 180 x 11",
         "1.500 x 1.250 x 9.000 mm", "60.0 %", "lv_blood", "125.0", "surfaces/heart.motion"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
   }

@@ -125,9 +125,10 @@ TEST(SurfaceMaps, NamesFollowTheAxisAndTheRightVentricle) {
       }
       const double edge =
           std::min({std::abs(share - 2.0 / 3), std::abs(share - 1.0 / 3), std::abs(share - 0.08)});
-      const double sector = std::fmod(turn + 30, share < 1.0 / 3 ? 90 : 60);
-      if (edge < 1e-4 || sector < 0.01 || (share < 1.0 / 3 && std::abs(sector - 75) < 0.01))
-        continue;
+      // How far from the border between two sectors.
+      const double width = share < 1.0 / 3 ? 90 : 60;
+      const double sector = std::abs(std::remainder(turn + width / 2, width));
+      if (edge < 1e-4 || sector < 0.01) continue;
       ASSERT_EQ(map.segment[v], want) << share << " " << turn;
     }
   }

@@ -73,9 +73,10 @@ TEST_F(SurfaceMapFiles, come_back_bit_by_bit) {
 TEST_F(SurfaceMapFiles, may_be_painted_over_and_saved_by_an_office_program) {
   EXPECT_EQ(refusal("2,0.3333,3.1416,12,", "2,0.3333,3.1416,7,"), "accepted");
   EXPECT_EQ(read()[0].segment[2], 7);
-  std::string text = text_;
-  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) {
-    text.insert(at, "\r");
+  std::string text;
+  for (const char letter : text_) {
+    if (letter == '\n') text += '\r';
+    text += letter;
   }
   std::ofstream(file_, std::ios::binary) << text;
   EXPECT_EQ(read()[0].thickness_mm, made().thickness_mm);
