@@ -26,8 +26,10 @@ std::vector<std::uint8_t> read_labels(const fs::path& file, const palpation::LvW
       return static_cast<std::size_t>(value);
     }
     throw_invalid(file.string() + ": '" + table.lines[row] + "' must hold a " +
-                  (column == 1 ? "label" : by_segment ? "segment" : "vertex") + " from " +
-                  std::to_string(static_cast<long>(least)) + " to " +
+                  (column == 1  ? "label"
+                   : by_segment ? "segment"
+                                : "vertex") +
+                  " from " + std::to_string(static_cast<long>(least)) + " to " +
                   std::to_string(static_cast<long>(most)));
   };
   std::vector<std::uint8_t> of_segment(palpation::kSegments + 1);

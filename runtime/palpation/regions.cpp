@@ -113,7 +113,7 @@ TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
       if (!region.ratio_of_atlas) continue;
       const auto mm = static_cast<double>(wall.wall_mm()[v]);
       out.of_vertex[v].thickness_ratio =
-          mm > 0 ? std::clamp(mm / healthy_mm, kThinnestRatio, kThickestRatio) : 1;
+          mm > 0 ? std::clamp(mm / healthy_mm, kThinnestRatio, 1.0) : 1;
     }
   }
   for (std::size_t v = 0; v < out.of_vertex.size(); ++v) {
@@ -123,7 +123,8 @@ TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
     out.infarct.alpha += wall.muscle_share()[v] * alpha;
   }
   if (out.infarct.fraction > 0) out.infarct.alpha /= out.infarct.fraction;
-  out.infarct.fraction = std::min(out.infarct.fraction, 1.0);  // shares add up to 1 but for rounding
+  out.infarct.fraction =
+      std::min(out.infarct.fraction, 1.0);  // shares add up to 1 but for rounding
   return out;
 }
 

@@ -20,7 +20,7 @@ struct Region {
   double thinner_than_mm = 0;  ///< 0..40, of the wall at end-diastole
   Tissue tissue;
   /// The thickness over the median of the wall outside the region, vertex by vertex, stands for
-  /// tissue.thickness_ratio (held within 0.3..2).
+  /// tissue.thickness_ratio (held within 0.3..1: a wall that is thicker by disease is told so).
   bool ratio_of_atlas = false;
 
   [[nodiscard]] bool operator==(const Region&) const = default;

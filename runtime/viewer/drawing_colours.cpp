@@ -12,6 +12,7 @@
 #include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "runtime/base/error.h"
 #include "runtime/viewer/drawing_parts.h"
 
 namespace beatlas::viewer {
@@ -148,14 +149,14 @@ void HeartDrawing::Parts::update_bulls_eye() {
       };
       const double inner = radius * sector.inner + (segment == 17 ? 0 : 0.7);
       const double outer = radius * sector.outer - 0.7;
-      patches.add({on_circle(centre, inner, angle(n, inner)), on_circle(centre, outer, angle(n, outer)),
-                   on_circle(centre, outer, angle(n + 1, outer)),
-                   on_circle(centre, inner, angle(n + 1, inner))},
-                  colour);
+      patches.add(
+          {on_circle(centre, inner, angle(n, inner)), on_circle(centre, outer, angle(n, outer)),
+           on_circle(centre, outer, angle(n + 1, outer)),
+           on_circle(centre, inner, angle(n + 1, inner))},
+          colour);
     }
     const double middle = segment == 17 ? 0 : 0.5 * (sector.inner + sector.outer);
-    const Vec2 at =
-        on_circle(centre, radius * middle, 0.5 * (sector.begin_rad + sector.end_rad));
+    const Vec2 at = on_circle(centre, radius * middle, 0.5 * (sector.begin_rad + sector.end_rad));
     const auto n = static_cast<std::size_t>(segment - 1);
     legend.texts[n]->GetTextProperty()->SetJustificationToCentered();
     put_legend_text(n, std::to_string(segment), at, std::max(9, static_cast<int>(0.115 * radius)),

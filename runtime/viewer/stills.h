@@ -23,7 +23,7 @@ struct ViewOptions {
   bool image_on_cut = true;
   VolumePreset volume = VolumePreset::Off;
   ColourBy colour = ColourBy::Structure;
-  std::string preset = "healthy";  ///< of palpation_presets(): what the stiffness is of
+  std::string preset = "healthy";       ///< of palpation_presets(): what the stiffness is of
   std::map<Structure, double> opacity;  ///< 0: hidden
   double press_mm = 0;                  ///< > 0: a tool presses so deep
   std::optional<Vec3> press_lps;        ///< from the heart's centre; none: the LV's free wall

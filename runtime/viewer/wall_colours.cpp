@@ -21,12 +21,8 @@ constexpr std::array<Rgb, 9> kViridis{{{68, 1, 84},
                                        {253, 231, 37}}};
 
 // Anterior, anteroseptal, inferoseptal, inferior, inferolateral, anterolateral.
-constexpr std::array<Rgb, 6> kSectors{{{213, 94, 0},
-                                       {86, 180, 233},
-                                       {0, 114, 178},
-                                       {230, 159, 0},
-                                       {0, 158, 115},
-                                       {204, 121, 167}}};
+constexpr std::array<Rgb, 6> kSectors{
+    {{213, 94, 0}, {86, 180, 233}, {0, 114, 178}, {230, 159, 0}, {0, 158, 115}, {204, 121, 167}}};
 constexpr Rgb kApex{240, 228, 66};
 
 Rgb mixed(const Rgb& one, const Rgb& other, double share) {
@@ -95,9 +91,8 @@ WallColours::WallColours(std::vector<std::shared_ptr<const atlas::SurfaceMapPayl
 }
 
 const atlas::SurfaceMapPayload* WallColours::map_of(Structure structure) const {
-  const auto found = std::find_if(maps_.begin(), maps_.end(), [&](const auto& map) {
-    return map->structure == structure;
-  });
+  const auto found = std::find_if(maps_.begin(), maps_.end(),
+                                  [&](const auto& map) { return map->structure == structure; });
   return found == maps_.end() ? nullptr : found->get();
 }
 

@@ -33,8 +33,9 @@ struct Mapped {
       map.angle_rad.push_back(static_cast<float>(angle));
       map.segment.push_back(static_cast<std::uint8_t>(palpation::segment_at(share, angle)));
       const Vec3 inner = frame->nearest(Structure::LvBlood, lps).point;
-      const Vec3 along = (lps - inner).norm() < 1e-5 ? frame->nearest(Structure::LvBlood, lps).outward
-                                                     : Vec3((lps - inner).normalized());
+      const Vec3 along = (lps - inner).norm() < 1e-5
+                             ? frame->nearest(Structure::LvBlood, lps).outward
+                             : Vec3((lps - inner).normalized());
       double wall_mm = 0;
       while (wall_mm < 40 &&
              frame->contains(Structure::LvMyocardium, inner + (wall_mm + 0.01) * along)) {
