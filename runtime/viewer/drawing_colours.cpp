@@ -183,8 +183,11 @@ void HeartDrawing::Parts::update_legend() {
 void HeartDrawing::Parts::colour_surface(SurfaceParts& part) const {
   const bool coloured = colours && colours->has(part.structure);
   part.mapper->SetScalarVisibility(coloured ? 1 : 0);
-  // A gloss would turn colours to white, and the legend's are what they should be read by.
-  part.actor->GetProperty()->SetSpecular(coloured ? 0.0 : 0.25);
+  // Gloss and too much light would make other colours of them than the legend's.
+  vtkProperty& property = *part.actor->GetProperty();
+  property.SetSpecular(coloured ? 0.0 : 0.25);
+  property.SetAmbient(coloured ? 0.25 : 0.12);
+  property.SetDiffuse(coloured ? 0.62 : 0.85);
   if (!coloured) return;
   colours->colours_at(part.structure, beats, part.colours);
   if (!part.point_colours) {
