@@ -186,6 +186,11 @@ const std::vector<SurfaceCycle>& Chain::surface_cycles() {
   return *surfaces_;
 }
 
+const std::vector<SurfaceMap>& Chain::surface_maps() {
+  if (!maps_) maps_ = study::read_surface_maps(study_->folder(), surface_cycles());
+  return *maps_;
+}
+
 void Chain::note_exam() {
   if (std::exchange(exam_noted_, true)) return;
   facts_.source_format = exam_->source_format;
@@ -333,17 +338,18 @@ void Chain::surfaces() {
       made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, part));
     }
     surfaces_ = std::move(made);
+    maps_ = make_surface_maps();
     context.progress(kMade, "files of the study");
     leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
       study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);
-      const study::FileList maps = study::write_surface_maps(study_->folder(), surface_maps());
+      const study::FileList maps = study::write_surface_maps(study_->folder(), *maps_);
       files.insert(files.end(), maps.begin(), maps.end());
       return files;
     });
   });
 }
 
-std::vector<SurfaceMap> Chain::surface_maps() {
+std::vector<SurfaceMap> Chain::make_surface_maps() {
   const std::optional<LongAxis> axis = study::read_long_axis(study_->folder());
   const auto rv = std::find_if(
       surfaces_->begin(), surfaces_->end(),
@@ -452,6 +458,13 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
                 {"rms_error", content.volume->rms_error},
                 {"psnr_db", content.volume->psnr_db}};
       manifest.provenance["volume"] = volume;
+    }
+    if (!used.empty()) {
+      for (const SurfaceMap& map : surface_maps()) {
+        if (!atlas::scene_holds(scene.content, atlas::kMapKind, map.structure)) continue;
+        content.maps.push_back(
+            {map.structure, map.long_axis, map.angle_rad, map.segment, map.thickness_mm});
+      }
     }
     for (SurfaceCycle& surface : used) {
       content.surfaces.push_back(

@@ -70,6 +70,10 @@ FileList write_surfaces(const std::filesystem::path& study,
 /// thickness in every phase.
 FileList write_surface_maps(const std::filesystem::path& study,
                             const std::vector<SurfaceMap>& maps);
+/// Those that are there, of these surfaces; as made, or changed by hand: a segment that was
+/// painted over counts. @throws Error{InvalidInput} naming file and line of what is no map of them
+[[nodiscard]] std::vector<SurfaceMap> read_surface_maps(const std::filesystem::path& study,
+                                                        const std::vector<SurfaceCycle>& surfaces);
 [[nodiscard]] std::vector<SurfaceCycle> read_surfaces(const std::filesystem::path& study);
 
 }  // namespace beatlas::study

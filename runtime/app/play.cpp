@@ -299,6 +299,14 @@ void add_probe(CLI::App& probe, ProbeArguments& arguments) {
       ->capture_default_str();
 }
 
+std::vector<std::string> segment_names() {
+  std::vector<std::string> out;
+  for (int segment = 1; segment <= palpation::kSegments; ++segment) {
+    out.emplace_back(palpation::segment_name(segment));
+  }
+  return out;
+}
+
 void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_option("PACKAGE", arguments.package, "a .beatlas file");
   app.add_flag("--headless", arguments.headless, "no picture: run the servo and report");
@@ -394,6 +402,9 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--press-depth-mm", arguments.press.script.depth_mm, "how deep")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
+  app.add_option("--press-segment", arguments.press.segment,
+                 "AHA segment that is pressed, by name: mid_anterior if not said")
+      ->check(CLI::IsMember(segment_names()));
   app.add_option("--parameters", arguments.press.parameters,
                  "JSON of muscle, circulation and disease for the press");
   app.add_option("--preset", arguments.press.preset, "of them, for the press")
