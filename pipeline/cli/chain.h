@@ -65,6 +65,12 @@ class Chain {
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
   void pack(const Scene& scene, const std::filesystem::path& file);
 
+  /// Writes the study's report: the page, and report.json into the study; gives the latter.
+  /// @param page where; empty: report.html in the study
+  /// @param refused why there is no package; empty: there is, or none was tried
+  /// @param anew also where the report stands for what the study holds
+  nlohmann::json report(const std::filesystem::path& page, const std::string& refused, bool anew);
+
   /// For a command that starts after it: the stage must be up to date, or edited.
   /// @throws Error{InvalidInput} naming the command to run first
   void require(study::Stage stage);
@@ -95,7 +101,8 @@ class Chain {
   /// @throws Error{Quality} if it rings and the recipe makes that an error; its pictures are left.
   void ask_for_leaks(StageContext& context);
   /// Of the surfaces at hand; none without the LV's long axis or a right ventricle.
-  [[nodiscard]] std::vector<SurfaceMap> surface_maps();
+  [[nodiscard]] std::vector<SurfaceMap> make_surface_maps();
+  const std::vector<SurfaceMap>& surface_maps();
   void note_for_package();
   /// The images around the heart as the package holds them.
   [[nodiscard]] pack::PackedVolume packed_volume(const FieldCycle& heart);
@@ -115,8 +122,10 @@ class Chain {
   std::optional<std::vector<ShapeCycle>> shapes_;
   std::optional<std::vector<FieldCycle>> fields_;
   std::optional<std::vector<SurfaceCycle>> surfaces_;
+  std::optional<std::vector<SurfaceMap>> maps_;
   bool exam_noted_ = false;
   bool segmentation_noted_ = false;
+  bool reads_uncertainty_ = false;  ///< of a segmentation that is read, for the report
 };
 
 /// Whether a package of the scene holds any surface, so that the stage mesh must run.

@@ -130,6 +130,7 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   parts.make_volume();
   parts.make_tool();
   parts.make_overlay();
+  parts.make_legend();
   set_camera(standard_view(parts.frame, "anterior"));
   if (options.offscreen) {
     auto window = vtkSmartPointer<vtkRenderWindow>::New();
@@ -262,6 +263,7 @@ void HeartDrawing::Parts::update() {
   update_layers();
   update_tool();
   update_overlay();
+  update_legend();
   fit_clip();
   times.update_ms = milliseconds_since(start);
 }

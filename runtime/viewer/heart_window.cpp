@@ -138,6 +138,7 @@ void HeartWindow::show_heart(LoadedHeart heart) {
   device_->setCurrentIndex(0);
   show_device();
   volume_->setEnabled(drawing.has_volume());
+  colour_->setEnabled(drawing.has_wall_map());
   cut_image_->setEnabled(drawing.has_volume());
   for (const auto& [structure, widgets] : structures_) {
     widgets.first->setEnabled(drawing.has(structure));
@@ -161,11 +162,13 @@ void HeartWindow::reset() {
     for (const Structure structure : kAllStructures) {
       picture_->drawing()->set_look(structure, default_look(structure));
     }
+    if (!picture_->drawing()->has_wall_map()) options.colour = ColourBy::Structure;
     apply(options, *picture_->drawing());
     view_->setCurrentText(QString::fromStdString(options.view));
     cut_->setCurrentText(options.cut.empty() ? "none" : QString::fromStdString(options.cut));
     cut_offset_->setValue(static_cast<int>(options.cut_offset_mm));
     volume_->setCurrentIndex(static_cast<int>(options.volume));
+    colour_->setCurrentIndex(static_cast<int>(options.colour));
     show_looks();
     rate_->setValue(static_cast<int>(std::lround(60 / manifest.rr_interval_s)));
     if (live_) {

@@ -104,6 +104,8 @@ class HeartWindow : public QMainWindow {
   void cut_changed();
   void looks_changed();
   void show_looks();
+  void colour_changed();
+  void stiffness_changed();
   void reset();
   void load_state();
   void load_looks();
@@ -144,6 +146,7 @@ class HeartWindow : public QMainWindow {
   QWidget* detail_row_ = nullptr;
   QLineEdit* detail_ = nullptr;
   QPushButton* connect_ = nullptr;
+  QComboBox* colour_ = nullptr;
   QCheckBox* touch_ = nullptr;
   QSpinBox* stiffness_ = nullptr;
   QSpinBox* left_atrium_ = nullptr;
