@@ -99,16 +99,6 @@ Session run_session(device::Device& device, haptics::Servo& servo, const Session
   return session;
 }
 
-Affine workspace_from_hardware(const Affine& workspace_from_lps, const Vec3& surface_mm,
-                               const Vec3& outward, double clear_mm) {
-  Eigen::Matrix3d lps_from_user;  // columns: right, up, towards the user
-  lps_from_user << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  Affine out = Affine::Identity();
-  out.linear() = workspace_from_lps.linear() * lps_from_user;
-  out.translation() = surface_mm + clear_mm * outward.normalized();
-  return out;
-}
-
 nlohmann::json session_json(const SessionReport& report) {
   return {{"device", report.device},
           {"ticks", report.run.ticks},

@@ -62,13 +62,6 @@ struct SessionOptions {
 [[nodiscard]] Session run_session(device::Device& device, haptics::Servo& servo,
                                   const SessionOptions& options);
 
-/// Where a hardware device's point goes: its middle `clear_mm` outside of `surface_mm`. The user
-/// looks at a patient who faces them and stands upright: right is the patient's left, up superior,
-/// towards the user anterior. @param workspace_from_lps rigid
-[[nodiscard]] Affine workspace_from_hardware(const Affine& workspace_from_lps,
-                                             const Vec3& surface_mm, const Vec3& outward,
-                                             double clear_mm);
-
 /// See schemas/play.schema.json.
 [[nodiscard]] nlohmann::json session_json(const SessionReport& report);
 /// A few lines for people; ends with a newline.

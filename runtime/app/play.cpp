@@ -11,7 +11,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "runtime/app/devices.h"
 #include "runtime/app/headless.h"
 #include "runtime/app/press_session.h"
 #include "runtime/app/probe.h"
@@ -20,6 +19,7 @@
 #include "runtime/app/touch.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
+#include "runtime/device/hardware.h"
 #include "runtime/device/replay.h"
 #include "runtime/device/simulated.h"
 #include "runtime/field/surface_point.h"
@@ -65,7 +65,7 @@ struct PlayArguments {
   double heart_rate_per_min = 0;
   std::string trace;
   std::string ticks;
-  HardwareOptions hardware;
+  device::HardwareOptions hardware;
   bool list_devices = false;
   bool json = false;
   bool scene_named = false;
@@ -251,12 +251,12 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   double seconds = arguments.seconds;
   std::unique_ptr<device::Device> device;
   if (is_hardware(arguments.device)) {
-    HardwareOptions hardware = arguments.hardware;
+    device::HardwareOptions hardware = arguments.hardware;
     hardware.device = arguments.device;
-    device = open_hardware(hardware);
+    device = device::open_hardware(hardware);
     const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
     const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field->phases();
-    options.workspace_from_device = workspace_from_hardware(
+    options.workspace_from_device = device::workspace_from_hardware(
         manifest.workspace_from_lps, field::surface_point_mm(*field, outward, end_diastole_s),
         outward, kHardwareClearMm);
     options.seconds = seconds;
@@ -453,7 +453,7 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
     } else if (ticks_command->parsed()) {
       replay_ticks_file(ticks_arguments.package, ticks_arguments.file, out);
     } else if (play_arguments.list_devices) {
-      out << list_devices(play_arguments.hardware);
+      out << device::list_devices(play_arguments.hardware);
     } else {
       run_headless(play_arguments, out);
     }

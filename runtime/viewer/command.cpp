@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include "runtime/base/error.h"
+#include "runtime/viewer/device_choice.h"
 #include "runtime/viewer/display.h"
 #include "runtime/viewer/stills.h"
 #include "runtime/viewer/window.h"
@@ -31,6 +32,11 @@ struct Words {
   std::vector<std::string> opacity;
   std::vector<double> press_at;
   std::string size = "800x600";
+  std::string recording;
+  std::string library;
+  std::string haply_host = "localhost";
+  int haply_port = 10001;
+  std::string lever_line;
 };
 
 [[noreturn]] void throw_usage(const std::string& message) {
@@ -91,6 +97,41 @@ void add_options(CLI::App& app, Words& words) {
   app.add_option("--size", words.size, "pixels, WIDTHxHEIGHT")->capture_default_str();
 }
 
+void add_device_options(CLI::App& app, Words& words) {
+  std::vector<std::string> names;
+  for (const DeviceChoice& choice : kDevices) names.emplace_back(choice.name);
+  app.add_option("--device", words.options.device,
+                 "window: what moves the tool; the window's list has them, too")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+  app.add_option("--recording", words.recording,
+                 "replay: CSV with columns t_s, x_mm, y_mm, z_mm (workspace)");
+  app.add_option("--device-library", words.library,
+                 "3ds, dhd: the vendor's library, if it is not where the system looks");
+  app.add_option("--haply-host", words.haply_host, "where Haply's service runs")
+      ->capture_default_str();
+  app.add_option("--haply-port", words.haply_port, "its port")
+      ->check(CLI::Range(1, 65535))
+      ->capture_default_str();
+  app.add_option("--lever-line", words.lever_line, "lever: its serial line");
+}
+
+void read_device(Words& words) {
+  ViewOptions& options = words.options;
+  if ((options.device == "replay") == words.recording.empty()) {
+    throw_usage("--device replay and --recording FILE belong together; give both or neither");
+  }
+  if ((options.device == "lever") == words.lever_line.empty()) {
+    throw_usage("--device lever and --lever-line FILE belong together; give both or neither");
+  }
+  if (options.device == "replay") options.device_detail = words.recording;
+  if (options.device == "lever") options.device_detail = words.lever_line;
+  if (options.device == "3ds" || options.device == "dhd") options.device_detail = words.library;
+  if (options.device == "haply") {
+    options.device_detail = words.haply_host + ":" + std::to_string(words.haply_port);
+  }
+}
+
 void read_size(Words& words) {
   const std::size_t by = words.size.find('x');
   const auto number = [](const std::string& text) {
@@ -136,6 +177,7 @@ void read_words(Words& words) {
   if (words.volume == "blood") options.volume = VolumePreset::Blood;
   options.colour = colouring_of(words.colour);
   read_size(words);
+  read_device(words);
   read_opacity(words);
   if (!words.cut_plane.empty()) {
     const std::vector<double>& v = words.cut_plane;
@@ -163,6 +205,7 @@ void write_stills(Words& words) {
   const OpenedHeart heart = open_heart(words.options.package);
   words.options.phase = phase_of(words.phase, heart.atlas->manifest());
   const Display display;
+  const LostDisplayWatch watch("beatlas-play", {});
   qInstallMessageHandler([](QtMsgType, const QMessageLogContext&, const QString&) {});
   // Plots need Qt's fonts, no window.
   setenv("QT_QPA_PLATFORM", "offscreen", 1);
@@ -208,6 +251,7 @@ int view(int argc, char** argv, std::ostream& out, std::ostream& err) {
       "beatlas-play");
   Words words;
   add_options(app, words);
+  add_device_options(app, words);
   try {
     app.parse(argc, argv);
     return run(words);

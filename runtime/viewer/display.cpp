@@ -1,6 +1,7 @@
 #include "runtime/viewer/display.h"
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -33,7 +34,35 @@ std::string read_line(int from) {
   return line.substr(0, line.find('\n'));
 }
 
+std::atomic<LostDisplayWatch*> watching{nullptr};
+
 }  // namespace
+
+LostDisplayWatch::LostDisplayWatch(std::string program, std::function<void()> on_lost)
+    : program_(std::move(program)), on_lost_(std::move(on_lost)) {
+  watching = this;
+  XSetIOErrorHandler([](::Display*) {
+    end();
+    return 0;
+  });
+  // Where it is not Xlib that meets the loss, Qt calls exit(); nothing else does while we watch.
+  [[maybe_unused]] static const int at_exit = std::atexit(end);
+}
+
+LostDisplayWatch::~LostDisplayWatch() {
+  XSetIOErrorHandler(nullptr);
+  watching = nullptr;
+}
+
+void LostDisplayWatch::end() {
+  const LostDisplayWatch* watch = watching.exchange(nullptr);
+  if (watch == nullptr) return;
+  if (watch->on_lost_) watch->on_lost_();
+  const std::string line = watch->program_ + ": the display is gone; was its X server ended?\n";
+  [[maybe_unused]] const ssize_t told = write(STDERR_FILENO, line.data(), line.size());
+  // Nothing is tidied up: the display's libraries would need it for that.
+  _exit(static_cast<int>(ErrorCode::Machine));
+}
 
 bool has_display() {
   const char* name = std::getenv("DISPLAY");

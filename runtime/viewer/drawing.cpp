@@ -22,6 +22,7 @@ namespace {
 
 constexpr int kLeastPixels = 16;
 constexpr int kMostPixels = 16384;
+constexpr double kEyeAngleDeg = 5;
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
@@ -113,12 +114,11 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   parts.atlas = std::move(atlas);
   parts.field = std::move(field);
   parts.options = options;
-  parts.plane = vtkSmartPointer<vtkPlane>::New();
   parts.renderer = vtkSmartPointer<vtkRenderer>::New();
   parts.renderer->SetBackground(0.055, 0.065, 0.085);
   parts.renderer->SetBackground2(0.16, 0.18, 0.22);
   parts.renderer->GradientBackgroundOn();
-  // Surfaces are drawn from the inside out with their far sides left out: in order without sorting.
+  // Surfaces come in the right order, their far sides left out: nothing need be sorted.
   parts.renderer->SetUseDepthPeeling(0);
   // From over the viewer's left shoulder, a weaker one from the right, and one along the picture
   // from the lower left, so that no rim is as dark as the ground. Every further light is paid for
@@ -155,6 +155,8 @@ void HeartDrawing::Parts::make_window(vtkRenderWindow* made) {
   if (options.anaglyph) {
     window->SetStereoTypeToAnaglyph();
     window->StereoRenderOn();
+    // Between the eyes' lines of sight, as of a heart at arm's length.
+    renderer->GetActiveCamera()->SetEyeAngle(kEyeAngleDeg);
   }
 }
 
@@ -205,8 +207,8 @@ void HeartDrawing::set_image_on_cut(bool on) {
 }
 
 void HeartDrawing::set_tool(const std::optional<ToolPicture>& tool) {
+  parts_->stale = parts_->stale || tool.has_value() || parts_->tool.has_value();
   parts_->tool = tool;
-  parts_->stale = true;
 }
 
 void HeartDrawing::set_moving(bool moving) {
@@ -228,6 +230,12 @@ void HeartDrawing::set_camera(const CameraPose& pose) {
   camera->SetPosition(position.x(), position.y(), position.z());
   camera->SetViewUp(pose.up.x(), pose.up.y(), pose.up.z());
   camera->SetParallelScale(pose.height_mm / 2);
+  parts_->turned = true;
+}
+
+bool HeartDrawing::changed() const {
+  const int* size = parts_->window->GetSize();
+  return parts_->stale || parts_->turned || size[0] != parts_->width || size[1] != parts_->height;
 }
 
 CameraPose HeartDrawing::camera() const {
@@ -244,18 +252,16 @@ CameraPose HeartDrawing::camera() const {
 void HeartDrawing::Parts::update() {
   const auto start = std::chrono::steady_clock::now();
   if (stale) {
-    if (cut) {
-      plane->SetOrigin(cut->point_mm.x(), cut->point_mm.y(), cut->point_mm.z());
-      plane->SetNormal(-cut->normal.x(), -cut->normal.y(), -cut->normal.z());
-    }
     for (SurfaceParts& part : surfaces) {
       update_surface(part);
       update_cut(part);
     }
+    update_order();
     update_volume();
-    update_tool();
     stale = false;
   }
+  update_layers();
+  update_tool();
   update_overlay();
   update_legend();
   fit_clip();
@@ -300,6 +306,7 @@ void HeartDrawing::render() {
   parts.width = size[0];
   parts.height = size[1];
   parts.update();
+  parts.turned = false;
   const auto start = std::chrono::steady_clock::now();
   parts.window->Render();
   parts.times.render_ms = milliseconds_since(start);

@@ -126,6 +126,8 @@ class HeartDrawing {
   [[nodiscard]] Picture picture(int width, int height);
   /// Draws into the window.
   void render();
+  /// Whether a picture would differ from the last one.
+  [[nodiscard]] bool changed() const;
   [[nodiscard]] DrawTimes times() const;
 
   /// Pixel (x right, y down; whole numbers are centres of pixels) of a point in the last picture.

@@ -96,11 +96,15 @@ void HeartDrawing::Parts::update_tool() {
   tool_parts.arrow->SetVisibility(pushes ? 1 : 0);
   tool_parts.label->SetVisibility(pushes ? 1 : 0);
   if (!shown) return;
-  const Vec3& x = tool->position_mm;
+  // As far towards the viewer as what lies on a cut (update_layers).
+  Vec3 towards;
+  renderer->GetActiveCamera()->GetViewPlaneNormal(towards.data());
+  const Vec3 x = tool->position_mm + kOnTopMm * towards;
+  const Vec3 proxy = tool->proxy_mm + kOnTopMm * towards;
   const double radius = std::max(tool->radius_mm, 1.5);
   tool_parts.ball->SetPosition(x.x(), x.y(), x.z());
   tool_parts.ball->SetScale(radius);
-  tool_parts.proxy->SetPosition(tool->proxy_mm.x(), tool->proxy_mm.y(), tool->proxy_mm.z());
+  tool_parts.proxy->SetPosition(proxy.x(), proxy.y(), proxy.z());
   tool_parts.proxy->SetScale(1.05 * radius);
   if (!pushes) return;
   const double force = tool->force_n.norm();
@@ -173,12 +177,19 @@ void HeartDrawing::Parts::update_overlay() {
   const double per_mm = height / (2 * camera->GetParallelScale());
   const double length_mm = round_length_mm(std::max(1e-3, 0.28 * width / per_mm));
   const double length = length_mm * per_mm;
-  const double right = width - 18.0;
-  const double low = 18;
+  // Words grow with a large picture.
+  const double grown = std::clamp(std::min(width / 800.0, height / 600.0), 1.0, 4.0);
+  const auto pixels = [grown](double at_800_by_600) {
+    return static_cast<int>(std::lround(grown * at_800_by_600));
+  };
+  const double right = width - pixels(18);
+  const double low = pixels(18);
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
-  const std::array<std::array<double, 2>, 4> ends{
-      {{right - length, low + 6}, {right - length, low}, {right, low}, {right, low + 6}}};
+  const std::array<std::array<double, 2>, 4> ends{{{right - length, low + pixels(6)},
+                                                   {right - length, low},
+                                                   {right, low},
+                                                   {right, low + pixels(6)}}};
   lines->InsertNextCell(4);
   for (const auto& end : ends) lines->InsertCellPoint(points->InsertNextPoint(end[0], end[1], 0));
   overlay.bar->SetPoints(points);
@@ -186,27 +197,32 @@ void HeartDrawing::Parts::update_overlay() {
   overlay.bar->Modified();
   overlay.bar_text->SetInput(number("%g mm", length_mm).c_str());
   overlay.bar_text->SetDisplayPosition(static_cast<int>(right - length / 2),
-                                       static_cast<int>(low) + 8);
+                                       static_cast<int>(low) + pixels(8));
+  overlay.bar_text->GetTextProperty()->SetFontSize(pixels(16));
+  overlay.bar_actor->GetProperty()->SetLineWidth(static_cast<float>(2 * grown));
 
   const bool roomy = width >= 320 && height >= 240;
   std::string title = number("%.0f", 100 * beats) + " % of the beat";
   if (!note.empty()) title += "   " + note;
   overlay.title->SetInput(title.c_str());
   overlay.title->SetVisibility(roomy ? 1 : 0);
-  overlay.title->SetDisplayPosition(14, height - 10);
-  int line = height - 34;
+  overlay.title->SetDisplayPosition(pixels(14), height - pixels(10));
+  overlay.title->GetTextProperty()->SetFontSize(pixels(16));
+  tool_parts.label->GetTextProperty()->SetFontSize(pixels(18));
+  int line = height - pixels(34);
   for (SurfaceParts& part : surfaces) {
     const bool named = roomy && part.look.visible && part.look.opacity > 0;
     part.name->SetVisibility(named ? 1 : 0);
     if (!named) continue;
     const Vec3 bright = 0.65 * part.look.colour + Vec3::Constant(0.35);
     part.name->GetTextProperty()->SetColor(bright.x(), bright.y(), bright.z());
-    part.name->SetDisplayPosition(14, line);
-    line -= 21;
+    part.name->GetTextProperty()->SetFontSize(pixels(15));
+    part.name->SetDisplayPosition(pixels(14), line);
+    line -= pixels(21);
   }
 
   overlay.marker->SetDraw(roomy ? 1 : 0);
-  const double marker = std::min(0.2 * std::min(width, height), 110.0);
+  const double marker = std::min(0.2 * std::min(width, height), 110.0 * grown);
   overlay.marker->SetViewport(0, 0, marker / width, marker / height);
   // The body's axes as the scene is seen.
   const Affine& workspace_from_lps = frame.workspace_from_lps;

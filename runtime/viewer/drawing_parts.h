@@ -13,6 +13,7 @@
 #include <vtkColorTransferFunction.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
 #include <vtkPiecewiseFunction.h>
 #include <vtkPlane.h>
 #include <vtkPoints.h>
@@ -34,6 +35,11 @@
 
 namespace beatlas::viewer {
 
+/// What lies on a cut, and the tool, is drawn so far in front of the surfaces [mm].
+inline constexpr double kOnTopMm = 4.5;
+/// Between the images on a cut, the areas and lines on them.
+inline constexpr double kBetweenMm = 0.2;
+
 /// A structure's surface, its line on the cut and the area within that line.
 struct SurfaceParts {
   Structure structure{};
@@ -47,6 +53,7 @@ struct SurfaceParts {
   vtkSmartPointer<vtkFloatArray> point_normals;
   vtkSmartPointer<vtkPolyData> mesh;
   vtkSmartPointer<vtkPolyDataMapper> mapper;
+  vtkSmartPointer<vtkPlane> plane;  ///< of the cut, as far towards the viewer as the surface
   vtkSmartPointer<vtkActor> actor;
   vtkSmartPointer<vtkPolyData> line;
   vtkSmartPointer<vtkActor> line_actor;
@@ -55,16 +62,27 @@ struct SurfaceParts {
   vtkSmartPointer<vtkTextActor> name;
 };
 
+/// What rays are cast through: the images around the heart, every voxel or means of several.
+struct VolumeLevel {
+  std::array<int, 3> step{1, 1, 1};  ///< voxels of the images a voxel, along each axis
+  std::array<int, 3> low{};          ///< where it begins, voxels of the images
+  std::array<int, 3> size{};
+  Affine workspace_from_index = Affine::Identity();
+  std::optional<HeartMask> mask;
+  double beats = -1;  ///< of what is in `image`
+  vtkSmartPointer<vtkImageData> image;
+  vtkSmartPointer<vtkMatrix4x4> matrix;
+};
+
 struct VolumeParts {
   std::shared_ptr<const atlas::VolumePayload> payload;
   TissueIntensities tissue;
   atlas::IntensityWindow window;
-  std::optional<HeartMask> mask;
   std::vector<std::uint8_t> samples;  ///< of now
   double samples_beats = -1;
-  bool masked_current = false;
   bool caster_chosen = false;
-  vtkSmartPointer<vtkImageData> image;
+  VolumeLevel fine;
+  VolumeLevel coarse;  ///< while it moves
   vtkSmartPointer<vtkSmartVolumeMapper> mapper;
   vtkSmartPointer<vtkVolume> volume;
   vtkSmartPointer<vtkPlane> plane;
@@ -114,17 +132,18 @@ struct HeartDrawing::Parts {
   std::string note;
   bool moving = false;
   bool stale = true;
+  bool turned = true;  ///< the camera has moved since the last picture
   DrawTimes times;
   int width = 0;  ///< of the last picture
   int height = 0;
 
-  std::vector<SurfaceParts> surfaces;
+  std::vector<SurfaceParts> surfaces;  ///< from the inside out
+  std::vector<vtkActor*> drawn_order;  ///< of their actors
   VolumeParts volume;
   ToolParts tool_parts;
   OverlayParts overlay;
   LegendParts legend;
   std::unique_ptr<const WallColours> colours;  ///< null: structures' own
-  vtkSmartPointer<vtkPlane> plane;
   vtkSmartPointer<vtkRenderer> renderer;
   vtkSmartPointer<vtkRenderWindow> window;
 
@@ -137,12 +156,17 @@ struct HeartDrawing::Parts {
 
   /// Everything as of `beats`, `cut`, `tool`.
   void update();
+  void update_order();
+  /// What coincides is drawn in order: each a little nearer to the viewer than what it encloses.
+  void update_layers();
   void update_surface(SurfaceParts& part) const;
   void update_cut(SurfaceParts& part) const;
   void update_volume();
   void choose_caster();
   [[nodiscard]] std::string gl_renderer() const;
-  void update_samples(bool masked);
+  [[nodiscard]] VolumeLevel make_level(const std::array<int, 3>& step) const;
+  void update_samples();
+  void update_level(VolumeLevel& level);
   void update_slice();
   void update_tool();
   void update_overlay();

@@ -1,7 +1,9 @@
-#include <algorithm>
 #include <array>
 #include <map>
+#include <utility>
+#include <vector>
 
+#include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkContourTriangulator.h>
@@ -13,16 +15,29 @@
 namespace beatlas::viewer {
 namespace {
 
-// What is drawn first lies innermost, so that transparency is right without sorting.
 constexpr std::array kInsideOut{Structure::LvBlood, Structure::RvBlood, Structure::LvMyocardium,
                                 Structure::Heart};
+
+// Surfaces are fitted each by itself: where one encloses another they lie on each other to a
+// millimetre or two, now this one in front, now that. Seen in parallel, what is moved towards the
+// viewer looks the same, so each is moved that far in front of what it encloses.
+double towards_viewer_mm(Structure structure) {
+  switch (structure) {
+    case Structure::LvBlood:
+      return 0;
+    case Structure::RvBlood:
+      return 0.5;
+    case Structure::LvMyocardium:
+      return 1;
+    case Structure::Heart:
+      return 4;
+  }
+  return 0;
+}
 
 vtkSmartPointer<vtkActor> flat_actor(vtkPolyData* data) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(data);
-  // In front of the images on the same plane.
-  mapper->SetResolveCoincidentTopologyToPolygonOffset();
-  mapper->SetRelativeCoincidentTopologyLineOffsetParameters(0, -8);
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
   actor->GetProperty()->LightingOff();
@@ -69,13 +84,13 @@ void HeartDrawing::Parts::make_surfaces() {
     part.mapper->SetInputData(part.mesh);
     part.actor = vtkSmartPointer<vtkActor>::New();
     part.actor->SetMapper(part.mapper);
+    part.plane = vtkSmartPointer<vtkPlane>::New();
     vtkProperty* property = part.actor->GetProperty();
     property->SetInterpolationToPhong();
     property->SetAmbient(0.12);
     property->SetDiffuse(0.85);
     property->SetSpecular(0.25);
     property->SetSpecularPower(25);
-    renderer->AddActor(part.actor);
 
     part.line = vtkSmartPointer<vtkPolyData>::New();
     part.line_actor = flat_actor(part.line);
@@ -115,7 +130,48 @@ void HeartDrawing::Parts::update_surface(SurfaceParts& part) const {
   property->SetBackfaceCulling(look.opacity < 1 && !cut ? 1 : 0);
   colour_surface(part);
   part.mapper->RemoveAllClippingPlanes();
-  if (cut) part.mapper->AddClippingPlane(plane);
+  if (cut) part.mapper->AddClippingPlane(part.plane);
+}
+
+// VTK draws what is opaque first, and then what is not, each in the order in which actors were
+// added. Opaque surfaces come from the outside in, so that what they hide costs little; the others
+// from the inside out, so that each is mixed with all that lies behind.
+void HeartDrawing::Parts::update_order() {
+  std::vector<vtkActor*> wished;
+  for (std::size_t n = surfaces.size(); n-- > 0;) {
+    if (!(surfaces[n].look.opacity < 1)) wished.push_back(surfaces[n].actor);
+  }
+  for (const SurfaceParts& part : surfaces) {
+    if (part.look.opacity < 1) wished.push_back(part.actor);
+  }
+  if (wished == drawn_order) return;
+  for (vtkActor* actor : wished) renderer->RemoveActor(actor);
+  for (vtkActor* actor : wished) renderer->AddActor(actor);
+  drawn_order = std::move(wished);
+}
+
+void HeartDrawing::Parts::update_layers() {
+  Vec3 towards;
+  renderer->GetActiveCamera()->GetViewPlaneNormal(towards.data());
+  const auto move = [&](vtkProp3D* prop, double mm) {
+    const Vec3 by = mm * towards;
+    prop->SetPosition(by.x(), by.y(), by.z());
+  };
+  // The images on the cut, then areas, the innermost on top, then lines.
+  double on_cut_mm = kOnTopMm;
+  if (volume.slice_actor) move(volume.slice_actor, on_cut_mm);
+  for (std::size_t n = surfaces.size(); n-- > 0;) {
+    const SurfaceParts& part = surfaces[n];
+    const double mm = towards_viewer_mm(part.structure);
+    move(part.actor, mm);
+    on_cut_mm += kBetweenMm;
+    move(part.cap_actor, on_cut_mm);
+    move(part.line_actor, kOnTopMm + (surfaces.size() + 1) * kBetweenMm);
+    if (!cut) continue;
+    const Vec3 point = cut->point_mm + mm * towards;
+    part.plane->SetOrigin(point.x(), point.y(), point.z());
+    part.plane->SetNormal(-cut->normal.x(), -cut->normal.y(), -cut->normal.z());
+  }
 }
 
 void HeartDrawing::Parts::update_cut(SurfaceParts& part) const {
@@ -164,12 +220,6 @@ void HeartDrawing::Parts::update_cut(SurfaceParts& part) const {
   part.cap->ShallowCopy(triangulator->GetOutput());
   const Vec3 dark = 0.8 * part.look.colour;
   part.cap_actor->GetProperty()->SetColor(dark.x(), dark.y(), dark.z());
-  // The innermost on top.
-  const auto at = std::find(kInsideOut.begin(), kInsideOut.end(), part.structure);
-  const auto inner = static_cast<double>(kInsideOut.end() - at);
-  auto* mapper = vtkPolyDataMapper::SafeDownCast(part.cap_actor->GetMapper());
-  mapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, -2 * inner);
-  mapper->Modified();
 }
 
 }  // namespace beatlas::viewer

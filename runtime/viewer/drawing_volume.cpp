@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <vtkCellArray.h>
-#include <vtkMatrix4x4.h>
 #include <vtkPointData.h>
 #include <vtkProperty.h>
 #include <vtkVolumeProperty.h>
@@ -17,7 +16,8 @@ constexpr double kSlicePixelMm = 0.5;
 // The ray caster knows depths to a voxel or so: it begins this far behind the images on the cut, so
 // that it does not tint them.
 constexpr double kBehindCutMm = 2;
-constexpr double kMovingHz = 12;     ///< pictures that are turned or cut
+constexpr double kAroundVoxels = 2;  ///< of the images, around the heart's box
+constexpr double kMovingHz = 30;     ///< pictures that are turned or cut
 constexpr double kRestingHz = 1e-3;  ///< as fine as they get
 
 struct Ramp {
@@ -42,27 +42,21 @@ void HeartDrawing::Parts::make_volume() {
   volume.samples.resize(payload.sample_count());
   volume.plane = vtkSmartPointer<vtkPlane>::New();
 
-  Vec3 spacing;
-  vtkNew<vtkMatrix4x4> matrix;
-  for (int column = 0; column < 3; ++column) {
-    spacing[column] = payload.workspace_from_index.linear().col(column).norm();
-    for (int row = 0; row < 3; ++row) {
-      matrix->SetElement(row, column, payload.workspace_from_index(row, column) / spacing[column]);
-    }
+  // Halved along the axes whose voxels are small: slices that lie far apart stay.
+  const Vec3 edges = payload.workspace_from_index.linear().colwise().norm();
+  std::array<int, 3> step{};
+  for (int axis = 0; axis < 3; ++axis) {
+    step[static_cast<std::size_t>(axis)] = edges[axis] < 1.6 * edges.minCoeff() ? 2 : 1;
   }
-  for (int row = 0; row < 3; ++row)
-    matrix->SetElement(row, 3, payload.workspace_from_index(row, 3));
-  volume.image = vtkSmartPointer<vtkImageData>::New();
-  volume.image->SetDimensions(payload.size.data());
-  volume.image->SetSpacing(spacing.data());
-  volume.image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  volume.fine = make_level({1, 1, 1});
+  volume.coarse = make_level(step);
 
   volume.mapper = vtkSmartPointer<vtkSmartVolumeMapper>::New();
-  volume.mapper->SetInputData(volume.image);
+  volume.mapper->SetInputData(volume.fine.image);
   volume.mapper->SetBlendModeToComposite();
   volume.volume = vtkSmartPointer<vtkVolume>::New();
   volume.volume->SetMapper(volume.mapper);
-  volume.volume->SetUserMatrix(matrix);
+  volume.volume->SetUserMatrix(volume.fine.matrix);
   volume.volume->VisibilityOff();
   vtkVolumeProperty* property = volume.volume->GetProperty();
   property->SetInterpolationTypeToLinear();
@@ -92,27 +86,105 @@ void HeartDrawing::Parts::make_volume() {
   renderer->AddActor(volume.slice_actor);
 }
 
-// The images of now, as bytes; `masked` for the ray caster.
-void HeartDrawing::Parts::update_samples(bool masked) {
-  if (volume.samples_beats != beats) {
-    atlas::volume_8bit(*volume.payload, beats, volume.window, volume.samples);
-    volume.samples_beats = beats;
-    volume.masked_current = false;
-  }
-  if (!masked || volume.masked_current) return;
-  if (!volume.mask && field) volume.mask.emplace(*volume.payload, field);
-  auto* to = static_cast<std::uint8_t*>(volume.image->GetScalarPointer());
-  if (volume.mask) {
-    const std::vector<std::uint8_t>& mask = volume.mask->at(beats);
-    for (std::size_t n = 0; n < volume.samples.size(); ++n) {
-      to[n] = static_cast<std::uint8_t>(volume.samples[n] * mask[n] / 255);
+// The part of the images around the heart, or all without a field.
+VolumeLevel HeartDrawing::Parts::make_level(const std::array<int, 3>& step) const {
+  const atlas::VolumePayload& payload = *volume.payload;
+  VolumeLevel level;
+  level.step = step;
+  Vec3 low = Vec3::Zero();
+  Vec3 high(payload.size[0] - 1, payload.size[1] - 1, payload.size[2] - 1);
+  if (field) {
+    const Affine index_from_workspace = payload.workspace_from_index.inverse();
+    Vec3 least = high;
+    Vec3 most = low;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 place((corner & 1) != 0 ? frame.high_mm.x() : frame.low_mm.x(),
+                       (corner & 2) != 0 ? frame.high_mm.y() : frame.low_mm.y(),
+                       (corner & 4) != 0 ? frame.high_mm.z() : frame.low_mm.z());
+      const Vec3 index = index_from_workspace * place;
+      least = least.cwiseMin(index);
+      most = most.cwiseMax(index);
     }
-  } else {
-    std::copy(volume.samples.begin(), volume.samples.end(), to);
+    low = low.cwiseMax(least - Vec3::Constant(kAroundVoxels));
+    high = high.cwiseMin(most + Vec3::Constant(kAroundVoxels));
   }
-  volume.image->GetPointData()->GetScalars()->Modified();
-  volume.image->Modified();
-  volume.masked_current = true;
+  Vec3 middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto n = static_cast<std::size_t>(axis);
+    level.low[n] = std::clamp(static_cast<int>(low[axis]), 0, payload.size[n] - 1);
+    const int count = static_cast<int>(std::ceil(high[axis])) - level.low[n] + 1;
+    level.size[n] =
+        std::max(1, (std::min(count, payload.size[n] - level.low[n]) + step[n] - 1) / step[n]);
+    middle[axis] = level.low[n] + 0.5 * (step[n] - 1);
+  }
+  level.workspace_from_index = payload.workspace_from_index * Eigen::Translation3d(middle) *
+                               Eigen::Scaling(Vec3(step[0], step[1], step[2]));
+  Vec3 spacing;
+  level.matrix = vtkSmartPointer<vtkMatrix4x4>::New();
+  for (int column = 0; column < 3; ++column) {
+    spacing[column] = level.workspace_from_index.linear().col(column).norm();
+    for (int row = 0; row < 3; ++row) {
+      level.matrix->SetElement(row, column,
+                               level.workspace_from_index(row, column) / spacing[column]);
+    }
+  }
+  for (int row = 0; row < 3; ++row) {
+    level.matrix->SetElement(row, 3, level.workspace_from_index(row, 3));
+  }
+  level.image = vtkSmartPointer<vtkImageData>::New();
+  level.image->SetDimensions(level.size.data());
+  level.image->SetSpacing(spacing.data());
+  level.image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  return level;
+}
+
+// The images of now, as bytes.
+void HeartDrawing::Parts::update_samples() {
+  if (volume.samples_beats == beats) return;
+  atlas::volume_8bit(*volume.payload, beats, volume.window, volume.samples);
+  volume.samples_beats = beats;
+}
+
+void HeartDrawing::Parts::update_level(VolumeLevel& level) {
+  update_samples();
+  if (level.beats == beats) return;
+  level.beats = beats;
+  if (field && !level.mask) level.mask.emplace(level.workspace_from_index, level.size, field);
+  const std::uint8_t* mask = level.mask ? level.mask->at(beats).data() : nullptr;
+  const std::array<int, 3>& size = volume.payload->size;
+  auto* to = static_cast<std::uint8_t*>(level.image->GetScalarPointer());
+  for (int z = 0; z < level.size[2]; ++z) {
+    for (int y = 0; y < level.size[1]; ++y) {
+      for (int x = 0; x < level.size[0]; ++x, ++to) {
+        const int share = mask != nullptr ? *mask++ : 255;
+        if (share == 0) {
+          *to = 0;
+          continue;
+        }
+        // A mean over what there is of the images' voxels in this one.
+        int sum = 0;
+        int count = 0;
+        const std::array<int, 3> first{level.low[0] + x * level.step[0],
+                                       level.low[1] + y * level.step[1],
+                                       level.low[2] + z * level.step[2]};
+        for (int k = first[2]; k < std::min(first[2] + level.step[2], size[2]); ++k) {
+          for (int j = first[1]; j < std::min(first[1] + level.step[1], size[1]); ++j) {
+            const std::size_t row =
+                (static_cast<std::size_t>(k) * static_cast<std::size_t>(size[1]) +
+                 static_cast<std::size_t>(j)) *
+                static_cast<std::size_t>(size[0]);
+            for (int i = first[0]; i < std::min(first[0] + level.step[0], size[0]); ++i) {
+              sum += volume.samples[row + static_cast<std::size_t>(i)];
+              ++count;
+            }
+          }
+        }
+        *to = static_cast<std::uint8_t>(sum * share / (255 * count));
+      }
+    }
+  }
+  level.image->GetPointData()->GetScalars()->Modified();
+  level.image->Modified();
 }
 
 // Without a graphics card VTK's own ray caster is many times quicker than its shaders on Mesa.
@@ -138,7 +210,10 @@ void HeartDrawing::Parts::update_volume() {
     volume.mapper->AddClippingPlane(volume.plane);
   }
   if (rays) {
-    update_samples(true);
+    VolumeLevel& level = moving ? volume.coarse : volume.fine;
+    update_level(level);
+    volume.mapper->SetInputData(level.image);
+    volume.volume->SetUserMatrix(level.matrix);
     const Vec3 red(0.74, 0.11, 0.10);
     const Vec3 flesh(0.78, 0.45, 0.36);
     const Vec3 pale(0.96, 0.80, 0.70);
@@ -183,7 +258,7 @@ void HeartDrawing::Parts::update_slice() {
   const bool shown = cut && image_on_cut;
   volume.slice_actor->SetVisibility(shown ? 1 : 0);
   if (!shown) return;
-  update_samples(false);
+  update_samples();
   const PlaneGrid grid = cut_grid(*volume.payload, cut->point_mm, cut->normal,
                                   moving ? 2 * kSlicePixelMm : kSlicePixelMm);
   volume.slice_grid = grid;

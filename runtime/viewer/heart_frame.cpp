@@ -80,6 +80,10 @@ HeartFrame heart_frame(const atlas::Atlas& atlas) {
   return frame;
 }
 
+Vec3 free_wall_direction(const HeartFrame& frame, const Vec3& heart_centre_mm) {
+  return frame.centre_mm - 30 * frame.to_right - heart_centre_mm;
+}
+
 CameraPose standard_view(const HeartFrame& frame, std::string_view name) {
   CameraPose pose;
   pose.focus_mm = (frame.low_mm + frame.high_mm) / 2;

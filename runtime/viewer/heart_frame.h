@@ -30,6 +30,9 @@ struct HeartFrame {
 /// is the patient's right, in front. @throws Error{InvalidInput} if the atlas has no surface.
 [[nodiscard]] HeartFrame heart_frame(const atlas::Atlas& atlas);
 
+/// From the heart's middle to the left ventricle's free wall; not of unit length.
+[[nodiscard]] Vec3 free_wall_direction(const HeartFrame& frame, const Vec3& heart_centre_mm);
+
 /// Parallel projection.
 struct CameraPose {
   Vec3 focus_mm = Vec3::Zero();

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kTurnPerPixel = 0.008;  // rad
 constexpr double kPushMmPerNotch = 1;
+constexpr double kSlowMs = 400;  // a picture that takes longer holds up the mouse
 
 }  // namespace
 
@@ -29,9 +30,9 @@ HeartWidget::~HeartWidget() {
   drawing_.reset();
 }
 
-void HeartWidget::show_heart(const OpenedHeart& heart) {
-  auto drawing =
-      std::make_unique<HeartDrawing>(heart.atlas, heart.field, DrawingOptions{.offscreen = false});
+void HeartWidget::show_heart(const OpenedHeart& heart, bool anaglyph) {
+  auto drawing = std::make_unique<HeartDrawing>(
+      heart.atlas, heart.field, DrawingOptions{.offscreen = false, .anaglyph = anaglyph});
   const vtkNew<vtkGenericOpenGLRenderWindow> window;
   setRenderWindow(window.Get());
   // The mouse is ours.
@@ -43,9 +44,20 @@ void HeartWidget::show_heart(const OpenedHeart& heart) {
 }
 
 bool HeartWidget::draw() {
-  if (!drawing_ || !isValid() || width() < 1 || height() < 1) return false;
+  if (!drawing_ || !isValid() || width() < 1 || height() < 1 || !drawing_->changed()) return false;
+  const bool coarse = drag_ != Drag::None && drag_ != Drag::Tool;
+  drawing_->set_moving(coarse || (beating_ && slow_));
   drawing_->render();
+  const DrawTimes times = drawing_->times();
+  if (!coarse && !slow_) slow_ = times.update_ms + times.render_ms > kSlowMs;
   return true;
+}
+
+void HeartWidget::set_beating(bool beating) {
+  beating_ = beating;
+  if (!beating) slow_ = false;
+  // At rest the fine picture follows the coarse one.
+  if (drawing_ && drag_ == Drag::None && !beating) drawing_->set_moving(false);
 }
 
 void HeartWidget::set_tool(const Vec3& position_mm, double radius_mm) {

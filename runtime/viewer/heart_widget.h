@@ -19,10 +19,11 @@ class HeartWidget : public QVTKOpenGLNativeWidget {
   ~HeartWidget() override;
 
   /// Another heart. @throws Error as HeartDrawing; what was drawn stays then.
-  void show_heart(const OpenedHeart& heart);
+  /// @param anaglyph as DrawingOptions has it
+  void show_heart(const OpenedHeart& heart, bool anaglyph);
   /// Null until a heart is shown.
   [[nodiscard]] HeartDrawing* drawing() { return drawing_.get(); }
-  /// Draws now. @return whether there was something to draw
+  /// Draws what has changed. @return whether something was drawn
   bool draw();
 
   /// Left button: turn, or move the tool. Called with where the tool shall be [mm, workspace].
@@ -32,6 +33,8 @@ class HeartWidget : public QVTKOpenGLNativeWidget {
   std::function<void()> on_camera;
   /// Where the tool is now and how large.
   void set_tool(const Vec3& position_mm, double radius_mm);
+  /// The heart beats: a picture that is slow at full detail is drawn coarser until it stands still.
+  void set_beating(bool beating);
   /// When the heart that is seen is, for what lies under the mouse [s].
   void set_field_time(double time_s) { field_time_s_ = time_s; }
 
@@ -51,6 +54,8 @@ class HeartWidget : public QVTKOpenGLNativeWidget {
   std::shared_ptr<const field::FieldQuery> field_;
   double field_time_s_ = 0;
   bool touching_ = false;
+  bool beating_ = false;
+  bool slow_ = false;  ///< at full detail, as it is looked at now
   Drag drag_ = Drag::None;
   QPointF last_;
   double tool_depth_mm_ = 0;

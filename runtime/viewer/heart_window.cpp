@@ -8,7 +8,7 @@
 #include <QLabel>
 #include <QPainter>
 #include <QPushButton>
-#include <QSettings>
+#include <QSignalBlocker>
 #include <QSlider>
 #include <QSpinBox>
 #include <QStatusBar>
@@ -18,13 +18,20 @@
 #include <cmath>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "runtime/viewer/volume_plot.h"
 
 namespace beatlas::viewer {
 namespace {
 
 constexpr int kFrameMs = 20;
-constexpr double kLiftMm = 40;  // how far outside of the heart an idle tool waits
+constexpr double kLiftMm = 40;      // how far outside of the heart an idle tool waits
+constexpr int kWithControls = 480;  // pixels of the window's width
+constexpr int kWithPlots = 720;
+
+const char* const kHint =
+    "Drag to turn the heart, wheel to zoom. Tick \"Touch\" (T) and drag into the heart to press "
+    "it. "
+    "F1 lists the keys.";
 
 std::int64_t clock_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -46,9 +53,20 @@ void PlotWidget::paintEvent(QPaintEvent*) {
   paint_panels(painter, rect(), panels_);
 }
 
+QImage PlotWidget::image(const QSize& size) const {
+  QImage image(size, QImage::Format_RGB888);
+  QPainter painter(&image);
+  QFont words = font();
+  words.setPixelSize(std::max(13, size.width() / 40));
+  painter.setFont(words);
+  paint_panels(painter, image.rect(), panels_);
+  return image;
+}
+
 HeartWindow::HeartWindow(const ViewOptions& options) : options_(options) {
   setWindowTitle("beatlas");
   make_controls();
+  connect_controls();
   make_menus();
   make_shortcuts();
   load_state();
@@ -64,7 +82,7 @@ HeartWindow::~HeartWindow() {
 
 void HeartWindow::say(const QString& sentence) {
   message_->setText(sentence);
-  message_->setVisible(!sentence.isEmpty());
+  message_row_->setVisible(!sentence.isEmpty());
 }
 
 QString HeartWindow::message() const { return message_->text(); }
@@ -77,48 +95,59 @@ void HeartWindow::guard(const std::function<void()>& action) {
   }
 }
 
-bool HeartWindow::open(const QString& file) {
-  bool opened = false;
-  guard([&] {
-    show_heart(open_heart(file.toStdString()), file);
-    opened = true;
-  });
-  return opened;
+LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file) {
+  LoadedHeart heart{.file = file, .opened = opened, .touch = nullptr};
+  if (!opened.field) return heart;
+  const atlas::Manifest& manifest = opened.atlas->manifest();
+  TouchSettings settings;
+  settings.heart_rate_per_min = std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
+  heart.touch = std::make_unique<Touch>(manifest, opened.field, settings);
+  return heart;
 }
 
-void HeartWindow::show_heart(const OpenedHeart& heart, const QString& file) {
-  const atlas::Manifest& manifest = heart.atlas->manifest();
-  // All that can fail, before anything that is shown changes.
-  std::unique_ptr<Touch> touch;
-  if (heart.field) {
-    TouchSettings settings;
-    settings.heart_rate_per_min = std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
-    touch = std::make_unique<Touch>(manifest, heart.field, settings);
-  }
-  picture_->show_heart(heart);
+void HeartWindow::load(const QString& file) {
+  loading_.begin([file] { return loaded_heart(open_heart(file.toStdString()), file); });
+  say(QString("%1 is read ...").arg(QFileInfo(file).fileName()));
+}
+
+void HeartWindow::take_loaded() {
+  guard([&] {
+    std::optional<LoadedHeart> heart = loading_.take();
+    if (heart) show_heart(std::move(*heart));
+  });
+}
+
+void HeartWindow::show_heart(LoadedHeart heart) {
+  picture_->show_heart(heart.opened, options_.anaglyph);
+  connecting_.drop();
   live_.reset();
-  heart_ = heart;
+  heart_ = heart.opened;
   history_.clear();
-  say({});
-  const HeartFrame& frame = picture_->drawing()->frame();
-  if (touch) {
-    live_ = std::make_unique<LiveTouch>(std::move(touch), frame.high_mm + Vec3::Constant(kLiftMm));
+  volumes_ = volume_panel(heart_->atlas->manifest());
+  say(first_run_ ? kHint : "");
+  HeartDrawing& drawing = *picture_->drawing();
+  if (heart.touch) {
+    live_ = std::make_unique<LiveTouch>(std::move(heart.touch),
+                                        drawing.frame().high_mm + Vec3::Constant(kLiftMm));
   }
   for (QWidget* widget :
-       std::initializer_list<QWidget*>{touch_, stiffness_, left_atrium_, preset_}) {
+       std::initializer_list<QWidget*>{touch_, device_, stiffness_, left_atrium_, preset_}) {
     widget->setEnabled(live_ != nullptr);
   }
-  volume_->setEnabled(picture_->drawing()->has_volume());
-  colour_->setEnabled(picture_->drawing()->has_wall_map());
-  cut_image_->setEnabled(picture_->drawing()->has_volume());
+  const QSignalBlocker quiet(device_);
+  device_->setCurrentIndex(0);
+  show_device();
+  volume_->setEnabled(drawing.has_volume());
+  colour_->setEnabled(drawing.has_wall_map());
+  cut_image_->setEnabled(drawing.has_volume());
   for (const auto& [structure, widgets] : structures_) {
-    widgets.first->setEnabled(picture_->drawing()->has(structure));
-    widgets.second->setEnabled(picture_->drawing()->has(structure));
+    widgets.first->setEnabled(drawing.has(structure));
+    widgets.second->setEnabled(drawing.has(structure));
   }
-  setWindowTitle(QString("beatlas: %1").arg(QFileInfo(file).fileName()));
-  remember(file);
+  setWindowTitle(QString("beatlas: %1").arg(QFileInfo(heart.file).fileName()));
+  remember(heart.file);
   reset();
-  options_.view = view_->currentText().toStdString();
+  load_looks();
 }
 
 // As the command line said, on the heart that is there.
@@ -130,6 +159,9 @@ void HeartWindow::reset() {
     if (options.volume != VolumePreset::Off && !picture_->drawing()->has_volume()) {
       options.volume = VolumePreset::Off;
     }
+    for (const Structure structure : kAllStructures) {
+      picture_->drawing()->set_look(structure, default_look(structure));
+    }
     if (!picture_->drawing()->has_wall_map()) options.colour = ColourBy::Structure;
     apply(options, *picture_->drawing());
     view_->setCurrentText(QString::fromStdString(options.view));
@@ -137,12 +169,7 @@ void HeartWindow::reset() {
     cut_offset_->setValue(static_cast<int>(options.cut_offset_mm));
     volume_->setCurrentIndex(static_cast<int>(options.volume));
     colour_->setCurrentIndex(static_cast<int>(options.colour));
-    for (const auto& [structure, widgets] : structures_) {
-      const Look look = picture_->drawing()->look(structure);
-      const QSignalBlocker quiet(widgets.second);
-      widgets.first->setChecked(look.visible);
-      widgets.second->setValue(static_cast<int>(std::lround(100 * look.opacity)));
-    }
+    show_looks();
     rate_->setValue(static_cast<int>(std::lround(60 / manifest.rr_interval_s)));
     if (live_) {
       stiffness_->setValue(static_cast<int>(manifest.stiffness_n_per_m));
@@ -212,7 +239,20 @@ void HeartWindow::looks_changed() {
   }
 }
 
+// The widgets as the drawing is.
+void HeartWindow::show_looks() {
+  for (const auto& [structure, widgets] : structures_) {
+    const Look look = picture_->drawing()->look(structure);
+    const QSignalBlocker quiet_seen(widgets.first);
+    const QSignalBlocker quiet_opacity(widgets.second);
+    widgets.first->setChecked(look.visible);
+    widgets.second->setValue(static_cast<int>(std::lround(100 * look.opacity)));
+  }
+}
+
 void HeartWindow::step() {
+  take_loaded();
+  take_device();
   HeartDrawing* drawing = picture_->drawing();
   if (drawing == nullptr) return;
   Felt felt;
@@ -221,11 +261,15 @@ void HeartWindow::step() {
     drawing->set_beats(felt.servo.phase);
     picture_->set_field_time(felt.servo.phase * heart_->field->rr_interval_s());
     const ToolPicture tool = live_->touch().tool_picture(felt);
-    const bool near = touch_->isChecked() || tool.touching;
+    const bool near = touch_->isChecked() || tool.touching || device_->currentIndex() > 0;
     drawing->set_tool(near ? std::optional(tool) : std::nullopt);
     picture_->set_tool(tool.position_mm, tool.radius_mm);
-    history_.add(felt);
-    plots_->show_panels(history_.panels());
+    live_->touch().take_rows(rows_);
+    for (const PressRow& row : rows_) history_.add(row);
+    std::vector<Panel> panels = history_.panels();
+    volumes_.now = felt.servo.phase * heart_->field->rr_interval_s();
+    panels.push_back(volumes_);
+    plots_->show_panels(std::move(panels));
   } else {
     const double now_s = 1e-9 * static_cast<double>(clock_ns());
     const double passed_s = own_time_s_ > 0 ? std::min(now_s - own_time_s_, 0.5) : 0;
@@ -233,80 +277,32 @@ void HeartWindow::step() {
     if (play_->isChecked()) own_beats_ += passed_s * rate_->value() / 60.0;
     own_beats_ -= std::floor(own_beats_);
     drawing->set_beats(own_beats_);
+    volumes_.now = own_beats_ * heart_->atlas->manifest().rr_interval_s;
+    plots_->show_panels({volumes_});
   }
   if (!phase_->isSliderDown()) {
     const QSignalBlocker quiet(phase_);
     const double phase = live_ ? felt.servo.phase : own_beats_;
     phase_->setValue(static_cast<int>(phase * phase_->maximum()));
   }
+  picture_->set_beating(live_ ? felt.servo.rate_hz > 0.01 : play_->isChecked());
   if (!isVisible() || !picture_->draw()) return;
   if (!live_) return;
   lag_ms_ = 1e-6 * static_cast<double>(clock_ns() - felt.clock_ns);
+  tell_values(felt);
+}
+
+void HeartWindow::tell_values(const Felt& felt) {
   const PressRow row = history_.last();
-  told_->setText(QString("%1 N   %2 mm deep   %3 /min   LV %4 ml, %5 mmHg   picture %6 ms behind")
-                     .arg(row.force_n, 0, 'f', 2)
-                     .arg(row.depth_mm, 0, 'f', 1)
-                     .arg(60 * felt.servo.rate_hz, 0, 'f', 0)
-                     .arg(row.volume_ml, 0, 'f', 0)
-                     .arg(row.lv_mmhg, 0, 'f', 0)
-                     .arg(lag_ms_, 0, 'f', 0));
-}
-
-bool HeartWindow::save_png(const QString& file) {
-  bool saved = false;
-  guard([&] {
-    step();
-    QImage image(size() * devicePixelRatioF(), QImage::Format_RGB888);
-    image.setDevicePixelRatio(devicePixelRatioF());
-    render(&image);
-    // What OpenGL has drawn comes by another way than the widgets.
-    QPainter painter(&image);
-    painter.drawImage(picture_->mapTo(this, QPoint(0, 0)), picture_->grabFramebuffer());
-    painter.end();
-    Picture picture{.width = image.width(), .height = image.height(), .rgb = {}};
-    for (int y = 0; y < picture.height; ++y) {
-      const uchar* from = image.constScanLine(y);
-      picture.rgb.insert(picture.rgb.end(), from, from + 3 * picture.width);
-    }
-    write_png(picture, file.toStdString());
-    saved = true;
-  });
-  return saved;
-}
-
-bool HeartWindow::save_csv(const QString& file) {
-  bool saved = false;
-  guard([&] {
-    history_.write_csv(file.toStdString());
-    saved = true;
-  });
-  return saved;
-}
-
-void HeartWindow::remember(const QString& file) {
-  if (file.isEmpty()) return;
-  QSettings settings("beatlas", "beatlas-view");
-  QStringList files = settings.value("recent").toStringList();
-  const QString whole = QFileInfo(file).absoluteFilePath();
-  files.removeAll(whole);
-  files.prepend(whole);
-  while (files.size() > 8) files.removeLast();
-  settings.setValue("recent", files);
-}
-
-void HeartWindow::load_state() {
-  const QSettings settings("beatlas", "beatlas-view");
-  if (!restoreGeometry(settings.value("geometry").toByteArray())) resize(1180, 760);
-  if (!settings.contains("geometry")) {
-    say("Drag to turn the heart, wheel to zoom. Tick \"Touch\" (T) and drag into the heart to "
-        "press "
-        "it. F1 lists the keys.");
-  }
-}
-
-void HeartWindow::save_state() const {
-  QSettings settings("beatlas", "beatlas-view");
-  settings.setValue("geometry", saveGeometry());
+  told_->setText(
+      QString("%1: %2 N   %3 mm deep   %4 /min   LV %5 ml, %6 mmHg   picture %7 ms behind")
+          .arg(QString::fromStdString(live_->device()))
+          .arg(row.force_n, 0, 'f', 2)
+          .arg(row.depth_mm, 0, 'f', 1)
+          .arg(60 * felt.servo.rate_hz, 0, 'f', 0)
+          .arg(row.volume_ml, 0, 'f', 0)
+          .arg(row.lv_mmhg, 0, 'f', 0)
+          .arg(lag_ms_, 0, 'f', 0));
 }
 
 void HeartWindow::closeEvent(QCloseEvent* event) {
@@ -314,6 +310,13 @@ void HeartWindow::closeEvent(QCloseEvent* event) {
   save_state();
   if (live_) live_->stop();
   event->accept();
+}
+
+// A small window is the picture's alone; the keys still do what the controls do.
+void HeartWindow::resizeEvent(QResizeEvent* event) {
+  QMainWindow::resizeEvent(event);
+  controls_->setVisible(width() >= kWithControls);
+  plots_->setVisible(width() >= kWithPlots);
 }
 
 }  // namespace beatlas::viewer

@@ -1,6 +1,6 @@
 #pragma once
 /// The window: a heart that beats, controls, plots. Within this room alone, and its tests: here are
-/// Qt's types. Widgets that a test drives have object names, which are in heart_window.cpp.
+/// Qt's types. Widgets that a test drives have object names.
 
 #include <QMainWindow>
 #include <array>
@@ -8,17 +8,22 @@
 #include <memory>
 #include <optional>
 
+#include "runtime/viewer/background.h"
 #include "runtime/viewer/heart_widget.h"
 #include "runtime/viewer/history.h"
+#include "runtime/viewer/live_touch.h"
 #include "runtime/viewer/touch.h"
 
 class QCheckBox;
 class QComboBox;
+class QFormLayout;
 class QLabel;
+class QLineEdit;
 class QMenu;
 class QPushButton;
 class QSlider;
 class QSpinBox;
+class QSplitter;
 class QTimer;
 class QVBoxLayout;
 
@@ -28,6 +33,8 @@ class PlotWidget : public QWidget {
  public:
   explicit PlotWidget(QWidget* parent = nullptr);
   void show_panels(std::vector<Panel> panels);
+  /// What it shows, painted at another size.
+  [[nodiscard]] QImage image(const QSize& size) const;
 
  protected:
   void paintEvent(QPaintEvent* event) override;
@@ -36,14 +43,28 @@ class PlotWidget : public QWidget {
   std::vector<Panel> panels_;
 };
 
+/// A package read, with all that takes time.
+struct LoadedHeart {
+  QString file;
+  OpenedHeart opened;
+  std::unique_ptr<Touch> touch;  ///< null without a field
+};
+/// @throws Error{InvalidInput} as Touch does.
+[[nodiscard]] LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file);
+
 class HeartWindow : public QMainWindow {
  public:
   explicit HeartWindow(const ViewOptions& options);
   ~HeartWindow() override;
 
-  /// What goes wrong appears in the window; what was shown stays then. @return whether it went well
-  bool open(const QString& file);
-  void show_heart(const OpenedHeart& heart, const QString& file);
+  /// Reads a package beside the window, which goes on meanwhile; then it is shown. What goes wrong
+  /// appears in the window, and what was shown stays. The newest call counts.
+  void load(const QString& file);
+  [[nodiscard]] bool loading() const { return loading_.busy(); }
+  /// @throws Error as HeartDrawing does; what was shown stays then.
+  void show_heart(LoadedHeart heart);
+  /// As if it were chosen from the list. @param name one of kDevices
+  void use_device(const std::string& name, const std::string& detail);
   /// Takes the newest tick and draws it; what the timer does.
   void step();
 
@@ -56,41 +77,61 @@ class HeartWindow : public QMainWindow {
   /// From the end of a tick to the end of the frame that shows it [ms]; the newest frame's.
   [[nodiscard]] double lag_ms() const { return lag_ms_; }
   bool save_png(const QString& file);
+  bool save_plots(const QString& file);
   bool save_csv(const QString& file);
 
  protected:
   void closeEvent(QCloseEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
 
  private:
   void make_controls();
   void make_structures(QVBoxLayout* column);
+  void make_devices(QFormLayout* form);
+  void connect_controls();
   void make_menus();
   void make_shortcuts();
   void say(const QString& sentence);
   void guard(const std::function<void()>& action);
+  void take_loaded();
+  void take_device();
   void set_playing(bool playing);
   void place_tool(const Vec3& position_mm);
   void lift_tool();
+  void device_chosen();
+  void connect_device();
+  void show_device();
   void cut_changed();
   void looks_changed();
+  void show_looks();
   void colour_changed();
   void stiffness_changed();
   void reset();
   void load_state();
+  void load_looks();
   void save_state() const;
   void remember(const QString& file);
+  void tell_values(const Felt& felt);
 
   ViewOptions options_;
   std::optional<OpenedHeart> heart_;
   std::unique_ptr<LiveTouch> live_;
+  Background<LoadedHeart> loading_;
+  Background<ReadyDevice> connecting_;
   History history_;
+  std::vector<PressRow> rows_;  ///< just felt
+  Panel volumes_;
   double lag_ms_ = 0;
   double own_beats_ = 0;  ///< without a field
   double own_time_s_ = 0;
+  bool first_run_ = false;
   std::optional<CameraPose> free_cut_from_;
 
   HeartWidget* picture_ = nullptr;
   PlotWidget* plots_ = nullptr;
+  QWidget* controls_ = nullptr;
+  QSplitter* splitter_ = nullptr;
+  QWidget* message_row_ = nullptr;
   QLabel* message_ = nullptr;
   QLabel* told_ = nullptr;
   QPushButton* play_ = nullptr;
@@ -101,13 +142,19 @@ class HeartWindow : public QMainWindow {
   QSlider* cut_offset_ = nullptr;
   QCheckBox* cut_image_ = nullptr;
   QComboBox* volume_ = nullptr;
+  QComboBox* device_ = nullptr;
+  QWidget* detail_row_ = nullptr;
+  QLineEdit* detail_ = nullptr;
+  QPushButton* connect_ = nullptr;
   QComboBox* colour_ = nullptr;
   QCheckBox* touch_ = nullptr;
   QSpinBox* stiffness_ = nullptr;
   QSpinBox* left_atrium_ = nullptr;
   QComboBox* preset_ = nullptr;
+  QPushButton* reset_ = nullptr;
   QMenu* recent_ = nullptr;
   QTimer* timer_ = nullptr;
+  std::map<int, QString> details_;  ///< of devices, as last told
   std::map<Structure, std::pair<QCheckBox*, QSlider*>> structures_;
 };
 

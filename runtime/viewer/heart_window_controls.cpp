@@ -1,21 +1,17 @@
-#include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
-#include <QFileDialog>
 #include <QFormLayout>
 #include <QGroupBox>
+#include <QHBoxLayout>
 #include <QLabel>
-#include <QMenu>
-#include <QMenuBar>
-#include <QMessageBox>
 #include <QPushButton>
 #include <QScrollArea>
-#include <QSettings>
-#include <QShortcut>
+#include <QScrollBar>
 #include <QSlider>
 #include <QSpinBox>
 #include <QSplitter>
 #include <QStatusBar>
+#include <QToolButton>
 #include <QVBoxLayout>
 #include <cmath>
 
@@ -25,21 +21,6 @@ namespace beatlas::viewer {
 namespace {
 
 constexpr int kPhaseSteps = 1000;
-
-const char* const kKeys =
-    "Mouse\n"
-    "  drag: turn    right drag or wheel: zoom    shift or middle drag: move\n"
-    "  touch on (or Ctrl): drag the tool; the wheel pushes it deeper\n\n"
-    "Space  play, pause\n"
-    "T  touch on, off\n"
-    "1 to 9  views: anterior, left, right, posterior, superior, inferior, short-axis, apex, "
-    "four-chamber\n"
-    "X  no cut, or the four-chamber one    [ and ]  move the cut by 2 mm\n"
-    "V  volume off, muscle, blood\n"
-    "R  reset    Ctrl+O  open    Ctrl+S  save a picture    Ctrl+E  export the plots as CSV\n"
-    "F1  these keys\n\n"
-    "\"Blood\" shows the bright cavities through the beat, not measured flow.\n"
-    "For research and training. Not a medical device, not for diagnosis.";
 
 QSlider* slider(const char* name, int low, int high, int value) {
   auto* made = new QSlider(Qt::Horizontal);
@@ -61,6 +42,8 @@ QSpinBox* number(const char* name, int low, int high, const char* unit) {
 QComboBox* choice(const char* name, const QStringList& words) {
   auto* made = new QComboBox;
   made->setObjectName(name);
+  made->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  made->setMinimumContentsLength(10);
   made->addItems(words);
   return made;
 }
@@ -82,8 +65,18 @@ void HeartWindow::make_controls() {
   message_ = new QLabel;
   message_->setObjectName("message");
   message_->setWordWrap(true);
-  message_->setStyleSheet("background: #7a3b12; color: white; padding: 6px;");
-  message_->hide();
+  auto* dismiss = new QToolButton;
+  dismiss->setObjectName("dismiss");
+  dismiss->setText(QString::fromUtf8("\u2715"));
+  dismiss->setToolTip("Hide this sentence");
+  connect(dismiss, &QToolButton::clicked, this, [this] { say({}); });
+  message_row_ = new QWidget;
+  message_row_->setStyleSheet("background: #7a3b12; color: white;");
+  auto* message_line = new QHBoxLayout(message_row_);
+  message_line->setContentsMargins(8, 4, 4, 4);
+  message_line->addWidget(message_, 1);
+  message_line->addWidget(dismiss, 0, Qt::AlignTop);
+  message_row_->hide();
   told_ = new QLabel;
   told_->setObjectName("told");
   told_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);  // a window may be small
@@ -129,15 +122,16 @@ void HeartWindow::make_controls() {
   stiffness_ = number("stiffness", 10, 1000, " N/m");
   left_atrium_ = number("lap", 0, 40, " mmHg");
   preset_ = choice("preset", words_of(palpation::palpation_presets()));
-  auto* reset_button = new QPushButton("Reset");
-  reset_button->setObjectName("reset");
+  reset_ = new QPushButton("Reset");
+  reset_->setObjectName("reset");
   auto* feel = new QGroupBox("Touch and circulation");
   auto* feel_form = new QFormLayout(feel);
+  make_devices(feel_form);
   feel_form->addRow(touch_);
   feel_form->addRow("Stiffness", stiffness_);
   feel_form->addRow("Left atrium", left_atrium_);
   feel_form->addRow("Disease", preset_);
-  feel_form->addRow(reset_button);
+  feel_form->addRow(reset_);
   column->addWidget(feel);
   column->addStretch(1);
 
@@ -146,21 +140,26 @@ void HeartWindow::make_controls() {
   auto* scroll = new QScrollArea;  // a low window keeps its controls
   scroll->setWidget(controls);
   scroll->setWidgetResizable(true);
-  scroll->setMinimumWidth(40);
-  auto* splitter = new QSplitter;
-  splitter->addWidget(scroll);
-  splitter->addWidget(picture_);
-  splitter->addWidget(plots_);
-  splitter->setSizes({270, 620, 290});
-  splitter->setStretchFactor(1, 1);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  scroll->setMinimumWidth(controls->minimumSizeHint().width() +
+                          scroll->verticalScrollBar()->sizeHint().width());
+  controls_ = scroll;
+  splitter_ = new QSplitter;
+  splitter_->addWidget(scroll);
+  splitter_->addWidget(picture_);
+  splitter_->addWidget(plots_);
+  splitter_->setSizes({270, 620, 290});
+  splitter_->setStretchFactor(1, 1);
   auto* whole = new QWidget;
   auto* rows = new QVBoxLayout(whole);
   rows->setContentsMargins(0, 0, 0, 0);
-  rows->addWidget(message_);
-  rows->addWidget(splitter, 1);
+  rows->addWidget(message_row_);
+  rows->addWidget(splitter_, 1);
   setCentralWidget(whole);
   setMinimumSize(200, 150);
+}
 
+void HeartWindow::connect_controls() {
   connect(play_, &QPushButton::toggled, this, [this](bool on) { set_playing(on); });
   connect(rate_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int per_min) {
     guard([&] {
@@ -216,7 +215,7 @@ void HeartWindow::make_controls() {
           static_cast<int>(std::lround(live_->touch().parameters().circulation.left_atrial_mmhg)));
     });
   });
-  connect(reset_button, &QPushButton::clicked, this, [this] { reset(); });
+  connect(reset_, &QPushButton::clicked, this, [this] { reset(); });
 }
 
 void HeartWindow::make_structures(QVBoxLayout* column) {
@@ -234,65 +233,6 @@ void HeartWindow::make_structures(QVBoxLayout* column) {
     connect(opacity, &QSlider::valueChanged, this, [this] { looks_changed(); });
   }
   column->addWidget(group);
-}
-
-void HeartWindow::make_menus() {
-  QMenu* file = menuBar()->addMenu("&File");
-  file->addAction(
-      "&Open...", this,
-      [this] {
-        const QString name =
-            QFileDialog::getOpenFileName(this, "Open an atlas", {}, "Atlases (*.beatlas)");
-        if (!name.isEmpty()) open(name);
-      },
-      QKeySequence::Open);
-  recent_ = file->addMenu("Open &recent");
-  connect(recent_, &QMenu::aboutToShow, this, [this] {
-    recent_->clear();
-    const QSettings settings("beatlas", "beatlas-view");
-    for (const QString& name : settings.value("recent").toStringList()) {
-      recent_->addAction(name, this, [this, name] { open(name); });
-    }
-  });
-  file->addAction(
-      "&Save a picture...", this,
-      [this] {
-        const QString name =
-            QFileDialog::getSaveFileName(this, "Save a picture", "heart.png", "Pictures (*.png)");
-        if (!name.isEmpty()) save_png(name);
-      },
-      QKeySequence::Save);
-  file->addAction(
-      "&Export the plots as CSV...", this,
-      [this] {
-        const QString name =
-            QFileDialog::getSaveFileName(this, "Export the plots", "felt.csv", "Tables (*.csv)");
-        if (!name.isEmpty()) save_csv(name);
-      },
-      QKeySequence("Ctrl+E"));
-  file->addSeparator();
-  file->addAction(
-      "&Quit", this, [this] { close(); }, QKeySequence::Quit);
-  QMenu* help = menuBar()->addMenu("&Help");
-  help->addAction(
-      "&Keys", this, [this] { QMessageBox::information(this, "Keys", kKeys); },
-      QKeySequence::HelpContents);
-}
-
-void HeartWindow::make_shortcuts() {
-  const auto on = [this](const char* keys, const std::function<void()>& action) {
-    connect(new QShortcut(QKeySequence(keys), this), &QShortcut::activated, this, action);
-  };
-  on("Space", [this] { play_->toggle(); });
-  on("T", [this] { touch_->toggle(); });
-  on("R", [this] { reset(); });
-  on("V", [this] { volume_->setCurrentIndex((volume_->currentIndex() + 1) % volume_->count()); });
-  on("X", [this] { cut_->setCurrentIndex(cut_->currentIndex() == 0 ? 5 : 0); });
-  on("[", [this] { cut_offset_->setValue(cut_offset_->value() - 2); });
-  on("]", [this] { cut_offset_->setValue(cut_offset_->value() + 2); });
-  for (int n = 0; n < view_->count(); ++n) {
-    on(std::to_string(n + 1).c_str(), [this, n] { view_->setCurrentIndex(n); });
-  }
 }
 
 }  // namespace beatlas::viewer

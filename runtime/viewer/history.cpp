@@ -15,13 +15,8 @@ constexpr double kShownS = 10;
 
 void History::clear() { *this = History(); }
 
-void History::add(const Felt& felt) {
-  const haptics::Published& servo = felt.servo;
-  if (servo.ticks == 0 || (!rows_.empty() && servo.time_s <= rows_.back().time_s)) return;
-  const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
-  const palpation::Signals& signals_now = felt.circulation;
-  const PressRow row{servo.time_s,          force.norm(),        std::max(0.0, -servo.distance_mm),
-                     signals_now.volume_ml, signals_now.lv_mmhg, signals_now.beats};
+void History::add(const PressRow& row) {
+  if (!rows_.empty() && row.time_s <= rows_.back().time_s) return;
   if (!beat_.empty() && beat_.back().beat != row.beat) {
     beat_.push_back(beat_.front());
     loop_ = beat_;
@@ -31,7 +26,7 @@ void History::add(const Felt& felt) {
     beat_touched_ = false;
   }
   beat_.push_back(row);
-  beat_touched_ = beat_touched_ || servo.touching;
+  beat_touched_ = beat_touched_ || row.touching;
   rows_.push_back(row);
   while (rows_.front().time_s < row.time_s - kKeptS) rows_.pop_front();
 }
@@ -63,7 +58,8 @@ std::vector<Panel> History::panels() const {
 }
 
 void History::write_csv(const std::filesystem::path& file) const {
-  std::ofstream stream(file);
+  const std::filesystem::path part = file.string() + ".part";
+  std::ofstream stream(part);
   stream.precision(9);
   stream << "t_s,force_n,depth_mm,volume_ml,lv_mmhg\n";
   for (const PressRow& row : rows_) {
@@ -71,7 +67,14 @@ void History::write_csv(const std::filesystem::path& file) const {
            << row.lv_mmhg << '\n';
   }
   stream.flush();
-  if (!stream) throw Error(ErrorCode::Machine, file.string() + " cannot be written");
+  stream.close();
+  std::error_code failed;
+  if (stream) std::filesystem::rename(part, file, failed);
+  if (!stream || failed) {
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    throw Error(ErrorCode::Machine, file.string() + " cannot be written");
+  }
 }
 
 }  // namespace beatlas::viewer

@@ -1,5 +1,5 @@
 #pragma once
-/// What the plots show and a CSV keeps: one row a picture, the last minute.
+/// What the plots show and a CSV keeps: every fifth tick, the last minute.
 
 #include <deque>
 #include <filesystem>
@@ -12,8 +12,8 @@ namespace beatlas::viewer {
 
 class History {
  public:
-  /// Rows whose tick is no newer are left out.
-  void add(const Felt& felt);
+  /// One no newer than the last is left out.
+  void add(const PressRow& row);
   void clear();
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   /// The last one; zeros without any.

@@ -40,7 +40,7 @@ void paint_panel(QPainter& painter, const QRect& area, const Panel& panel) {
   const QFontMetrics metrics(painter.font());
   const int line = metrics.height();
   const QRect box =
-      area.adjusted(metrics.horizontalAdvance("-0000 "), line + 6, -12, -2 * line - 4);
+      area.adjusted(metrics.horizontalAdvance("-0000 "), line + line / 2 + 8, -12, -2 * line - 4);
   if (box.width() < 20 || box.height() < 20) return;
   const QColor ink(225, 228, 232);
   painter.setPen(ink);
@@ -56,7 +56,7 @@ void paint_panel(QPainter& painter, const QRect& area, const Panel& panel) {
   const double y_step = plot::round_step(y.high - y.low, rows);
   y.low = y_step * std::floor(y.low / y_step);
   y.high = y_step * std::ceil(y.high / y_step - 1e-9);
-  const int columns = std::max(2, box.width() / metrics.horizontalAdvance("0000000"));
+  const int columns = std::max(2, box.width() / metrics.horizontalAdvance("00000"));
   const double x_step = plot::round_step(x.high - x.low, columns);
   const auto at = [&](double px, double py) {
     return QPointF(box.left() + x.share(px) * box.width(),
@@ -81,9 +81,15 @@ void paint_panel(QPainter& painter, const QRect& area, const Panel& panel) {
     painter.drawText(QRectF(column - 50, box.bottom() + 2, 100, line), Qt::AlignHCenter,
                      QString::number(std::abs(value) < 1e-9 * x_step ? 0 : value, 'g', 4));
   }
+  if (panel.now) {
+    const double column = at(std::clamp(*panel.now, x.low, x.high), y.low).x();
+    painter.setPen(QPen(ink, 1, Qt::DashLine));
+    painter.drawLine(QPointF(column, box.top()), QPointF(column, box.bottom()));
+  }
+  painter.setPen(ink);
   painter.drawText(QRectF(box.left(), box.bottom() + line, box.width(), line + 2), Qt::AlignHCenter,
                    QString::fromStdString(panel.x_title));
-  int name_x = box.right();
+  int names_width = 0;
   for (const Curve& curve : panel.curves) {
     QPolygonF points;
     const std::size_t count = std::min(curve.x.size(), curve.y.size());
@@ -94,10 +100,25 @@ void paint_panel(QPainter& painter, const QRect& area, const Panel& panel) {
     }
     painter.setPen(QPen(curve.colour, 1.8));
     painter.drawPolyline(points);
+    names_width += metrics.horizontalAdvance(QString::fromStdString(curve.name)) + 12;
+  }
+  // Names beside the title, or where that is too narrow below each other in the box.
+  const int title_end = area.left() + 8 + metrics.horizontalAdvance(title) + 12;
+  const bool beside = box.right() - names_width > title_end;
+  int name_x = box.right();
+  int name_y = box.bottom() - line / 2 - line * (static_cast<int>(panel.curves.size()) - 1);
+  for (const Curve& curve : panel.curves) {
     if (curve.name.empty()) continue;
     const QString name = QString::fromStdString(curve.name);
-    name_x -= metrics.horizontalAdvance(name) + 12;
-    painter.drawText(name_x, area.top() + line, name);
+    painter.setPen(curve.colour);
+    const int width = metrics.horizontalAdvance(name);
+    if (beside) {
+      name_x -= width + 12;
+      painter.drawText(name_x, area.top() + line, name);
+    } else {
+      painter.drawText(box.center().x() - width / 2, name_y, name);
+      name_y += line;
+    }
   }
 }
 

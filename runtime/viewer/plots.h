@@ -4,6 +4,7 @@
 #include <QImage>
 #include <QPainter>
 #include <QRect>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct Panel {
   std::string x_title;  ///< with unit
   std::vector<Curve> curves;
   bool from_zero = false;
+  std::optional<double> now = std::nullopt;  ///< a line at this x
 };
 
 /// Panels below each other, on a dark ground; axes with round numbers, the last value in the title

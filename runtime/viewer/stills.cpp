@@ -11,6 +11,7 @@
 #include "runtime/base/error.h"
 #include "runtime/viewer/plots.h"
 #include "runtime/viewer/touch.h"
+#include "runtime/viewer/volume_plot.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -43,31 +44,6 @@ std::vector<Panel> press_panels(const PressRun& run, double beat_s) {
            .from_zero = true}};
 }
 
-std::vector<Panel> volume_panels(const atlas::Manifest& manifest) {
-  Panel panel{.title = "Volume [ml]", .x_title = "Time [s]", .curves = {}, .from_zero = true};
-  for (const atlas::StructureEntry& entry : manifest.structures) {
-    const auto structure = structure_from_name(entry.name);
-    if (!structure || entry.volume_ml.empty() || *structure == Structure::Heart) continue;
-    const Vec3 colour = 255 * (0.6 * default_look(*structure).colour + Vec3::Constant(0.4));
-    Curve line{.name = *structure == Structure::LvBlood        ? "LV"
-                       : *structure == Structure::RvBlood      ? "RV"
-                       : *structure == Structure::LvMyocardium ? "LV muscle"
-                                                               : "",
-               .colour = QColor(static_cast<int>(colour.x()), static_cast<int>(colour.y()),
-                                static_cast<int>(colour.z())),
-               .x = {},
-               .y = {}};
-    const std::size_t phases = entry.volume_ml.size();
-    for (std::size_t n = 0; n <= phases; ++n) {
-      line.x.push_back(manifest.rr_interval_s * static_cast<double>(n) /
-                       static_cast<double>(phases));
-      line.y.push_back(entry.volume_ml[n % phases]);
-    }
-    panel.curves.push_back(std::move(line));
-  }
-  return {panel};
-}
-
 Picture with_plots(const Picture& left, const std::vector<Panel>& panels, int plot_width) {
   QImage image(left.width + plot_width, left.height, QImage::Format_RGB888);
   for (int y = 0; y < left.height; ++y) {
@@ -76,7 +52,7 @@ Picture with_plots(const Picture& left, const std::vector<Panel>& panels, int pl
   }
   QPainter painter(&image);
   QFont font = painter.font();
-  font.setPixelSize(13);
+  font.setPixelSize(std::max(13, left.height / 46));
   painter.setFont(font);
   paint_panels(painter, QRect(left.width, 0, plot_width, left.height), panels);
   painter.end();
@@ -184,7 +160,7 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
   if (options.plots) {
     stage.plot_width = std::max(16, static_cast<int>(kPlotShare * options.width));
     stage.width = std::max(16, options.width - stage.plot_width);
-    stage.panels = volume_panels(manifest);
+    stage.panels = {volume_panel(manifest)};
   }
   if (!(options.press_mm > 0)) return stage;
   if (!heart.field) {
@@ -192,9 +168,9 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
   }
   Touch touch(manifest, heart.field, {});
   const HeartFrame& frame = stage.drawing->frame();
-  const Vec3 direction =
-      options.press_lps ? Vec3(frame.workspace_from_lps.linear() * *options.press_lps)
-                        : Vec3(frame.centre_mm - 30 * frame.to_right - heart.field->centre_mm());
+  const Vec3 direction = options.press_lps
+                             ? Vec3(frame.workspace_from_lps.linear() * *options.press_lps)
+                             : free_wall_direction(frame, heart.field->centre_mm());
   const PressRun run = run_press(touch, *heart.field, direction, options.press_mm, options.phase);
   stage.drawing->set_beats(run.last.servo.phase);
   stage.drawing->set_tool(touch.tool_picture(run.last));

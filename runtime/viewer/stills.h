@@ -30,6 +30,8 @@ struct ViewOptions {
   bool plots = false;
   bool caption = true;
   bool anaglyph = false;
+  std::string device = "mouse";  ///< of a window: one of kDevices
+  std::string device_detail;     ///< what it needs besides; empty: what is usual
   int width = 800;
   int height = 600;
 };

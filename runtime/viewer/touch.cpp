@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "runtime/base/error.h"
-#include "runtime/device/pacer.h"
 #include "runtime/field/surface_point.h"
 #include "runtime/haptics/contact_field.h"
 #include "runtime/haptics/proxy.h"
@@ -18,11 +17,37 @@ namespace {
 
 constexpr double kMPerMm = 1e-3;
 constexpr double kTickS = 1e-3;
-constexpr double kMouseSettlingS = 0.06;
 
 double wrapped(double phase) { return phase - std::floor(phase); }
 
 }  // namespace
+
+PressRow press_row(const Felt& felt) noexcept {
+  const haptics::Published& servo = felt.servo;
+  const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
+  return {.time_s = servo.time_s,
+          .force_n = force.norm(),
+          .depth_mm = std::max(0.0, -servo.distance_mm),
+          .volume_ml = felt.circulation.volume_ml,
+          .lv_mmhg = felt.circulation.lv_mmhg,
+          .beat = felt.circulation.beats,
+          .touching = servo.touching};
+}
+
+void RowQueue::add(const PressRow& row) noexcept {
+  const std::size_t added = added_.load(std::memory_order_relaxed);
+  if (added - taken_.load(std::memory_order_acquire) >= kRows) return;
+  rows_[added % kRows] = row;
+  added_.store(added + 1, std::memory_order_release);
+}
+
+void RowQueue::take(std::vector<PressRow>& to) {
+  to.clear();
+  const std::size_t added = added_.load(std::memory_order_acquire);
+  std::size_t taken = taken_.load(std::memory_order_relaxed);
+  for (; taken != added; ++taken) to.push_back(rows_[taken % kRows]);
+  taken_.store(taken, std::memory_order_release);
+}
 
 Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
              const TouchSettings& settings)
@@ -116,6 +141,8 @@ Vec3 Touch::tick(const haptics::ServoState& state) noexcept {
                       std::chrono::steady_clock::now().time_since_epoch())
                       .count();
   felt_.write(told);
+  constexpr std::uint64_t kEvery = 5;
+  if (told.servo.ticks % kEvery == 0) rows_.add(press_row(told));
   return felt.force_n;
 }
 
@@ -135,7 +162,7 @@ void Touch::set_stiffness(double n_per_m) {
 void Touch::set_preset(const std::string& name) {
   palpation::PalpationParameters parameters = scaled(name);
   settings_.preset = name;
-  wished_ = std::move(parameters);
+  wished_ = parameters;
   trainer_->wish(wished_);
 }
 
@@ -143,7 +170,7 @@ void Touch::set_left_atrial_mmhg(double mmhg) {
   palpation::PalpationParameters parameters = wished_;
   parameters.circulation.left_atrial_mmhg = mmhg;
   trainer_->wish(parameters);
-  wished_ = std::move(parameters);
+  wished_ = parameters;
 }
 
 ToolPicture Touch::tool_picture(const Felt& felt) const {
@@ -162,57 +189,6 @@ ToolPicture Touch::tool_picture(const Felt& felt) const {
   picture.dent_place_mm = picture.proxy_mm - settings_.tool_radius_mm * picture.dent_normal;
   if (!felt.servo.touching) picture.dent_mm = 0;
   return picture;
-}
-
-MouseDevice::MouseDevice(const Vec3& position_mm) : position_mm_(position_mm) {
-  move_to(position_mm);
-}
-
-void MouseDevice::move_to(const Vec3& position_mm) noexcept {
-  if (position_mm.allFinite())
-    wished_mm_.write({position_mm.x(), position_mm.y(), position_mm.z()});
-}
-
-device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token stop) {
-  device::Pacer pacer(device::Pace::RealTime, 1 / kTickS);
-  double last_s = 0;
-  while (!stop.stop_requested()) {
-    device::DeviceState state;
-    state.time_s = pacer.next();
-    const auto [x, y, z] = wished_mm_.read();
-    const double share = 1 - std::exp(-(state.time_s - last_s) / kMouseSettlingS);
-    const Vec3 before = position_mm_;
-    position_mm_ += share * (Vec3(x, y, z) - position_mm_);
-    if (state.time_s > last_s) {
-      state.velocity_m_s = kMPerMm * (position_mm_ - before) / (state.time_s - last_s);
-    }
-    last_s = state.time_s;
-    state.position_m = kMPerMm * position_mm_;
-    (void)servo(state);  // nobody's hand is moved
-  }
-  return pacer.report();
-}
-
-LiveTouch::LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm)
-    : touch_(std::move(touch)), mouse_(tool_mm) {
-  thread_ = std::jthread([this](std::stop_token stop) {
-    report_ = mouse_.run(
-        [this](const device::DeviceState& state) {
-          return touch_->tick({.time_s = state.time_s,
-                               .position_mm = state.position_m / kMPerMm,
-                               .valid = state.valid,
-                               .orientation = state.orientation});
-        },
-        std::move(stop));
-  });
-}
-
-LiveTouch::~LiveTouch() { stop(); }
-
-device::RunReport LiveTouch::stop() {
-  thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
-  return report_;
 }
 
 PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& direction,
@@ -242,10 +218,7 @@ PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& dir
                       .valid = true});
     run.last = touch.felt();
     const haptics::Published& servo = run.last.servo;
-    const Vec3 force(servo.force_n[0], servo.force_n[1], servo.force_n[2]);
-    run.rows.push_back({time_s, force.norm(), std::max(0.0, -servo.distance_mm),
-                        run.last.circulation.volume_ml, run.last.circulation.lv_mmhg,
-                        run.last.circulation.beats});
+    run.rows.push_back(press_row(run.last));
     const double ahead = wrapped(servo.phase - phase);
     if (time_s > held_s && ahead < before) break;
     before = ahead;

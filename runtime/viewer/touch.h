@@ -2,17 +2,15 @@
 /// What is felt while the heart is looked at: the servo on the atlas's heart and, behind it, paper
 /// B's circulation of a ventricle as large as the atlas's.
 
+#include <array>
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "runtime/atlas/manifest.h"
-#include "runtime/device/device.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/seqlock.h"
 #include "runtime/haptics/servo.h"
@@ -36,6 +34,32 @@ struct Felt {
   std::int64_t clock_ns = 0;  ///< of std::chrono::steady_clock, when the tick ended
 };
 
+/// What plots and tables show of a tick.
+struct PressRow {
+  double time_s;
+  double force_n;
+  double depth_mm;
+  double volume_ml;
+  double lv_mmhg;
+  std::uint64_t beat;  ///< of the circulation
+  bool touching;
+};
+[[nodiscard]] PressRow press_row(const Felt& felt) noexcept;
+
+/// From one thread that adds to one that takes, without a lock; what finds no room is left out.
+class RowQueue {
+ public:
+  void add(const PressRow& row) noexcept;
+  /// All since the last call, in order.
+  void take(std::vector<PressRow>& to);
+
+ private:
+  static constexpr std::size_t kRows = 4096;  // 20 s at 200 a second
+  std::array<PressRow, kRows> rows_{};
+  std::atomic<std::size_t> added_{0};
+  std::atomic<std::size_t> taken_{0};
+};
+
 /// Servo and circulation in step: the circulation's beat follows the heart's phase.
 class Touch {
  public:
@@ -48,6 +72,9 @@ class Touch {
   Vec3 tick(const haptics::ServoState& state) noexcept;
 
   [[nodiscard]] Felt felt() const noexcept { return felt_.read(); }
+  /// Every fifth tick since the last call, in order; of one thread. After 20 s without a call the
+  /// later ones are left out.
+  void take_rows(std::vector<PressRow>& to) { rows_.take(to); }
   [[nodiscard]] haptics::Servo& servo() noexcept { return *servo_; }
   /// The caller's thread. @throws Error{InvalidInput} as its parts do.
   void set_heart_rate(double per_min);
@@ -75,51 +102,10 @@ class Touch {
   double last_phase_ = 0;
   bool ticked_ = false;
   haptics::Seqlock<Felt> felt_;
-};
-
-/// The mouse: a point that another thread moves; it goes there smoothly (60 ms), in steps of 1 ms.
-class MouseDevice final : public device::Device {
- public:
-  explicit MouseDevice(const Vec3& position_mm);
-  [[nodiscard]] std::string name() const override { return "mouse"; }
-  device::RunReport run(const device::ServoFn& servo, std::stop_token stop) override;
-  /// Any thread. Workspace.
-  void move_to(const Vec3& position_mm) noexcept;
-
- private:
-  haptics::Seqlock<std::array<double, 3>> wished_mm_;
-  Vec3 position_mm_;
-};
-
-/// A touch that runs at 1 kHz in a thread of its own, whatever the picture does.
-class LiveTouch {
- public:
-  LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm);
-  ~LiveTouch();
-  LiveTouch(const LiveTouch&) = delete;
-  LiveTouch& operator=(const LiveTouch&) = delete;
-
-  [[nodiscard]] Touch& touch() { return *touch_; }
-  [[nodiscard]] MouseDevice& mouse() { return mouse_; }
-  /// Ends the thread. @return how it ran
-  device::RunReport stop();
-
- private:
-  std::unique_ptr<Touch> touch_;
-  MouseDevice mouse_;
-  device::RunReport report_;
-  std::jthread thread_;
+  RowQueue rows_;
 };
 
 /// A scripted press without a device or a clock: the same every time.
-struct PressRow {
-  double time_s;
-  double force_n;
-  double depth_mm;
-  double volume_ml;
-  double lv_mmhg;
-  std::uint64_t beat;  ///< of the circulation
-};
 struct PressRun {
   std::vector<PressRow> rows;     ///< one a millisecond
   std::vector<PressRow> natural;  ///< the last whole beat before the tool comes

@@ -2,23 +2,41 @@
 
 #include <QApplication>
 #include <QSurfaceFormat>
+#include <cstdio>
 #include <string>
 
 #include <QVTKOpenGLNativeWidget.h>
 
+#include "runtime/viewer/display.h"
 #include "runtime/viewer/heart_window.h"
 
 namespace beatlas::viewer {
+namespace {
+
+// What goes wrong is said in our own words; Qt's remarks on the desktop help nobody.
+void keep_serious(QtMsgType type, const QMessageLogContext&, const QString& text) {
+  if (type != QtCriticalMsg && type != QtFatalMsg) return;
+  (void)std::fprintf(stderr, "beatlas-play: %s\n", text.toLocal8Bit().constData());
+}
+
+}  // namespace
 
 int show_window(const ViewOptions& options, const std::optional<OpenedHeart>& heart) {
+  qInstallMessageHandler(keep_serious);
   QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
   int count = 1;
   std::string name = "beatlas-view";
   char* names[] = {name.data(), nullptr};
   QApplication application(count, names);
   HeartWindow window(options);
+  const LostDisplayWatch watch("beatlas-play", [&window] {
+    if (window.live() != nullptr) window.live()->stop();  // the last force is zero then
+  });
   window.show();
-  if (heart) window.show_heart(*heart, QString::fromStdString(options.package.string()));
+  if (heart) {
+    window.show_heart(loaded_heart(*heart, QString::fromStdString(options.package.string())));
+    window.use_device(options.device, options.device_detail);
+  }
   return QApplication::exec();
 }
 

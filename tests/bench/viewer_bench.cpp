@@ -3,15 +3,22 @@
 ///
 ///   viewer_bench PACKAGE [FRAMES]
 ///
-/// Prints medians [ms] of wall time, 800 x 600, without captions.
+/// Prints medians [ms] of wall time, 800 x 600, without captions. Then the servo's ticks for ten
+/// seconds without a picture and ten beside a window of 1180 x 760 that draws as often as it can,
+/// and how old a tick is when its picture is there.
 
+#include <QApplication>
+#include <QSurfaceFormat>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <functional>
 #include <iostream>
+#include <string>
+#include <thread>
 #include <vector>
 
+#include <QVTKOpenGLNativeWidget.h>
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
@@ -26,6 +33,7 @@
 
 #include "runtime/viewer/display.h"
 #include "runtime/viewer/drawing.h"
+#include "runtime/viewer/heart_window.h"
 #include "runtime/viewer/stills.h"
 #include "runtime/viewer/surface_motion.h"
 
@@ -100,6 +108,58 @@ double plain_surfaces_ms(viewer::HeartDrawing& drawing, const atlas::Atlas& atla
   return median_ms(frames, [&](int) { window->Render(); });
 }
 
+void print_ticks(const char* what, const viewer::LiveTouch& live) {
+  const viewer::TickTimes& compute = live.compute_times();
+  const viewer::TickTimes& late = live.late_times();
+  std::printf(
+      "servo %s: %zu ticks; a tick takes p50 %.1f, p99 %.1f, p99.9 %.1f us; begins late by p50 "
+      "%.0f, p99 %.0f, p99.9 %.0f us\n",
+      what, static_cast<std::size_t>(compute.count()), compute.quantile_us(0.5),
+      compute.quantile_us(0.99), compute.quantile_us(0.999), late.quantile_us(0.5),
+      late.quantile_us(0.99), late.quantile_us(0.999));
+  (void)std::fflush(stdout);
+}
+
+// The simulated hand palpates: ticks in touch and out of it.
+void measure_servo(const viewer::OpenedHeart& heart) {
+  constexpr auto kMeasured = std::chrono::seconds(10);
+  constexpr auto kStart = std::chrono::seconds(1);
+  int count = 1;
+  std::string name = "viewer_bench";
+  char* names[] = {name.data(), nullptr};
+  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
+  QApplication application(count, names);
+  viewer::ViewOptions options;
+  options.view = "left";
+  viewer::HeartWindow window(options);
+  window.resize(1180, 760);
+  window.show_heart(viewer::loaded_heart(heart, ""));
+  window.use_device("simulated", "");
+  while (window.live()->device() == "mouse") QApplication::processEvents();
+  std::this_thread::sleep_for(kStart);
+  window.live()->forget_times();
+  std::this_thread::sleep_for(kMeasured);
+  print_ticks("alone", *window.live());
+
+  window.show();
+  std::vector<double> lags;
+  const auto draw_for = [&](std::chrono::seconds time) {
+    const auto end = std::chrono::steady_clock::now() + time;
+    while (std::chrono::steady_clock::now() < end) {
+      QApplication::processEvents();  // the window's timer draws
+      if (lags.empty() || lags.back() != window.lag_ms()) lags.push_back(window.lag_ms());
+    }
+  };
+  draw_for(kStart);
+  window.live()->forget_times();
+  lags.clear();
+  draw_for(kMeasured);
+  print_ticks("beside the window", *window.live());
+  std::sort(lags.begin(), lags.end());
+  std::printf("window: %zu pictures in 10 s; a tick is p50 %.0f, p99 %.0f ms old in its picture\n",
+              lags.size(), lags[lags.size() / 2], lags[lags.size() * 99 / 100]);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -132,6 +192,7 @@ int main(int argc, char** argv) try {
       "surfaces: beating %.1f ms, standing still %.1f, plain VTK standing still %.1f: %.2fx\n",
       beating, still, plain, beating / plain);
   (void)std::fflush(stdout);
+  if (heart.field) measure_servo(heart);
   if (!drawing.has_volume()) return 0;
   for (const Structure structure : kAllStructures) {
     viewer::Look look = drawing.look(structure);
@@ -143,11 +204,13 @@ int main(int argc, char** argv) try {
   const double volume_beating = median_ms(frames, beat);
   drawing.set_moving(true);
   const double volume_moving = median_ms(frames, beat);
+  const viewer::DrawTimes moving = drawing.times();
   // Standing still the mapper is VTK's own at these settings; what beating adds is ours.
   std::printf(
       "volume: beating %.1f ms, VTK's mapper standing still %.1f: %.2fx; coarse while it moves "
-      "%.1f\n",
-      volume_beating, volume_still, volume_beating / volume_still, volume_moving);
+      "%.1f (the last: %.1f to update, %.1f to draw)\n",
+      volume_beating, volume_still, volume_beating / volume_still, volume_moving, moving.update_ms,
+      moving.render_ms);
   return 0;
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';

@@ -244,7 +244,7 @@ TEST_F(Colours, AreChosenInTheWindow) {
   HeartWindow window(options);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  window.show_heart({atlas_, nullptr}, "ellipsoid.beatlas");
+  window.show_heart(loaded_heart({atlas_, nullptr}, "ellipsoid.beatlas"));
   auto* colour = window.findChild<QComboBox*>("colour");
   ASSERT_NE(colour, nullptr);
   ASSERT_TRUE(colour->isEnabled());

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include "tests/viewer/ellipsoid.h"
+#include "tests/viewer/seen_window.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -135,6 +140,59 @@ TEST_F(Command, TroubleIsOneSentenceAndTheRightCode) {
   }
   EXPECT_FALSE(std::filesystem::exists(file("none.png")));
   EXPECT_FALSE(std::filesystem::exists(file("none.png.part")));
+}
+
+// A window on a server of its own, which is ended while the window is seen.
+TEST_F(Command, ALostDisplayIsOneSentenceAndMachineTrouble) {
+  std::array<int, 2> told{};
+  ASSERT_EQ(pipe(told.data()), 0);
+  const pid_t server = fork();
+  if (server == 0) {
+    const int nowhere = open("/dev/null", O_RDWR);
+    dup2(nowhere, STDERR_FILENO);
+    execlp("Xvfb", "Xvfb", "-displayfd", std::to_string(told[1]).c_str(), "-screen", "0",
+           "1280x1024x24", "-noreset", static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  close(told[1]);
+  std::array<char, 16> number{};
+  ASSERT_GT(read(told[0], number.data(), number.size() - 1), 0);
+  close(told[0]);
+  std::string display(":");
+  display += std::to_string(std::atoi(number.data()));
+
+  const std::string text = file("lost.txt");
+  const pid_t play = fork();
+  if (play == 0) {
+    setenv("DISPLAY", display.c_str(), 1);
+    setenv("XDG_CONFIG_HOME", folder_->path().c_str(), 1);
+    const int to = open(text.c_str(), O_CREAT | O_WRONLY, 0600);
+    dup2(to, STDOUT_FILENO);
+    dup2(to, STDERR_FILENO);
+    const std::string heart = file("heart.beatlas");
+    execl(BEATLAS_PLAY, BEATLAS_PLAY, heart.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  EXPECT_TRUE(test::window_is_seen(display));
+  kill(server, SIGKILL);
+  waitpid(server, nullptr, 0);
+  int status = 0;
+  bool ended = false;
+  for (int n = 0; n < 200 && !ended; ++n) {
+    ended = waitpid(play, &status, WNOHANG) == play;
+    if (!ended) usleep(50'000);
+  }
+  if (!ended) {
+    kill(play, SIGKILL);
+    waitpid(play, nullptr, 0);
+  }
+  ASSERT_TRUE(ended);
+  std::ifstream stream(text);
+  const std::string said{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_TRUE(WIFEXITED(status)) << "by signal " << WTERMSIG(status) << '\n' << said;
+  EXPECT_EQ(WEXITSTATUS(status), 5) << said;
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+  EXPECT_EQ(said.rfind("beatlas-play: the display is gone", 0), 0U) << said;
 }
 
 TEST_F(Command, SessionsAndHelpNeedNoViewer) {

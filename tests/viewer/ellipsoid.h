@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <vector>
 
 #include "runtime/atlas/atlas.h"
 #include "tests/package/sample_package.h"
@@ -43,13 +44,23 @@ struct BeatingEllipsoid {
 
 /// Heart and LV blood (0.55 as large) as such ellipsoids; written and opened again. With images,
 /// and a wall of LV blood that is 6 mm thick at the apex and 11 at the base.
+/// @param muscle_off > 0: the LV's muscle too, which lies on the heart's surface but for waves of
+/// this part of its size, as surfaces fitted each by itself do
 inline std::shared_ptr<const atlas::Atlas> ellipsoid_atlas(const TemporaryFolder& folder,
                                                            const BeatingEllipsoid& heart,
-                                                           int phases, int levels) {
+                                                           int phases, int levels,
+                                                           double muscle_off = 0) {
   pack::PackageContent content = sample_content(phases, 20, 2, 3);
   content.surfaces.clear();
-  for (const Structure structure : {Structure::Heart, Structure::LvBlood}) {
-    const double part = structure == Structure::Heart ? 1 : 0.55;
+  std::vector<Structure> structures{Structure::Heart, Structure::LvBlood};
+  if (muscle_off > 0) {
+    structures.push_back(Structure::LvMyocardium);
+    content.manifest.structures.push_back(content.manifest.structures.back());
+    content.manifest.structures.back().name = structure_name(Structure::LvMyocardium);
+  }
+  for (const Structure structure : structures) {
+    const double part = structure == Structure::LvBlood ? 0.55 : 1;
+    const double off = structure == Structure::LvMyocardium ? muscle_off : 0;
     atlas::SurfacePayload ball = beating_surface(structure, 20, 0, 1, levels);
     Vec3f middle = Vec3f::Zero();
     for (const Vec3f& x : ball.positions[0]) middle += x;
@@ -60,7 +71,9 @@ inline std::shared_ptr<const atlas::Atlas> ellipsoid_atlas(const TemporaryFolder
       const double scale = part * heart.scale(static_cast<double>(phase) / phases);
       for (const Vec3f& x : directions) {
         const Vec3 unit = (x - middle).cast<double>().normalized();
-        const Vec3 at = heart.centre_mm + heart.axes * (scale * heart.half_mm.cwiseProduct(unit));
+        const double wave = 1 + off * std::sin(9 * unit.x()) * std::cos(7 * unit.y() + unit.z());
+        const Vec3 at =
+            heart.centre_mm + heart.axes * (wave * scale * heart.half_mm.cwiseProduct(unit));
         ball.positions[static_cast<std::size_t>(phase)].push_back(at.cast<float>());
       }
     }

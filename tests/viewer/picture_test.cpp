@@ -194,6 +194,65 @@ TEST_F(Pictures, TheSameMomentGivesTheSamePicture) {
   EXPECT_EQ(one->picture(kWidth, kHeight).rgb, other->picture(kWidth, kHeight).rgb);
 }
 
+// The muscle's surface lies on the heart's, now before it, now behind: seen from anywhere an opaque
+// heart hides it, and one that lets it through does so evenly, by its opacity.
+TEST_F(Pictures, WhatTheHeartEnclosesNeverStandsOutOfIt) {
+  const auto coinciding = test::ellipsoid_atlas(*folder_, heart_, 4, 5, 0.015);
+  HeartDrawing drawing(coinciding, nullptr, DrawingOptions{.caption = false});
+  const auto picture = [&](double heart_opacity, bool muscle) {
+    Look look = drawing.look(Structure::Heart);
+    look.visible = heart_opacity > 0;
+    look.opacity = heart_opacity;
+    drawing.set_look(Structure::Heart, look);
+    look = drawing.look(Structure::LvMyocardium);
+    look.visible = muscle;
+    drawing.set_look(Structure::LvMyocardium, look);
+    return drawing.picture(kWidth, kHeight);
+  };
+  constexpr double kVeil = 0.4;
+  for (const std::string_view view : {"anterior", "left", "apex"}) {
+    const CameraPose pose = standard_view(drawing.frame(), view);
+    drawing.set_camera(pose);
+    const Vec3 right = pose.up.cross(pose.towards_viewer);
+    for (const double beats : {0.0, 0.5}) {
+      drawing.set_beats(beats);
+      const Picture hidden = picture(1, true);
+      const Picture heart = picture(1, false);
+      const Picture muscle = picture(0, true);
+      const Picture veiled = picture(kVeil, true);
+      const Vec2 middle = drawing.pixel_of(heart_.centre_mm);
+      int inside = 0;
+      int through = 0;
+      int uneven = 0;
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          const Vec2 from(x - middle.x(), middle.y() - y);
+          const double angle = std::atan2(from.y(), from.x());
+          // The muscle's own waves stand beyond the heart's outline.
+          if (from.norm() >
+              0.97 * drawing.pixels_per_mm() * heart_.shadow_along(beats, right, pose.up, angle)) {
+            continue;
+          }
+          ++inside;
+          through += differs(hidden, heart, x, y) ? 1 : 0;
+          const auto expected = [&](std::size_t n) {
+            return kVeil * colour_at(heart, x, y)[n] + (1 - kVeil) * colour_at(muscle, x, y)[n];
+          };
+          for (std::size_t n = 0; n < 3; ++n) {
+            if (std::abs(colour_at(veiled, x, y)[n] - expected(n)) > 4) {
+              ++uneven;
+              break;
+            }
+          }
+        }
+      }
+      EXPECT_GT(inside, 10000);
+      EXPECT_EQ(through, 0) << view << ' ' << beats;
+      EXPECT_EQ(uneven, 0) << view << ' ' << beats;
+    }
+  }
+}
+
 TEST_F(Pictures, VolumesDifferByPresetAndPhase) {
   const auto heart = drawing();
   heart->set_look(Structure::Heart, {.visible = false});

@@ -1,91 +1,73 @@
 /// The window as a user drives it: real widgets, the real servo's thread, without a display.
 
-#include <QApplication>
+#include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
+#include <QMenu>
+#include <QMessageBox>
 #include <QPushButton>
+#include <QSettings>
+#include <QShortcut>
 #include <QSlider>
 #include <QSpinBox>
 #include <QTest>
+#include <QTimer>
+#include <QToolButton>
 #include <fstream>
 
-#include <gtest/gtest.h>
-
-#include "runtime/viewer/display.h"
-#include "runtime/viewer/heart_window.h"
-#include "tests/package/sample_package.h"
+#include "tests/viewer/window_fixture.h"
 
 namespace beatlas::viewer {
 namespace {
 
-class Window : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = std::make_unique<test::TemporaryFolder>();
-    setenv("XDG_CONFIG_HOME", folder_->path().c_str(), 1);  // a user's own state stays
-    setenv("QT_QPA_PLATFORM", "xcb", 1);
-    display_ = std::make_unique<Display>();
-    QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
-    static int count = 1;
-    static char name[] = "window_test";
-    static char* names[] = {name, nullptr};
-    application_ = std::make_unique<QApplication>(count, names);
-    pack::write_package(folder_->path() / "heart.beatlas", test::sample_content(10, 45, 2, 4));
-    pack::PackageContent seen = test::sample_content(6, 30, 2, 3);
-    seen.fields.clear();
-    pack::write_package(folder_->path() / "seen.beatlas", seen);
-    std::ofstream(folder_->path() / "foreign.beatlas") << "nothing of the kind";
-  }
-  static void TearDownTestSuite() {
-    application_.reset();
-    display_.reset();
-    folder_.reset();
-  }
-  static QString file(const char* name) {
-    return QString::fromStdString((folder_->path() / name).string());
-  }
-  static std::unique_ptr<HeartWindow> window() {
-    ViewOptions options;
-    options.view = "anterior";
-    auto made = std::make_unique<HeartWindow>(options);
-    made->show();
-    EXPECT_TRUE(QTest::qWaitForWindowExposed(made.get()));
-    return made;
-  }
-  template <class Widget>
-  static Widget& find(HeartWindow& window, const char* name) {
-    auto* found = window.findChild<Widget*>(name);
-    if (found == nullptr) throw std::runtime_error(std::string("no widget ") + name);
-    return *found;
-  }
-
-  static inline std::unique_ptr<test::TemporaryFolder> folder_;
-  static inline std::unique_ptr<Display> display_;
-  static inline std::unique_ptr<QApplication> application_;
-};
+using Window = test::WindowFixture;
 
 TEST_F(Window, OpensAndSaysWhatIsWrong) {
   const auto made = window();
-  for (const char* name : {"missing.beatlas", "foreign.beatlas"}) {
-    EXPECT_FALSE(made->open(file(name)));
+  for (const char* name : {"missing.beatlas", "foreign.beatlas", "broken.beatlas"}) {
+    ASSERT_TRUE(load(*made, name));
     EXPECT_TRUE(made->message().contains(name)) << made->message().toStdString();
     EXPECT_EQ(made->picture().drawing(), nullptr);
   }
-  ASSERT_TRUE(made->open(file("heart.beatlas"))) << made->message().toStdString();
+  ASSERT_TRUE(load(*made, "heart.beatlas")) << made->message().toStdString();
   EXPECT_EQ(made->message(), "");
   // A wrong file leaves what was there.
   const HeartDrawing* before = made->picture().drawing();
-  EXPECT_FALSE(made->open(file("foreign.beatlas")));
+  const LiveTouch* touched = made->live();
+  ASSERT_TRUE(load(*made, "foreign.beatlas"));
+  EXPECT_TRUE(made->message().contains("foreign.beatlas")) << made->message().toStdString();
+  EXPECT_EQ(made->live(), touched);
   EXPECT_EQ(made->picture().drawing(), before);
-  ASSERT_TRUE(made->open(file("seen.beatlas")));
+  ASSERT_TRUE(load(*made, "seen.beatlas"));
   EXPECT_EQ(made->live(), nullptr);
   EXPECT_FALSE(find<QCheckBox>(*made, "touch").isEnabled());
   QTest::qWait(100);
 }
 
+TEST_F(Window, ReadsBesideTheBeatAndTheNewestWishCounts) {
+  const auto made = window();
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  const HeartDrawing* before = made->picture().drawing();
+  made->load(file("seen.beatlas"));
+  EXPECT_TRUE(made->loading());
+  EXPECT_EQ(made->picture().drawing(), before) << "the earlier heart stays";
+  EXPECT_TRUE(made->message().contains("seen.beatlas"));
+  made->load(file("foreign.beatlas"));
+  made->load(file("heart.beatlas"));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !made->loading(); }, 20000));
+  EXPECT_EQ(made->message(), "");
+  EXPECT_TRUE(made->windowTitle().contains("heart.beatlas"));
+  EXPECT_NE(made->live(), nullptr);
+  // Closed, and gone, while something is read.
+  made->load(file("seen.beatlas"));
+  made->close();
+  const auto other = window();
+  other->load(file("heart.beatlas"));
+}
+
 TEST_F(Window, PlaysPausesAndHoldsAPhase) {
   const auto made = window();
-  ASSERT_TRUE(made->open(file("heart.beatlas")));
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
   const auto phase = [&] { return made->live()->touch().felt().servo.phase; };
   const double first = phase();
   QTest::qWait(250);
@@ -101,7 +83,7 @@ TEST_F(Window, PlaysPausesAndHoldsAPhase) {
 
 TEST_F(Window, CutsAndTurns) {
   const auto made = window();
-  ASSERT_TRUE(made->open(file("heart.beatlas")));
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
   find<QPushButton>(*made, "play").setChecked(false);
   QTest::qWait(100);
   HeartWidget& picture = made->picture();
@@ -127,7 +109,7 @@ TEST_F(Window, CutsAndTurns) {
 
 TEST_F(Window, TheMousePressesTheHeartAndTheForceRises) {
   const auto made = window();
-  ASSERT_TRUE(made->open(file("heart.beatlas")));
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
   find<QCheckBox>(*made, "touch").setChecked(true);
   QTest::qWait(700);  // the safety stage's start ramp
   HeartWidget& picture = made->picture();
@@ -175,7 +157,7 @@ TEST_F(Window, TheMousePressesTheHeartAndTheForceRises) {
 
 TEST_F(Window, MorePressureInTheLeftAtriumFillsTheVentricle) {
   const auto made = window();
-  ASSERT_TRUE(made->open(file("heart.beatlas")));
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
   const auto filled_ml = [&] { return made->live()->touch().felt().circulation.beat.edv_ml; };
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return made->live()->touch().felt().circulation.beats >= 2; }, 8000))
@@ -187,18 +169,111 @@ TEST_F(Window, MorePressureInTheLeftAtriumFillsTheVentricle) {
       << before << " ml, then " << filled_ml() << "; " << made->message().toStdString();
 }
 
+// Every key that does something is told of.
+TEST_F(Window, TheHelpListsTheKeys) {
+  const auto made = window();
+  QStringList keys;
+  for (const QShortcut* one : made->findChildren<QShortcut*>()) keys << one->key().toString();
+  QAction* help = nullptr;
+  for (QAction* action : made->findChildren<QAction*>()) {
+    if (action->shortcut().isEmpty()) continue;
+    keys << action->shortcut().toString();
+    if (action->shortcut() == QKeySequence("F1")) help = action;
+  }
+  ASSERT_NE(help, nullptr);
+  ASSERT_GE(keys.size(), 20);
+  QString text;
+  QTimer::singleShot(100, [&] {
+    auto* box = qobject_cast<QMessageBox*>(QApplication::activeModalWidget());
+    if (box == nullptr) return;
+    text = box->text();
+    box->close();
+  });
+  help->trigger();
+  for (const QString& key : keys) {
+    const bool digit = key.size() == 1 && key[0].isDigit();
+    EXPECT_TRUE(text.contains(digit ? "1 to 9" : key)) << key.toStdString();
+  }
+}
+
+TEST_F(Window, RemembersFilesAndLooksAndHintsOnce) {
+  QSettings("beatlas", "beatlas-view").clear();
+  {
+    const auto made = window();
+    ASSERT_TRUE(load(*made, "heart.beatlas"));
+    EXPECT_TRUE(made->message().contains("F1")) << made->message().toStdString();
+    QTest::mouseClick(&find<QToolButton>(*made, "dismiss"), Qt::LeftButton);
+    EXPECT_EQ(made->message(), "");
+    ASSERT_TRUE(load(*made, "seen.beatlas"));
+    find<QCheckBox>(*made, "show_lv_blood").setChecked(false);
+    find<QSlider>(*made, "opacity_heart").setValue(77);
+    made->resize(930, 640);
+    made->close();
+  }
+  const auto made = window();
+  EXPECT_EQ(made->size(), QSize(930, 640));
+  auto& recent = find<QMenu>(*made, "recent");
+  Q_EMIT recent.aboutToShow();
+  ASSERT_EQ(recent.actions().size(), 2);
+  EXPECT_TRUE(recent.actions()[0]->text().contains("seen.beatlas"));
+  recent.actions()[1]->trigger();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !made->loading(); }, 20000));
+  EXPECT_EQ(made->message(), "") << "hints once";
+  EXPECT_TRUE(made->windowTitle().contains("heart.beatlas"));
+  EXPECT_FALSE(made->picture().drawing()->look(Structure::LvBlood).visible);
+  EXPECT_NEAR(made->picture().drawing()->look(Structure::Heart).opacity, 0.77, 1e-9);
+  QTest::mouseClick(&find<QPushButton>(*made, "reset"), Qt::LeftButton);
+  EXPECT_TRUE(made->picture().drawing()->look(Structure::LvBlood).visible);
+}
+
+TEST_F(Window, PlotsAreSavedAsAPicture) {
+  const auto made = window();
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  QTest::qWait(300);
+  ASSERT_TRUE(made->save_plots(file("plots.png")));
+  const QImage image(file("plots.png"));
+  EXPECT_EQ(image.size(), QSize(800, 1200));
+  // The atlas's own volume curve, in its colour; the force's, at zero.
+  const auto pixels_like = [&](const QColor& colour) {
+    int count = 0;
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        const QColor at = image.pixelColor(x, y);
+        count += std::abs(at.red() - colour.red()) + std::abs(at.green() - colour.green()) +
+                             std::abs(at.blue() - colour.blue()) <
+                         30
+                     ? 1
+                     : 0;
+      }
+    }
+    return count;
+  };
+  EXPECT_GT(pixels_like(QColor(90, 220, 120)), 100);
+  const Vec3 lv = 255 * (0.6 * default_look(Structure::LvBlood).colour + Vec3::Constant(0.4));
+  EXPECT_GT(pixels_like(QColor(static_cast<int>(lv.x()), static_cast<int>(lv.y()),
+                               static_cast<int>(lv.z()))),
+            100);
+  EXPECT_FALSE(made->save_plots(file("nowhere/plots.png")));
+  EXPECT_TRUE(made->message().contains("plots.png"));
+}
+
 TEST_F(Window, AnySizeAndClosingAtOnce) {
   const auto made = window();
-  ASSERT_TRUE(made->open(file("heart.beatlas")));
-  find<QComboBox>(*made, "volume").setCurrentText("muscle");
-  for (const QSize& size : {QSize(200, 150), QSize(3840, 2160), QSize(800, 600)}) {
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  for (const QSize& size : {QSize(3840, 2160), QSize(800, 600), QSize(200, 150)}) {
     made->resize(size);
     QTest::qWait(50);
     made->step();
+    EXPECT_EQ(made->size(), size);
+    // What a small window has no room for is left out, not squeezed.
+    EXPECT_EQ(find<QWidget>(*made, "plots").isVisible(), size.width() >= 720);
+    EXPECT_EQ(find<QSpinBox>(*made, "rate").isVisible(), size.width() >= 480);
   }
+  find<QComboBox>(*made, "volume").setCurrentText("muscle");
+  made->step();
   made->close();
   const auto other = window();
-  EXPECT_TRUE(other->open(file("heart.beatlas")));
+  EXPECT_TRUE(load(*other, "heart.beatlas"));
   other->close();
 }
 

@@ -15,7 +15,6 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "runtime/app/devices.h"
 #include "runtime/app/headless.h"
 #include "runtime/app/play.h"
 #include "runtime/app/ticks.h"

@@ -1,4 +1,4 @@
-#include "runtime/app/devices.h"
+#include "runtime/device/hardware.h"
 
 #include <functional>
 
@@ -8,33 +8,32 @@
 #include "runtime/device/lever.h"
 #include "runtime/device/open_haptics.h"
 
-namespace beatlas::app {
+namespace beatlas::device {
 
-std::unique_ptr<device::Device> open_hardware(const HardwareOptions& options) {
+std::unique_ptr<Device> open_hardware(const HardwareOptions& options) {
   if (options.device == "haply") {
-    device::HaplyOptions haply;
+    HaplyOptions haply;
     haply.host = options.host;
     haply.port = options.port;
     haply.device_id = options.name;
-    return std::make_unique<device::HaplyDevice>(haply);
+    return std::make_unique<HaplyDevice>(haply);
   }
   if (options.device == "3ds") {
-    return std::make_unique<device::OpenHapticsDevice>(
-        device::OpenHapticsOptions{.library = options.library, .device_name = options.name});
+    return std::make_unique<OpenHapticsDevice>(
+        OpenHapticsOptions{.library = options.library, .device_name = options.name});
   }
   if (options.device == "dhd") {
-    return std::make_unique<device::ForceDimensionDevice>(
-        device::ForceDimensionOptions{.library = options.library});
+    return std::make_unique<ForceDimensionDevice>(
+        ForceDimensionOptions{.library = options.library});
   }
   if (options.line.empty()) {
     throw Error(ErrorCode::Usage,
                 "--device lever needs --lever-line, the file of its serial line (/dev/ttyACM0)");
   }
-  device::LeverOptions lever;
+  LeverOptions lever;
   lever.geometry.arm_m = 1e-3 * options.arm_mm;
   lever.direction = Vec3::UnitZ();  // towards the user; pushing in is away
-  return std::make_unique<device::LeverDevice>(std::make_unique<device::LineAxis>(options.line),
-                                               lever);
+  return std::make_unique<LeverDevice>(std::make_unique<LineAxis>(options.line), lever);
 }
 
 std::string list_devices(const HardwareOptions& options) {
@@ -64,4 +63,14 @@ std::string list_devices(const HardwareOptions& options) {
   return text;
 }
 
-}  // namespace beatlas::app
+Affine workspace_from_hardware(const Affine& workspace_from_lps, const Vec3& surface_mm,
+                               const Vec3& outward, double clear_mm) {
+  Eigen::Matrix3d lps_from_user;  // columns: right, up, towards the user
+  lps_from_user << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  Affine out = Affine::Identity();
+  out.linear() = workspace_from_lps.linear() * lps_from_user;
+  out.translation() = surface_mm + clear_mm * outward.normalized();
+  return out;
+}
+
+}  // namespace beatlas::device

@@ -1,0 +1,130 @@
+#include <QCheckBox>
+#include <QComboBox>
+#include <QFileDialog>
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLineEdit>
+#include <QPushButton>
+#include <QSignalBlocker>
+#include <QToolButton>
+
+#include "runtime/viewer/device_choice.h"
+#include "runtime/viewer/heart_window.h"
+
+namespace beatlas::viewer {
+namespace {
+
+QString text(std::string_view words) {
+  return QString::fromUtf8(words.data(), static_cast<int>(words.size()));
+}
+
+}  // namespace
+
+void HeartWindow::make_devices(QFormLayout* form) {
+  device_ = new QComboBox;
+  device_->setObjectName("device");
+  device_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  device_->setMinimumContentsLength(10);
+  for (const DeviceChoice& choice : kDevices) device_->addItem(text(choice.title));
+  detail_ = new QLineEdit;
+  detail_->setObjectName("device_detail");
+  auto* browse = new QToolButton;
+  browse->setText("...");
+  connect_ = new QPushButton("Connect");
+  connect_->setObjectName("device_connect");
+  detail_row_ = new QWidget;
+  auto* row = new QHBoxLayout(detail_row_);
+  row->setContentsMargins(0, 0, 0, 0);
+  row->addWidget(detail_, 1);
+  row->addWidget(browse);
+  detail_row_->hide();
+  connect_->hide();
+  form->addRow("Device", device_);
+  form->addRow(detail_row_);
+  form->addRow(connect_);
+  connect(device_, qOverload<int>(&QComboBox::currentIndexChanged), this,
+          [this] { device_chosen(); });
+  connect(detail_, &QLineEdit::returnPressed, this, [this] { connect_device(); });
+  connect(connect_, &QPushButton::clicked, this, [this] { connect_device(); });
+  connect(browse, &QToolButton::clicked, this, [this] {
+    const QString name = QFileDialog::getOpenFileName(this, detail_->placeholderText());
+    if (!name.isEmpty()) detail_->setText(name);
+  });
+}
+
+// The rows below the list, as the choice needs them.
+void HeartWindow::show_device() {
+  const DeviceChoice& choice = kDevices[static_cast<std::size_t>(device_->currentIndex())];
+  detail_row_->setVisible(!choice.detail.empty());
+  detail_row_->findChild<QToolButton*>()->setVisible(choice.detail_is_file);
+  connect_->setVisible(device_->currentIndex() > 0);
+  detail_->setPlaceholderText(text(choice.detail));
+  detail_->setToolTip(text(choice.detail));
+  touch_->setEnabled(live_ && device_->currentIndex() == 0);
+}
+
+void HeartWindow::device_chosen() {
+  const DeviceChoice& choice = kDevices[static_cast<std::size_t>(device_->currentIndex())];
+  const auto told = details_.find(device_->currentIndex());
+  detail_->setText(told == details_.end() ? text(choice.usual) : told->second);
+  touch_->setChecked(false);
+  show_device();
+  connecting_.drop();
+  if (!live_) return;
+  live_->use_mouse();  // a device in use is let go before it, or another, is opened
+  lift_tool();
+  say({});
+  if (!choice.needs_detail || !detail_->text().isEmpty()) connect_device();
+}
+
+void HeartWindow::use_device(const std::string& name, const std::string& detail) {
+  for (std::size_t n = 0; n < kDevices.size(); ++n) {
+    if (kDevices[n].name != name) continue;
+    if (!detail.empty()) details_[static_cast<int>(n)] = QString::fromStdString(detail);
+    device_->setCurrentIndex(static_cast<int>(n));
+  }
+}
+
+void HeartWindow::connect_device() {
+  const DeviceChoice& choice = kDevices[static_cast<std::size_t>(device_->currentIndex())];
+  if (!live_ || device_->currentIndex() == 0) return;
+  if (choice.needs_detail && detail_->text().isEmpty()) {
+    say(QString("%1: tell %2, then connect.").arg(text(choice.title), text(choice.detail)));
+    return;
+  }
+  details_[device_->currentIndex()] = detail_->text();
+  live_->use_mouse();
+  lift_tool();
+  const HeartFrame& frame = picture_->drawing()->frame();
+  // The left ventricle's free wall, as a scripted press.
+  const Vec3 direction = free_wall_direction(frame, heart_->field->centre_mm());
+  connecting_.begin(
+      [choice, detail = detail_->text().toStdString(), atlas = heart_->atlas, field = heart_->field,
+       direction] { return open_device(choice, detail, atlas->manifest(), *field, direction); });
+  say(QString("%1: is it there? ...").arg(text(choice.title)));
+}
+
+void HeartWindow::take_device() {
+  try {
+    std::optional<ReadyDevice> ready = connecting_.take();
+    if (ready && live_) {
+      live_->use(std::move(*ready));
+      say({});
+    }
+  } catch (const std::exception& error) {
+    say(QString("%1. The mouse moves the tool.").arg(error.what()));
+    const QSignalBlocker quiet(device_);
+    device_->setCurrentIndex(0);
+    show_device();
+  }
+  if (!live_) return;
+  const QString trouble = QString::fromStdString(live_->take_trouble());
+  if (trouble.isEmpty()) return;
+  say(trouble);
+  lift_tool();
+  const QSignalBlocker quiet(device_);
+  device_->setCurrentIndex(0);
+  show_device();
+}
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,155 @@
+#include "runtime/viewer/live_touch.h"
+
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <optional>
+#include <utility>
+
+#include <pthread.h>
+
+#include "runtime/device/pacer.h"
+#include "runtime/haptics/watchdog.h"
+
+namespace beatlas::viewer {
+namespace {
+
+constexpr double kMPerMm = 1e-3;
+constexpr double kTickS = 1e-3;
+constexpr double kMouseSettlingS = 0.06;
+
+std::int64_t clock_ns() noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+// Where OpenGL is drawn by software a picture takes every core there is: a tick goes first, if the
+// system lets it (RLIMIT_RTPRIO). It sleeps nearly all the time.
+void go_first() noexcept {
+  const sched_param wished{.sched_priority = sched_get_priority_min(SCHED_RR)};
+  (void)pthread_setschedparam(pthread_self(), SCHED_RR, &wished);
+}
+
+}  // namespace
+
+MouseDevice::MouseDevice(const Vec3& position_mm) : position_mm_(position_mm) {
+  move_to(position_mm);
+}
+
+void MouseDevice::move_to(const Vec3& position_mm) noexcept {
+  if (position_mm.allFinite())
+    wished_mm_.write({position_mm.x(), position_mm.y(), position_mm.z()});
+}
+
+device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token stop) {
+  device::Pacer pacer(device::Pace::RealTime, 1 / kTickS);
+  double last_s = 0;
+  while (!stop.stop_requested()) {
+    device::DeviceState state;
+    state.time_s = pacer.next();
+    const auto [x, y, z] = wished_mm_.read();
+    const double share = 1 - std::exp(-(state.time_s - last_s) / kMouseSettlingS);
+    const Vec3 before = position_mm_;
+    position_mm_ += share * (Vec3(x, y, z) - position_mm_);
+    if (state.time_s > last_s) {
+      state.velocity_m_s = kMPerMm * (position_mm_ - before) / (state.time_s - last_s);
+    }
+    last_s = state.time_s;
+    state.position_m = kMPerMm * position_mm_;
+    (void)servo(state);  // nobody's hand is moved
+  }
+  return pacer.report();
+}
+
+LiveTouch::LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm)
+    : touch_(std::move(touch)), mouse_(tool_mm) {
+  use_mouse();
+}
+
+LiveTouch::~LiveTouch() { stop(); }
+
+void LiveTouch::use(ReadyDevice ready) {
+  stop();
+  tell(ready.device ? ready.device->name() : mouse_.name(), {});
+  thread_ = std::jthread([this, ready = std::move(ready)](const std::stop_token& stop) mutable {
+    go_first();
+    if (ready.device) {
+      const std::string name = ready.device->name();
+      std::string why = name + " has come to its end; the mouse moves the tool now.";
+      try {
+        run(*ready.device, ready.workspace_from_device, stop);
+      } catch (const std::exception& error) {
+        why = name + " is lost, no force is sent (" + error.what() +
+              "); the mouse moves the tool now. Choose it again when it is back.";
+      }
+      // Whatever was felt last is over.
+      last_s_ += kTickS;
+      (void)touch_->tick({.time_s = last_s_, .valid = false});
+      ready.device.reset();
+      if (stop.stop_requested()) return;
+      tell(mouse_.name(), why);
+    }
+    run(mouse_, Affine::Identity(), stop);
+  });
+}
+
+void LiveTouch::run(device::Device& device, const Affine& workspace_from_device,
+                    const std::stop_token& stop) {
+  touch_->servo().restart();
+  std::optional<haptics::Watchdog> watchdog;
+  if (&device != &mouse_) {
+    watchdog.emplace([&device] { device.drop_force(); }, haptics::WatchdogOptions{});
+  }
+  const double begin_s = last_s_ + kTickS;
+  std::optional<std::int64_t> begin_ns;
+  const Eigen::Matrix3d turn = workspace_from_device.linear();
+  const device::ServoFn tick = [&](const device::DeviceState& state) -> Vec3 {
+    const std::int64_t began_ns = clock_ns();
+    const auto due_ns = static_cast<std::int64_t>(1e9 * state.time_s);
+    if (!begin_ns) begin_ns = began_ns - due_ns;
+    late_.add(began_ns - due_ns - *begin_ns);
+    last_s_ = begin_s + state.time_s;
+    const Vec3 force_n =
+        touch_->tick({.time_s = last_s_,
+                      .position_mm = workspace_from_device * (state.position_m / kMPerMm),
+                      .valid = state.valid,
+                      .orientation = Eigen::Quaterniond(turn) * state.orientation});
+    compute_.add(clock_ns() - began_ns);
+    if (watchdog && !watchdog->beat()) {  // a stall: the force is off, and comes back by the ramp
+      touch_->servo().restart();
+      return Vec3::Zero();
+    }
+    return turn.transpose() * force_n;
+  };
+  report_ = device.run(tick, stop);
+}
+
+void LiveTouch::tell(const std::string& device, const std::string& trouble) {
+  const std::scoped_lock lock(told_);
+  device_ = device;
+  trouble_ = trouble;
+}
+
+std::string LiveTouch::device() const {
+  const std::scoped_lock lock(told_);
+  return device_;
+}
+
+std::string LiveTouch::take_trouble() {
+  const std::scoped_lock lock(told_);
+  return std::exchange(trouble_, {});
+}
+
+device::RunReport LiveTouch::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  return report_;
+}
+
+void LiveTouch::forget_times() noexcept {
+  compute_.clear();
+  late_.clear();
+}
+
+}  // namespace beatlas::viewer

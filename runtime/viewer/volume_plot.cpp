@@ -1,0 +1,36 @@
+#include "runtime/viewer/volume_plot.h"
+
+#include <string>
+#include <utility>
+
+#include "runtime/atlas/structures.h"
+#include "runtime/viewer/drawing.h"
+
+namespace beatlas::viewer {
+
+Panel volume_panel(const atlas::Manifest& manifest) {
+  Panel panel{.title = "Volume [ml]", .x_title = "Time [s]", .curves = {}, .from_zero = true};
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    const auto structure = structure_from_name(entry.name);
+    if (!structure || entry.volume_ml.empty() || *structure == Structure::Heart) continue;
+    const Vec3 colour = 255 * (0.6 * default_look(*structure).colour + Vec3::Constant(0.4));
+    Curve line{.name = *structure == Structure::LvBlood        ? "LV"
+                       : *structure == Structure::RvBlood      ? "RV"
+                       : *structure == Structure::LvMyocardium ? "LV muscle"
+                                                               : "",
+               .colour = QColor(static_cast<int>(colour.x()), static_cast<int>(colour.y()),
+                                static_cast<int>(colour.z())),
+               .x = {},
+               .y = {}};
+    const std::size_t phases = entry.volume_ml.size();
+    for (std::size_t n = 0; n <= phases; ++n) {
+      line.x.push_back(manifest.rr_interval_s * static_cast<double>(n) /
+                       static_cast<double>(phases));
+      line.y.push_back(entry.volume_ml[n % phases]);
+    }
+    panel.curves.push_back(std::move(line));
+  }
+  return panel;
+}
+
+}  // namespace beatlas::viewer

@@ -1,0 +1,134 @@
+/// The servo's thread without a window: devices that end, are lost, or stall; times of ticks.
+
+#include "runtime/viewer/live_touch.h"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "runtime/base/error.h"
+#include "runtime/viewer/stills.h"
+#include "runtime/viewer/tick_times.h"
+#include "tests/package/sample_package.h"
+
+namespace beatlas::viewer {
+namespace {
+
+TEST(TickTimes, QuantilesAreThoseOfWhatWasAdded) {
+  TickTimes times;
+  EXPECT_EQ(times.quantile_us(0.5), 0);
+  for (int n = 1; n <= 1000; ++n) times.add(1000 * n);  // 1 us .. 1 ms
+  EXPECT_EQ(times.count(), 1000U);
+  for (const double share : {0.01, 0.5, 0.99, 0.999, 1.0}) {
+    const double found = times.quantile_us(share);
+    EXPECT_GE(found, 1000 * share);
+    EXPECT_LE(found, 1000 * share * 1.06) << "a step is a twelfth of an octave";
+  }
+  times.add(-5);              // a clock that went back
+  times.add(40'000'000'000);  // longer than it knows
+  EXPECT_EQ(times.count(), 1002U);
+  times.clear();
+  EXPECT_EQ(times.count(), 0U);
+}
+
+// A hand 3 mm deep in the heart, for some ticks; then what `end` does.
+class StillHand final : public device::Device {
+ public:
+  StillHand(const Vec3& at_mm, std::function<void()> end) : at_mm_(at_mm), end_(std::move(end)) {}
+  [[nodiscard]] std::string name() const override { return "still"; }
+  device::RunReport run(const device::ServoFn& servo, std::stop_token stop) override {
+    device::RunReport report;
+    for (; report.ticks < 1000 && !stop.stop_requested(); ++report.ticks) {
+      device::DeviceState state;
+      state.time_s = 1e-3 * static_cast<double>(report.ticks);
+      state.position_m = 1e-3 * at_mm_;
+      felt_n = servo(state).norm();
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+    if (!stop.stop_requested()) end_();
+    return report;
+  }
+  static inline std::atomic<double> felt_n = 0;
+
+ private:
+  Vec3 at_mm_;
+  std::function<void()> end_;
+};
+
+class Live : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::filesystem::path file = folder_.path() / "heart.beatlas";
+    pack::write_package(file, test::sample_content(6, 45, 2, 3));
+    heart_ = open_heart(file);
+    middle_mm_ = heart_.field->centre_mm();
+    double out_mm = 0;
+    while (heart_.field->sample(middle_mm_ + Vec3(out_mm, 0, 0), 0).distance_mm < -3) ++out_mm;
+    inside_mm_ = middle_mm_ + Vec3(out_mm, 0, 0);
+  }
+  [[nodiscard]] std::unique_ptr<LiveTouch> live() const {
+    return std::make_unique<LiveTouch>(
+        std::make_unique<Touch>(heart_.atlas->manifest(), heart_.field, TouchSettings{}),
+        middle_mm_ + Vec3(200, 0, 0));
+  }
+  static std::string trouble(LiveTouch& live) {
+    for (int n = 0; n < 1000; ++n) {
+      std::string told = live.take_trouble();
+      if (!told.empty()) return told;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return {};
+  }
+
+  test::TemporaryFolder folder_;
+  OpenedHeart heart_;
+  Vec3 middle_mm_;
+  Vec3 inside_mm_;
+};
+
+TEST_F(Live, ADeviceThatEndsLeavesTheToolToTheMouse) {
+  const auto live = this->live();
+  live->use({.device = std::make_unique<StillHand>(inside_mm_, [] {})});
+  EXPECT_EQ(live->device(), "still");
+  const std::string told = trouble(*live);
+  EXPECT_NE(told.find("still has come to its end"), std::string::npos) << told;
+  EXPECT_GT(StillHand::felt_n, 0.1) << "it was felt";
+  EXPECT_EQ(live->device(), "mouse");
+  EXPECT_EQ(live->take_trouble(), "") << "told once";
+}
+
+TEST_F(Live, ALostOneLeavesNoForceBehind) {
+  const auto live = this->live();
+  live->use({.device = std::make_unique<StillHand>(
+                 inside_mm_, [] { throw Error(ErrorCode::Machine, "its cable is out"); })});
+  const std::string told = trouble(*live);
+  EXPECT_NE(told.find("still is lost"), std::string::npos) << told;
+  EXPECT_NE(told.find("its cable is out"), std::string::npos) << told;
+  const Felt felt = live->touch().felt();
+  EXPECT_EQ(felt.servo.force_n, (std::array<double, 3>{}));
+  // Time goes on, and so does the heart.
+  const double then_s = felt.servo.time_s;
+  EXPECT_GT(then_s, 0.9);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_GT(live->touch().felt().servo.time_s, then_s);
+}
+
+TEST_F(Live, AnotherDeviceEndsTheOneBefore) {
+  const auto live = this->live();
+  bool ended = false;
+  live->use({.device = std::make_unique<StillHand>(inside_mm_, [&ended] { ended = true; })});
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  live->use_mouse();
+  EXPECT_EQ(live->device(), "mouse");
+  EXPECT_FALSE(ended);
+  EXPECT_EQ(live->take_trouble(), "") << "what is wished is no trouble";
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(live->touch().felt().servo.force_n, (std::array<double, 3>{}));
+  EXPECT_GT(live->compute_times().count(), 0U);
+  live->stop();
+}
+
+}  // namespace
+}  // namespace beatlas::viewer
