@@ -11,7 +11,6 @@ void add_report(CLI::App& app, Run& run) {
     CommonArguments common;
     std::string study;
     std::string output;
-    bool json = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
@@ -20,15 +19,15 @@ void add_report(CLI::App& app, Run& run) {
       "One HTML file that needs no network: verdict and reasons, volumes beside normal ranges,\n"
       "outlines on every slice, the beating surface, places to look at with the commands that\n"
       "correct them. 'build' writes it as report.html into the study, with report.json for\n"
-      "programs beside it.\n"
-      "Example: beatlas report exam.study -o exam.html");
+      "programs beside it.");
   command->add_option("STUDY", arguments->study, "The study's folder")->required();
   command
       ->add_option("-o,--output", arguments->output,
                    "The page; report.html in the study if not said")
       ->type_name("X.html");
-  command->add_flag("--json", arguments->json,
-                    "Print what report.json holds too; see report.schema.json");
+  add_json_lines(*command, arguments->common.json,
+                 "Print what report.json holds too, see report.schema.json; progress as JSON lines "
+                 "on stderr");
   add_common(*command, arguments->common);
   command->callback([arguments, &run] {
     run = [arguments] {
@@ -39,7 +38,7 @@ void add_report(CLI::App& app, Run& run) {
       Orders orders = orders_of(study);
       Chain chain(console, std::move(orders), std::move(study));
       const nlohmann::json summary = chain.report(arguments->output, "", true);
-      if (arguments->json) print_data(summary.dump(2) + "\n");
+      if (arguments->common.json) print_data(summary.dump(2) + "\n");
       console.finish();
       return 0;
     };

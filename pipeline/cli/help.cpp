@@ -88,6 +88,10 @@ constexpr std::array kEntries{
           "between frames"},
     Entry{"export", "beatlas export heart.beatlas --to glb -o out",
           "glTF 2.0 (Khronos), NIfTI-1 (NIMH), OpenVDB: Museth, ACM TOG 32, 2013"},
+    Entry{
+        "report", "beatlas report exam.study -o exam.html",
+        "Normal ranges: Kawel-Boehm et al., JCMR 17, 2015; how far readers lie apart: Bai et al., "
+        "JCMR 20, 2018"},
     Entry{"status", "beatlas status exam.study", ""},
     Entry{"seeds",
           "beatlas seeds exam.study list\n"

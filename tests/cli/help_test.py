@@ -8,7 +8,7 @@ import tempfile
 
 PROGRAM, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 # What these do is said in full by their help; no one's method is behind it.
-WITHOUT_A_METHOD = {"info", "status", "defaults", "report"}
+WITHOUT_A_METHOD = {"info", "status", "defaults"}
 problems = []
 
 
