@@ -32,6 +32,9 @@ struct Limits {
   std::optional<double> max_motion_mean_mm;
   std::optional<double> max_motion_p95_mm;
   std::optional<double> max_motion_tangential_share;
+  std::optional<double> max_map_thickness_mean_mm;
+  std::optional<double> max_map_thickness_p95_mm;
+  std::optional<double> min_map_segments_percent;
   std::optional<double> max_ejection_fraction_error;
   std::optional<double> max_force_mean_n;
   std::optional<double> max_force_rms_n;
@@ -81,6 +84,12 @@ inline constexpr std::array kLimitNames{
     LimitName{"max_motion_p95_mm", &Limits::max_motion_p95_mm, 1e3, "Its 95th percentile"},
     LimitName{"max_motion_tangential_share", &Limits::max_motion_tangential_share, 1e3,
               "Its part along the surface, over that of motion along normals alone"},
+    LimitName{"max_map_thickness_mean_mm", &Limits::max_map_thickness_mean_mm, 1e3,
+              "Mean error of the thickness at the vertices of a surface on the LV's wall"},
+    LimitName{"max_map_thickness_p95_mm", &Limits::max_map_thickness_p95_mm, 1e3,
+              "Its 95th percentile"},
+    LimitName{"min_map_segments_percent", &Limits::min_map_segments_percent, 100,
+              "Vertices on the LV's wall in the right AHA segment"},
     LimitName{"max_ejection_fraction_error", &Limits::max_ejection_fraction_error, 1,
               "Error of the ejection fraction, a share"},
     LimitName{"max_force_mean_n", &Limits::max_force_mean_n, 1e3, "Mean error of the force"},
@@ -145,6 +154,18 @@ struct MotionErrors {
   double normal_only_tangential_mean_mm = 0;  ///<
   double tangential_share = 0;  ///< tangential_mean_mm over that of normal-only motion
   int points = 0;               ///< vertices on the LV's wall
+};
+
+/// The map of a surface on the LV's wall, see map_error.h; all phases together.
+struct MapErrors {
+  double thickness_mean_mm = 0;  ///< of magnitudes
+  double thickness_p95_mm = 0;
+  double thickness_bias_mm = 0;       ///< + where the map's wall is thicker
+  double thickness_true_mean_mm = 0;  ///< the true thickness at the same places
+  double segments_percent = 0;        ///< of `named`: in the right segment
+  int points = 0;                     ///< thicknesses compared
+  int missing = 0;                    ///< there is a wall, and the map has none
+  int named = 0;                      ///< vertices whose segment was asked for
 };
 
 /// What a hand feels: the package's force against that of the closed form, over every tick of all
@@ -215,6 +236,17 @@ inline constexpr std::array kMotionFigures{
                          &MotionErrors::normal_only_tangential_mean_mm},
     Figure<MotionErrors>{"tangential_share", &MotionErrors::tangential_share,
                          &Limits::max_motion_tangential_share},
+};
+
+inline constexpr std::array kMapFigures{
+    Figure<MapErrors>{"thickness_mean_mm", &MapErrors::thickness_mean_mm,
+                      &Limits::max_map_thickness_mean_mm},
+    Figure<MapErrors>{"thickness_p95_mm", &MapErrors::thickness_p95_mm,
+                      &Limits::max_map_thickness_p95_mm},
+    Figure<MapErrors>{"thickness_bias_mm", &MapErrors::thickness_bias_mm},
+    Figure<MapErrors>{"thickness_true_mean_mm", &MapErrors::thickness_true_mean_mm},
+    Figure<MapErrors>{"segments_percent", &MapErrors::segments_percent,
+                      &Limits::min_map_segments_percent},
 };
 
 inline constexpr std::array kForceFigures{

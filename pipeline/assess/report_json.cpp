@@ -32,6 +32,12 @@ nlohmann::json structure_to_json(const StructureErrors& structure) {
     nlohmann::json& entry = out["motion"] = figures_to_json(kMotionFigures, *structure.motion);
     entry["points"] = structure.motion->points;
   }
+  if (structure.map) {
+    nlohmann::json& entry = out["map"] = figures_to_json(kMapFigures, *structure.map);
+    entry["points"] = structure.map->points;
+    entry["missing"] = structure.map->missing;
+    entry["named"] = structure.map->named;
+  }
   if (structure.ejection_fraction_error) {
     out["ejection_fraction_error"] = *structure.ejection_fraction_error;
   }

@@ -70,13 +70,16 @@ int content_differences(const atlas::Manifest& manifest) {
     const auto structure = structure_from_name(entry.name);
     if (!structure) continue;
     for (const std::string_view kind : atlas::kKinds) {
-      // A heart that was not made from images has no volume, and that of early packages none.
-      if (kind == atlas::kVolumeKind) continue;
+      // Both are optional: see atlas/scene.h.
+      if (kind == atlas::kVolumeKind || kind == atlas::kMapKind) continue;
+      const bool is_field_alone = manifest.format_version < 4 && manifest.scene == "palpation";
       const bool listed =
           std::any_of(manifest.items.begin(), manifest.items.end(), [&](const atlas::Item& item) {
             return item.kind == kind && item.structure == entry.name;
           });
-      if (listed != atlas::scene_holds(manifest.scene, kind, *structure)) ++differences;
+      const bool held = atlas::scene_holds(manifest.scene, kind, *structure) &&
+                        !(is_field_alone && kind != atlas::kFieldKind);
+      if (listed != held) ++differences;
     }
   }
   return differences;

@@ -48,6 +48,10 @@ void check(const ValidateOptions& options) {
   if (!(options.motion.on_wall_mm > 0.0) || options.motion.parts < 1 || options.motion.parts > 64) {
     throw_invalid("motion needs a wall of more than 0 mm and 1 to 64 parts a phase");
   }
+  if (!(options.map.rim_mm >= 0.0) || !(options.map.off_wall_mm > 0.0) ||
+      options.map.most_vertices < 1 || options.map.most_vertices > 1000000) {
+    throw_invalid("maps need a rim of 0 mm or more, a wall of more and 1 to 1000000 vertices");
+  }
   if (!spacing(options.compare.sample_spacing_mm) || !spacing(options.thickness.spacing_mm)) {
     throw_invalid("the spacing of sampled points must be from 0.3 to 20 mm");
   }
@@ -86,6 +90,11 @@ StructureErrors structure_errors(const Candidate& candidate, const Queries& quer
     const MotionErrors motion =
         motion_errors(*surface, candidate.manifest.workspace_from_lps, truth, options.motion);
     if (motion.points > 0) out.motion = motion;
+    for (const auto& map : candidate.maps) {
+      if (map->structure != out.structure) continue;
+      out.map =
+          map_errors(*map, *surface, candidate.manifest.workspace_from_lps, truth, options.map);
+    }
   }
   if (out.structure == Structure::LvBlood || out.structure == Structure::RvBlood) {
     out.ejection_fraction_error = ejection_fraction(curve) - ejection_fraction(true_curve);
@@ -162,6 +171,9 @@ void judge_structure(const Limits& limits, const StructureErrors& structure, Ver
   }
   if (structure.motion) {
     Judge(limits, name, verdict).figures(kMotionFigures, *structure.motion, "motion ");
+  }
+  if (structure.map && structure.map->points > 0) {
+    Judge(limits, name, verdict).figures(kMapFigures, *structure.map, "map ");
   }
   if (structure.ejection_fraction_error) {
     Judge(limits, name, verdict)
@@ -245,10 +257,11 @@ ValidationReport validate(const Candidate& candidate, const phantom::Phantom& tr
 
 ValidationReport validate(const atlas::Atlas& atlas, const phantom::Phantom& truth,
                           const ValidateOptions& options, StageContext& context) {
-  Candidate candidate{atlas.manifest(), {}, {}};
+  Candidate candidate{atlas.manifest(), {}};
   for (Structure structure : kAllStructures) {
     if (auto field = atlas.field(structure)) candidate.fields.push_back(std::move(field));
     if (auto surface = atlas.surface(structure)) candidate.surfaces.push_back(std::move(surface));
+    if (auto map = atlas.surface_map(structure)) candidate.maps.push_back(std::move(map));
   }
   return validate(candidate, truth, options, context);
 }

@@ -11,6 +11,7 @@
 
 #include "pipeline/assess/compare.h"
 #include "pipeline/assess/figures.h"
+#include "pipeline/assess/map_error.h"
 #include "pipeline/assess/motion_error.h"
 #include "pipeline/assess/palpation_set.h"
 #include "pipeline/assess/wall_thickness.h"
@@ -25,6 +26,7 @@ struct ValidateOptions {
   CompareOptions compare;
   ThicknessOptions thickness;
   MotionOptions motion;
+  MapOptions map;
   /// Of the force; palpations.structure is felt.
   PalpationOptions palpations;
   double stiffness_n_per_m = 150;  ///< [N/m] 1..5000
@@ -40,6 +42,8 @@ struct StructureErrors {
   std::vector<ThicknessErrors> wall_thickness;
   /// Only where its surface was opened too and has vertices on the LV's wall.
   std::optional<MotionErrors> motion;
+  /// Only where its surface and the map of that were opened.
+  std::optional<MapErrors> map;
   /// Of the package's curve minus that of the truth; only for lv_blood and rv_blood.
   std::optional<double> ejection_fraction_error;
 };
@@ -70,6 +74,7 @@ struct Candidate {
   atlas::Manifest manifest;
   std::vector<std::shared_ptr<const atlas::FieldPayload>> fields;
   std::vector<std::shared_ptr<const atlas::SurfacePayload>> surfaces = {};
+  std::vector<std::shared_ptr<const atlas::SurfaceMapPayload>> maps = {};
 };
 [[nodiscard]] ValidationReport validate(const Candidate& candidate, const phantom::Phantom& truth,
                                         const ValidateOptions& options, StageContext& context);
@@ -79,7 +84,8 @@ void judge(const LimitSet& limits, ValidationReport& report);
 
 /// {"structures": [{"name", "phases": [{figures of kPhaseFigures, "points", "wall_thickness"?:
 /// {figures of kThicknessFigures, "points", "missing"}}], "motion"?: {figures of kMotionFigures,
-/// "points"}, "ejection_fraction_error"?}],
+/// "points"}, "map"?: {figures of kMapFigures, "points", "missing", "named"},
+/// "ejection_fraction_error"?}],
 /// "force"?: {"structure", "stiffness_n_per_m", figures of kForceFigures, "ticks", ...}, "passed",
 /// "failures"}. See schemas/validate.schema.json.
 [[nodiscard]] nlohmann::json report_to_json(const ValidationReport& report);

@@ -101,7 +101,8 @@ class Chain {
   /// @throws Error{Quality} if it rings and the recipe makes that an error; its pictures are left.
   void ask_for_leaks(StageContext& context);
   /// Of the surfaces at hand; none without the LV's long axis or a right ventricle.
-  [[nodiscard]] std::vector<SurfaceMap> surface_maps();
+  [[nodiscard]] std::vector<SurfaceMap> make_surface_maps();
+  const std::vector<SurfaceMap>& surface_maps();
   void note_for_package();
   /// The images around the heart as the package holds them.
   [[nodiscard]] pack::PackedVolume packed_volume(const FieldCycle& heart);
@@ -121,6 +122,7 @@ class Chain {
   std::optional<std::vector<ShapeCycle>> shapes_;
   std::optional<std::vector<FieldCycle>> fields_;
   std::optional<std::vector<SurfaceCycle>> surfaces_;
+  std::optional<std::vector<SurfaceMap>> maps_;
   bool exam_noted_ = false;
   bool segmentation_noted_ = false;
   bool reads_uncertainty_ = false;  ///< of a segmentation that is read, for the report

@@ -92,8 +92,7 @@ void add_build(CLI::App& app, Run& run) {
   command->footer(
       "SOURCE is a DICOM folder (a whole exam, mixed series are fine), one 4-D NIfTI, NRRD or\n"
       "MetaImage file, or 3-D ones in the order of their phases.\n"
-      "An existing package is replaced at once, when the new one is complete.\n"
-      "Example: beatlas build exam/ -o heart.beatlas --scene palpation");
+      "An existing package is replaced at once, when the new one is complete.");
   command->add_option("SOURCE", arguments->sources,
                       "Images; may be left out where --study has been built before");
   add_import_words(*command, arguments->words);

@@ -80,6 +80,24 @@ std::string walls(const assess::ValidationReport& report) {
   return text;
 }
 
+std::string maps(const assess::ValidationReport& report) {
+  std::string text;
+  for (const assess::StructureErrors& entry : report.structures) {
+    if (!entry.map) continue;
+    if (text.empty()) {
+      text =
+          "map             thickness error, mean mm  p95 mm  bias mm  none where a wall is  right "
+          "segment\n";
+    }
+    const assess::MapErrors& map = *entry.map;
+    text +=
+        line("%-15s %24.3f %7.3f %+8.3f %15d / %-4d %11.1f %%\n",
+             structure_name(entry.structure).data(), map.thickness_mean_mm, map.thickness_p95_mm,
+             map.thickness_bias_mm, map.missing, map.points + map.missing, map.segments_percent);
+  }
+  return text;
+}
+
 std::string muscle(const assess::ValidationReport& report) {
   std::string text;
   for (const assess::StructureErrors& entry : report.structures) {
@@ -117,7 +135,7 @@ std::string force(const assess::FeltErrors& felt) {
 std::string validation_to_text(const assess::ValidationReport& report) {
   std::string text = shapes(report);
   text += '\n';
-  text += motions(report) + walls(report) + muscle(report) +
+  text += motions(report) + walls(report) + maps(report) + muscle(report) +
           "means and biases are means over the phases, the others the worst phase\n";
   if (report.force) {
     text += '\n';

@@ -8,7 +8,8 @@ namespace beatlas {
 
 /// Names of places of the LV's wall, and its thickness there. Of one surface; [vertex] or
 /// [phase][vertex]. Names belong to the muscle: they are those of the first phase and stay with the
-/// vertex.
+/// vertex. All but segments are whole multiples of 1e-4, thickness of 0.01 mm, so that a study's
+/// text holds them exactly.
 struct SurfaceMap {
   Structure structure{};
   std::vector<float> long_axis;  ///< 0 at the wall's apical end .. 1 at the base plane, 0..1

@@ -56,6 +56,14 @@ double through_muscle_mm(const field::Interpolant& muscle, const Vec3& from, con
   return 0;
 }
 
+/// To the nearest whole multiple of 1 / parts.
+float rounded(double value, double parts) {
+  return static_cast<float>(std::round(value * parts) / parts);
+}
+
+constexpr double kNameParts = 1e4;
+constexpr double kThicknessParts = 100;
+
 /// Names of places in the first phase.
 SurfaceMap named(const SurfaceCycle& surface, const LvFrame& frame) {
   SurfaceMap out;
@@ -66,8 +74,9 @@ SurfaceMap named(const SurfaceCycle& surface, const LvFrame& frame) {
         (from.dot(frame.towards_base) - frame.apex_mm) / (frame.base_mm - frame.apex_mm);
     double angle = std::atan2(from.dot(frame.septal), from.dot(frame.anterior));
     if (angle < 0) angle += 2 * std::numbers::pi;
-    out.long_axis.push_back(static_cast<float>(std::clamp(share, 0.0, 1.0)));
-    out.angle_rad.push_back(static_cast<float>(angle));
+    out.long_axis.push_back(rounded(std::clamp(share, 0.0, 1.0), kNameParts));
+    out.angle_rad.push_back(rounded(angle, kNameParts));
+    if (out.angle_rad.back() > 2 * std::numbers::pi) out.angle_rad.back() = 0;
     out.segment.push_back(static_cast<std::uint8_t>(
         palpation::segment_at(out.long_axis.back(), out.angle_rad.back())));
   }
@@ -109,7 +118,8 @@ std::vector<SurfaceMap> surface_maps(const std::vector<FieldCycle>& fields,
     const std::vector<Vec3> inner_normal = vertex_normals(inner, blood->triangles);
     std::vector<float>& of_blood = out[0].thickness_mm[p];
     for (std::size_t v = 0; v < inner.size(); ++v) {
-      of_blood.push_back(static_cast<float>(through_muscle_mm(inside, inner[v], inner_normal[v])));
+      of_blood.push_back(
+          rounded(through_muscle_mm(inside, inner[v], inner_normal[v]), kThicknessParts));
     }
     const field::ClosestTriangle endocardium({inner, blood->triangles});
     const std::vector<Vec3> wall = as_double(muscle->positions[p]);
@@ -128,7 +138,7 @@ std::vector<SurfaceMap> surface_maps(const std::vector<FieldCycle>& fields,
                  away_mm(wall[v] + kProbeMm * wall_normal[v]) - away > kAlong * kProbeMm) {
         thick = away;
       }
-      of_muscle.push_back(static_cast<float>(thick));
+      of_muscle.push_back(rounded(thick, kThicknessParts));
     }
   });
   return out;

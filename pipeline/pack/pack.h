@@ -82,6 +82,8 @@ struct PackageContent {
   atlas::Manifest manifest;
   std::vector<atlas::FieldPayload> fields;
   std::vector<atlas::SurfacePayload> surfaces;
+  /// Of surfaces that are given, with their vertices; empty where the LV's wall is not known.
+  std::vector<atlas::SurfaceMapPayload> maps = {};
   std::optional<PackedVolume> volume = std::nullopt;  ///< none: the heart was not made from images
 };
 

@@ -1,5 +1,6 @@
 #include <set>
 
+#include "pipeline/core/parallel.h"
 #include "pipeline/pack/pack.h"
 #include "pipeline/pack/payload_encoders.h"
 #include "pipeline/pack/replace_file.h"
@@ -29,6 +30,14 @@ class Items {
   std::vector<ZipEntry>& entries_;
 };
 
+[[noreturn]] void refuse_two(std::string_view kind, Structure structure) {
+  std::string message = "two payloads '";
+  message += kind;
+  message += "' of ";
+  message += structure_name(structure);
+  throw_invalid(message + " were given; give one");
+}
+
 /// The payloads that `scene` holds, in the order of kAllStructures so that the caller's order
 /// leaves no trace in the package.
 template <class Payload>
@@ -40,8 +49,7 @@ std::vector<const Payload*> held(const std::vector<Payload>& payloads, std::stri
     for (const Payload& payload : payloads) {
       if (payload.structure != structure) continue;
       if (!given.insert(structure).second) {
-        throw_invalid("two payloads '" + std::string(kind) + "' of " +
-                      std::string(structure_name(structure)) + " were given; give one");
+        refuse_two(kind, structure);
       }
       if (atlas::scene_holds(scene, kind, structure)) chosen.push_back(&payload);
     }
@@ -75,16 +83,24 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
   std::vector<ZipEntry> entries(1);
   Items items(manifest, entries);
   for (const atlas::FieldPayload* field : held(content.fields, manifest.scene, atlas::kFieldKind)) {
+    check_stop_flag();
     require_phases(manifest, field->structure, static_cast<std::size_t>(field->phases));
     items.add(atlas::kFieldKind, field->structure,
               pack_field(*field, field_step_mm(field->structure, options)));
   }
+  const auto maps = held(content.maps, manifest.scene, atlas::kMapKind);
   for (const atlas::SurfacePayload* surface :
        held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {
+    check_stop_flag();
     require_phases(manifest, surface->structure, surface->positions.size());
     PackedSurface packed = pack_surface(*surface, options.surface_step_mm);
     items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc));
     items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion));
+    for (const atlas::SurfaceMapPayload* map : maps) {
+      if (map->structure != surface->structure) continue;
+      require_phases(manifest, map->structure, map->thickness_mm.size());
+      items.add(atlas::kMapKind, map->structure, pack_surface_map(*map, packed.given));
+    }
   }
   if (content.volume && atlas::scene_holds(manifest.scene, atlas::kVolumeKind, Structure::Heart)) {
     const atlas::VolumePayload volume = atlas::decode_volume(content.volume->entry);

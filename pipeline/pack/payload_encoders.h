@@ -1,6 +1,6 @@
 #pragma once
 /// Payloads -> the bytes of their entries, decoded again before they are returned; the layouts
-/// stand beside the decoders, in runtime/atlas/field_payload.h and surface_payload.h. The same
+/// stand beside the decoders, in runtime/atlas/*_payload.h. The same
 /// payload gives the same bytes.
 
 #include "runtime/atlas/bytes.h"
@@ -34,5 +34,13 @@ struct PackedSurface {
 /// error; Error{Usage} if the step is out of range.
 [[nodiscard]] PackedSurface pack_surface(const atlas::SurfacePayload& surface,
                                          double step_mm = atlas::kSurfaceStepMm);
+
+/// Thickness within kMaxThicknessErrorMm (walls thinner than a step become one), places and angles
+/// within their largest errors, segments as they are; see runtime/atlas/surface_map_payload.h.
+/// @param map of the surface as it was given  @param given PackedSurface::given of that surface
+/// @throws Error{InvalidInput} if the map breaks its layout (see check_surface_map) or is not of so
+/// many vertices
+[[nodiscard]] atlas::Bytes pack_surface_map(const atlas::SurfaceMapPayload& map,
+                                            const std::vector<std::uint32_t>& given);
 
 }  // namespace beatlas::pack

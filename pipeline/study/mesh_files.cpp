@@ -63,33 +63,6 @@ FileList write_surfaces(const fs::path& study, const std::vector<SurfaceCycle>& 
   return files;
 }
 
-FileList write_surface_maps(const fs::path& study, const std::vector<SurfaceMap>& maps) {
-  FileList files;
-  for (const SurfaceMap& map : maps) {
-    std::string text = "vertex,long_axis,angle_rad,segment";
-    std::array<char, 64> cell{};
-    const auto add = [&](const char* format, auto value) {
-      std::snprintf(cell.data(), cell.size(), format, value);
-      text += cell.data();
-    };
-    for (std::size_t p = 0; p < map.thickness_mm.size(); ++p) add(",thickness_mm_%03zu", p);
-    text += '\n';
-    for (std::size_t v = 0; v < map.segment.size(); ++v) {
-      add("%zu", v);
-      add(",%.4f", static_cast<double>(map.long_axis[v]));
-      add(",%.4f", static_cast<double>(map.angle_rad[v]));
-      add(",%d", static_cast<int>(map.segment[v]));
-      for (const std::vector<float>& phase : map.thickness_mm) {
-        add(",%.2f", static_cast<double>(phase[v]));
-      }
-      text += '\n';
-    }
-    files.push_back("mesh/map_" + std::string(structure_name(map.structure)) + ".csv");
-    write_text(study / files.back(), text);
-  }
-  return files;
-}
-
 std::vector<SurfaceCycle> read_surfaces(const fs::path& study) {
   const fs::path folder = study / "mesh";
   const fs::path index = folder / "mesh.json";

@@ -19,6 +19,12 @@ using FileList = std::vector<std::string>;
 /// exam/: the stack and each view as 4-D NIfTI; times, exact grids and decisions as JSON.
 FileList write_exam(const std::filesystem::path& study, const Exam& exam);
 [[nodiscard]] Exam read_exam(const std::filesystem::path& study);
+/// Grid and number of phases of the stack, without its voxels.
+struct StackLattice {
+  Grid grid;
+  int phases = 0;
+};
+[[nodiscard]] StackLattice read_stack_lattice(const std::filesystem::path& study);
 
 /// segment/: labels on the source's grid; coverage of each structure on its part of it and, beside
 /// it, how well its boundary is known; the LV's long axis (schemas/long_axis.schema.json).
@@ -64,6 +70,10 @@ FileList write_surfaces(const std::filesystem::path& study,
 /// thickness in every phase.
 FileList write_surface_maps(const std::filesystem::path& study,
                             const std::vector<SurfaceMap>& maps);
+/// Those that are there, of these surfaces; as made, or changed by hand: a segment that was
+/// painted over counts. @throws Error{InvalidInput} naming file and line of what is no map of them
+[[nodiscard]] std::vector<SurfaceMap> read_surface_maps(const std::filesystem::path& study,
+                                                        const std::vector<SurfaceCycle>& surfaces);
 [[nodiscard]] std::vector<SurfaceCycle> read_surfaces(const std::filesystem::path& study);
 
 }  // namespace beatlas::study

@@ -6,6 +6,7 @@
 
 #include "runtime/app/headless.h"
 #include "runtime/app/text.h"
+#include "runtime/base/error.h"
 #include "runtime/field/surface_point.h"
 #include "runtime/palpation/patch_model.h"
 #include "runtime/plot/plot.h"
@@ -15,6 +16,8 @@ namespace {
 
 constexpr double kTickS = 1e-3;
 constexpr double kApartMm = 3;  // centres nearer to each other tell no direction
+constexpr double kStepMm = 0.5;
+constexpr double kOtherHeartMm = 8;  // on the way out through the wall: fat, and what errors leave
 
 std::shared_ptr<const field::FieldQuery> query_of(const atlas::Atlas& package,
                                                   Structure structure) {
@@ -30,11 +33,103 @@ Vec3 towards_free_wall(const atlas::Atlas& package, const field::FieldQuery& hea
   return across.norm() < kApartMm ? left : Vec3(across.normalized());
 }
 
+/// From the middle of a segment out through its wall to the heart's surface.
+Vec3 over_segment(const palpation::LvWall& wall, int segment, const field::FieldQuery& heart,
+                  double t) {
+  const palpation::LvWall::Middle middle = wall.middle_of(segment);
+  const double wall_mm = static_cast<double>(wall.wall_mm()[middle.vertex]);
+  const auto inside = [&](double way) {
+    return heart.sample(middle.mm + way * middle.outward, t).distance_mm < 0;
+  };
+  double way = 0;
+  while (inside(way)) {
+    way += kStepMm;
+    if (way <= wall_mm + kOtherHeartMm) continue;
+    throw_invalid("a finger cannot reach the segment " +
+                  std::string(palpation::segment_name(segment)) +
+                  " from outside: other heart lies over its wall; press another segment");
+  }
+  double low = std::max(0.0, way - kStepMm);
+  double high = way;
+  while (high - low > 1e-6) {
+    const double half = 0.5 * (low + high);
+    (inside(half) ? low : high) = half;
+  }
+  return middle.mm + high * middle.outward;
+}
+
+/// One finger on one muscle of an atlas.
+struct Feeler {
+  std::shared_ptr<const field::FieldQuery> heart;
+  double end_diastole_s;
+  double end_systole_s;
+  double speed;
+  Vec3 place_mm;
+  Vec3 outward;
+
+  /// @param depth_mm [moment] of the finger along `outward`, below the place
+  template <class Depth>
+  [[nodiscard]] FeltBeat feel(const palpation::PatchModelOptions& muscle, Depth depth_mm) const {
+    constexpr int kBeats = 8;  // the patch forgets the first touch
+    palpation::PatchModel patch(std::make_shared<const haptics::AtlasField>(heart), muscle);
+    const auto ticks = static_cast<std::size_t>(heart->rr_interval_s() / speed / kTickS);
+    const double systole_s =
+        (end_systole_s - end_diastole_s) / speed +
+        (end_systole_s < end_diastole_s ? heart->rr_interval_s() / speed : 0.0);
+    FeltBeat out;
+    for (std::size_t n = 0; n < kBeats * ticks; ++n) {
+      const double t = kTickS * static_cast<double>(n % ticks);
+      const haptics::Moment moment{.elapsed_s = n == 0 ? 0 : kTickS,
+                                   .field_time_s = end_diastole_s + speed * t,
+                                   .speed = speed};
+      const Vec3 at = place_mm - depth_mm(moment.field_time_s) * outward;
+      const double force_n =
+          patch.evaluate({.time_s = kTickS * static_cast<double>(n), .position_mm = at}, moment)
+              .force_n.norm();
+      if (n < (kBeats - 1) * ticks) continue;
+      out.time_s.push_back(t);
+      out.force_n.push_back(force_n);
+    }
+    out.diastole_n = out.force_n.back();
+    out.systole_n = out.force_n[std::min(ticks - 1, static_cast<std::size_t>(systole_s / kTickS))];
+    return out;
+  }
+
+  /// Where the surface lies along `outward`, above the place.
+  [[nodiscard]] double surface_above_mm(double t) const {
+    double above = 0;  // the distance is the way to go where the line stands upright on the surface
+    for (int n = 0; n < 20; ++n) {
+      const double distance = heart->sample(place_mm + above * outward, t).distance_mm;
+      above -= distance;
+      if (std::abs(distance) < 1e-4) break;
+    }
+    return above;
+  }
+
+  [[nodiscard]] TissueForce feel_both(const std::string& name,
+                                      const palpation::PatchModelOptions& muscle,
+                                      double depth_mm) const {
+    return {name, feel(muscle, [&](double) { return depth_mm; }),
+            feel(muscle, [&](double t) { return 0.5 * depth_mm - surface_above_mm(t); })};
+  }
+};
+
 }  // namespace
+
+std::shared_ptr<const palpation::LvWall> wall_of(const atlas::Atlas& package) {
+  const auto map = package.surface_map(Structure::LvBlood);
+  if (!map) return nullptr;
+  return std::make_shared<const palpation::LvWall>(package.surface(Structure::LvBlood), map,
+                                                   package.manifest().end_diastole);
+}
 
 atlas::Needs needs_of_press(const atlas::Manifest& manifest) {
   atlas::Needs needs{.fields = {Structure::Heart}, .surfaces = {}};
-  if (atlas::everything_in(manifest).fields.count(Structure::LvBlood) > 0) {
+  const atlas::Needs all = atlas::everything_in(manifest);
+  if (all.maps.contains(Structure::LvBlood) && all.surfaces.contains(Structure::LvBlood)) {
+    needs.surfaces.insert(Structure::LvBlood);
+    needs.maps.insert(Structure::LvBlood);
+  } else if (all.fields.contains(Structure::LvBlood)) {
     needs.fields.insert(Structure::LvBlood);
   }
   return needs;
@@ -42,19 +137,31 @@ atlas::Needs needs_of_press(const atlas::Manifest& manifest) {
 
 AtlasPress press_on_atlas(const atlas::Atlas& package,
                           const palpation::PalpationParameters& parameters,
-                          const PressScript& script) {
+                          const PressScript& script,
+                          const std::optional<AtlasVentricle>& ventricle) {
   const atlas::Manifest& manifest = package.manifest();
   const auto heart = query_of(package, Structure::Heart);
   const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / heart->phases();
   AtlasPress out;
-  out.place_mm =
-      field::surface_point_mm(*heart, towards_free_wall(package, *heart), end_diastole_s);
+  palpation::PatchModelOptions muscle{.parameters = parameters,
+                                      .long_axis = script.long_axis,
+                                      .segment = script.segment,
+                                      .end_diastole_s = end_diastole_s};
+  if (ventricle) {
+    const palpation::LvWall& wall = *ventricle->wall;
+    out.place_mm = over_segment(wall, script.segment, *heart, end_diastole_s);
+    const palpation::WallPlace place =
+        wall.nearest(out.place_mm, end_diastole_s / manifest.rr_interval_s);
+    out.wall = PressedWall{place, ventricle->tissue.at(place)};
+    muscle.long_axis = place.long_axis;
+    muscle.segment = place.segment;
+    muscle.tissue = out.wall->tissue;
+  } else {
+    out.place_mm =
+        field::surface_point_mm(*heart, towards_free_wall(package, *heart), end_diastole_s);
+  }
   out.outward = heart->normal(heart->sample(out.place_mm, end_diastole_s), out.place_mm);
-  palpation::PatchModel patch(std::make_shared<const haptics::AtlasField>(heart),
-                              {.parameters = parameters,
-                               .long_axis = script.long_axis,
-                               .segment = script.segment,
-                               .end_diastole_s = end_diastole_s});
+  palpation::PatchModel patch(std::make_shared<const haptics::AtlasField>(heart), muscle);
   // The heart begins at end-diastole and beats as often as the circulation does.
   const double speed = parameters.circulation.heart_rate_per_min / 60 * manifest.rr_interval_s;
   const double end_s = script.natural_s + 2 * script.moving_s + script.held_s + script.after_s;
@@ -73,6 +180,22 @@ AtlasPress press_on_atlas(const atlas::Atlas& package,
     out.deepest_mm = std::max(out.deepest_mm, contact.depth_mm);
     out.largest_force_n = std::max(out.largest_force_n, force_n);
   }
+  if (!out.wall) return out;
+  const Feeler feeler{
+      .heart = heart,
+      .end_diastole_s = end_diastole_s,
+      .end_systole_s = manifest.rr_interval_s * manifest.end_systole / heart->phases(),
+      .speed = speed,
+      .place_mm = out.place_mm,
+      .outward = out.outward};
+  const auto add = [&](const char* name, const palpation::Tissue& tissue) {
+    muscle.tissue = tissue;
+    out.tissues.push_back(feeler.feel_both(name, muscle, script.depth_mm));
+  };
+  add("healthy", {});
+  add("infarct", palpation::infarct_tissue());
+  add("as it is", out.wall->tissue);
+  compare_with_first(out.tissues);
   return out;
 }
 
@@ -109,10 +232,22 @@ void write_atlas_press(const AtlasPress& press, const std::filesystem::path& fol
 
 nlohmann::json atlas_press_json(const AtlasPress& press) {
   const auto numbers = [](const Vec3& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
-  return {{"place_mm", numbers(press.place_mm)},
-          {"outward", numbers(press.outward)},
-          {"deepest_mm", press.deepest_mm},
-          {"largest_force_n", press.largest_force_n}};
+  nlohmann::json out = {{"place_mm", numbers(press.place_mm)},
+                        {"outward", numbers(press.outward)},
+                        {"deepest_mm", press.deepest_mm},
+                        {"largest_force_n", press.largest_force_n}};
+  if (press.wall) {
+    const palpation::WallPlace& place = press.wall->place;
+    const palpation::Tissue& tissue = press.wall->tissue;
+    out["wall"] = {{"segment", palpation::segment_name(place.segment)},
+                   {"long_axis", place.long_axis},
+                   {"thickness_mm", place.wall_mm},
+                   {"scar", tissue.scar},
+                   {"thickness_ratio", tissue.thickness_ratio},
+                   {"alpha", tissue.alpha}};
+    out["tissues"] = tissues_json(press.tissues);
+  }
+  return out;
 }
 
 std::string atlas_press_text(const AtlasPress& press) {
@@ -120,6 +255,18 @@ std::string atlas_press_text(const AtlasPress& press) {
   text.precision(3);
   text << "on the atlas's own left ventricle: at most " << press.deepest_mm
        << " mm below its moving surface, largest force " << press.largest_force_n << " N\n";
+  if (!press.wall) return text.str();
+  const palpation::WallPlace& place = press.wall->place;
+  text << "it presses " << palpation::segment_name(place.segment) << ", a wall of " << place.wall_mm
+       << " mm, scar " << press.wall->tissue.scar << ", thickness "
+       << press.wall->tissue.thickness_ratio << " of healthy, contraction "
+       << press.wall->tissue.alpha << "\n";
+  for (const TissueForce& tissue : press.tissues) {
+    text << "there " << tissue.name << ": " << tissue.in_space.diastole_n << " N at end-diastole ("
+         << tissue.in_space.diastole_jnd << " JND from healthy); with the wall "
+         << tissue.with_wall.diastole_n << " to " << tissue.with_wall.systole_n << " N ("
+         << tissue.with_wall.diastole_jnd << ", " << tissue.with_wall.systole_jnd << " JND)\n";
+  }
   return text.str();
 }
 

@@ -1,12 +1,17 @@
 #pragma once
 /// The scripted press on an atlas's own left ventricle: paper B's muscle at the depth of a finger
-/// below the surface as the images show it beating.
+/// below the surface as the images show it beating. Where the package has a map of the LV's wall
+/// the finger goes to the segment it is told, onto the muscle that lies there.
 
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "runtime/app/press.h"
 #include "runtime/atlas/atlas.h"
+#include "runtime/palpation/lv_wall.h"
+#include "runtime/palpation/regions.h"
 
 namespace beatlas::app {
 
@@ -17,24 +22,47 @@ struct AtlasPressRow {
   double force_n;          ///< before any cap, along the surface's normal
 };
 
+/// The muscle under the finger.
+struct PressedWall {
+  palpation::WallPlace place;  ///< nearest on the endocardium, at end-diastole
+  palpation::Tissue tissue;
+};
+
 struct AtlasPress {
   Vec3 place_mm = Vec3::Zero();     ///< workspace: where the finger touches first
   Vec3 outward = Vec3::UnitX();     ///< the surface's normal there at end-diastole
   std::vector<AtlasPressRow> rows;  ///< one a millisecond
   double deepest_mm = 0;
   double largest_force_n = 0;
+  std::optional<PressedWall> wall;  ///< none without a map
+  /// Where there is a wall: the same finger at the same place on healthy muscle, on an infarct
+  /// weeks old, and on the tissue that is there.
+  std::vector<TissueForce> tissues;
 };
 
-/// What of a package it touches: the heart's field and, where there is one, that of the LV's blood,
-/// which tells where the free wall is (else the body's left side is taken for it).
+/// What is known of an atlas's left ventricle.
+struct AtlasVentricle {
+  std::shared_ptr<const palpation::LvWall> wall;
+  palpation::TissueMap tissue;
+};
+
+/// What of a package it touches: the heart's field and the endocardium with its map; without them,
+/// where there is one, the field of the LV's blood, which tells where the free wall is (else the
+/// body's left side is taken for it).
 [[nodiscard]] atlas::Needs needs_of_press(const atlas::Manifest& manifest);
 
+/// The wall of a package that was opened with needs_of_press; null without a map.
+[[nodiscard]] std::shared_ptr<const palpation::LvWall> wall_of(const atlas::Atlas& package);
+
 /// @param package opened with needs_of_press  @param script as run_press ran it
+/// @param ventricle of the package; none: the place's tissue is that of script.segment
+/// @throws Error{InvalidInput} if the segment cannot be reached from outside, as the septum.
 /// @throws Error{InvalidInput} if the package lacks the heart's field (the message names the scene
 /// that would hold it) or a parameter is out of range.
 [[nodiscard]] AtlasPress press_on_atlas(const atlas::Atlas& package,
                                         const palpation::PalpationParameters& parameters,
-                                        const PressScript& script);
+                                        const PressScript& script,
+                                        const std::optional<AtlasVentricle>& ventricle);
 
 /// atlas_press.csv and atlas_press.svg. @throws Error{Machine} if one cannot be written.
 void write_atlas_press(const AtlasPress& press, const std::filesystem::path& folder);

@@ -299,6 +299,14 @@ void add_probe(CLI::App& probe, ProbeArguments& arguments) {
       ->capture_default_str();
 }
 
+std::vector<std::string> segment_names() {
+  std::vector<std::string> out;
+  for (int segment = 1; segment <= palpation::kSegments; ++segment) {
+    out.emplace_back(palpation::segment_name(segment));
+  }
+  return out;
+}
+
 void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_option("PACKAGE", arguments.package, "a .beatlas file");
   app.add_flag("--headless", arguments.headless, "no picture: run the servo and report");
@@ -394,6 +402,9 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--press-depth-mm", arguments.press.script.depth_mm, "how deep")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
+  app.add_option("--press-segment", arguments.press.segment,
+                 "AHA segment that is pressed, by name: mid_anterior if not said")
+      ->check(CLI::IsMember(segment_names()));
   app.add_option("--parameters", arguments.press.parameters,
                  "JSON of muscle, circulation and disease for the press");
   app.add_option("--preset", arguments.press.preset, "of them, for the press")
@@ -413,15 +424,27 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       "beatlas-play");
   PlayArguments play_arguments;
   add_play(app, play_arguments);
+  app.footer(
+      "Example:\n"
+      "  beatlas-play heart.beatlas --headless --seconds 5 --tool-radius-mm 5\n"
+      "  beatlas-play --headless --scene palpation --press out\n\n"
+      "Method:\n"
+      "  Force as published: Nakao et al., MEDINFO 2001. Proxy: Zilles and Salisbury, IROS 1995, "
+      "and\n  Ruspini et al., SIGGRAPH 1997. The muscle under a finger: Tokuyasu et al., FIMH "
+      "2003");
   ProbeArguments probe_arguments;
   CLI::App* probe_command = app.add_subcommand(
       "probe", "distance, normal, velocity and force at points and times of a CSV");
   add_probe(*probe_command, probe_arguments);
+  probe_command->footer(
+      "Example:\n  beatlas-play probe heart.beatlas --points points.csv -o felt.csv\n\n"
+      "Method:\n  K x depth along the normal: Nakao et al., MEDINFO 2001");
   TicksArguments ticks_arguments;
   CLI::App* ticks_command = app.add_subcommand(
       "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");
   ticks_command->add_option("PACKAGE", ticks_arguments.package, "a .beatlas file")->required();
   ticks_command->add_option("TICKS", ticks_arguments.file, "what --ticks wrote")->required();
+  ticks_command->footer("Example:\n  beatlas-play replay-ticks heart.beatlas session.ticks");
   try {
     app.parse(argc, argv);
     play_arguments.scene_named = app.count("--scene") > 0;

@@ -319,10 +319,7 @@ std::vector<TissueForce> compare_tissues(const PressScript& script) {
       feel("beside infarct", infarct, script, kMidInferior),
       feel("dilated", palpation::palpation_preset("dilated_cardiomyopathy"), script, kMidAnterior),
       feel("low pressure", palpation::palpation_preset("low_pressure"), script, kMidAnterior)};
-  for (TissueForce& tissue : out) {
-    compare(tissue.in_space, out.front().in_space);
-    compare(tissue.with_wall, out.front().with_wall);
-  }
+  compare_with_first(out);
   return out;
 }
 
@@ -348,13 +345,25 @@ json press_json(const Press& press, const std::vector<TissueForce>& tissues) {
       {"pressed", beat_json(press.pressed_beat)},
       {"output_share", press.pressed_beat.output_l_per_min / press.natural_beat.output_l_per_min},
       {"largest_force_n", largest_force_n(press)},
-      {"tissues", json::array()}};
+      {"tissues", tissues_json(tissues)}};
+  return out;
+}
+
+json tissues_json(const std::vector<TissueForce>& tissues) {
+  json out = json::array();
   for (const TissueForce& tissue : tissues) {
-    out["tissues"].push_back({{"name", tissue.name},
-                              {"in_space", felt_json(tissue.in_space)},
-                              {"with_wall", felt_json(tissue.with_wall)}});
+    out.push_back({{"name", tissue.name},
+                   {"in_space", felt_json(tissue.in_space)},
+                   {"with_wall", felt_json(tissue.with_wall)}});
   }
   return out;
+}
+
+void compare_with_first(std::vector<TissueForce>& tissues) {
+  for (TissueForce& tissue : tissues) {
+    compare(tissue.in_space, tissues.front().in_space);
+    compare(tissue.with_wall, tissues.front().with_wall);
+  }
 }
 
 std::string press_text(const Press& press, const std::vector<TissueForce>& tissues) {

@@ -81,6 +81,9 @@ void write_press(const Press& press, const std::vector<TissueForce>& tissues,
 /// See schemas/press.schema.json.
 [[nodiscard]] nlohmann::json press_json(const Press& press,
                                         const std::vector<TissueForce>& tissues);
+/// What of `tissues` is told; its jnd are set against the first.
+[[nodiscard]] nlohmann::json tissues_json(const std::vector<TissueForce>& tissues);
+void compare_with_first(std::vector<TissueForce>& tissues);
 /// A few lines for people; ends with a newline.
 [[nodiscard]] std::string press_text(const Press& press, const std::vector<TissueForce>& tissues);
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/app/atlas_press.h"
+#include "runtime/app/painted_map.h"
 #include "runtime/app/text.h"
 #include "runtime/base/error.h"
 #include "runtime/palpation/fit.h"
@@ -17,13 +18,22 @@ namespace {
 
 using palpation::PalpationParameters;
 
-PalpationParameters parameters_from_file(const std::string& file) {
+struct Given {
+  PalpationParameters parameters;
+  std::vector<palpation::Region> regions;
+};
+
+Given parameters_from_file(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  const auto document = nlohmann::json::parse(stream, nullptr, false);
+  const auto document = nlohmann::json::parse(stream, nullptr, false, true);
   if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
   try {
-    return palpation::palpation_from_json(document);
+    Given out{palpation::palpation_from_json(document), {}};
+    if (document.contains("regions")) {
+      out.regions = palpation::regions_from_json(document["regions"]);
+    }
+    return out;
   } catch (const Error& error) {
     throw error.with_context(file);
   }
@@ -47,16 +57,55 @@ void scale_to_atlas(PalpationParameters& parameters, const atlas::Manifest& mani
   throw_invalid(package + " holds no volumes of lv_blood; build it with a scene that has them");
 }
 
+// The middle of a segment's ring, for a ventricle without a map.
+double long_axis_of(int segment) {
+  if (segment == palpation::kSegments) return 0.04;
+  return segment <= 6 ? 5.0 / 6 : segment <= 12 ? 0.5 : 1.0 / 6;
+}
+
+// Which muscle of the atlas is ill: that of the segments and regions, on its own wall.
+std::optional<AtlasVentricle> ventricle_of(const atlas::Atlas& package,
+                                           const PalpationParameters& parameters,
+                                           const std::vector<palpation::Region>& regions,
+                                           const PressArguments& arguments) {
+  const auto wall = wall_of(package);
+  if (!wall) {
+    if (regions.empty()) return std::nullopt;
+    throw_invalid(arguments.package + " has no map of the LV's wall, which the regions of " +
+                  arguments.parameters + " are found on; build it again from images");
+  }
+  const palpation::PaintedMaps painted =
+      read_painted_maps(regions, std::filesystem::path(arguments.parameters).parent_path(), *wall);
+  return AtlasVentricle{wall,
+                        palpation::tissue_of_wall(*wall, parameters.segments, regions, painted)};
+}
+
 }  // namespace
 
 void run_press_session(const PressArguments& arguments, std::ostream& out) {
   PalpationParameters parameters;
-  if (!arguments.parameters.empty()) parameters = parameters_from_file(arguments.parameters);
+  std::vector<palpation::Region> regions;
+  if (!arguments.parameters.empty()) {
+    Given given = parameters_from_file(arguments.parameters);
+    parameters = given.parameters;
+    regions = std::move(given.regions);
+  }
   if (!arguments.preset.empty()) parameters = palpation::palpation_preset(arguments.preset);
+  PressScript script = arguments.script;
+  if (const auto segment = palpation::segment_from_name(arguments.segment)) {
+    script.segment = *segment;
+    script.long_axis = long_axis_of(*segment);
+  }
   std::optional<atlas::Atlas> package;
+  std::optional<AtlasVentricle> ventricle;
+  if (!regions.empty() && arguments.package.empty()) {
+    throw_invalid(arguments.parameters + ": /regions are found on an atlas's wall; name a package");
+  }
   if (!arguments.package.empty()) {
     const std::string& file = arguments.package;
     package = atlas::Atlas::open(file, needs_of_press(atlas::Atlas::open(file, {}).manifest()));
+    ventricle = ventricle_of(*package, parameters, regions, arguments);
+    if (ventricle) parameters.infarct = ventricle->tissue.infarct;
     scale_to_atlas(parameters, package->manifest(), file);
   }
   if (arguments.heart_rate_per_min > 0) {
@@ -64,10 +113,10 @@ void run_press_session(const PressArguments& arguments, std::ostream& out) {
     parameters.circulation.reference_volume_ml =
         palpation::natural_beat(parameters.whole_circulation()).edv_ml;
   }
-  const Press press = run_press(parameters, arguments.script);
-  const std::vector<TissueForce> tissues = compare_tissues(arguments.script);
+  const Press press = run_press(parameters, script);
+  const std::vector<TissueForce> tissues = compare_tissues(script);
   std::optional<AtlasPress> on_atlas;
-  if (package) on_atlas = press_on_atlas(*package, parameters, press.script);
+  if (package) on_atlas = press_on_atlas(*package, parameters, press.script, ventricle);
   nlohmann::json json = press_json(press, tissues);
   if (on_atlas) json["atlas"] = atlas_press_json(*on_atlas);
   write_press(press, tissues, arguments.folder);

@@ -13,6 +13,7 @@ struct PressArguments {
   std::string parameters;  ///< JSON after schemas/palpation.schema.json; or none
   std::string preset;      ///< instead of them; or none
   PressScript script;
+  std::string segment;            ///< by name, instead of the script's; or none
   double heart_rate_per_min = 0;  ///< > 0: instead of the atlas's or the parameters'
   bool json = false;              ///< report as JSON
 };

@@ -2,6 +2,7 @@
 
 #include "runtime/atlas/field_payload.h"
 #include "runtime/atlas/scene.h"
+#include "runtime/atlas/surface_map_payload.h"
 #include "runtime/atlas/surface_payload.h"
 #include "runtime/atlas/volume_payload.h"
 #include "runtime/atlas/zip_archive.h"
@@ -114,6 +115,23 @@ std::shared_ptr<const SurfacePayload> read_surface(const Manifest& manifest,
   }
 }
 
+/// @param surface that it is a map of, if that was read too
+std::shared_ptr<const SurfaceMapPayload> read_map(const Manifest& manifest,
+                                                  const ZipArchive& archive, Structure structure,
+                                                  const SurfacePayload* surface) {
+  const Bytes bytes = read_item(manifest, archive, kMapKind, structure);
+  try {
+    auto map = std::make_shared<SurfaceMapPayload>(decode_surface_map(bytes, structure));
+    require_phases(manifest, map->thickness_mm.size());
+    if (surface != nullptr && surface->positions.front().size() != map->segment.size()) {
+      throw_invalid("has another number of vertices than the surface; build the package again");
+    }
+    return map;
+  } catch (const Error& error) {
+    throw error.with_context(item_path(kMapKind, structure));
+  }
+}
+
 std::shared_ptr<const VolumePayload> read_volume(const Manifest& manifest,
                                                  const ZipArchive& archive) {
   const Bytes bytes = read_item(manifest, archive, kVolumeKind, Structure::Heart);
@@ -144,6 +162,8 @@ Needs everything_in(const Manifest& manifest) {
     if (!structure) continue;
     if (item.kind == kVolumeKind) {
       needs.volume = true;
+    } else if (item.kind == kMapKind) {
+      needs.maps.insert(*structure);
     } else {
       (item.kind == kFieldKind ? needs.fields : needs.surfaces).insert(*structure);
     }
@@ -163,6 +183,10 @@ Atlas Atlas::open(const std::filesystem::path& file, const Needs& needs) {
     for (Structure structure : needs.surfaces) {
       atlas.surfaces_.push_back(read_surface(atlas.manifest_, archive, structure));
     }
+    for (Structure structure : needs.maps) {
+      const auto surface = atlas.surface(structure);
+      atlas.maps_.push_back(read_map(atlas.manifest_, archive, structure, surface.get()));
+    }
     if (needs.volume) atlas.volume_ = read_volume(atlas.manifest_, archive);
     return atlas;
   } catch (const Error& error) {
@@ -176,6 +200,10 @@ std::shared_ptr<const FieldPayload> Atlas::field(Structure structure) const {
 
 std::shared_ptr<const SurfacePayload> Atlas::surface(Structure structure) const {
   return find(surfaces_, structure);
+}
+
+std::shared_ptr<const SurfaceMapPayload> Atlas::surface_map(Structure structure) const {
+  return find(maps_, structure);
 }
 
 }  // namespace beatlas::atlas

@@ -18,6 +18,7 @@ struct Needs {
   std::set<Structure> fields;
   std::set<Structure> surfaces;
   bool volume = false;
+  std::set<Structure> maps = {};
 };
 
 /// Every payload that `manifest` names.
@@ -37,12 +38,15 @@ class Atlas {
   /// Null if it was not asked for.
   [[nodiscard]] std::shared_ptr<const FieldPayload> field(Structure structure) const;
   [[nodiscard]] std::shared_ptr<const SurfacePayload> surface(Structure structure) const;
+  /// Its vertices are those of surface(structure), in that order.
+  [[nodiscard]] std::shared_ptr<const SurfaceMapPayload> surface_map(Structure structure) const;
   [[nodiscard]] std::shared_ptr<const VolumePayload> volume() const { return volume_; }
 
  private:
   Manifest manifest_;
   std::vector<std::shared_ptr<const FieldPayload>> fields_;
   std::vector<std::shared_ptr<const SurfacePayload>> surfaces_;
+  std::vector<std::shared_ptr<const SurfaceMapPayload>> maps_;
   std::shared_ptr<const VolumePayload> volume_;
 };
 

@@ -107,17 +107,22 @@ StructureEntry structure_from_json(const json& entry, const std::string& path) {
   return structure;
 }
 
-Item item_from_json(const json& entry, const std::string& path) {
+Item item_from_json(const json& entry, const std::string& path, int format_version) {
   JsonObject object(entry, path);
   Item item;
   item.kind = required_text(object, "kind");
-  require(is_kind(item.kind), path + "/kind", "must be field, surface, motion or volume");
+  require(is_kind(item.kind), path + "/kind",
+          "must be field, surface, motion, surface_map or volume");
+  require(item.kind != kMapKind || format_version >= 4, path + "/kind",
+          "is not of this format version");
   item.structure = required_text(object, "structure");
   const auto structure = structure_from_name(item.structure);
   require(structure.has_value(), path + "/structure", "is not a structure this format knows");
   item.path = required_text(object, "path");
   require(item.kind != kVolumeKind || *structure == Structure::Heart, path + "/structure",
           "must be heart for a volume");
+  require(kind_exists(item.kind, *structure), path + "/structure",
+          "must be lv_blood or lv_myocardium for a surface_map");
   const std::string expected = item_path(item.kind, *structure);
   require(item.path == expected, path + "/path", "must be " + expected);
   const json& bytes = object.at("bytes");
@@ -145,9 +150,9 @@ void check_version(const json& document) {
                   ", the newest this program reads; update beatlas");
   }
   require(version->get<double>() >= 1, "/format_version", "must be at least 1");
-  if (version->get<double>() < kFormatVersion) {
+  if (version->get<double>() < kOldestFormatVersion) {
     throw_invalid("format version " + version->dump() + " is older than version " +
-                  std::to_string(kFormatVersion) +
+                  std::to_string(kOldestFormatVersion) +
                   ", the oldest this program reads; build the package again");
   }
 }
@@ -170,7 +175,8 @@ Manifest manifest_from_json(const json& document) {
   Manifest manifest;
   JsonObject object(document, "");
   (void)object.at("format");
-  manifest.format_version = required_int(object, "format_version", kFormatVersion, kFormatVersion);
+  manifest.format_version =
+      required_int(object, "format_version", kOldestFormatVersion, kFormatVersion);
   manifest.scene = required_text(object, "scene");
   require(is_scene(manifest.scene), "/scene", "must be palpation, anatomy or full");
   manifest.rr_interval_s = required_number(object, "rr_interval_s", 0.02, 20);
@@ -202,7 +208,7 @@ Manifest manifest_from_json(const json& document) {
   const json& items = required_array(object, "items", 0, kMaxItems);
   for (std::size_t i = 0; i < items.size(); ++i) {
     const std::string path = "/items/" + std::to_string(i);
-    manifest.items.push_back(item_from_json(items[i], path));
+    manifest.items.push_back(item_from_json(items[i], path, manifest.format_version));
     const Item& item = manifest.items.back();
     require(paths.insert(item.path).second, path + "/path", "must not be given twice");
     require(names.count(item.structure) == 1, path + "/structure",

@@ -12,7 +12,9 @@
 
 namespace beatlas::atlas {
 
-inline constexpr int kFormatVersion = 3;
+inline constexpr int kFormatVersion = 4;
+/// Version 3 had no surface maps, and a palpation scene of the heart's field alone.
+inline constexpr int kOldestFormatVersion = 3;
 
 inline constexpr std::string_view kManifestEntry = "atlas.json";
 inline constexpr std::string_view kFormatName = "beatlas";
@@ -20,7 +22,7 @@ inline constexpr std::string_view kFormatName = "beatlas";
 /// A payload: entry name in the zip, size and SHA-256 of the entry as a zip tool extracts it.
 struct Item {
   std::string path;  ///< item_path(kind, structure), see scene.h
-  std::string kind;  ///< "field", "surface", "motion" or "volume"
+  std::string kind;  ///< one of kKinds
   std::string structure;
   std::uint64_t bytes = 0;
   std::string sha256;

@@ -71,6 +71,20 @@ struct SurfacePayload {
   std::vector<std::vector<Vec3f>> positions;  ///< [phase][vertex]
 };
 
+/// What the vertices of a surface on the LV's wall are called, and how thick the wall is there.
+/// Names belong to the muscle: they are those of the first phase and stay with the vertex.
+struct SurfaceMapPayload {
+  Structure structure{};
+  std::vector<float> long_axis;  ///< [vertex] 0 at the wall's apical end .. 1 at the base plane
+  /// [vertex] about the long axis, 0 in the middle of the anterior wall, towards the septum,
+  /// 0..2 pi
+  std::vector<float> angle_rad;
+  std::vector<std::uint8_t> segment;  ///< [vertex] 1..17 (Cerqueira et al., AHA 2002)
+  /// [phase][vertex] [mm] from endocardium to epicardium along the endocardium's normal; 0: there
+  /// is no wall, as on the flat base.
+  std::vector<std::vector<float>> thickness_mm;
+};
+
 /// Intensities of the source's images around the heart, on their own lattice and at their phases,
 /// for drawing; what the images hold below their noise is left out. volume.h gives images of it.
 ///

@@ -13,22 +13,34 @@ bool is_kind(std::string_view name) noexcept {
   return std::find(kKinds.begin(), kKinds.end(), name) != kKinds.end();
 }
 
+bool kind_exists(std::string_view kind, Structure structure) noexcept {
+  if (kind == kVolumeKind) return structure == Structure::Heart;
+  if (kind == kMapKind) {
+    return structure == Structure::LvBlood || structure == Structure::LvMyocardium;
+  }
+  return is_kind(kind);
+}
+
 bool scene_holds(std::string_view scene, std::string_view kind, Structure structure) noexcept {
-  if (kind == kVolumeKind && structure != Structure::Heart) return false;
+  if (!kind_exists(kind, structure)) return false;
   if (scene == "full") return true;
-  if (scene == "palpation") return kind == kFieldKind && structure == Structure::Heart;
-  if (scene == "anatomy") return kind == kSurfaceKind || kind == kMotionKind;
-  return false;
+  const bool of_surface = kind == kSurfaceKind || kind == kMotionKind || kind == kMapKind;
+  if (scene == "palpation") {
+    return kind == kFieldKind ? structure == Structure::Heart
+                              : of_surface && structure == Structure::LvBlood;
+  }
+  return scene == "anatomy" && of_surface;
 }
 
 std::string scenes_that_hold(std::string_view kind, Structure structure) {
   std::string list;
+  std::string last;
   for (std::string_view scene : kScenes) {
     if (!scene_holds(scene, kind, structure)) continue;
-    if (!list.empty()) list += " or ";
-    list += scene;
+    if (!last.empty()) list += (list.empty() ? "" : ", ") + last;
+    last = scene;
   }
-  return list;
+  return list.empty() ? last : list + " or " + last;
 }
 
 std::string item_path(std::string_view kind, Structure structure) {
@@ -36,6 +48,7 @@ std::string item_path(std::string_view kind, Structure structure) {
   const std::string name(structure_name(structure));
   if (kind == kFieldKind) return "fields/" + name + ".field.zst";
   if (kind == kVolumeKind) return "volumes/" + name + ".volume.zst";
+  if (kind == kMapKind) return "maps/" + name + ".map.zst";
   if (kind == kMotionKind) return "surfaces/" + name + ".motion";
   return "surfaces/" + name + ".drc";
 }

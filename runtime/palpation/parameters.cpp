@@ -9,6 +9,7 @@
 #include "runtime/base/json_object.h"
 #include "runtime/palpation/fit.h"
 #include "runtime/palpation/patch.h"
+#include "runtime/palpation/regions.h"
 
 namespace beatlas::palpation {
 namespace {
@@ -121,13 +122,16 @@ void read_muscle(JsonObject& object, PalpationParameters& parameters) {
 }
 
 // A spring in series is softer than each: the wall's may not be stiffer than the contact's.
-void check_contact(const PalpationParameters& parameters) {
+void check_contact(const PalpationParameters& parameters, const std::vector<Region>& regions) {
   double stiffest = 0;
   for (const MuscleConstants* place :
        {&parameters.muscle.base, &parameters.muscle.middle, &parameters.muscle.apex}) {
     stiffest = std::max(stiffest, place->k_v_n_per_m);
     for (const Tissue& tissue : parameters.segments) {
       stiffest = std::max(stiffest, in_tissue(*place, tissue).k_v_n_per_m);
+    }
+    for (const Region& region : regions) {
+      stiffest = std::max(stiffest, in_tissue(*place, region.tissue).k_v_n_per_m);
     }
   }
   const C& c = parameters.circulation;
@@ -160,9 +164,9 @@ MuscleConstants PalpationParameters::at(double long_axis, int segment) const noe
 
 CirculationParameters PalpationParameters::whole_circulation() const noexcept {
   CirculationParameters out = circulation;
-  const Infarct infarct = infarct_of(segments);
-  out.infarct_fraction = infarct.fraction;
-  out.infarct_alpha = infarct.alpha;
+  const Infarct whole = infarct ? *infarct : infarct_of(segments);
+  out.infarct_fraction = whole.fraction;
+  out.infarct_alpha = whole.alpha;
   return out;
 }
 
@@ -178,8 +182,7 @@ PalpationParameters palpation_preset(const std::string& name) {
     return out;
   }
   if (name == "anterior_infarct") {  // of the left anterior descending artery, weeks old
-    set_tissue(out.segments, {1, 2, 7, 8, 13, 14, 17},
-               {.scar = 0.8, .thickness_ratio = 0.6, .alpha = 0.2});
+    set_tissue(out.segments, {1, 2, 7, 8, 13, 14, 17}, infarct_tissue());
   } else if (name == "dilated_cardiomyopathy") {  // wide, thin, weak, under pressure
     out.circulation.contractility = 0.45;
     out.circulation.emin *= 0.7;
@@ -208,8 +211,10 @@ PalpationParameters palpation_from_json(const json& document) {
   out.circulation.relaxation_rate_per_s = out.muscle.relaxation_rate_per_s();
   read_circulation(object, out);
   read_segments(object, out.segments);
+  std::vector<Region> regions;
+  if (object.has("regions")) regions = regions_from_json(object.at("regions"));
   object.finish();
-  check_contact(out);
+  check_contact(out, regions);
   return out;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// All that the palpation trainer can be told, its presets, and its JSON.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,14 +22,24 @@ struct PalpationParameters {
   /// 0 or 20..250: while above 0 the resistance follows, beat by beat, to this mean aortic pressure
   double aortic_target_mmhg = 0;
   SegmentTissue segments{};
+  /// Of the whole ventricle, where regions were found on an atlas (regions.h); none: the segments'.
+  std::optional<Infarct> infarct = std::nullopt;
 
   /// @throws Error{InvalidInput} as palpation_from_json does of these numbers.
   void check() const;
   /// Of a place: Table 1 at the long axis, changed by the segment's tissue.
   [[nodiscard]] MuscleConstants at(double long_axis, int segment) const noexcept;
-  /// The circulation with the infarct that the segments make.
+  [[nodiscard]] MuscleConstants at(double long_axis, const Tissue& tissue) const noexcept {
+    return in_tissue(blend(muscle, long_axis), tissue);
+  }
+  /// The circulation with that infarct.
   [[nodiscard]] CirculationParameters whole_circulation() const noexcept;
 };
+
+/// An infarct weeks old, as in anterior_infarct.
+[[nodiscard]] constexpr Tissue infarct_tissue() noexcept {
+  return {.scar = 0.8, .thickness_ratio = 0.6, .alpha = 0.2};
+}
 
 /// healthy, anterior_infarct, dilated_cardiomyopathy, low_pressure, by_74_percent: a preset on the
 /// dog of 25 kg. `reference_volume_ml` is that preset's own end-diastolic volume.
@@ -36,7 +47,8 @@ struct PalpationParameters {
 [[nodiscard]] PalpationParameters palpation_preset(const std::string& name);
 [[nodiscard]] std::vector<std::string> palpation_presets();
 
-/// schemas/palpation.schema.json. What is left out keeps its default.
+/// schemas/palpation.schema.json. What is left out keeps its default. `regions` are checked and
+/// left out: they are an atlas's, see regions_from_json.
 /// @throws Error{InvalidInput} naming the JSON path of what is unknown or out of range, and the
 /// range.
 [[nodiscard]] PalpationParameters palpation_from_json(const nlohmann::json& json);

@@ -17,12 +17,18 @@ const haptics::ContactField& checked(const std::shared_ptr<const haptics::Contac
   return *field;
 }
 
+Tissue tissue_of(const PatchModelOptions& options) {
+  if (options.tissue) return *options.tissue;
+  if (options.segment < 1 || options.segment > kSegments) return {};
+  return options.parameters.segments[static_cast<std::size_t>(options.segment - 1)];
+}
+
 VerticalPatch patch_of(const PatchModelOptions& options) {
   const PalpationParameters& parameters = options.parameters;
   parameters.check();
   return VerticalPatch(
       {.mass_kg = parameters.wall_mass_kg,
-       .damping_n_s_per_m = parameters.at(options.long_axis, options.segment).c_v_n_s_per_m,
+       .damping_n_s_per_m = parameters.at(options.long_axis, tissue_of(options)).c_v_n_s_per_m,
        .contact_n_per_m = parameters.contact_n_per_m});
 }
 
@@ -40,14 +46,12 @@ PatchModel::PatchModel(std::shared_ptr<const haptics::ContactField> field,
   }
   if (!std::isfinite(end_diastole_s_)) throw_invalid("a patch's end-diastole must be a time");
   const PalpationParameters& parameters = options.parameters;
-  const bool diseased = options.segment >= 1 && options.segment <= kSegments;
-  const double alpha =
-      diseased ? parameters.segments[static_cast<std::size_t>(options.segment - 1)].alpha : 1;
+  const Tissue tissue = tissue_of(options);
   const CirculationParameters circulation = parameters.whole_circulation();
-  k_v_n_per_m_ = parameters.at(options.long_axis, options.segment).k_v_n_per_m;
-  k_e_rest_n_per_m_ = parameters.contractile.stiffness_n_per_m(alpha, circulation.emin);
+  k_v_n_per_m_ = parameters.at(options.long_axis, tissue).k_v_n_per_m;
+  k_e_rest_n_per_m_ = parameters.contractile.stiffness_n_per_m(tissue.alpha, circulation.emin);
   k_e_span_n_per_m_ =
-      parameters.contractile.stiffness_n_per_m(alpha, circulation.effective_emax()) -
+      parameters.contractile.stiffness_n_per_m(tissue.alpha, circulation.effective_emax()) -
       k_e_rest_n_per_m_;
 }
 

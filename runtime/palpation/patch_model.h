@@ -3,6 +3,7 @@
 /// patch (patch.h), whose stiffness K_v + K_e(t) contracts with the atlas's own cycle.
 
 #include <memory>
+#include <optional>
 
 #include "runtime/haptics/contact.h"
 #include "runtime/haptics/contact_field.h"
@@ -14,8 +15,10 @@ namespace beatlas::palpation {
 
 struct PatchModelOptions {
   PalpationParameters parameters = {};
-  double long_axis = 0.5;     ///< 0 apex .. 1 base: which muscle
-  int segment = 0;            ///< 1..17, 0: healthy
+  double long_axis = 0.5;  ///< 0 apex .. 1 base: which muscle
+  int segment = 0;         ///< 1..17, 0: healthy
+  /// Of the place itself, where an atlas tells it (regions.h); none: the segment's
+  std::optional<Tissue> tissue = std::nullopt;
   double end_diastole_s = 0;  ///< where in the field's cycle contraction begins
 };
 

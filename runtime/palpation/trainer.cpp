@@ -130,13 +130,19 @@ void Trainer::hold_aortic_pressure() noexcept {
 void Trainer::place(Touch& touch, const Finger& finger) noexcept {
   touch.place_mm = finger.place_mm;
   const double long_axis = std::isfinite(finger.long_axis) ? finger.long_axis : 0.5;
-  if (long_axis == touch.long_axis && finger.segment == touch.segment) return;
+  if (long_axis == touch.long_axis && finger.segment == touch.segment &&
+      finger.tissue == touch.tissue) {
+    return;
+  }
   touch.long_axis = long_axis;
   touch.segment = finger.segment;
-  touch.muscle = parameters_.at(long_axis, finger.segment);
+  touch.tissue = finger.tissue;
   const bool known = finger.segment >= 1 && finger.segment <= kSegments;
-  touch.alpha =
-      known ? parameters_.segments[static_cast<std::size_t>(finger.segment - 1)].alpha : 1;
+  const Tissue tissue = finger.tissue ? *finger.tissue
+                        : known ? parameters_.segments[static_cast<std::size_t>(finger.segment - 1)]
+                                : Tissue{};
+  touch.muscle = parameters_.at(long_axis, tissue);
+  touch.alpha = tissue.alpha;
   touch.patch.set_damping(touch.muscle.c_v_n_s_per_m);
   touch.horizontal.set(touch.muscle.k_h1_n_per_m, touch.muscle.k_h2_n_per_m,
                        touch.muscle.c_h_n_s_per_m);

@@ -17,6 +17,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "runtime/base/geometry.h"
@@ -34,6 +35,8 @@ struct Finger {
                            ///< below 0: above it
   double long_axis = 0.5;  ///< 0 apex .. 1 base
   int segment = 0;         ///< 1..17; 0: healthy
+  /// Of the place itself, where an atlas tells it (regions.h); none: the segment's
+  std::optional<Tissue> tissue = std::nullopt;
 };
 
 /// One tick as a whole; trivially copyable.
@@ -92,6 +95,7 @@ class Trainer {
     double alpha = 1;
     double long_axis = -1;
     int segment = -1;
+    std::optional<Tissue> tissue = std::nullopt;
     Vec3 place_mm = Vec3::Zero();
   };
 

@@ -27,6 +27,7 @@ struct Words {
   std::string cut;
   std::vector<double> cut_plane;
   std::string volume = "off";
+  std::string colour = "structure";
   std::vector<std::string> opacity;
   std::vector<double> press_at;
   std::string size = "800x600";
@@ -69,6 +70,13 @@ void add_options(CLI::App& app, Words& words) {
                  "the images as a volume: muscle, or blood (the bright cavities through the beat, "
                  "not measured flow)")
       ->check(CLI::IsMember({"off", "muscle", "blood"}))
+      ->capture_default_str();
+  app.add_option("--colour,--color", words.colour,
+                 "the LV's wall by thickness, stiffness or AHA segments, with a legend")
+      ->check(CLI::IsMember(words_of(kColourings)))
+      ->capture_default_str();
+  app.add_option("--preset", options.preset, "the disease whose stiffness is shown")
+      ->check(CLI::IsMember(palpation::palpation_presets()))
       ->capture_default_str();
   app.add_option("--opacity", words.opacity, "STRUCTURE=0..1, as heart=0.2; 0 hides; repeatable");
   app.add_option("--press-mm,--press", options.press_mm,
@@ -126,6 +134,7 @@ void read_words(Words& words) {
   options.cut = words.cut;
   if (words.volume == "muscle") options.volume = VolumePreset::Muscle;
   if (words.volume == "blood") options.volume = VolumePreset::Blood;
+  options.colour = colouring_of(words.colour);
   read_size(words);
   read_opacity(words);
   if (!words.cut_plane.empty()) {

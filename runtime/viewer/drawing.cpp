@@ -130,6 +130,7 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   parts.make_volume();
   parts.make_tool();
   parts.make_overlay();
+  parts.make_legend();
   set_camera(standard_view(parts.frame, "anterior"));
   if (options.offscreen) {
     auto window = vtkSmartPointer<vtkRenderWindow>::New();
@@ -256,6 +257,7 @@ void HeartDrawing::Parts::update() {
     stale = false;
   }
   update_overlay();
+  update_legend();
   fit_clip();
   times.update_ms = milliseconds_since(start);
 }

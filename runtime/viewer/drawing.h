@@ -13,6 +13,7 @@
 #include "runtime/field/field_query.h"
 #include "runtime/palpation/dent.h"
 #include "runtime/viewer/heart_frame.h"
+#include "runtime/viewer/wall_colours.h"
 
 namespace beatlas::viewer {
 
@@ -70,6 +71,13 @@ struct DrawingOptions {
   bool anaglyph = false;
 };
 
+/// Where the legend of colours was drawn, in pixels of the picture (y down).
+struct LegendPlace {
+  double x = 0;  ///< of its middle: the bar's, or the bull's eye's
+  double y = 0;
+  double half_height = 0;  ///< half of the bar's height; the bull's eye's radius
+};
+
 /// Beating surfaces, beating volume, a cut through both, a tool. One thread. Needs a display (see
 /// display.h).
 ///
@@ -92,6 +100,15 @@ class HeartDrawing {
   void set_beats(double beats);
   void set_look(Structure structure, const Look& look);
   [[nodiscard]] Look look(Structure structure) const;
+  /// Colours of the LV's wall with a legend, or the structures' own.
+  /// @param parameters of the stiffness
+  /// @throws Error{InvalidInput} if the package has no map of the wall
+  void set_colouring(ColourBy by, const palpation::PalpationParameters& parameters);
+  [[nodiscard]] bool has_wall_map() const;
+  /// Null: the structures' own.
+  [[nodiscard]] const WallColours* colouring() const;
+  /// Of the last picture, where there was one.
+  [[nodiscard]] LegendPlace legend_place() const;
   void set_volume(VolumePreset preset);
   void set_cut(const std::optional<CutPlane>& cut);
   [[nodiscard]] std::optional<CutPlane> cut() const;

@@ -24,6 +24,7 @@
 #include <vtkSmartVolumeMapper.h>
 #include <vtkTextActor.h>
 #include <vtkTexture.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkVolume.h>
 
 #include "runtime/viewer/drawing.h"
@@ -40,6 +41,8 @@ struct SurfaceParts {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;
   Look look;
+  std::vector<Rgb> colours;  ///< of the vertices, where they have their own
+  vtkSmartPointer<vtkUnsignedCharArray> point_colours;
   vtkSmartPointer<vtkPoints> points;
   vtkSmartPointer<vtkFloatArray> point_normals;
   vtkSmartPointer<vtkPolyData> mesh;
@@ -79,6 +82,15 @@ struct ToolParts {
   vtkSmartPointer<vtkBillboardTextActor3D> label;
 };
 
+/// What the colours of the wall stand for.
+struct LegendParts {
+  vtkSmartPointer<vtkPolyData> patches;
+  vtkSmartPointer<vtkActor2D> actor;
+  std::vector<vtkSmartPointer<vtkTextActor>> texts;
+  Vec2 centre = Vec2::Zero();  ///< pixels, y up
+  double half_px = 0;
+};
+
 /// Scale bar, names, orientation marker.
 struct OverlayParts {
   vtkSmartPointer<vtkPolyData> bar;
@@ -110,6 +122,8 @@ struct HeartDrawing::Parts {
   VolumeParts volume;
   ToolParts tool_parts;
   OverlayParts overlay;
+  LegendParts legend;
+  std::unique_ptr<const WallColours> colours;  ///< null: structures' own
   vtkSmartPointer<vtkPlane> plane;
   vtkSmartPointer<vtkRenderer> renderer;
   vtkSmartPointer<vtkRenderWindow> window;
@@ -118,6 +132,7 @@ struct HeartDrawing::Parts {
   void make_volume();
   void make_tool();
   void make_overlay();
+  void make_legend();
   void make_window(vtkRenderWindow* made);
 
   /// Everything as of `beats`, `cut`, `tool`.
@@ -131,6 +146,13 @@ struct HeartDrawing::Parts {
   void update_slice();
   void update_tool();
   void update_overlay();
+  void colour_surface(SurfaceParts& part) const;
+  void update_legend();
+  void update_bar();
+  void update_bulls_eye();
+  void set_legend_texts(std::size_t count);
+  void put_legend_text(std::size_t n, const std::string& words, const Vec2& at, int size,
+                       double grey);
   void fit_clip() const;
 };
 

@@ -113,6 +113,7 @@ void HeartDrawing::Parts::update_surface(SurfaceParts& part) const {
   property->SetColor(look.colour.x(), look.colour.y(), look.colour.z());
   property->SetOpacity(look.opacity);
   property->SetBackfaceCulling(look.opacity < 1 && !cut ? 1 : 0);
+  colour_surface(part);
   part.mapper->RemoveAllClippingPlanes();
   if (cut) part.mapper->AddClippingPlane(plane);
 }

@@ -109,6 +109,7 @@ void HeartWindow::show_heart(const OpenedHeart& heart, const QString& file) {
     widget->setEnabled(live_ != nullptr);
   }
   volume_->setEnabled(picture_->drawing()->has_volume());
+  colour_->setEnabled(picture_->drawing()->has_wall_map());
   cut_image_->setEnabled(picture_->drawing()->has_volume());
   for (const auto& [structure, widgets] : structures_) {
     widgets.first->setEnabled(picture_->drawing()->has(structure));
@@ -129,11 +130,13 @@ void HeartWindow::reset() {
     if (options.volume != VolumePreset::Off && !picture_->drawing()->has_volume()) {
       options.volume = VolumePreset::Off;
     }
+    if (!picture_->drawing()->has_wall_map()) options.colour = ColourBy::Structure;
     apply(options, *picture_->drawing());
     view_->setCurrentText(QString::fromStdString(options.view));
     cut_->setCurrentText(options.cut.empty() ? "none" : QString::fromStdString(options.cut));
     cut_offset_->setValue(static_cast<int>(options.cut_offset_mm));
     volume_->setCurrentIndex(static_cast<int>(options.volume));
+    colour_->setCurrentIndex(static_cast<int>(options.colour));
     for (const auto& [structure, widgets] : structures_) {
       const Look look = picture_->drawing()->look(structure);
       const QSignalBlocker quiet(widgets.second);

@@ -73,6 +73,8 @@ class HeartWindow : public QMainWindow {
   void lift_tool();
   void cut_changed();
   void looks_changed();
+  void colour_changed();
+  void stiffness_changed();
   void reset();
   void load_state();
   void save_state() const;
@@ -99,6 +101,7 @@ class HeartWindow : public QMainWindow {
   QSlider* cut_offset_ = nullptr;
   QCheckBox* cut_image_ = nullptr;
   QComboBox* volume_ = nullptr;
+  QComboBox* colour_ = nullptr;
   QCheckBox* touch_ = nullptr;
   QSpinBox* stiffness_ = nullptr;
   QSpinBox* left_atrium_ = nullptr;

@@ -98,6 +98,7 @@ void HeartWindow::make_controls() {
   phase_ = slider("phase", 0, kPhaseSteps, 0);
   view_ = choice("view", words_of(kViews));
   volume_ = choice("volume", {"off", "muscle", "blood"});
+  colour_ = choice("colour", {"structures", "wall thickness", "stiffness", "AHA segments"});
   auto* beat = new QGroupBox("Beat and view");
   auto* beat_form = new QFormLayout(beat);
   beat_form->addRow(play_);
@@ -105,6 +106,7 @@ void HeartWindow::make_controls() {
   beat_form->addRow("Phase", phase_);
   beat_form->addRow("View", view_);
   beat_form->addRow("Volume", volume_);
+  beat_form->addRow("Colour", colour_);
   column->addWidget(beat);
 
   QStringList cuts{"none"};
@@ -185,6 +187,8 @@ void HeartWindow::make_controls() {
     HeartDrawing* drawing = picture_->drawing();
     if (drawing != nullptr) drawing->set_volume(static_cast<VolumePreset>(preset));
   });
+  connect(colour_, &QComboBox::currentTextChanged, this, [this] { colour_changed(); });
+  connect(preset_, &QComboBox::currentTextChanged, this, [this] { stiffness_changed(); });
   connect(cut_, &QComboBox::currentTextChanged, this, [this] { cut_changed(); });
   connect(cut_offset_, &QSlider::valueChanged, this, [this] { cut_changed(); });
   connect(cut_image_, &QCheckBox::toggled, this, [this] { cut_changed(); });

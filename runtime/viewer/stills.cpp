@@ -135,6 +135,7 @@ void apply(const ViewOptions& options, HeartDrawing& drawing) {
     Look look = drawing.look(structure);
     // Surfaces would hide the volume; their lines on a cut stay.
     if (options.volume != VolumePreset::Off) look.opacity = 0;
+    if (options.colour != ColourBy::Structure) look.opacity = coloured_opacity(structure);
     const auto wished = options.opacity.find(structure);
     if (wished != options.opacity.end()) {
       look.opacity = wished->second;
@@ -142,6 +143,7 @@ void apply(const ViewOptions& options, HeartDrawing& drawing) {
     }
     drawing.set_look(structure, look);
   }
+  drawing.set_colouring(options.colour, palpation::palpation_preset(options.preset));
   drawing.set_volume(options.volume);
   if (options.free_cut) {
     drawing.set_cut(options.free_cut);

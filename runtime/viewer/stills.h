@@ -22,6 +22,8 @@ struct ViewOptions {
   std::optional<CutPlane> free_cut;
   bool image_on_cut = true;
   VolumePreset volume = VolumePreset::Off;
+  ColourBy colour = ColourBy::Structure;
+  std::string preset = "healthy";       ///< of palpation_presets(): what the stiffness is of
   std::map<Structure, double> opacity;  ///< 0: hidden
   double press_mm = 0;                  ///< > 0: a tool presses so deep
   std::optional<Vec3> press_lps;        ///< from the heart's centre; none: the LV's free wall
@@ -43,7 +45,8 @@ struct OpenedHeart {
 /// @throws Error{InvalidInput} as atlas::Atlas::open does, and if there is no surface.
 [[nodiscard]] OpenedHeart open_heart(const std::filesystem::path& package);
 
-/// Looks as `options` say; without the tool.
+/// Looks as `options` say; without the tool. Where the LV's wall is coloured, what hides it is not
+/// drawn, but for what has an opacity of its own.
 void apply(const ViewOptions& options, HeartDrawing& drawing);
 
 /// One PNG. Needs a display and a QGuiApplication (for the plots' text).

@@ -69,6 +69,27 @@ TEST(GoldenPackage, OfVersion3WithAVolumeLoads) {
             "8773ab56f3165dd5a894914510100ee7e6647bb714a0c8049bfd5307ed9cc06a");
 }
 
+TEST(GoldenPackage, OfVersion4LoadsWithItsMap) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v4.beatlas";
+  ASSERT_LT(std::filesystem::file_size(file), 65536U);
+  const atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(file, {}).manifest());
+  EXPECT_EQ(needs.maps, std::set{Structure::LvBlood});
+  const atlas::Atlas opened = atlas::Atlas::open(file, needs);
+  EXPECT_EQ(opened.manifest().format_version, 4);
+  EXPECT_EQ(opened.manifest().items.size(), 9U);
+  const auto map = opened.surface_map(Structure::LvBlood);
+  ASSERT_NE(map, nullptr);
+  ASSERT_EQ(map->segment.size(), 66U);
+  ASSERT_EQ(map->thickness_mm.size(), 4U);
+  // Recorded when the package was made.
+  EXPECT_EQ(map->segment[17], 4);
+  EXPECT_FLOAT_EQ(map->long_axis[17], 303.0F / 1024);
+  EXPECT_FLOAT_EQ(map->angle_rad[17], 2.03712654F);
+  EXPECT_FLOAT_EQ(map->thickness_mm[0][17], 9);
+  EXPECT_FLOAT_EQ(map->thickness_mm[1][17], 10.8F);
+  EXPECT_EQ(opened.surface(Structure::LvBlood)->positions[0].size(), 66U);
+}
+
 TEST(GoldenPackage, OfOlderVersionsIsRefusedByItsNumber) {
   for (const std::string number : {"1", "2"}) {
     const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / ("v" + number + ".beatlas");

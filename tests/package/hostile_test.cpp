@@ -7,6 +7,7 @@
 #include "pipeline/pack/payload_encoders.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/field_payload.h"
+#include "runtime/atlas/surface_map_payload.h"
 #include "runtime/atlas/surface_payload.h"
 #include "runtime/atlas/volume_payload.h"
 #include "runtime/atlas/zip_archive.h"
@@ -22,8 +23,10 @@ using atlas::Bytes;
 using Entries = std::vector<std::pair<std::string, Bytes>>;
 using nlohmann::json;
 
-const atlas::Needs kBoth{
-    {Structure::Heart, Structure::LvBlood}, {Structure::Heart, Structure::LvBlood}, true};
+const atlas::Needs kBoth{{Structure::Heart, Structure::LvBlood},
+                         {Structure::Heart, Structure::LvBlood},
+                         true,
+                         {Structure::LvBlood}};
 
 Bytes to_bytes(const std::string& text) {
   Bytes bytes;
@@ -53,6 +56,7 @@ class HostilePackage : public ::testing::Test {
         atlas::check_field(*opened.field(structure));
         atlas::check_surface(*opened.surface(structure));
       }
+      atlas::check_surface_map(*opened.surface_map(Structure::LvBlood));
       atlas::check_volume(*opened.volume());
       return {};
     } catch (const Error& error) {
@@ -161,18 +165,18 @@ TEST_F(HostilePackage, WithDamagedPayloadsAndRightHashesIsRefusedOrSound) {
 TEST_F(HostilePackage, WithDamageBeneathTheCompressionIsRefusedOrSound) {
   std::mt19937 random(3);
   int refused = 0;
-  for (int round = 0; round < 1500; ++round) {
+  for (int round = 0; round < 2000; ++round) {
     Entries entries = entries_;
     constexpr std::array kPacked{"fields/heart.field.zst", "surfaces/heart.motion",
-                                 "volumes/heart.volume.zst"};
+                                 "maps/lv_blood.map.zst", "volumes/heart.volume.zst"};
     const std::string name = kPacked[static_cast<std::size_t>(round) % kPacked.size()];
     Bytes& packed = entry(entries, name);
     const bool is_frame = name.ends_with(".zst");
     Bytes bytes = is_frame ? atlas::zstd_unpack(packed) : packed;
     // Most of the damage goes to the head, where the counts are.
     Bytes head(bytes.begin(), bytes.begin() + 100);
-    flip(round % 4 < 3 ? head : bytes, random);
-    if (round % 4 < 3) std::copy(head.begin(), head.end(), bytes.begin());
+    flip(round % 16 < 12 ? head : bytes, random);
+    if (round % 16 < 12) std::copy(head.begin(), head.end(), bytes.begin());
     packed = is_frame ? pack::zstd_pack(bytes) : bytes;
     refused += open(sealed(entries)).empty() ? 0 : 1;
   }
@@ -196,9 +200,9 @@ TEST_F(HostilePackage, WithAnotherPayloadThanItsHashIsRefused) {
 
 TEST_F(HostilePackage, OfAFutureFormatIsRefusedByItsNumber) {
   const std::string message = open(with_manifest([](json& m) {
-    m = {{"format", "beatlas"}, {"format_version", 4}, {"unheard", true}};
+    m = {{"format", "beatlas"}, {"format_version", 5}, {"unheard", true}};
   }));
-  EXPECT_NE(message.find("format version 4 is newer than version 3"), std::string::npos) << message;
+  EXPECT_NE(message.find("format version 5 is newer than version 4"), std::string::npos) << message;
 }
 
 TEST_F(HostilePackage, WithEntriesThatMisleadIsRefused) {
@@ -342,6 +346,20 @@ TEST_F(HostilePackage, WithCountsThatContradictThePayloadIsRefused) {
   EXPECT_NE(patched(field, layout.grades, 8, 1).find("grade"), std::string::npos);
   EXPECT_NE(patched(field, layout.lengths, 513, 2).find("terms"), std::string::npos);
   EXPECT_NE(patched(field, layout.lengths, 0, 2), "");  // terms that no mode has
+  const std::string map = "maps/lv_blood.map.zst";
+  std::uint32_t vertices = 0;
+  std::memcpy(&vertices, atlas::zstd_unpack(entry(entries_, map)).data() + 12, sizeof vertices);
+  for (std::uint64_t value : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 31U}) {
+    EXPECT_NE(patched(map, 12, value, 4), "");  // vertices
+    EXPECT_NE(patched(map, 16, value, 4), "");  // phases
+  }
+  EXPECT_NE(patched(map, 20, nan_bits, 8).find("step"), std::string::npos);
+  EXPECT_NE(patched(map, 8, 2, 4).find("version"), std::string::npos);
+  EXPECT_NE(patched(map, 28, 18, 1).find("segment"), std::string::npos);
+  EXPECT_NE(patched(map, 28, 0, 1).find("segment"), std::string::npos);
+  EXPECT_NE(patched(map, 28 + 2 * vertices, 255, 1).find("long axis"), std::string::npos);
+  EXPECT_NE(patched(map, 28 + 5 * vertices + 4 * vertices, 255, 1).find("thickness"),
+            std::string::npos);
   const std::string volume = "volumes/heart.volume.zst";
   for (std::uint64_t value : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 31U}) {
     EXPECT_NE(patched(volume, 12, value, 4), "");       // phases
@@ -355,6 +373,19 @@ TEST_F(HostilePackage, WithCountsThatContradictThePayloadIsRefused) {
   EXPECT_NE(patched(volume, 0, 0, 1), "");
   EXPECT_NE(patched(volume, 8, 2, 4).find("version"), std::string::npos);
   EXPECT_NE(patched(volume, 160, 8, 1).find("grade"), std::string::npos);
+}
+
+TEST_F(HostilePackage, WithAMapOfAnotherSurfaceIsRefused) {
+  Entries entries = entries_;
+  const atlas::SurfacePayload other = test::beating_surface(Structure::LvBlood, 6, 1, 4, 1);
+  entry(entries, "maps/lv_blood.map.zst") =
+      pack::pack_surface_map(test::beating_map(other), pack::pack_surface(other).given);
+  EXPECT_NE(open(sealed(entries)).find("vertices"), std::string::npos);
+}
+
+TEST_F(HostilePackage, OfAFormatThatKnewNoMapsIsRefusedWithOne) {
+  EXPECT_NE(open(with_manifest([](json& m) { m["format_version"] = 3; })).find("/kind"),
+            std::string::npos);
 }
 
 /// Blocks without a term, as of the field above.
@@ -385,7 +416,8 @@ TEST_F(HostilePackage, WithASurfaceOfFarMorePhasesThanItsSizeHoldsIsRefused) {
 }
 
 TEST_F(HostilePackage, WithPayloadsOfOtherKindsInEachOthersPlaceIsRefused) {
-  for (const char* one : {"fields/heart.field.zst", "surfaces/heart.motion"}) {
+  for (const char* one :
+       {"fields/heart.field.zst", "surfaces/heart.motion", "maps/lv_blood.map.zst"}) {
     Entries entries = entries_;
     std::swap(entry(entries, one), entry(entries, "volumes/heart.volume.zst"));
     EXPECT_NE(open(sealed(entries)), "") << one;

@@ -1,6 +1,6 @@
 /// make_sample_package FILE [INFO [fields]]: writes the tiny sample package, and what `info --json`
-/// says of it; of `fields`, without surfaces. Made golden/v3.beatlas and, of fields,
-/// golden/v3_volume.beatlas.
+/// says of it; of `fields`, without surfaces. Made golden/v4.beatlas and, of fields
+/// and before there were maps, golden/v3_volume.beatlas.
 
 #include <fstream>
 #include <iostream>
@@ -14,7 +14,10 @@ int main(int argc, char** argv) {
   if (argc < 2) return 2;
   try {
     beatlas::pack::PackageContent content = beatlas::test::tiny_content();
-    if (argc > 3) content.surfaces.clear();
+    if (argc > 3) {
+      content.surfaces.clear();
+      content.maps.clear();
+    }
     beatlas::pack::write_package(argv[1], content);
     if (argc > 2) {
       const auto atlas = beatlas::atlas::Atlas::open(argv[1], {});

@@ -158,7 +158,7 @@ TEST(PackageRoundTrip, GivesBackManifestFieldsAndSurfaces) {
 
   nlohmann::json expected = atlas::manifest_to_json(content.manifest);
   nlohmann::json found = atlas::manifest_to_json(opened.manifest());
-  EXPECT_EQ(found["items"].size(), 7U);
+  EXPECT_EQ(found["items"].size(), 8U);
   expected.erase("items");
   found.erase("items");
   EXPECT_EQ(expected, found);
@@ -385,10 +385,13 @@ TEST(PackageWriter, PutsIntoAPackageWhatItsSceneHolds) {
     return names;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(paths("palpation"), (Names{"atlas.json", "fields/heart.field.zst"}));
-  EXPECT_EQ(paths("anatomy"), (Names{"atlas.json", "surfaces/heart.drc", "surfaces/heart.motion",
-                                     "surfaces/lv_blood.drc", "surfaces/lv_blood.motion"}));
-  EXPECT_EQ(paths("full").size(), 8U);
+  EXPECT_EQ(paths("palpation"),
+            (Names{"atlas.json", "fields/heart.field.zst", "surfaces/lv_blood.drc",
+                   "surfaces/lv_blood.motion", "maps/lv_blood.map.zst"}));
+  EXPECT_EQ(paths("anatomy"),
+            (Names{"atlas.json", "surfaces/heart.drc", "surfaces/heart.motion",
+                   "surfaces/lv_blood.drc", "surfaces/lv_blood.motion", "maps/lv_blood.map.zst"}));
+  EXPECT_EQ(paths("full").size(), 9U);
   EXPECT_EQ(atlas::Atlas::open(file, {}).manifest().structures.size(), 2U);
 }
 

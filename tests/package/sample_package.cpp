@@ -126,6 +126,26 @@ atlas::SurfacePayload beating_surface(Structure structure, double radius_mm, dou
   return surface;
 }
 
+atlas::SurfaceMapPayload beating_map(const atlas::SurfacePayload& surface) {
+  atlas::SurfaceMapPayload map;
+  map.structure = surface.structure;
+  const auto phases = static_cast<double>(surface.positions.size());
+  map.thickness_mm.resize(surface.positions.size());
+  for (std::size_t v = 0; v < surface.positions[0].size(); ++v) {
+    const Vec3 unit = (surface.positions[0][v].cast<double>() - kCentre).normalized();
+    const double turn = std::atan2(unit.y(), unit.x());
+    map.long_axis.push_back(static_cast<float>(std::clamp(0.5 + 0.5 * unit.z(), 0.0, 1.0)));
+    map.angle_rad.push_back(static_cast<float>(turn < 0 ? turn + kTwoPi : turn));
+    map.segment.push_back(static_cast<std::uint8_t>(1 + static_cast<int>(v * 5 % 17)));
+    for (std::size_t p = 0; p < map.thickness_mm.size(); ++p) {
+      const double beat = 0.5 - 0.5 * std::cos(kTwoPi * static_cast<double>(p) / phases);
+      const double wall_mm = (8.2 + unit.y()) * (1 + 0.4 * beat);
+      map.thickness_mm[p].push_back(v % 16 == 9 ? 0.0F : static_cast<float>(wall_mm));
+    }
+  }
+  return map;
+}
+
 SampleImages sample_images(int phases, double radius_mm, double noise) {
   SampleImages out;
   out.noise = noise;
@@ -204,6 +224,9 @@ pack::PackageContent sample_content(int phases, double radius_mm, double voxel_m
         beating_field(structure, scale * radius_mm, scale * beat_mm, phases, voxel_mm));
     content.surfaces.push_back(
         beating_surface(structure, scale * radius_mm, scale * beat_mm, phases, levels));
+    if (structure == Structure::LvBlood) {
+      content.maps.push_back(beating_map(content.surfaces.back()));
+    }
   }
   const SampleImages made = sample_images(phases, radius_mm, 12);
   content.volume = pack::pack_volume(made.images, made.noise, made.heart, {});

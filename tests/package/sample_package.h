@@ -18,6 +18,10 @@ namespace beatlas::test {
                                                 double beat_mm, int phases, double voxel_mm);
 
 /// A subdivided octahedron (4^levels * 8 triangles) that beats and twists; vertices shuffled.
+/// Places, segments and a wall of 8 to 13 mm, thicker at the front, on a surface of
+/// `beating_surface`; a vertex in 16 has none.
+[[nodiscard]] atlas::SurfaceMapPayload beating_map(const atlas::SurfacePayload& surface);
+
 [[nodiscard]] atlas::SurfacePayload beating_surface(Structure structure, double radius_mm,
                                                     double beat_mm, int phases, int levels);
 

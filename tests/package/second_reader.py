@@ -1,7 +1,8 @@
-"""second_reader.py BEATLAS_PLAY PACKAGE...
+"""second_reader.py BEATLAS_PLAY MAP_VALUES PACKAGE...
 
-docs/package_format.md is enough to write another reader: this one, of fields, was written from it and
-shares no code with beatlas. Its distances agree with those of `beatlas-play probe`."""
+docs/package_format.md is enough to write another reader: this one, of fields and surface maps, was
+written from it and shares no code with beatlas. Its distances agree with those of `beatlas-play probe`,
+its maps with what our reader gives."""
 import csv
 import ctypes
 import ctypes.util
@@ -153,12 +154,50 @@ class Field:
         return min(max(total, -self.inner), self.outer)
 
 
+def read_map(entry):
+    """[vertex][long axis, angle, segment, thickness of each phase]."""
+    data = unpacked(entry)
+    assert data[:8] == b"BEATMAP\0"
+    version, vertices, phases = struct.unpack_from("<III", data, 8)
+    assert version == 1
+    step, = struct.unpack_from("<d", data, 20)
+    segment = numpy.frombuffer(data, "u1", vertices, 28)
+    at = 28 + vertices
+
+    def take(many):
+        nonlocal at
+        planes = numpy.frombuffer(data, "u1", 2 * many, at).astype(int)
+        at += 2 * many
+        return unzigzag(planes[:many] + 256 * planes[many:])
+
+    place = numpy.cumsum(take(vertices)) % 65536
+    angle = numpy.cumsum(take(vertices)) % 1024
+    # The difference of differences, summed along both.
+    count = take(phases * vertices).reshape(phases, vertices).cumsum(0).cumsum(1) % 65536
+    assert at == len(data)
+    return numpy.column_stack([place / 1024, angle * 2 * numpy.pi / 1024, segment, step * count.T])
+
+
+def check_map(map_values, package, entry):
+    read = read_map(entry)
+    said = subprocess.run([map_values, package], check=True, capture_output=True, text=True).stdout
+    theirs = numpy.array([[float(value) for value in line.split(",")] for line in said.split()])
+    assert theirs.shape == read.shape and len(set(read[:, 2])) > 5
+    worst = abs(read - theirs).max()
+    print(f"{package}: map of {len(read)} vertices, at most {worst:.1e} apart")
+    assert worst < 1e-5, worst  # of floats
+
+
 def main():
-    play = sys.argv[1]
-    for package in sys.argv[2:]:
+    play, map_values = sys.argv[1:3]
+    maps = 0
+    for package in sys.argv[3:]:
         with zipfile.ZipFile(package) as archive:
             manifest = json.loads(archive.read("atlas.json"))
             field = Field(archive.read("fields/heart.field.zst"))
+            if "maps/lv_blood.map.zst" in archive.namelist():
+                check_map(map_values, package, archive.read("maps/lv_blood.map.zst"))
+                maps += 1
         rr = manifest["rr_interval_s"]
         random = numpy.random.default_rng(5)
         high = field.origin + field.voxel * 8 * numpy.array(field.blocks)
@@ -177,6 +216,6 @@ def main():
         print(f"{package}: {len(near)} distances, at most {worst:.5f} mm apart")
         # The runtime rounds coefficients to counts.
         assert worst <= 0.51 * field.step, worst
-
+    assert maps > 0
 
 main()

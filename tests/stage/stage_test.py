@@ -87,7 +87,9 @@ def scenes():
         payloads = {name: whole.read(name) for name in whole.namelist() if name != "atlas.json"}
     folder = new_folder("scenes")
     shutil.copytree(STUDY, folder)
-    for scene, prefix in (("palpation", "fields/heart"), ("anatomy", "surfaces/")):
+    assert {"maps/lv_blood.map.zst", "maps/lv_myocardium.map.zst"} <= set(payloads), set(payloads)
+    of_lv = ("fields/heart", "surfaces/lv_blood", "maps/lv_blood")
+    for scene, prefix in (("palpation", of_lv), ("anatomy", ("surfaces/", "maps/"))):
         small = WORK / f"{scene}.beatlas"
         beatlas("pack", "--study", folder, "-o", small, "--scene", scene)
         if scene == "palpation":  # a whole build takes a while: one scene stands for both
@@ -95,7 +97,7 @@ def scenes():
             expect_same(small, WORK / "built.beatlas")
         with zipfile.ZipFile(small) as part:
             names = [name for name in part.namelist() if name != "atlas.json"]
-            assert names and all(name.startswith(prefix) for name in names), names
+            assert names == [name for name in payloads if name.startswith(prefix)], names
             for name in names:
                 assert part.read(name) == payloads[name], name
         info = json.loads(beatlas("info", small, "--json").stdout)
@@ -247,7 +249,7 @@ def formats():
             assert abs(now[name] - here).max() < 1e-6, (name, phase, abs(now[name] - here).max())
             assert abs(between[name] - (here + after) / 2).max() < 1e-6, (name, phase)
     assert max(abs(key["heart", p] - key["heart", 0]).max() for p in range(phases)) > 2e-3, "beats"
-    # A palpation package holds the heart's distances alone, and no surface.
+    # A palpation package holds the heart's distances, and of surfaces the LV's endocardium alone.
     small = WORK / "formats.beatlas"
     beatlas("build", EXAM, "-o", small, "--scene", "palpation")
     beatlas("export", small, "--to", "vdb", "-o", new_folder("formats_small"))
@@ -283,6 +285,13 @@ def validate():
         wall = phase["wall_thickness"]
         assert wall["points"] > 100 and wall["missing"] <= 0.05 * wall["points"], wall
         assert 6 < wall["true_mean_mm"] < 15 and wall["mean_mm"] < 1.5, wall
+    # The wall at the surfaces' own vertices; names are right but along borders.
+    for name in ("lv_blood", "lv_myocardium"):
+        of_map = structures[name]["map"]
+        assert of_map["points"] > 2000 and of_map["missing"] <= 0.01 * of_map["points"], of_map
+        assert 0 < of_map["thickness_mean_mm"] < 1 and of_map["thickness_p95_mm"] < 3.5, of_map
+        assert of_map["named"] > 500 and of_map["segments_percent"] > 92, of_map
+    assert "map" not in structures["heart"]
     force = report["force"]
     assert force["structure"] == "heart" and force["contact_ticks"] > 1000, force
     assert 0 < force["mean_n"] <= force["rms_n"] <= force["max_n"] < 2.4, "two forces of 8 mm depth"

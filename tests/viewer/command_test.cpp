@@ -73,6 +73,22 @@ TEST_F(Command, WritesAPictureWithoutADisplay) {
   EXPECT_EQ(png_size(file("a.png")), (std::array<unsigned, 2>{320, 240}));
 }
 
+TEST_F(Command, ColoursTheWallOfAPackageThatHasItsMap) {
+  for (const char* colour : {"thickness", "stiffness --preset anterior_infarct", "segments"}) {
+    const Called called = call(file("heart.beatlas") + " --screenshot " + file("c.png") +
+                               " --size 320x240 --colour " + colour);
+    EXPECT_EQ(called.code, 0) << colour << called.text;
+  }
+  pack::PackageContent plain = test::sample_content(6, 30, 2, 2);
+  plain.maps.clear();
+  pack::write_package(file("plain.beatlas"), plain);
+  const Called none =
+      call(file("plain.beatlas") + " --screenshot " + file("d.png") + " --colour thickness");
+  EXPECT_EQ(none.code, 3);
+  EXPECT_NE(none.text.find("no map of the LV's wall"), std::string::npos) << none.text;
+  EXPECT_EQ(call(file("heart.beatlas") + " --screenshot x.png --colour beauty").code, 2);
+}
+
 TEST_F(Command, PressesAndPlots) {
   const Called called = call(file("heart.beatlas") + " --screenshot " + file("b.png") +
                              " --press-mm 4 --plots --volume blood --size 400x200");

@@ -41,7 +41,8 @@ struct BeatingEllipsoid {
   }
 };
 
-/// Heart and LV blood (0.55 as large) as such ellipsoids; written and opened again. With images.
+/// Heart and LV blood (0.55 as large) as such ellipsoids; written and opened again. With images,
+/// and a wall of LV blood that is 6 mm thick at the apex and 11 at the base.
 inline std::shared_ptr<const atlas::Atlas> ellipsoid_atlas(const TemporaryFolder& folder,
                                                            const BeatingEllipsoid& heart,
                                                            int phases, int levels) {
@@ -65,6 +66,11 @@ inline std::shared_ptr<const atlas::Atlas> ellipsoid_atlas(const TemporaryFolder
     }
     content.surfaces.push_back(std::move(ball));
   }
+  atlas::SurfaceMapPayload map = beating_map(content.surfaces.back());
+  for (std::vector<float>& phase : map.thickness_mm) {
+    for (std::size_t v = 0; v < phase.size(); ++v) phase[v] = 6 + 5 * map.long_axis[v];
+  }
+  content.maps = {map};
   const std::filesystem::path file = folder.path() / "ellipsoid.beatlas";
   pack::write_package(file, content);
   return std::make_shared<const atlas::Atlas>(atlas::Atlas::open(

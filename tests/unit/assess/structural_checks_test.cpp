@@ -218,12 +218,18 @@ TEST(ManifestChecks, ContentIsWhatTheSceneHolds) {
   manifest.structures = {{"heart", {100, 80, 60, 90}}, {"lv_blood", {50, 30, 20, 40}}};
   manifest.end_diastole = 0;
   manifest.end_systole = 2;
-  manifest.items = {{"", "field", "heart", 0, ""}};
+  manifest.items = {{"", "field", "heart", 0, ""},
+                    {"", "surface", "lv_blood", 0, ""},
+                    {"", "motion", "lv_blood", 0, ""}};
   const auto worst = [&](std::size_t check) { return check_manifest(manifest).at(check).worst; };
   EXPECT_EQ(worst(0), 0);
   EXPECT_EQ(worst(1), 0);
   manifest.items.push_back({"", "surface", "heart", 0, ""});
   EXPECT_EQ(worst(0), 1);
+  manifest.items.resize(1);
+  EXPECT_EQ(worst(0), 2);
+  manifest.format_version = 3;  // which held the field alone
+  EXPECT_EQ(worst(0), 0);
   manifest.items.clear();
   EXPECT_EQ(worst(0), 1);
   manifest.end_systole = 1;

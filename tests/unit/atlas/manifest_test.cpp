@@ -113,7 +113,8 @@ void compare_keys(const json& schema, const json& document, const std::string& p
 TEST(Manifest, HasTheKeysOfItsSchemaAndNoOthers) {
   std::ifstream stream(std::string(BEATLAS_SCHEMAS) + "/manifest.schema.json");
   const json schema = json::parse(stream);
-  EXPECT_EQ(schema["properties"]["format_version"]["const"], kFormatVersion);
+  EXPECT_EQ(schema["properties"]["format_version"]["enum"],
+            json::array({kOldestFormatVersion, kFormatVersion}));
   compare_keys(schema, sample(), "");
 }
 
@@ -195,6 +196,21 @@ TEST(Manifest, HasAVolumeOfTheHeartAlone) {
   EXPECT_EQ(refusal(document), "");
   item["structure"] = "lv_blood";
   item["path"] = "volumes/lv_blood.volume.zst";
+  EXPECT_NE(refusal(document).find("/items/0/structure"), std::string::npos);
+}
+
+TEST(Manifest, HasMapsOfTheLvsWallAloneAndNotBeforeVersion4) {
+  json document = sample();
+  json& item = document["items"][0];
+  item["kind"] = "surface_map";
+  item["structure"] = "lv_blood";
+  item["path"] = "maps/lv_blood.map.zst";
+  EXPECT_EQ(refusal(document), "");
+  document["format_version"] = 3;
+  EXPECT_NE(refusal(document).find("/items/0/kind"), std::string::npos);
+  document["format_version"] = 4;
+  item["structure"] = "heart";
+  item["path"] = "maps/heart.map.zst";
   EXPECT_NE(refusal(document).find("/items/0/structure"), std::string::npos);
 }
 

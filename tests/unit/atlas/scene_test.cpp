@@ -8,12 +8,17 @@ namespace {
 TEST(Scene, HoldsWhatItsUseNeeds) {
   for (Structure structure : kAllStructures) {
     for (std::string_view kind : kKinds) {
-      const bool is_there = kind != kVolumeKind || structure == Structure::Heart;
+      const bool of_wall = structure == Structure::LvBlood || structure == Structure::LvMyocardium;
+      const bool of_surface =
+          kind == kSurfaceKind || kind == kMotionKind || (kind == kMapKind && of_wall);
+      const bool is_there = kind == kFieldKind || of_surface ||
+                            (kind == kVolumeKind && structure == Structure::Heart);
+      EXPECT_EQ(kind_exists(kind, structure), is_there);
       EXPECT_EQ(scene_holds("full", kind, structure), is_there);
-      EXPECT_EQ(scene_holds("anatomy", kind, structure),
-                kind == kSurfaceKind || kind == kMotionKind);
+      EXPECT_EQ(scene_holds("anatomy", kind, structure), of_surface);
       EXPECT_EQ(scene_holds("palpation", kind, structure),
-                kind == kFieldKind && structure == Structure::Heart);
+                (kind == kFieldKind && structure == Structure::Heart) ||
+                    (of_surface && structure == Structure::LvBlood));
       EXPECT_FALSE(scene_holds("nothing", kind, structure));
     }
   }
@@ -22,7 +27,9 @@ TEST(Scene, HoldsWhatItsUseNeeds) {
 TEST(Scene, IsNamedForWhatIsMissing) {
   EXPECT_EQ(scenes_that_hold(kFieldKind, Structure::Heart), "palpation or full");
   EXPECT_EQ(scenes_that_hold(kFieldKind, Structure::RvBlood), "full");
-  EXPECT_EQ(scenes_that_hold(kSurfaceKind, Structure::LvBlood), "anatomy or full");
+  EXPECT_EQ(scenes_that_hold(kSurfaceKind, Structure::LvBlood), "palpation, anatomy or full");
+  EXPECT_EQ(scenes_that_hold(kSurfaceKind, Structure::RvBlood), "anatomy or full");
+  EXPECT_EQ(scenes_that_hold(kMapKind, Structure::LvMyocardium), "anatomy or full");
   EXPECT_EQ(scenes_that_hold(kVolumeKind, Structure::Heart), "full");
 }
 
@@ -30,6 +37,7 @@ TEST(ItemPath, TellsKindAndStructureApart) {
   EXPECT_EQ(item_path(kFieldKind, Structure::LvBlood), "fields/lv_blood.field.zst");
   EXPECT_EQ(item_path(kSurfaceKind, Structure::Heart), "surfaces/heart.drc");
   EXPECT_EQ(item_path(kMotionKind, Structure::Heart), "surfaces/heart.motion");
+  EXPECT_EQ(item_path(kMapKind, Structure::LvBlood), "maps/lv_blood.map.zst");
   EXPECT_EQ(item_path(kVolumeKind, Structure::Heart), "volumes/heart.volume.zst");
 }
 

@@ -1,0 +1,149 @@
+#include "runtime/palpation/lv_wall.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "runtime/base/error.h"
+#include "runtime/palpation/segments.h"
+
+namespace beatlas::palpation {
+namespace {
+
+constexpr int kMostSteps = 256;  // of the way downhill; half around a ventricle is some 60
+
+/// Twice the area of each triangle, as a vector along its normal.
+Vec3 doubled_area(const std::vector<Vec3f>& at, const std::array<std::uint32_t, 3>& triangle) {
+  const Vec3 a = at[triangle[0]].cast<double>();
+  return (at[triangle[1]].cast<double>() - a).cross(at[triangle[2]].cast<double>() - a);
+}
+
+}  // namespace
+
+LvWall::LvWall(std::shared_ptr<const atlas::SurfacePayload> endocardium,
+               std::shared_ptr<const atlas::SurfaceMapPayload> map, int end_diastole)
+    : endocardium_(std::move(endocardium)),
+      map_(std::move(map)),
+      end_diastole_(static_cast<std::size_t>(std::max(0, end_diastole))) {
+  if (!endocardium_ || !map_) {
+    throw_invalid("the atlas has no map of the LV's wall; build it again from images");
+  }
+  const std::size_t vertices = map_->segment.size();
+  const std::size_t phases = map_->thickness_mm.size();
+  if (endocardium_->positions.size() != phases || end_diastole_ >= phases ||
+      endocardium_->positions.front().size() != vertices) {
+    throw_invalid("the map of the LV's wall is none of its surface; build the package again");
+  }
+  const std::vector<Vec3f>& at = endocardium_->positions[end_diastole_];
+  std::vector<double> area(vertices);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const auto& triangle : endocardium_->triangles) {
+    const double third = doubled_area(at, triangle).norm() / 6;
+    for (std::size_t n = 0; n < 3; ++n) {
+      area[triangle[n]] += third;
+      edges.emplace_back(triangle[n], triangle[(n + 1) % 3]);
+      edges.emplace_back(triangle[(n + 1) % 3], triangle[n]);
+    }
+  }
+  double whole = 0;
+  for (std::size_t v = 0; v < vertices; ++v) {
+    share_.push_back(area[v] * static_cast<double>(wall_mm()[v]));
+    whole += share_.back();
+  }
+  if (!(whole > 0)) throw_invalid("the map of the LV's wall has no wall; build the package again");
+  for (double& share : share_) share /= whole;
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  first_neighbour_.assign(vertices + 1, 0);
+  for (const auto& [from, to] : edges) {
+    ++first_neighbour_[from + 1];
+    neighbours_.push_back(to);
+  }
+  for (std::size_t v = 0; v < vertices; ++v) first_neighbour_[v + 1] += first_neighbour_[v];
+}
+
+const std::vector<Vec3f>& LvWall::positions(double beats) const noexcept {
+  const std::size_t phases = endocardium_->positions.size();
+  const double share = std::isfinite(beats) ? beats - std::floor(beats) : 0;
+  const auto phase =
+      static_cast<std::size_t>(std::lround(share * static_cast<double>(phases))) % phases;
+  return endocardium_->positions[phase];
+}
+
+WallPlace LvWall::place(std::uint32_t vertex, double away2_mm2) const noexcept {
+  return {.vertex = vertex,
+          .away_mm = std::sqrt(away2_mm2),
+          .long_axis = static_cast<double>(map_->long_axis[vertex]),
+          .segment = map_->segment[vertex],
+          .wall_mm = static_cast<double>(wall_mm()[vertex])};
+}
+
+WallPlace LvWall::nearest(const Vec3& mm, double beats) const noexcept {
+  const std::vector<Vec3f>& at = positions(beats);
+  const std::vector<float>& wall = wall_mm();
+  const Vec3f x = mm.cast<float>();
+  float best = std::numeric_limits<float>::infinity();
+  std::uint32_t found = 0;
+  for (std::uint32_t v = 0; v < at.size(); ++v) {
+    const float away = (at[v] - x).squaredNorm();
+    if (!(away < best) || !(wall[v] > 0)) continue;
+    best = away;
+    found = v;
+  }
+  return place(found, static_cast<double>(best));
+}
+
+WallPlace LvWall::near(const Vec3& mm, double beats, std::uint32_t from) const noexcept {
+  const std::vector<Vec3f>& at = positions(beats);
+  const Vec3f x = mm.cast<float>();
+  std::uint32_t here = from < at.size() ? from : 0;
+  float best = (at[here] - x).squaredNorm();
+  for (int step = 0; step < kMostSteps; ++step) {
+    std::uint32_t next = here;
+    for (std::uint32_t n = first_neighbour_[here]; n < first_neighbour_[here + 1]; ++n) {
+      const float away = (at[neighbours_[n]] - x).squaredNorm();
+      if (!(away < best)) continue;
+      best = away;
+      next = neighbours_[n];
+    }
+    if (next == here) break;
+    here = next;
+  }
+  return place(here, static_cast<double>(best));
+}
+
+LvWall::Middle LvWall::middle_of(int segment) const {
+  const std::vector<Vec3f>& at = endocardium_->positions[end_diastole_];
+  Vec3 sum = Vec3::Zero();
+  double weight = 0;
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    if (map_->segment[v] != segment) continue;
+    sum += share_[v] * at[v].cast<double>();
+    weight += share_[v];
+  }
+  if (!(weight > 0)) {
+    throw_invalid("the LV's wall has no segment " + std::to_string(segment) +
+                  "; look at mesh/map_lv_blood.csv of the study");
+  }
+  const Vec3 mean = sum / weight;
+  Middle out;
+  double best = std::numeric_limits<double>::infinity();
+  for (std::uint32_t v = 0; v < at.size(); ++v) {
+    const double away = (at[v].cast<double>() - mean).squaredNorm();
+    if (map_->segment[v] != segment || !(share_[v] > 0) || !(away < best)) continue;
+    best = away;
+    out.vertex = v;
+  }
+  out.mm = at[out.vertex].cast<double>();
+  Vec3 normal = Vec3::Zero();
+  for (const auto& triangle : endocardium_->triangles) {
+    if (std::find(triangle.begin(), triangle.end(), out.vertex) == triangle.end()) continue;
+    normal += doubled_area(at, triangle);
+  }
+  if (normal.norm() > 0) out.outward = normal.normalized();
+  return out;
+}
+
+}  // namespace beatlas::palpation

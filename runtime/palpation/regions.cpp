@@ -1,0 +1,131 @@
+#include "runtime/palpation/regions.h"
+
+#include <algorithm>
+
+#include "runtime/base/error.h"
+#include "runtime/base/json_numbers.h"
+#include "runtime/base/json_object.h"
+
+namespace beatlas::palpation {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMostRegions = 100;
+constexpr double kThinnestRatio = 0.3;
+constexpr double kThickestRatio = 2;
+
+Region region_from_json(const json& entry, const std::string& path) {
+  JsonObject object(entry, path);
+  Region region;
+  object.read("painted", region.painted);
+  object.read("label", region.label, 0, 255);
+  object.read("thinner_than_mm", region.thinner_than_mm, 0, 40);
+  object.read("scar", region.tissue.scar, 0, 1);
+  object.read("thickness_ratio", region.tissue.thickness_ratio, kThinnestRatio, kThickestRatio);
+  object.read("alpha", region.tissue.alpha, 0, 1);
+  region.ratio_of_atlas = !object.has("thickness_ratio");
+  object.finish();
+  if (object.has("painted") == object.has("thinner_than_mm") ||
+      (object.has("painted") && region.painted.empty())) {
+    throw_invalid(path + " must have either painted, the name of a file, or thinner_than_mm");
+  }
+  if (object.has("label") && !object.has("painted")) {
+    throw_invalid(path + "/label is of a painted map; name that by painted");
+  }
+  return region;
+}
+
+/// Median of the wall where `ill` is false, each vertex for its share of muscle; of all if none is.
+double healthy_wall_mm(const LvWall& wall, const std::vector<bool>& ill) {
+  std::vector<std::pair<float, double>> walls;  // thickness, share
+  double whole = 0;
+  for (const bool also_ill : {false, true}) {
+    for (std::size_t v = 0; v < ill.size(); ++v) {
+      if (!(wall.wall_mm()[v] > 0) || (ill[v] && !also_ill)) continue;
+      walls.emplace_back(wall.wall_mm()[v], wall.muscle_share()[v]);
+      whole += walls.back().second;
+    }
+    if (!walls.empty()) break;
+  }
+  std::sort(walls.begin(), walls.end());
+  double sum = 0;
+  for (const auto& [thickness_mm, share] : walls) {
+    sum += share;
+    if (sum >= 0.5 * whole) return static_cast<double>(thickness_mm);
+  }
+  return static_cast<double>(walls.back().first);
+}
+
+}  // namespace
+
+std::vector<Region> regions_from_json(const json& list) {
+  if (!list.is_array() || list.size() > kMostRegions) {
+    throw_invalid("/regions must be a list of at most " + std::to_string(kMostRegions));
+  }
+  std::vector<Region> regions;
+  for (std::size_t n = 0; n < list.size(); ++n) {
+    regions.push_back(region_from_json(list[n], "/regions/" + std::to_string(n)));
+  }
+  return regions;
+}
+
+json regions_to_json(const std::vector<Region>& regions) {
+  json list = json::array();
+  for (const Region& region : regions) {
+    json entry = {{"scar", region.tissue.scar}, {"alpha", region.tissue.alpha}};
+    if (!region.ratio_of_atlas) entry["thickness_ratio"] = region.tissue.thickness_ratio;
+    if (region.painted.empty()) {
+      entry["thinner_than_mm"] = region.thinner_than_mm;
+    } else {
+      entry["painted"] = region.painted;
+      entry["label"] = region.label;
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
+                         const std::vector<Region>& regions, const PaintedMaps& painted) {
+  TissueMap out;
+  for (const std::uint8_t segment : wall.map().segment) {
+    out.of_vertex.push_back(segments[static_cast<std::size_t>(segment - 1)]);
+  }
+  for (const Region& region : regions) {
+    std::vector<bool> ill(wall.vertex_count());
+    if (region.painted.empty()) {
+      for (std::size_t v = 0; v < ill.size(); ++v) {
+        const auto mm = static_cast<double>(wall.wall_mm()[v]);
+        ill[v] = mm > 0 && mm < region.thinner_than_mm;
+      }
+    } else {
+      const auto labels = painted.find(region.painted);
+      if (labels == painted.end() || labels->second.size() != ill.size()) {
+        throw_invalid("the painted map " + region.painted + " is none of this atlas's LV");
+      }
+      for (std::size_t v = 0; v < ill.size(); ++v) ill[v] = labels->second[v] == region.label;
+    }
+    const double healthy_mm = region.ratio_of_atlas ? healthy_wall_mm(wall, ill) : 1;
+    for (std::size_t v = 0; v < ill.size(); ++v) {
+      if (!ill[v]) continue;
+      out.of_vertex[v] = region.tissue;
+      if (!region.ratio_of_atlas) continue;
+      const auto mm = static_cast<double>(wall.wall_mm()[v]);
+      out.of_vertex[v].thickness_ratio =
+          mm > 0 ? std::clamp(mm / healthy_mm, kThinnestRatio, 1.0) : 1;
+    }
+  }
+  for (std::size_t v = 0; v < out.of_vertex.size(); ++v) {
+    const double alpha = out.of_vertex[v].alpha;
+    if (!(alpha < 1)) continue;
+    out.infarct.fraction += wall.muscle_share()[v];
+    out.infarct.alpha += wall.muscle_share()[v] * alpha;
+  }
+  if (out.infarct.fraction > 0) out.infarct.alpha /= out.infarct.fraction;
+  out.infarct.fraction =
+      std::min(out.infarct.fraction, 1.0);  // shares add up to 1 but for rounding
+  return out;
+}
+
+}  // namespace beatlas::palpation

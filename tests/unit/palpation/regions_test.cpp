@@ -1,0 +1,159 @@
+#include "runtime/palpation/regions.h"
+
+#include <numeric>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "runtime/base/error.h"
+#include "runtime/palpation/parameters.h"
+#include "tests/unit/palpation/sample_wall.h"
+
+namespace beatlas::palpation {
+namespace {
+
+using nlohmann::json;
+
+std::string refusal(const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(LvWall, FindsTheMuscleUnderAPlaceAtAnyMoment) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::uint32_t from = 0;
+  for (int n = 0; n < 300; ++n) {
+    const Vec3 unit = Vec3(normal(random), normal(random), normal(random)).normalized();
+    if (unit.z() > 0.85) continue;  // there is no wall
+    const double beats = 0.25 * (n % 4) + n;
+    const double radius = n % 4 == 0 ? 25 : n % 4 == 2 ? 20 : 22.5;
+    const WallPlace place = wall.nearest(38 * unit, beats);
+    // Half an edge of 2.5 mm beside it at the most.
+    EXPECT_NEAR(place.away_mm, 38 - radius, 0.15);
+    EXPECT_NEAR(place.long_axis, 0.5 + 0.5 * unit.z(), 0.06);
+    EXPECT_EQ(place.segment, sample.map->segment[place.vertex]);
+    EXPECT_EQ(place.wall_mm, sample.map->thickness_mm[0][place.vertex]);
+    // Downhill from wherever the last place was.
+    const WallPlace near = wall.near(38 * unit, beats, from);
+    EXPECT_NEAR(near.away_mm, place.away_mm, 1e-9);
+    EXPECT_EQ(near.vertex, place.vertex);
+    from = near.vertex;
+  }
+}
+
+TEST(LvWall, SharesAreThoseOfTheMuscle) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  const std::vector<double>& share = wall.muscle_share();
+  EXPECT_NEAR(std::accumulate(share.begin(), share.end(), 0.0), 1, 1e-12);
+  double thin = 0;
+  for (std::size_t v = 0; v < share.size(); ++v) thin += wall.wall_mm()[v] == 4 ? share[v] : 0;
+  EXPECT_NEAR(thin, 4.0 / 14, 0.015);  // half of the ball less one line of vertices
+}
+
+TEST(LvWall, KnowsTheMiddleOfASegment) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  for (const int segment : {7, 10, 12, 14}) {
+    const LvWall::Middle middle = wall.middle_of(segment);
+    EXPECT_EQ(sample.map->segment[middle.vertex], segment);
+    EXPECT_GT(middle.outward.dot(middle.mm.normalized()), 0.99);
+  }
+  // Mid anterior: thirds of the long axis, towards x.
+  EXPECT_LT((wall.middle_of(7).mm - Vec3(25, 0, 0)).norm(), 2.5);
+  EXPECT_NE(refusal([&] { (void)wall.middle_of(99); }).find("no segment 99"), std::string::npos);
+}
+
+TEST(LvWall, OfOtherThingsIsRefused) {
+  const test::SampleWall sample;
+  const test::SampleWall other(4, 2);
+  EXPECT_NE(refusal([&] { (void)LvWall(sample.surface, nullptr, 0); }).find("no map"),
+            std::string::npos);
+  EXPECT_NE(refusal([&] { (void)LvWall(sample.surface, other.map, 0); }), "accepted");
+  EXPECT_NE(refusal([&] { (void)LvWall(sample.surface, sample.map, 4); }), "accepted");
+  for (auto& phase : other.map->thickness_mm) std::fill(phase.begin(), phase.end(), 0.0F);
+  EXPECT_NE(refusal([&] { (void)LvWall(other.surface, other.map, 0); }).find("no wall"),
+            std::string::npos);
+}
+
+TEST(Regions, OfThinWallHaveItsShareOfTheMuscleAndItsOwnThickness) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  const std::vector<Region> regions = regions_from_json(
+      json::parse(R"([{"thinner_than_mm": 6, "scar": 0.8, "alpha": 0.2}])"));
+  const TissueMap map = tissue_of_wall(wall, {}, regions, {});
+  EXPECT_NEAR(map.infarct.fraction, 4.0 / 14, 0.015);
+  EXPECT_NEAR(map.infarct.alpha, 0.2, 1e-12);
+  const Tissue thin = map.at(wall.nearest({30, 0, 0}, 0));
+  EXPECT_EQ(thin, (Tissue{.scar = 0.8, .thickness_ratio = 0.4, .alpha = 0.2}));  // 4 of 10 mm
+  EXPECT_EQ(map.at(wall.nearest({-30, 0, 0}, 0)), Tissue{});
+  EXPECT_EQ(tissue_of_wall(wall, {}, {}, {}).infarct.fraction, 0);
+  // No wall is not a thin one.
+  EXPECT_EQ(map.of_vertex[4], Tissue{});
+  ASSERT_EQ(sample.map->thickness_mm[0][4], 0);
+}
+
+TEST(Regions, LieOverTheSegmentsTheLastOnTop) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  SegmentTissue segments{};
+  segments[6] = infarct_tissue();  // mid anterior
+  PaintedMaps painted;
+  painted["scar.csv"].assign(wall.vertex_count(), 0);
+  const WallPlace inferior = wall.nearest({-30, 0, 0}, 0);
+  painted["scar.csv"][inferior.vertex] = 3;
+  const WallPlace anterior = wall.nearest({30, 0, 0}, 0);
+  EXPECT_EQ(tissue_of_wall(wall, segments, {}, {}).at(anterior), infarct_tissue());
+  const std::vector<Region> regions = regions_from_json(json::parse(
+      R"([{"painted": "scar.csv", "label": 3, "scar": 0.5, "thickness_ratio": 1.2, "alpha": 0.7},
+          {"thinner_than_mm": 5, "scar": 0.1}])"));
+  const TissueMap map = tissue_of_wall(wall, segments, regions, painted);
+  EXPECT_EQ(map.at(inferior), (Tissue{.scar = 0.5, .thickness_ratio = 1.2, .alpha = 0.7}));
+  EXPECT_EQ(map.at(anterior).scar, 0.1);
+  EXPECT_EQ(map.at(anterior).alpha, 1);
+  EXPECT_NEAR(map.infarct.fraction, wall.muscle_share()[inferior.vertex], 1e-12);
+  EXPECT_NE(refusal([&] { (void)tissue_of_wall(wall, segments, regions, {}); }).find("scar.csv"),
+            std::string::npos);
+}
+
+TEST(Regions, AreRefusedByJsonPath) {
+  const auto said = [](const char* regions) {
+    return refusal([&] {
+      (void)palpation_from_json(json::parse(std::string(R"({"regions": )") + regions + "}"));
+    });
+  };
+  EXPECT_EQ(said(R"([{"thinner_than_mm": 6}, {"painted": "a.csv"}])"), "accepted");
+  EXPECT_NE(said("{}").find("/regions must be a list"), std::string::npos);
+  EXPECT_NE(said(R"([{"scar": 1}])").find("/regions/0 must have either"), std::string::npos);
+  EXPECT_NE(said(R"([{"thinner_than_mm": 6, "painted": "a"}])").find("/regions/0 must have"),
+            std::string::npos);
+  EXPECT_NE(said(R"([{"thinner_than_mm": 60}])").find("/regions/0/thinner_than_mm"),
+            std::string::npos);
+  EXPECT_NE(said(R"([{"thinner_than_mm": 6, "label": 2}])").find("/regions/0/label"),
+            std::string::npos);
+  EXPECT_NE(said(R"([{"thinner_than_mm": 6, "alpha": 2}])").find("/regions/0/alpha"),
+            std::string::npos);
+  EXPECT_NE(said(R"([{"thinner_than_mm": 6, "colour": 2}])").find("/regions/0/colour"),
+            std::string::npos);
+  const std::vector<Region> regions = regions_from_json(json::parse(
+      R"([{"painted": "b.csv", "label": 7, "thickness_ratio": 0.5}, {"thinner_than_mm": 6}])"));
+  EXPECT_EQ(regions_from_json(regions_to_json(regions)), regions);
+}
+
+TEST(Regions, MakeTheInfarctOfTheCirculation) {
+  PalpationParameters parameters;
+  parameters.infarct = Infarct{.fraction = 0.3, .alpha = 0.25};
+  EXPECT_EQ(parameters.whole_circulation().infarct_fraction, 0.3);
+  EXPECT_EQ(parameters.whole_circulation().infarct_alpha, 0.25);
+}
+
+}  // namespace
+}  // namespace beatlas::palpation

@@ -1,0 +1,226 @@
+/// The press on an atlas's own left ventricle: it goes where it is told, as deep as it is told, and
+/// what it feels is the muscle that lies there.
+
+#include "runtime/app/atlas_press.h"
+
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "runtime/app/painted_map.h"
+#include "runtime/app/press_session.h"
+#include "runtime/base/error.h"
+#include "runtime/field/field_query.h"
+#include "tests/package/sample_package.h"
+
+namespace beatlas::app {
+namespace {
+
+using beatlas::test::TemporaryFolder;
+
+/// A ball of 40 mm around an LV of 24 mm, as a palpation package; wall of 7 to 9 mm by the sample's
+/// map, with segments by their places.
+pack::PackageContent content_of(double thinner = 0) {
+  pack::PackageContent content = beatlas::test::sample_content(6, 40, 2, 4);
+  content.manifest.scene = "palpation";
+  atlas::SurfaceMapPayload& map = content.maps.at(0);
+  for (std::size_t v = 0; v < map.segment.size(); ++v) {
+    map.segment[v] = static_cast<std::uint8_t>(palpation::segment_at(
+        static_cast<double>(map.long_axis[v]), static_cast<double>(map.angle_rad[v])));
+    for (auto& phase : map.thickness_mm) phase[v] = std::max(0.5F, phase[v] - float(thinner));
+  }
+  return content;
+}
+
+class AtlasPresses : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    pack::write_package(file("heart.beatlas"), content_of());
+    pack::PackageContent plain = content_of();
+    plain.maps.clear();
+    plain.manifest.scene = "full";
+    pack::write_package(file("plain.beatlas"), plain);
+    pack::write_package(file("buried.beatlas"), content_of(6.5));
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  static std::string file(const std::string& name) { return (folder_->path() / name).string(); }
+
+  static atlas::Atlas open(const std::string& name) {
+    const auto manifest = atlas::Atlas::open(file(name), {}).manifest();
+    return atlas::Atlas::open(file(name), needs_of_press(manifest));
+  }
+  static AtlasPress press(const std::string& name, const std::string& preset, int segment,
+                          double depth_mm) {
+    const atlas::Atlas package = open(name);
+    const palpation::PalpationParameters parameters = palpation::palpation_preset(preset);
+    std::optional<AtlasVentricle> ventricle;
+    if (const auto wall = wall_of(package)) {
+      ventricle =
+          AtlasVentricle{wall, palpation::tissue_of_wall(*wall, parameters.segments, {}, {})};
+    }
+    return press_on_atlas(package, parameters,
+                          {.depth_mm = depth_mm, .natural_s = 1, .held_s = 2, .after_s = 1,
+                           .segment = segment},
+                          ventricle);
+  }
+  /// What a session says, or its error.
+  static std::string session(const std::string& package, const std::string& parameters,
+                             const std::string& segment = "") {
+    PressArguments arguments;
+    arguments.folder = file("out");
+    arguments.package = package.empty() ? "" : file(package);
+    arguments.segment = segment;
+    arguments.json = true;
+    arguments.script.held_s = 2;
+    if (!parameters.empty()) {
+      std::ofstream(file("p.json")) << parameters;
+      arguments.parameters = file("p.json");
+    }
+    std::ostringstream out;
+    try {
+      run_press_session(arguments, out);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return out.str();
+  }
+
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+};
+
+TEST_F(AtlasPresses, TouchTheSegmentTheyAreToldOnTheHeartsSurface) {
+  const atlas::Atlas package = open("heart.beatlas");
+  const field::FieldQuery heart(package.field(Structure::Heart),
+                                package.manifest().rr_interval_s);
+  EXPECT_EQ(package.field(Structure::LvBlood), nullptr);
+  for (const int segment : {1, 7, 10, 12, 16}) {
+    const AtlasPress found = press("heart.beatlas", "healthy", segment, 2);
+    ASSERT_TRUE(found.wall.has_value());
+    EXPECT_EQ(found.wall->place.segment, segment);
+    EXPECT_NEAR(heart.sample(found.place_mm, 0).distance_mm, 0, 0.01);
+    EXPECT_NEAR(found.outward.norm(), 1, 1e-9);
+    EXPECT_GT(found.outward.dot((found.place_mm - Vec3(128, 128, 96)).normalized()), 0.9);
+    EXPECT_NEAR(found.wall->place.away_mm, 16, 3);  // between the two balls, with their bumps
+  }
+}
+
+TEST_F(AtlasPresses, AreAsDeepBelowTheMovingSurfaceAsTheFingerAndTheBeatMakeThem) {
+  const AtlasPress found = press("heart.beatlas", "healthy", 7, 3);
+  const atlas::Atlas package = open("heart.beatlas");
+  const double rr_s = package.manifest().rr_interval_s;
+  const field::FieldQuery heart(package.field(Structure::Heart), rr_s);
+  const double speed = palpation::PalpationParameters{}.circulation.heart_rate_per_min / 60 * rr_s;
+  int in_contact = 0;
+  double least_mm = 100;
+  for (std::size_t n = 0; n < found.rows.size(); n += 13) {
+    const AtlasPressRow& row = found.rows[n];
+    const Vec3 finger = found.place_mm - row.displacement_mm * found.outward;
+    EXPECT_NEAR(row.depth_mm, -heart.sample(finger, speed * row.time_s).distance_mm, 1e-6);
+    EXPECT_LE(row.displacement_mm, 3 + 1e-9);
+    EXPECT_GE(row.force_n, 0);
+    EXPECT_TRUE(row.depth_mm > -0.5 || row.force_n == 0) << row.time_s;
+    in_contact += row.force_n > 0 ? 1 : 0;
+    least_mm = std::min(least_mm, row.depth_mm);
+  }
+  EXPECT_GT(in_contact, 20);
+  EXPECT_NEAR(found.deepest_mm, 3, 0.05);  // at end-diastole
+  EXPECT_LT(least_mm, -2);                 // the wall of 40 mm draws back by 6 in systole
+  EXPECT_EQ(found.rows.front().displacement_mm, 0);
+  EXPECT_EQ(found.rows.back().displacement_mm, 0);
+}
+
+TEST_F(AtlasPresses, FeelHealthyMuscleAsTableOneHasIt) {
+  const AtlasPress found = press("heart.beatlas", "healthy", 7, 4);
+  ASSERT_EQ(found.tissues.size(), 3U);
+  // 2 mm below a wall that it goes with, relaxed: the vertical spring, and what Emin adds.
+  const palpation::PalpationParameters parameters;
+  const double k_n_per_m =
+      parameters.at(found.wall->place.long_axis, 7).k_v_n_per_m +
+      parameters.contractile.stiffness_n_per_m(1, parameters.circulation.emin);
+  EXPECT_NEAR(found.tissues[0].with_wall.diastole_n, 2e-3 * k_n_per_m, 0.1 * 2e-3 * k_n_per_m);
+  EXPECT_GT(found.tissues[0].with_wall.systole_n, 1.1 * found.tissues[0].with_wall.diastole_n);
+  EXPECT_EQ(found.tissues[0].with_wall.diastole_jnd, 0);
+  // Nobody is ill: the place as it is feels healthy.
+  EXPECT_EQ(found.tissues[2].with_wall.force_n, found.tissues[0].with_wall.force_n);
+  EXPECT_EQ(found.tissues[2].in_space.systole_jnd, 0);
+}
+
+TEST_F(AtlasPresses, TellAnInfarctFromHealthyMuscleByForce) {
+  const AtlasPress ill = press("heart.beatlas", "anterior_infarct", 7, 8);
+  EXPECT_EQ(ill.wall->tissue, palpation::infarct_tissue());
+  const TissueForce& infarct = ill.tissues[1];
+  EXPECT_GT(infarct.with_wall.diastole_jnd, 2);
+  EXPECT_GT(infarct.with_wall.systole_jnd, infarct.with_wall.diastole_jnd);
+  EXPECT_LT(infarct.with_wall.systole_n, ill.tissues[0].with_wall.systole_n);
+  EXPECT_EQ(ill.tissues[2].with_wall.diastole_jnd, infarct.with_wall.diastole_jnd);
+  EXPECT_LT(ill.largest_force_n, press("heart.beatlas", "healthy", 7, 8).largest_force_n);
+  // Beside it the muscle itself is healthy.
+  const AtlasPress beside = press("heart.beatlas", "anterior_infarct", 10, 8);
+  EXPECT_EQ(beside.wall->tissue, palpation::Tissue{});
+  EXPECT_EQ(beside.tissues[2].with_wall.diastole_jnd, 0);
+}
+
+TEST_F(AtlasPresses, ThatOtherHeartLiesUnderAreRefusedByTheSegmentsName) {
+  try {
+    (void)press("buried.beatlas", "healthy", 8, 4);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+    EXPECT_NE(std::string(error.what()).find("mid_anteroseptal from outside"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(AtlasPresses, WithoutAMapPressTheFreeWallAsBefore) {
+  const AtlasPress found = press("plain.beatlas", "healthy", 7, 4);
+  EXPECT_FALSE(found.wall.has_value());
+  EXPECT_TRUE(found.tissues.empty());
+  EXPECT_NEAR(found.deepest_mm, 4, 0.1);
+  EXPECT_GT(found.largest_force_n, 0.1);
+  EXPECT_FALSE(atlas_press_json(found).contains("wall"));
+}
+
+TEST_F(AtlasPresses, TakeRegionsOfThinWallAndPaintedOnes) {
+  // The wall is 8.2 mm and a millimetre more or less: thin is what lies away from the septum.
+  const auto thin = nlohmann::json::parse(session(
+      "heart.beatlas", R"({"regions": [{"thinner_than_mm": 7.6, "scar": 0.7, "alpha": 0.1}]})",
+      "mid_inferolateral"))["atlas"];
+  EXPECT_EQ(thin["wall"]["segment"], "mid_inferolateral");
+  EXPECT_EQ(thin["wall"]["scar"], 0.7);
+  EXPECT_LT(thin["wall"]["thickness_mm"], 7.6);
+  EXPECT_NEAR(thin["wall"]["thickness_ratio"].get<double>(),
+              thin["wall"]["thickness_mm"].get<double>() / 8.5, 0.06);
+  EXPECT_GT(thin["tissues"][2]["with_wall"]["systole_jnd"], 1);
+  const auto thick = nlohmann::json::parse(session(
+      "heart.beatlas", R"({"regions": [{"thinner_than_mm": 7.6, "scar": 0.7, "alpha": 0.1}]})",
+      "mid_inferoseptal"))["atlas"];
+  EXPECT_EQ(thick["wall"]["alpha"], 1);
+
+  std::ofstream(file("scar.csv")) << "segment,label\n7,2\n8,1\n";
+  const std::string painted =
+      R"({"regions": [{"painted": "scar.csv", "label": 2, "alpha": 0.3, "thickness_ratio": 0.8}]})";
+  EXPECT_EQ(nlohmann::json::parse(
+                session("heart.beatlas", painted, "mid_anterior"))["atlas"]["wall"]["alpha"],
+            0.3);
+  EXPECT_EQ(nlohmann::json::parse(
+                session("heart.beatlas", painted, "mid_anteroseptal"))["atlas"]["wall"]["alpha"],
+            1);
+  std::ofstream(file("scar.csv")) << "vertex,label\n0,2\n99999,2\n";
+  EXPECT_NE(session("heart.beatlas", painted).find("'99999,2' must hold a vertex from 0 to"),
+            std::string::npos);
+  std::ofstream(file("scar.csv")) << "segment,label\n18,2\n";
+  EXPECT_NE(session("heart.beatlas", painted).find("must hold a segment from 1 to 17"),
+            std::string::npos);
+  std::ofstream(file("scar.csv")) << "segment,label\n7,2.5\n";
+  EXPECT_NE(session("heart.beatlas", painted).find("must hold a label from 0 to 255"),
+            std::string::npos);
+  std::filesystem::remove(file("scar.csv"));
+  EXPECT_NE(session("heart.beatlas", painted).find("scar.csv cannot be read"), std::string::npos);
+  EXPECT_NE(session("", painted).find("name a package"), std::string::npos);
+  EXPECT_NE(session("plain.beatlas", painted).find("no map of the LV's wall"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace beatlas::app
