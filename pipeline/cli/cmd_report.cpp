@@ -20,8 +20,7 @@ void add_report(CLI::App& app, Run& run) {
       "One HTML file that needs no network: verdict and reasons, volumes beside normal ranges,\n"
       "outlines on every slice, the beating surface, places to look at with the commands that\n"
       "correct them. 'build' writes it as report.html into the study, with report.json for\n"
-      "programs beside it.\n"
-      "Example: beatlas report exam.study -o exam.html");
+      "programs beside it.");
   command->add_option("STUDY", arguments->study, "The study's folder")->required();
   command
       ->add_option("-o,--output", arguments->output,

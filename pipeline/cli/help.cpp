@@ -88,6 +88,12 @@ constexpr std::array kEntries{
           "between frames"},
     Entry{"export", "beatlas export heart.beatlas --to glb -o out",
           "glTF 2.0 (Khronos), NIfTI-1 (NIMH), OpenVDB: Museth, ACM TOG 32, 2013"},
+    Entry{"report",
+          "beatlas report exam.study\n"
+          "beatlas report exam.study -o exam.html --json",
+          "Normal ranges: Petersen et al., J Cardiovasc Magn Reson 2017;19:18, Hudsmith et al., ibid. "
+          "2005;7:775,\nKawel-Boehm et al., ibid. 2015;17:29. Surfaces are thinned as in Schroeder et "
+          "al., SIGGRAPH 1992"},
     Entry{"status", "beatlas status exam.study", ""},
     Entry{"seeds",
           "beatlas seeds exam.study list\n"
