@@ -91,8 +91,10 @@ constexpr std::array kEntries{
     Entry{"report",
           "beatlas report exam.study\n"
           "beatlas report exam.study -o exam.html --json",
-          "Normal ranges: Petersen et al., J Cardiovasc Magn Reson 2017;19:18, Hudsmith et al., ibid. "
-          "2005;7:775,\nKawel-Boehm et al., ibid. 2015;17:29. Surfaces are thinned as in Schroeder et "
+          "Normal ranges: Petersen et al., J Cardiovasc Magn Reson 2017;19:18, Hudsmith et al., "
+          "ibid. "
+          "2005;7:775,\nKawel-Boehm et al., ibid. 2015;17:29. Surfaces are thinned as in Schroeder "
+          "et "
           "al., SIGGRAPH 1992"},
     Entry{"status", "beatlas status exam.study", ""},
     Entry{"seeds",

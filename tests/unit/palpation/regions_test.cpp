@@ -87,8 +87,8 @@ TEST(LvWall, OfOtherThingsIsRefused) {
 TEST(Regions, OfThinWallHaveItsShareOfTheMuscleAndItsOwnThickness) {
   const test::SampleWall sample;
   const LvWall wall = sample.wall();
-  const std::vector<Region> regions = regions_from_json(
-      json::parse(R"([{"thinner_than_mm": 6, "scar": 0.8, "alpha": 0.2}])"));
+  const std::vector<Region> regions =
+      regions_from_json(json::parse(R"([{"thinner_than_mm": 6, "scar": 0.8, "alpha": 0.2}])"));
   const TissueMap map = tissue_of_wall(wall, {}, regions, {});
   EXPECT_NEAR(map.infarct.fraction, 4.0 / 14, 0.015);
   EXPECT_NEAR(map.infarct.alpha, 0.2, 1e-12);

@@ -60,10 +60,10 @@ class AtlasPresses : public ::testing::Test {
       ventricle =
           AtlasVentricle{wall, palpation::tissue_of_wall(*wall, parameters.segments, {}, {})};
     }
-    return press_on_atlas(package, parameters,
-                          {.depth_mm = depth_mm, .natural_s = 1, .held_s = 2, .after_s = 1,
-                           .segment = segment},
-                          ventricle);
+    return press_on_atlas(
+        package, parameters,
+        {.depth_mm = depth_mm, .natural_s = 1, .held_s = 2, .after_s = 1, .segment = segment},
+        ventricle);
   }
   /// What a session says, or its error.
   static std::string session(const std::string& package, const std::string& parameters,
@@ -92,8 +92,7 @@ class AtlasPresses : public ::testing::Test {
 
 TEST_F(AtlasPresses, TouchTheSegmentTheyAreToldOnTheHeartsSurface) {
   const atlas::Atlas package = open("heart.beatlas");
-  const field::FieldQuery heart(package.field(Structure::Heart),
-                                package.manifest().rr_interval_s);
+  const field::FieldQuery heart(package.field(Structure::Heart), package.manifest().rr_interval_s);
   EXPECT_EQ(package.field(Structure::LvBlood), nullptr);
   for (const int segment : {1, 7, 10, 12, 16}) {
     const AtlasPress found = press("heart.beatlas", "healthy", segment, 2);
@@ -136,9 +135,8 @@ TEST_F(AtlasPresses, FeelHealthyMuscleAsTableOneHasIt) {
   ASSERT_EQ(found.tissues.size(), 3U);
   // 2 mm below a wall that it goes with, relaxed: the vertical spring, and what Emin adds.
   const palpation::PalpationParameters parameters;
-  const double k_n_per_m =
-      parameters.at(found.wall->place.long_axis, 7).k_v_n_per_m +
-      parameters.contractile.stiffness_n_per_m(1, parameters.circulation.emin);
+  const double k_n_per_m = parameters.at(found.wall->place.long_axis, 7).k_v_n_per_m +
+                           parameters.contractile.stiffness_n_per_m(1, parameters.circulation.emin);
   EXPECT_NEAR(found.tissues[0].with_wall.diastole_n, 2e-3 * k_n_per_m, 0.1 * 2e-3 * k_n_per_m);
   EXPECT_GT(found.tissues[0].with_wall.systole_n, 1.1 * found.tissues[0].with_wall.diastole_n);
   EXPECT_EQ(found.tissues[0].with_wall.diastole_jnd, 0);
