@@ -41,7 +41,8 @@ std::string what_of(const atlas::Item& item) {
   const std::string kind = item.kind == "field"     ? "distance field"
                            : item.kind == "surface" ? "surface"
                            : item.kind == "motion"  ? "motion of the surface"
-                                                    : "images";
+                           : item.kind == "volume"  ? "images"
+                                                    : "map of the wall";
   return item.structure + ", " + kind;
 }
 

@@ -197,6 +197,7 @@ json surfaces_to_json(const ReportInput& input) {
 json slices_to_json(const ReportInput& input, const std::vector<Place>& places, double bytes) {
   const Cine& cine = input.exam->stack;
   std::vector<Vec3> lps;
+  lps.reserve(places.size());
   for (const Place& place : places) lps.push_back(place.lps_mm);
   SheetOptions options;
   const SliceSheets rough = slice_sheets(cine, input.segmentation, lps, {options.margin_mm, 0, 0});
