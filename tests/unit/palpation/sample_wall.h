@@ -19,8 +19,8 @@ inline constexpr double kRadiusMm = 25;
 struct SampleWall {
   explicit SampleWall(int phases = 4, int levels = 4) {
     std::vector<Vec3> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-    std::vector<std::array<std::uint32_t, 3>> triangles{
-        {0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    std::vector<std::array<std::uint32_t, 3>> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                                        {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
     for (int level = 0; level < levels; ++level) {
       std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
       const auto middle = [&](std::uint32_t a, std::uint32_t b) {

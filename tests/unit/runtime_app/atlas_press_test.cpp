@@ -19,16 +19,19 @@ namespace {
 
 using beatlas::test::TemporaryFolder;
 
-/// A ball of 40 mm around an LV of 24 mm, as a palpation package; wall of 7 to 9 mm by the sample's
+/// A ball of 36 mm around an LV of 22 mm, as a palpation package; wall of 7 to 9 mm by the sample's
 /// map, with segments by their places.
 pack::PackageContent content_of(double thinner = 0) {
-  pack::PackageContent content = beatlas::test::sample_content(6, 40, 2, 4);
+  pack::PackageContent content = beatlas::test::sample_content(6, 36, 2, 4);
   content.manifest.scene = "palpation";
   atlas::SurfaceMapPayload& map = content.maps.at(0);
   for (std::size_t v = 0; v < map.segment.size(); ++v) {
     map.segment[v] = static_cast<std::uint8_t>(palpation::segment_at(
         static_cast<double>(map.long_axis[v]), static_cast<double>(map.angle_rad[v])));
-    for (auto& phase : map.thickness_mm) phase[v] = std::max(0.5F, phase[v] - float(thinner));
+    for (auto& phase : map.thickness_mm) {
+      if (!(phase[v] > 0)) phase[v] = 8.2F;  // the sample leaves some out
+      phase[v] = std::max(0.5F, phase[v] - float(thinner));
+    }
   }
   return content;
 }
@@ -60,10 +63,10 @@ class AtlasPresses : public ::testing::Test {
       ventricle =
           AtlasVentricle{wall, palpation::tissue_of_wall(*wall, parameters.segments, {}, {})};
     }
-    return press_on_atlas(package, parameters,
-                          {.depth_mm = depth_mm, .natural_s = 1, .held_s = 2, .after_s = 1,
-                           .segment = segment},
-                          ventricle);
+    return press_on_atlas(
+        package, parameters,
+        {.depth_mm = depth_mm, .natural_s = 1, .held_s = 2, .after_s = 1, .segment = segment},
+        ventricle);
   }
   /// What a session says, or its error.
   static std::string session(const std::string& package, const std::string& parameters,
@@ -92,8 +95,7 @@ class AtlasPresses : public ::testing::Test {
 
 TEST_F(AtlasPresses, TouchTheSegmentTheyAreToldOnTheHeartsSurface) {
   const atlas::Atlas package = open("heart.beatlas");
-  const field::FieldQuery heart(package.field(Structure::Heart),
-                                package.manifest().rr_interval_s);
+  const field::FieldQuery heart(package.field(Structure::Heart), package.manifest().rr_interval_s);
   EXPECT_EQ(package.field(Structure::LvBlood), nullptr);
   for (const int segment : {1, 7, 10, 12, 16}) {
     const AtlasPress found = press("heart.beatlas", "healthy", segment, 2);
@@ -102,7 +104,7 @@ TEST_F(AtlasPresses, TouchTheSegmentTheyAreToldOnTheHeartsSurface) {
     EXPECT_NEAR(heart.sample(found.place_mm, 0).distance_mm, 0, 0.01);
     EXPECT_NEAR(found.outward.norm(), 1, 1e-9);
     EXPECT_GT(found.outward.dot((found.place_mm - Vec3(128, 128, 96)).normalized()), 0.9);
-    EXPECT_NEAR(found.wall->place.away_mm, 16, 3);  // between the two balls, with their bumps
+    EXPECT_NEAR(found.wall->place.away_mm, 14.4, 3);  // between the two balls, with their bumps
   }
 }
 
@@ -126,7 +128,7 @@ TEST_F(AtlasPresses, AreAsDeepBelowTheMovingSurfaceAsTheFingerAndTheBeatMakeThem
   }
   EXPECT_GT(in_contact, 20);
   EXPECT_NEAR(found.deepest_mm, 3, 0.05);  // at end-diastole
-  EXPECT_LT(least_mm, -2);                 // the wall of 40 mm draws back by 6 in systole
+  EXPECT_LT(least_mm, -1.5);               // the wall draws back by 5.4 in systole
   EXPECT_EQ(found.rows.front().displacement_mm, 0);
   EXPECT_EQ(found.rows.back().displacement_mm, 0);
 }
@@ -136,9 +138,8 @@ TEST_F(AtlasPresses, FeelHealthyMuscleAsTableOneHasIt) {
   ASSERT_EQ(found.tissues.size(), 3U);
   // 2 mm below a wall that it goes with, relaxed: the vertical spring, and what Emin adds.
   const palpation::PalpationParameters parameters;
-  const double k_n_per_m =
-      parameters.at(found.wall->place.long_axis, 7).k_v_n_per_m +
-      parameters.contractile.stiffness_n_per_m(1, parameters.circulation.emin);
+  const double k_n_per_m = parameters.at(found.wall->place.long_axis, 7).k_v_n_per_m +
+                           parameters.contractile.stiffness_n_per_m(1, parameters.circulation.emin);
   EXPECT_NEAR(found.tissues[0].with_wall.diastole_n, 2e-3 * k_n_per_m, 0.1 * 2e-3 * k_n_per_m);
   EXPECT_GT(found.tissues[0].with_wall.systole_n, 1.1 * found.tissues[0].with_wall.diastole_n);
   EXPECT_EQ(found.tissues[0].with_wall.diastole_jnd, 0);
