@@ -5,11 +5,13 @@
 
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/quality.h"
+#include "pipeline/cli/report_facts.h"
 #include "pipeline/cli/version.h"
 #include "pipeline/mesh/surface_map.h"
 #include "pipeline/pack/volume_encoder.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
+#include "runtime/atlas/atlas.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
@@ -38,6 +40,16 @@ std::string names_of(const std::vector<Stage>& stages) {
     out += study::stage_name(stage);
   }
   return out;
+}
+
+constexpr double kMade = 0.95;  ///< of a stage, when all it makes is there and not yet written
+
+/// Of a stage that makes one structure after another.
+StageContext part_of(const StageContext& context, Structure structure, std::size_t at,
+                     std::size_t count) {
+  const double each = kMade / static_cast<double>(count);
+  const auto before = static_cast<double>(at);
+  return context.part(before * each, (before + 1) * each, structure_name(structure));
 }
 
 }  // namespace
@@ -268,12 +280,16 @@ void Chain::registration(bool for_volume) {
       const Cine& cine = exam().stack;
       const Segmentation& found = segmentation();
       const Affine map = reg::workspace_from_lps(cine.grid(), found.coverage);
-      shapes_ = reg::shapes_in_workspace(found, map, orders_.recipe.registration, context);
+      StageContext part = context.part(0, study_ ? 0.3 : 1);
+      shapes_ = reg::shapes_in_workspace(found, map, orders_.recipe.registration, part);
       facts_.workspace_from_lps = map;
       leave(Stage::Register, new_record(Stage::Register), [&] {
-        return study::write_registration(
-            study_->folder(), {map, *shapes_}, reg::cine_in_workspace(cine, map),
-            reg::labels_in_workspace(*shapes_), cine.frame_interval_s());
+        context.progress(0.3, "images for the eye");
+        const ImageCycle<float> images = reg::cine_in_workspace(cine, map);
+        const LabelCycle labels = reg::labels_in_workspace(*shapes_);
+        context.progress(0.6, "files of the study");
+        return study::write_registration(study_->folder(), {map, *shapes_}, images, labels,
+                                         cine.frame_interval_s());
       });
     });
   }
@@ -300,9 +316,11 @@ void Chain::fields() {
       std::vector<FieldCycle> made;
       for (const ShapeCycle& shape : shapes()) {
         context.check_cancelled();
-        made.push_back(field::build_field(shape, orders_.recipe.field, context));
+        StageContext part = part_of(context, shape.structure, made.size(), shapes().size());
+        made.push_back(field::build_field(shape, orders_.recipe.field, part));
       }
       fields_ = std::move(made);
+      context.progress(kMade, "files of the study");
       leave(Stage::Field, new_record(Stage::Field),
             [&] { return study::write_fields(study_->folder(), *fields_); });
     });
@@ -316,10 +334,12 @@ void Chain::surfaces() {
     std::vector<SurfaceCycle> made;
     for (const FieldCycle& field : field_cycles()) {
       context.check_cancelled();
-      made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, context));
+      StageContext part = part_of(context, field.structure, made.size(), field_cycles().size());
+      made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, part));
     }
     surfaces_ = std::move(made);
     maps_ = make_surface_maps();
+    context.progress(kMade, "files of the study");
     leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
       study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);
       const study::FileList maps = study::write_surface_maps(study_->folder(), *maps_);
@@ -420,10 +440,11 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
     for (const FieldCycle& field : fields) {
       context.check_cancelled();
       if (!atlas::scene_holds(scene.content, atlas::kFieldKind, field.structure)) continue;
+      part_of(context, field.structure, content.fields.size(), 2 * fields.size())
+          .progress(0, "distances");
       content.fields.push_back(pack::encode_field(field, orders_.recipe.pack));
-      context.progress(static_cast<double>(content.fields.size()) /
-                       static_cast<double>(fields.size()));
     }
+    context.progress(0.5, "images around the heart");
     json volume;
     if (scene_has_volume(scene)) {
       const auto heart = std::find_if(fields.begin(), fields.end(), [](const FieldCycle& field) {
@@ -450,6 +471,7 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
           {surface.structure, std::move(surface.triangles), std::move(surface.positions)});
     }
     context.check_cancelled();
+    context.progress(0.6, "surfaces and the package's file");
     pack::write_package(file, content, orders_.recipe.pack);
     study::StageRecord record{with.version, with.options, {}, {}, {}};
     if (study_) {
@@ -457,10 +479,13 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
       record.package_sha256 = study::sha256_of_file(file);
     }
     leave(Stage::Pack, std::move(record), [&] {
-      if (volume.is_null()) return study::FileList{};
       study::make_folder(study_->folder() / "pack");
+      study::write_json(
+          study_->folder() / kPackContents,
+          pack_contents(atlas::Atlas::open(file, {}).manifest(), fs::file_size(file)));
+      if (volume.is_null()) return study::FileList{kPackContents};
       study::write_json(study_->folder() / kVolumeFigures, volume);
-      return study::FileList{kVolumeFigures};
+      return study::FileList{kPackContents, kVolumeFigures};
     });
   });
 }

@@ -65,6 +65,12 @@ class Chain {
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
   void pack(const Scene& scene, const std::filesystem::path& file);
 
+  /// Writes the study's report: the page, and report.json into the study; gives the latter.
+  /// @param page where; empty: report.html in the study
+  /// @param refused why there is no package; empty: there is, or none was tried
+  /// @param anew also where the report stands for what the study holds
+  nlohmann::json report(const std::filesystem::path& page, const std::string& refused, bool anew);
+
   /// For a command that starts after it: the stage must be up to date, or edited.
   /// @throws Error{InvalidInput} naming the command to run first
   void require(study::Stage stage);
@@ -119,6 +125,7 @@ class Chain {
   std::optional<std::vector<SurfaceMap>> maps_;
   bool exam_noted_ = false;
   bool segmentation_noted_ = false;
+  bool reads_uncertainty_ = false;  ///< of a segmentation that is read, for the report
 };
 
 /// Whether a package of the scene holds any surface, so that the stage mesh must run.

@@ -39,6 +39,9 @@ const Segmentation& Chain::segmentation() {
   if (!segmentation_) {
     study::StoredSegmentation stored = study::read_segmentation(study_->folder());
     segmentation_ = std::move(stored.made);
+    if (reads_uncertainty_) {
+      segmentation_->uncertainty = study::read_uncertainty(study_->folder());
+    }
     const bool edited = stored.labels.phases != segmentation_->labels.phases;
     StageContext context;
     if (edited) {

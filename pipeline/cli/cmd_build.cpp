@@ -20,6 +20,7 @@ struct Arguments {
   CorrectionWords corrections;
   std::string study;
   bool discard_edits = false;
+  bool no_report = false;
 };
 
 int build(const Arguments& arguments) {
@@ -60,13 +61,21 @@ int build(const Arguments& arguments) {
   if (study) keep_orders(orders, *study);
   // A study keeps the surfaces too, so that it can be packed again for another scene.
   const bool with_surfaces = study.has_value() || scene_has_surfaces(scene);
+  const bool with_report = study.has_value() && !arguments.no_report;
   Chain chain(console, std::move(orders), std::move(study));
   chain.import({arguments.sources.begin(), arguments.sources.end()});
-  chain.segment();
-  chain.registration(scene_has_volume(scene));
-  chain.fields();
-  if (with_surfaces) chain.surfaces();
-  chain.pack(scene, arguments.output);
+  try {
+    chain.segment();
+    chain.registration(scene_has_volume(scene));
+    chain.fields();
+    if (with_surfaces) chain.surfaces();
+    chain.pack(scene, arguments.output);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Quality && with_report)
+      (void)chain.report({}, error.what(), true);
+    throw;
+  }
+  if (with_report) (void)chain.report({}, "", false);
   chain.tell_kept();
   console.finish();
   if (!arguments.common.timing.empty()) {
@@ -83,8 +92,7 @@ void add_build(CLI::App& app, Run& run) {
   command->footer(
       "SOURCE is a DICOM folder (a whole exam, mixed series are fine), one 4-D NIfTI, NRRD or\n"
       "MetaImage file, or 3-D ones in the order of their phases.\n"
-      "An existing package is replaced at once, when the new one is complete.\n"
-      "Example: beatlas build exam/ -o heart.beatlas --scene palpation");
+      "An existing package is replaced at once, when the new one is complete.");
   command->add_option("SOURCE", arguments->sources,
                       "Images; may be left out where --study has been built before");
   add_import_words(*command, arguments->words);
@@ -103,6 +111,8 @@ void add_build(CLI::App& app, Run& run) {
                    "changed runs")
       ->type_name("DIR");
   add_discard_edits(*command, arguments->discard_edits);
+  command->add_flag("--no-report", arguments->no_report,
+                    "Leave report.html and report.json out of the study");
   add_building(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return build(*arguments); }; });
 }

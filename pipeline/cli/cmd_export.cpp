@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/editor_files.h"
 #include "pipeline/cli/source_labels.h"
 #include "pipeline/cli/stored_distances.h"
 #include "pipeline/cli/stored_images.h"
@@ -27,6 +28,7 @@ struct Arguments {
   std::string source;
   std::string to;
   std::string output;
+  std::optional<int> phase;
 };
 
 /// What an export needs, whether it comes from a package or from a study.
@@ -106,6 +108,7 @@ Content from_study(const fs::path& folder, const std::string& format) {
   }
   const Recipe recipe = orders_of(study).recipe;
   for (const FieldCycle& cycle : study::read_fields(folder)) {
+    check_stop_flag();
     content.fields.push_back(
         std::make_shared<atlas::FieldPayload>(pack::stored_field(cycle, recipe.pack)));
     content.volume_ml[cycle.structure] = cycle.volume_ml;
@@ -154,12 +157,25 @@ void export_images(const Content& content, const fs::path& folder, StageContext&
 
 int export_atlas(const Arguments& arguments) {
   const fs::path source(arguments.source);
+  const bool slicer = arguments.to == "slicer";
+  std::error_code ignored;
+  const bool study = fs::is_directory(source, ignored);
+  if (slicer != arguments.phase.has_value()) {
+    throw Error(ErrorCode::Usage, slicer ? "--to slicer: name a phase with --phase"
+                                         : "--phase is for --to slicer alone");
+  }
+  if (slicer && !study) {
+    throw_invalid(arguments.source + " is no study; a package cannot be corrected, its study can");
+  }
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   console.stage("export", [&](StageContext& context) {
-    std::error_code ignored;
-    const Content content = fs::is_directory(source, ignored) ? from_study(source, arguments.to)
-                                                              : from_package(source, arguments.to);
+    if (slicer) {
+      export_for_editor(source, *arguments.phase, arguments.output);
+      return;
+    }
+    const Content content =
+        study ? from_study(source, arguments.to) : from_package(source, arguments.to);
     study::make_folder(arguments.output);
     if (arguments.to == "nifti") export_images(content, arguments.output, context);
     if (arguments.to == "vdb") export_vdb(content, arguments.output, context);
@@ -181,6 +197,8 @@ void add_export(CLI::App& app, Run& run) {
       "the same grid, of a package what lies around the heart and stands out of the noise.\n"
       "glb: heart.glb, glTF 2.0 that beats in any viewer: metres, +y the patient's head, +z the\n"
       "front; a node and material a structure, a morph target a phase.\n"
+      "slicer: image_NN, labels_NN (.nii.gz) and seeds_NN.mrk.json of one phase of a study, to be\n"
+      "corrected in 3D Slicer or ITK-SNAP; see docs/correction.md.\n"
       "obj: <structure>_<phase>.obj, workspace [mm], one connectivity.\n"
       "vdb: <structure>.vdb, a float grid <structure>_<phase> a phase: signed distance [mm], "
       "placed\n"
@@ -189,7 +207,9 @@ void add_export(CLI::App& app, Run& run) {
       ->required();
   command->add_option("--to", arguments->to, "Format")
       ->required()
-      ->check(CLI::IsMember({"glb", "obj", "vdb", "nifti"}));
+      ->check(CLI::IsMember({"glb", "obj", "vdb", "nifti", "slicer"}));
+  command->add_option("--phase", arguments->phase, "Phase of --to slicer, from 0")
+      ->check(CLI::Range(0, 1023));
   command->add_option("-o,--output", arguments->output, "The folder to write to")
       ->required()
       ->type_name("DIR");

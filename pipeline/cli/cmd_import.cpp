@@ -81,9 +81,7 @@ void add_import(CLI::App& app, Run& run) {
       app.add_subcommand("import", "Start a study: read the images of an exam into it");
   command->footer(
       "SOURCE: as for 'beatlas build'.\n"
-      "The recipe is kept in the study; later stages use it unless they are given another.\n"
-      "Example: beatlas import exam/ --study study/\n"
-      "         beatlas import --surfaces ventricle.json --study study/");
+      "The recipe is kept in the study; later stages use it unless they are given another.");
   command->add_option("SOURCE", arguments->sources, "Images");
   command
       ->add_option("--surfaces", arguments->surfaces,

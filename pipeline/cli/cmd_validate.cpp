@@ -23,8 +23,7 @@ struct Arguments {
   std::string truth;
   std::string recipe;
   std::string force_structure;  // empty: the heart
-  bool json = false;
-  assess::Limits limits;  // said on the command line
+  assess::Limits limits;        // said on the command line
 };
 
 struct Outcome {
@@ -66,9 +65,9 @@ Outcome against_truth(const Arguments& arguments, StageContext& context) {
   atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
   const assess::ValidationReport report =
       assess::validate(atlas::Atlas::open(arguments.package, needs), truth, options, context);
-  return {
-      arguments.json ? assess::report_to_json(report).dump(2) + "\n" : validation_to_text(report),
-      report.passed};
+  return {arguments.common.json ? assess::report_to_json(report).dump(2) + "\n"
+                                : validation_to_text(report),
+          report.passed};
 }
 
 Outcome without_truth(const Arguments& arguments, StageContext& context) {
@@ -76,8 +75,8 @@ Outcome without_truth(const Arguments& arguments, StageContext& context) {
       arguments.package,
       atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest()));
   const std::vector<assess::Check> checks = assess::check_structure(package, {}, context);
-  return {arguments.json ? assess::checks_to_json(checks).dump(2) + "\n"
-                         : assess::checks_to_text(checks),
+  return {arguments.common.json ? assess::checks_to_json(checks).dump(2) + "\n"
+                                : assess::checks_to_text(checks),
           assess::all_passed(checks)};
 }
 
@@ -124,7 +123,8 @@ void add_validate(CLI::App& app, Run& run) {
   command->add_option("PACKAGE", arguments->package, "The package")->required();
   command->add_option("--truth", arguments->truth, "The folder that 'beatlas phantom' wrote")
       ->type_name("DIR");
-  command->add_flag("--json", arguments->json, "As JSON");
+  add_json_lines(*command, arguments->common.json,
+                 "The figures as JSON on stdout; progress as JSON lines on stderr");
   command
       ->add_option("--recipe", arguments->recipe,
                    "Recipe with limits in its section \"validate\"; see 'beatlas defaults'")

@@ -29,19 +29,24 @@ void add_info(CLI::App& app, Run& run);
 void add_validate(CLI::App& app, Run& run);
 void add_export(CLI::App& app, Run& run);
 void add_defaults(CLI::App& app, Run& run);
+void add_report(CLI::App& app, Run& run);
 void add_status(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
 void add_identify(CLI::App& app, Run& run);
+void add_seeds(CLI::App& app, Run& run);
 
 /// Words of the commands that take long.
 struct CommonArguments {
   int threads = 0;
   bool verbose = false;
+  bool json = false;
   std::string recipe;
   std::string timing;
 };
-/// Adds --threads and --verbose.
+/// Adds --threads and --verbose, and --json unless the command has added it.
 void add_common(CLI::App& command, CommonArguments& arguments);
+/// Adds --json, which has the command speak JSON on stderr.
+void add_json_lines(CLI::App& command, bool& json, const std::string& description);
 /// The same with --recipe and --timing.
 void add_building(CLI::App& command, CommonArguments& arguments);
 

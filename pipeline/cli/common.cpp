@@ -1,11 +1,16 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/progress.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
+
+void add_json_lines(CLI::App& command, bool& json, const std::string& description) {
+  command.add_flag("--json", json, description)->each([](const std::string&) { speak_json(); });
+}
 
 void add_common(CLI::App& command, CommonArguments& arguments) {
   command
@@ -15,6 +20,11 @@ void add_common(CLI::App& command, CommonArguments& arguments) {
       ->capture_default_str();
   command.add_flag("-v,--verbose", arguments.verbose,
                    "Log lines also where stderr is no terminal, and times and memory at the end");
+  if (command.get_option_no_throw("--json") == nullptr) {
+    add_json_lines(command, arguments.json,
+                   "Progress, messages and the end as JSON lines on stderr, for other programs; "
+                   "see progress.schema.json");
+  }
 }
 
 void add_building(CLI::App& command, CommonArguments& arguments) {

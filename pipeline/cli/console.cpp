@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "pipeline/cli/version.h"
+#include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
 
@@ -43,6 +44,7 @@ void catch_interrupts() {
   std::signal(SIGINT, request_cancel);
   std::signal(SIGTERM, request_cancel);
   std::signal(SIGXFSZ, SIG_IGN);
+  set_stop_flag(&cancel_requested);
 }
 
 const std::atomic<bool>* cancel_flag() { return &cancel_requested; }
@@ -71,7 +73,12 @@ void print_data(std::string_view text) {
   }
 }
 
-Console::Console(bool verbose) : verbose_(verbose), terminal_(isatty(STDERR_FILENO) == 1) {}
+Console::Console(bool verbose)
+    : verbose_(verbose),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      progress_(speaks_json() ? Showing::Json
+                : terminal_   ? Showing::Line
+                              : Showing::Nothing) {}
 
 void Console::stage(const std::string& name, const std::function<void(StageContext&)>& body) {
   StageContext context;
@@ -80,62 +87,33 @@ void Console::stage(const std::string& name, const std::function<void(StageConte
   context.warn_sink = [this, &name](std::string_view line) {
     warn(name + ": " + std::string(line));
   };
-  if (terminal_) {
-    context.progress_sink = [this, &name](double share) { show_progress(name, share); };
-    show_progress(name, 0);
-  }
+  context.progress_sink = [this](double share, std::string_view step) {
+    progress_.show(share, step);
+  };
+  progress_.begin(name);
   const double wall = wall_s();
   const double cpu = cpu_s();
   try {
     context.check_cancelled();
     body(context);
   } catch (...) {
-    clear_progress();
+    progress_.end(false, wall_s() - wall);
     throw;
   }
-  clear_progress();
   times_.push_back({name, wall_s() - wall, cpu_s() - cpu});
+  progress_.end(true, times_.back().wall_s);
 }
 
-void Console::print(std::string_view line) {
-  const std::string text = "beatlas: " + one_line(line) + "\n";
-  std::fwrite(text.data(), 1, text.size(), stderr);
-}
+void Console::warn(std::string_view line) { progress_.say("warning", line); }
 
-void Console::warn(std::string_view line) {
-  clear_progress();
-  const std::lock_guard lock(mutex_);
-  print("warning: " + std::string(line));
-}
-
-void Console::tell(std::string_view line) {
-  clear_progress();
-  const std::lock_guard lock(mutex_);
-  print(line);
-}
+void Console::tell(std::string_view line) { progress_.say("note", line); }
 
 void Console::log(std::string_view line) {
-  if (terminal_ || verbose_) tell(line);
-}
-
-void Console::show_progress(const std::string& name, double share) {
-  const std::lock_guard lock(mutex_);
-  const int percent = static_cast<int>(100 * (share < 0 ? 0 : share > 1 ? 1 : share));
-  if (percent == shown_percent_) return;
-  shown_percent_ = percent;
-  std::fprintf(stderr, "\r\033[K%s %d %%", name.c_str(), percent);
-  std::fflush(stderr);
-}
-
-void Console::clear_progress() {
-  const std::lock_guard lock(mutex_);
-  if (shown_percent_ < 0) return;
-  shown_percent_ = -1;
-  std::fputs("\r\033[K", stderr);
+  if (terminal_ || verbose_) progress_.say("log", line);
 }
 
 void Console::finish() {
-  if (!verbose_) return;
+  if (!verbose_ || speaks_json()) return;
   std::fputs(report::speed_table(times_, peak_memory_mb()).c_str(), stderr);
 }
 

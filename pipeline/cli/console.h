@@ -5,11 +5,11 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "pipeline/cli/progress.h"
 #include "pipeline/core/stage_context.h"
 #include "pipeline/report/speed_table.h"
 
@@ -18,10 +18,11 @@ namespace beatlas::cli {
 class Console {
  public:
   /// @param verbose log lines also where stderr is no terminal, and the speed table at the end
+  /// Says its lines as JSON where speaks_json().
   explicit Console(bool verbose);
 
-  /// Runs one stage with a context of its own and notes its wall and CPU time. On a terminal its
-  /// progress is shown. Interrupting sets the context's cancel flag.
+  /// Runs one stage with a context of its own and notes its wall and CPU time. On a terminal, or as
+  /// JSON lines, its progress is shown. Interrupting sets the context's cancel flag.
   void stage(const std::string& name, const std::function<void(StageContext&)>& body);
 
   /// Always printed.
@@ -34,19 +35,17 @@ class Console {
   /// The speed table on stderr, if verbose.
   void finish();
 
+  /// Of the stages that have ended, in their order.
+  [[nodiscard]] const std::vector<report::StageTime>& times() const { return times_; }
+
   /// {"stages": [{"name", "wall_s", "cpu_s"}], "wall_s", "peak_memory_mb", "threads", "version"}
   /// @throws Error{Machine}
   void write_timing(const std::filesystem::path& file, int threads) const;
 
  private:
-  void show_progress(const std::string& name, double share);
-  void clear_progress();
-  void print(std::string_view line);
-
   bool verbose_;
   bool terminal_;
-  std::mutex mutex_;
-  int shown_percent_ = -1;
+  Progress progress_;
   std::vector<report::StageTime> times_;
 };
 

@@ -95,6 +95,12 @@ std::optional<std::uint8_t> label_from_name(std::string_view name) {
   return std::nullopt;
 }
 
+std::string_view name_of_label(std::uint8_t label) {
+  constexpr std::array<std::string_view, kLabelRestOfHeart + 1> kOwn{
+      "background", "rv_blood", "lv_myocardium", "lv_blood", "rest_of_heart"};
+  return kOwn.at(label);
+}
+
 std::string known_label_names() {
   return "background, rv_blood, lv_myocardium, lv_blood, rest_of_heart (or 0 to 4)";
 }

@@ -16,6 +16,9 @@ namespace beatlas::cli {
 /// behind a name, as programs add to tell copies apart ("LV_blood-3").
 [[nodiscard]] std::optional<std::uint8_t> label_from_name(std::string_view name);
 
+/// "lv_blood" and the like; label 0..4.
+[[nodiscard]] std::string_view name_of_label(std::uint8_t label);
+
 /// "background, rv_blood, lv_myocardium, lv_blood, rest_of_heart (or 0 to 4)", for messages.
 [[nodiscard]] std::string known_label_names();
 

@@ -1,19 +1,28 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <set>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/console.h"
+#include "pipeline/cli/help.h"
+#include "pipeline/cli/progress.h"
 #include "pipeline/cli/version.h"
 #include "runtime/base/error.h"
+#include "runtime/base/nearest_name.h"
 
 namespace {
 
 int exit_code(beatlas::ErrorCode code) { return static_cast<int>(code); }
 
 int fail(const char* message, beatlas::ErrorCode code) {
+  if (beatlas::cli::speaks_json()) {
+    beatlas::cli::say_end(exit_code(code), message);
+    return exit_code(code);
+  }
   std::fprintf(stderr, "beatlas: %s\n", beatlas::cli::one_line(message).c_str());
   return exit_code(code);
 }
@@ -38,9 +47,12 @@ int run_command(int argc, char** argv) {
   add_validate(app, run);
   add_bench(app, run);
   add_export(app, run);
+  add_report(app, run);
   add_status(app, run);
+  add_seeds(app, run);
   add_identify(app, run);
   add_defaults(app, run);
+  complete_help(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -49,13 +61,19 @@ int run_command(int argc, char** argv) {
     // The parser only says that more was there; the word itself tells what was mistyped.
     if (argc > 1 && app.get_subcommands().empty() && argv[1][0] != '-') {
       told = "there is no command '" + std::string(argv[1]) + "'";
+      std::set<std::string> names;
+      for (const CLI::App* command : app.get_subcommands({})) names.insert(command->get_name());
+      const std::string meant = beatlas::nearest_name(argv[1], names);
+      if (!meant.empty()) told += "; did you mean " + meant + "?";
     }
     const std::string command =
         app.get_subcommands().empty() ? "" : " " + app.get_subcommands().front()->get_name();
     return fail((told + "; see: beatlas" + command + " --help").c_str(), beatlas::ErrorCode::Usage);
   }
   catch_interrupts();
-  return run();
+  const int code = run();
+  if (speaks_json()) say_end(code, "");
+  return code;
 }
 
 }  // namespace
@@ -64,6 +82,10 @@ int main(int argc, char** argv) {
   try {
     return run_command(argc, argv);
   } catch (const beatlas::Error& error) {
+    // Wherever it was met, and whatever was said of it on the way up.
+    if (*beatlas::cli::cancel_flag()) {
+      return fail("stopped on request; nothing half written was left", beatlas::ErrorCode::Machine);
+    }
     return fail(error.what(), error.code());
   } catch (const std::bad_alloc&) {
     return fail("not enough memory; close other programs or use coarser options",

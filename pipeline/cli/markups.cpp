@@ -1,6 +1,7 @@
 #include "pipeline/cli/markups.h"
 
 #include <charconv>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +17,10 @@ namespace {
 constexpr double kFarthestMm = 5000;  // beyond any scanner's bore
 constexpr int kMostPhase = 1023;
 constexpr std::string_view kSchema = "markups-schema-v";
+constexpr std::string_view kRadius = "radius ";
+constexpr std::string_view kMm = " mm";
+constexpr double kLeastRadiusMm = 0.1;
+constexpr double kMostRadiusMm = 50;
 
 /// A text of an object, or `otherwise` where there is none.
 std::string text_of(const json& object, const char* key, const std::string& path,
@@ -46,6 +51,22 @@ Told told_by(const std::string& name, const std::string& path) {
                   " names no phase; end it with @ and a phase from 0, or with @all");
   }
   return {label_from_name(name.substr(0, at)), phase};
+}
+
+/// What "radius 6 mm" tells; none if it tells something else.
+std::optional<double> radius_told(const std::string& description, const std::string& path) {
+  std::string_view rest = description;
+  if (!rest.starts_with(kRadius)) return std::nullopt;
+  rest.remove_prefix(kRadius.size());
+  double radius_mm = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), radius_mm);
+  if (error != std::errc() || std::string_view(end, rest.data() + rest.size()) != kMm) {
+    return std::nullopt;
+  }
+  if (!(radius_mm >= kLeastRadiusMm && radius_mm <= kMostRadiusMm)) {
+    throw_invalid(path + ": a radius must be from 0.1 to 50 mm");
+  }
+  return radius_mm;
 }
 
 /// One markup: its kind, its name, and how its points lie.
@@ -99,7 +120,7 @@ struct Markup {
     if (found == point.end()) throw_invalid(where + "/position is missing");
     const std::vector<double> numbers = study::numbers_from_json(*found, where + "/position");
     if (numbers.size() != 3) throw_invalid(where + "/position must be 3 numbers");
-    const Vec3 lps_mm = Vec3(numbers[0], numbers[1], numbers[2]).cwiseProduct(lps_from_numbers);
+    Vec3 lps_mm = Vec3(numbers[0], numbers[1], numbers[2]).cwiseProduct(lps_from_numbers);
     if (!(lps_mm.cwiseAbs().maxCoeff() <= kFarthestMm)) {
       throw_invalid(where + "/position must lie within -5000 to 5000 mm");
     }
@@ -129,7 +150,8 @@ void add_markup(const Markup& markup, const MarkingWords& words, std::vector<seg
     const Told told = markup.told_at(point, where);
     seed.label = *told.label;
     seed.phase = told.phase.value_or(words.phase);
-    seed.radius_mm = words.radius_mm;
+    seed.radius_mm = radius_told(text_of(point, "description", where, ""), where + "/description")
+                         .value_or(words.radius_mm);
     seed.lps_mm = markup.place_of(point, where);
     if (list) {
       out.push_back(seed);
@@ -164,6 +186,50 @@ std::vector<segment::Seed> seeds_from_markups(const json& value, const MarkingWo
   }
   if (seeds.empty()) throw_invalid("/markups hold no point that was placed");
   return seeds;
+}
+
+json seeds_to_markups(const std::vector<segment::Seed>& seeds) {
+  const auto point = [](const std::string& name, std::size_t at, const Vec3& lps_mm,
+                        double radius_mm) -> json {
+    return {{"id", std::to_string(at)},
+            {"label", name + "-" + std::to_string(at)},
+            {"description", std::string(kRadius) + json(radius_mm).dump() + std::string(kMm)},
+            {"position", {lps_mm[0], lps_mm[1], lps_mm[2]}},
+            {"selected", true},
+            {"locked", false},
+            {"visibility", true},
+            {"positionStatus", "defined"}};
+  };
+  json markups = json::array();
+  std::map<std::string, std::size_t> list_of;  // name -> its list of balls
+  for (const segment::Seed& seed : seeds) {
+    const std::string name = std::string(name_of_label(seed.label)) + "@" +
+                             (seed.phase < 0 ? "all" : std::to_string(seed.phase));
+    const bool ball = seed.stroke_lps_mm.empty();
+    if (!ball || !list_of.contains(name)) {
+      if (ball) list_of[name] = markups.size();
+      markups.push_back({{"type", ball                             ? "Fiducial"
+                                  : seed.stroke_lps_mm.size() == 1 ? "Line"
+                                                                   : "Curve"},
+                         {"name", name},
+                         {"coordinateSystem", "LPS"},
+                         {"coordinateUnits", "mm"},
+                         {"locked", false},
+                         {"labelFormat", "%N-%d"},
+                         {"controlPoints", json::array()}});
+    }
+    json& list = ball ? markups[list_of[name]] : markups.back();
+    json& points = list["controlPoints"];
+    points.push_back(point(name, points.size() + 1, seed.lps_mm, seed.radius_mm));
+    for (const Vec3& lps_mm : seed.stroke_lps_mm) {
+      points.push_back(point(name, points.size() + 1, lps_mm, seed.radius_mm));
+    }
+    list["lastUsedControlPointNumber"] = points.size();
+  }
+  return {{"@schema",
+           "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/"
+           "Resources/Schema/markups-schema-v1.0.3.json#"},
+          {"markups", markups}};
 }
 
 }  // namespace beatlas::cli

@@ -52,6 +52,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.section("segment");
   visit.flag("even_shading", recipe.segment.even_shading);
   visit.flag("denoise", recipe.segment.denoise);
+  visit.flag("follow_motion", recipe.segment.follow_motion);
   visit.choice("method", recipe.segment.method, kMethods);
   visit.choice("papillary", recipe.segment.papillary, kPapillary);
   visit.choice("labels_drawn_on", recipe.segment.labels_drawn_on, kLabelsDrawnOn);

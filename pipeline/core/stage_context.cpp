@@ -10,4 +10,16 @@ void StageContext::check_cancelled() const {
   }
 }
 
+StageContext StageContext::part(double from, double to, std::string_view name) const {
+  StageContext out = *this;
+  if (!progress_sink) return out;
+  out.progress_sink = [outer = progress_sink, from, to, name = std::string(name)](
+                          double share, std::string_view step) {
+    std::string whole = name;
+    if (!whole.empty() && !step.empty()) whole += ", ";
+    outer(from + (to - from) * share, whole.append(step));
+  };
+  return out;
+}
+
 }  // namespace beatlas

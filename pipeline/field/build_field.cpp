@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <optional>
 
 #include "pipeline/core/parallel.h"
@@ -192,23 +191,13 @@ FieldCycle build_field(const ShapeCycle& shape, const FieldOptions& options,
   const std::size_t phases = shape.level.phases.size();
   const Grid& level_grid = shape.level.grid;
 
-  std::mutex progress_lock;
-  std::size_t steps_done = 0;
-  const auto step_done = [&] {
-    const std::scoped_lock lock(progress_lock);
-    ++steps_done;
-    context.progress(static_cast<double>(steps_done) / static_cast<double>(2 * phases));
-  };
-
   std::vector<TriangleSoup> surfaces(phases);
-  parallel_for(phases, [&](std::size_t p) {
-    context.check_cancelled();
+  parallel_for(phases, context.part(0, 0.1), "surface of phase", [&](std::size_t p) {
     surfaces[p] = level_surface(level_grid, shape.level.phases[p]);
     if (surfaces[p].triangles.empty()) {
       throw_invalid(phase_of(shape, p) +
                     " has no surface; check the labels and seeds of that phase");
     }
-    step_done();
   });
   for (std::size_t p = 0; p < phases; ++p) {
     if (touches_border(level_grid, shape.level.phases[p])) {
@@ -224,14 +213,13 @@ FieldCycle build_field(const ShapeCycle& shape, const FieldOptions& options,
   out.distance_mm.grid = lattice_around(surfaces, options);
   out.distance_mm.phases.resize(phases);
   out.volume_ml.resize(phases);
-  parallel_for(phases, [&](std::size_t p) {
-    context.check_cancelled();
+  parallel_for(phases, context.part(0.1, 0.8), "distance in phase", [&](std::size_t p) {
     out.volume_ml[p] = enclosed_ml(surfaces[p]);
     out.distance_mm.phases[p] =
         PhaseSampler(level_grid, shape.level.phases[p], surfaces[p], out.distance_mm.grid, options)
             .run();
-    step_done();
   });
+  context.progress(0.8, "noise that flickers");
   if (options.flicker == Flicker::Remove) take_off_flicker(out);
   return out;
 }

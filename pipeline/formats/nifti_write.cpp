@@ -7,6 +7,7 @@
 
 #include <nifti1_io.h>
 
+#include "pipeline/core/parallel.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/formats/nifti_geometry.h"
 #include "runtime/base/error.h"
@@ -133,6 +134,7 @@ void write_all(const fs::path& file, const ImageCycle<T>& images, const nifti_1_
   out.write(no_extensions.data(), no_extensions.size());
   std::vector<Stored> stored(images.grid.count());
   for (const auto& phase : images.phases) {
+    check_stop_flag();
     std::transform(phase.begin(), phase.end(), stored.begin(), stored_of);
     out.write(stored.data(), stored.size() * sizeof(Stored));
   }

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 
@@ -90,7 +92,7 @@ TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& s
 void close_handles(FieldCycle& field, const StageContext& context) {
   const std::size_t phases = field.distance_mm.phases.size();
   std::vector<Repair> repairs(phases);
-  parallel_for(phases, [&](std::size_t p) {
+  parallel_for(phases, context.part(0, 0.15), "handles of phase", [&](std::size_t p) {
     repairs[p] = make_ball(field.distance_mm.grid, field.distance_mm.phases[p]);
   });
   std::size_t mended = 0;
@@ -139,13 +141,15 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
     surface.emplace_back(field.distance_mm.grid, samples);
   }
 
+  context.progress(0.15, "triangles");
   const TriangleMesh mesh = reference_mesh(field, surface[reference], options, context);
-  context.progress(0.25);
 
   // Once around in both directions; each phase is the mean of both, weighted by how near the
   // reference is on either way, so that the cycle closes without a seam.
   const Carrier carrier(mesh);
   std::array<Cycle, 2> tracks;
+  const StageContext carrying = context.part(0.25, 0.5);
+  std::atomic<std::size_t> carried{0};
   parallel_for(2, [&](std::size_t way) {
     Cycle& track = tracks[way];
     track.resize(phases);
@@ -153,13 +157,16 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
     std::size_t from = reference;
     for (std::size_t n = 1; n < phases; ++n) {
       context.check_cancelled();
+      const std::size_t at = carried++;
+      carrying.progress(
+          static_cast<double>(at) / static_cast<double>(2 * phases),
+          "motion " + std::to_string(at + 1) + " of " + std::to_string(2 * (phases - 1)));
       const std::size_t to = (reference + (way == 0 ? n : phases - n)) % phases;
       track[to] = carrier.carry(track[from], field.distance_mm.grid, field.distance_mm.phases[from],
                                 field.distance_mm.phases[to]);
       from = to;
     }
   });
-  context.progress(0.75);
   Cycle cycle(phases);
   for (std::size_t p = 0; p < phases; ++p) {
     const double share =
@@ -170,15 +177,17 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
     }
   }
   CycleFit fit(mesh.triangles, surface, options.edge_mm);
+  context.progress(0.5, "fit to all phases");
   fit.settle(cycle);
+  context.progress(0.65, "motion along the surface");
   fit.calm(cycle);
+  context.progress(0.75, "fit to all phases again");
   fit.settle(cycle);
-  context.check_cancelled();
+  context.progress(0.85, "thin triangles and crossings");
   if (const int left = fit.mend(cycle); left > 0) {
     context.warn("the mesh of " + name_of(field) + " passes through itself at " +
                  std::to_string(left) + " pairs of triangles, all phases together");
   }
-  context.progress(0.95);
 
   SurfaceCycle out;
   out.structure = field.structure;

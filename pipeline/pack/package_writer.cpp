@@ -1,5 +1,6 @@
 #include <set>
 
+#include "pipeline/core/parallel.h"
 #include "pipeline/pack/pack.h"
 #include "pipeline/pack/payload_encoders.h"
 #include "pipeline/pack/replace_file.h"
@@ -82,6 +83,7 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
   std::vector<ZipEntry> entries(1);
   Items items(manifest, entries);
   for (const atlas::FieldPayload* field : held(content.fields, manifest.scene, atlas::kFieldKind)) {
+    check_stop_flag();
     require_phases(manifest, field->structure, static_cast<std::size_t>(field->phases));
     items.add(atlas::kFieldKind, field->structure,
               pack_field(*field, field_step_mm(field->structure, options)));
@@ -89,6 +91,7 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
   const auto maps = held(content.maps, manifest.scene, atlas::kMapKind);
   for (const atlas::SurfacePayload* surface :
        held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {
+    check_stop_flag();
     require_phases(manifest, surface->structure, surface->positions.size());
     PackedSurface packed = pack_surface(*surface, options.surface_step_mm);
     items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc));

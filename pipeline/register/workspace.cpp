@@ -100,7 +100,6 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
   const int last_k = segmentation.labels.grid.size[2] - 1;
   std::vector<ShapeCycle> shapes;
   for (const auto& [structure, phases] : coverage.phases) {
-    context.check_cancelled();
     const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
       return std::any_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
     });
@@ -135,7 +134,10 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
                                        map, cut != nullptr ? cut->base_step : 0)
                    : level_from_coverage(coverage.grid, part, lattice, map);
     };
-    parallel_for(filled.size(), [&](std::size_t p) {
+    const auto each = 1.0 / static_cast<double>(coverage.phases.size());
+    const double before = each * static_cast<double>(shapes.size());
+    const StageContext part = context.part(before, before + each, structure_name(structure));
+    parallel_for(filled.size(), part, "phase", [&](std::size_t p) {
       Phase level = level_of(filled[p]);
       if (with_cavity) {
         const Phase inner = level_of(cavity->second[p]);
@@ -152,8 +154,6 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
       shape.level.phases[p] = std::move(level);
     });
     shapes.push_back(std::move(shape));
-    context.progress(static_cast<double>(shapes.size()) /
-                     static_cast<double>(coverage.phases.size()));
   }
   return shapes;
 }

@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/report/slice_view.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::report {
@@ -22,80 +23,6 @@ constexpr Colour kRingColour{255, 80, 255};
 
 cv::Scalar bgr(const Colour& colour) {
   return {double(colour[2]), double(colour[1]), double(colour[0])};
-}
-
-/// The rectangle of the source's grid, in voxels, that holds the heart in both phases and a margin.
-cv::Rect heart_rectangle(const Grid& source, const CoverageCycle& coverage,
-                         const std::vector<int>& phases, double margin_mm) {
-  const Grid& part = coverage.grid;
-  Index3 low{part.size[0], part.size[1], 0};
-  Index3 high{-1, -1, 0};
-  for (const auto& [structure, cycle] : coverage.phases) {
-    for (int phase : phases) {
-      const std::vector<float>& voxels = cycle[static_cast<std::size_t>(phase)];
-      std::size_t at = 0;
-      for (int k = 0; k < part.size[2]; ++k) {
-        for (int j = 0; j < part.size[1]; ++j) {
-          for (int i = 0; i < part.size[0]; ++i, ++at) {
-            if (voxels[at] < 0.5F) continue;
-            low = {std::min(low[0], i), std::min(low[1], j), 0};
-            high = {std::max(high[0], i), std::max(high[1], j), 0};
-          }
-        }
-      }
-    }
-  }
-  const cv::Rect whole(0, 0, source.size[0], source.size[1]);
-  if (high[0] < 0) return whole;
-  const Vec3 spacing = source.spacing_mm();
-  const int margin_i = static_cast<int>(std::ceil(margin_mm / spacing[0]));
-  const int margin_j = static_cast<int>(std::ceil(margin_mm / spacing[1]));
-  return whole & cv::Rect(coverage.first[0] + low[0] - margin_i,
-                          coverage.first[1] + low[1] - margin_j,
-                          high[0] - low[0] + 1 + 2 * margin_i, high[1] - low[1] + 1 + 2 * margin_j);
-}
-
-cv::Mat slice_view(const std::vector<float>& voxels, const Grid& grid, int k) {
-  return {grid.size[1], grid.size[0], CV_32F,
-          const_cast<float*>(voxels.data()) + grid.offset(0, 0, k)};
-}
-
-/// Grey window: the 1st and 99th percentile inside the rectangle over all slices of a phase.
-std::array<double, 2> grey_window(const Cine& cine, int phase, const cv::Rect& rectangle) {
-  std::vector<float> sample;
-  for (int k = 0; k < cine.grid().size[2]; ++k) {
-    const cv::Mat part =
-        slice_view(cine.images.phases[static_cast<std::size_t>(phase)], cine.grid(), k)(rectangle);
-    for (int j = 0; j < part.rows; ++j) {
-      for (int i = 0; i < part.cols; ++i) {
-        if (std::isfinite(part.at<float>(j, i))) sample.push_back(part.at<float>(j, i));
-      }
-    }
-  }
-  if (sample.empty()) return {0, 1};
-  const auto quantile = [&](double q) {
-    const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(sample.size() - 1));
-    std::nth_element(sample.begin(), sample.begin() + at, sample.end());
-    return static_cast<double>(sample[static_cast<std::size_t>(at)]);
-  };
-  const double low = quantile(0.01);
-  const double high = quantile(0.99);
-  return {low, high > low ? high : low + 1};
-}
-
-/// The coverage of one slice on the rectangle; zero outside the coverage's part of the grid.
-cv::Mat coverage_slice(const CoverageCycle& coverage, const std::vector<float>& voxels, int k,
-                       const cv::Rect& rectangle) {
-  cv::Mat out = cv::Mat::zeros(rectangle.size(), CV_32F);
-  const int part_k = k - coverage.first[2];
-  if (part_k < 0 || part_k >= coverage.grid.size[2]) return out;
-  const cv::Rect part(coverage.first[0], coverage.first[1], coverage.grid.size[0],
-                      coverage.grid.size[1]);
-  const cv::Rect shared = part & rectangle;
-  if (shared.empty()) return out;
-  slice_view(voxels, coverage.grid, part_k)(shared - part.tl())
-      .copyTo(out(shared - rectangle.tl()));
-  return out;
 }
 
 struct Sheet {
@@ -149,29 +76,6 @@ void put_words(cv::Mat& picture, const std::string& words, cv::Point at, const c
   cv::putText(picture, words, at, cv::FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv::LINE_AA);
 }
 
-void check(const Cine& cine, const Segmentation& segmentation) {
-  const auto phases = static_cast<std::size_t>(cine.phase_count());
-  const CoverageCycle& coverage = segmentation.coverage;
-  bool fits = phases > 0 && cine.grid().count() > 0;
-  for (const std::vector<float>& image : cine.images.phases) {
-    fits = fits && image.size() == cine.grid().count();
-  }
-  for (const auto& [structure, cycle] : coverage.phases) {
-    fits = fits && cycle.size() == phases;
-    for (const std::vector<float>& phase : cycle)
-      fits = fits && phase.size() == coverage.grid.count();
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    fits = fits && coverage.first[axis] >= 0 &&
-           coverage.first[axis] + coverage.grid.size[axis] <= cine.grid().size[axis];
-  }
-  for (const auto& [structure, cut] : segmentation.base_cuts) fits = fits && cut.k.size() == phases;
-  for (int phase : {segmentation.end_diastole, segmentation.end_systole}) {
-    fits = fits && phase >= 0 && static_cast<std::size_t>(phase) < phases;
-  }
-  if (!fits) throw_invalid("the segmentation does not lie on the phases and grid of the images");
-}
-
 }  // namespace
 
 Colour structure_colour(Structure structure) noexcept {
@@ -190,7 +94,7 @@ Colour structure_colour(Structure structure) noexcept {
 
 std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segmentation,
                                    const OverlayOptions& options) {
-  check(cine, segmentation);
+  check_fit(cine, segmentation);
   const Grid& grid = cine.grid();
   const std::array<int, 2> phases{segmentation.end_diastole, segmentation.end_systole};
   const std::array<std::string, 2> names{"ED", "ES"};
@@ -216,7 +120,7 @@ std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segment
     legend_x += 100;
   }
   for (std::size_t side = 0; side < phases.size(); ++side) {
-    const auto window = grey_window(cine, phases[side], sheet.rectangle);
+    const auto window = grey_window(cine, {phases[side]}, sheet.rectangle);
     for (int k = 0; k < slices; ++k) {
       const int x = (2 * (k % pairs) + static_cast<int>(side)) * step_x;
       const int y = kCaptionPx + kGapPx + (k / pairs) * step_y;
@@ -233,7 +137,7 @@ std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segment
 
 std::vector<std::byte> leak_png(const Cine& cine, const Segmentation& segmentation,
                                 const LeakAlarm& alarm, const OverlayOptions& options) {
-  check(cine, segmentation);
+  check_fit(cine, segmentation);
   const Grid& grid = cine.grid();
   const Vec3 at = grid.mm_from_index.inverse() * alarm.lps_mm;
   const int k = static_cast<int>(std::lround(at[2]));
@@ -254,7 +158,7 @@ std::vector<std::byte> leak_png(const Cine& cine, const Segmentation& segmentati
       cv::Rect(0, 0, grid.size[0], grid.size[1]);
   sheet.tile = tile_size(sheet.rectangle, spacing, options.tile_px);
 
-  const auto window = grey_window(cine, alarm.phase, sheet.rectangle);
+  const auto window = grey_window(cine, {alarm.phase}, sheet.rectangle);
   cv::Mat picture(sheet.tile.height + kCaptionPx + kGapPx,
                   std::max(2 * sheet.tile.width + kGapPx, 560), CV_8UC3, cv::Scalar(24, 24, 24));
   char words[160];

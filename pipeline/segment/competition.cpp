@@ -82,7 +82,7 @@ class Fronts {
       } else {
         parallel_for(kLanes, [&](std::size_t lane) { part(lane, kLanes); });
       }
-      if ((visited >> 20) != ((visited + current.size()) >> 20)) {
+      if ((visited >> 17) != ((visited + current.size()) >> 17)) {
         context.check_cancelled();
         context.progress(std::min(1.0, static_cast<double>(visited) / static_cast<double>(all)));
       }
@@ -150,8 +150,17 @@ class Fronts {
     if (phases_ > 1) {
       const Node next = p + 1 < phases_ ? p + 1 : 0;
       const Node before = p > 0 ? p - 1 : phases_ - 1;
-      offer(next * count_ + v, in_.images.phases[next][v], in_.phase_step_mm);
-      offer(before * count_ + v, in_.images.phases[before][v], in_.phase_step_mm);
+      const auto along = [&](Node phase, auto steps) {
+        Node to = v;
+        if (in_.motion != nullptr) {
+          const reg::PlaneStep step = (in_.motion->*steps)[p][v];
+          to = static_cast<Node>(static_cast<std::ptrdiff_t>(v) + step[0] +
+                                 step[1] * static_cast<std::ptrdiff_t>(nx));
+        }
+        offer(phase * count_ + to, in_.images.phases[phase][to], in_.phase_step_mm);
+      };
+      along(next, &reg::PhaseMotion::to_next);
+      along(before, &reg::PhaseMotion::to_previous);
     }
   }
 

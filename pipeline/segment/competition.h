@@ -10,6 +10,7 @@
 
 #include "pipeline/core/grid.h"
 #include "pipeline/core/stage_context.h"
+#include "pipeline/register/phase_motion.h"
 
 namespace beatlas::segment {
 
@@ -48,6 +49,8 @@ struct CompetitionInput {
   const std::vector<std::vector<std::uint8_t>>& seeds;
   const TravelCost& cost;
   double phase_step_mm = 3;  ///< what a step to the next phase counts as
+  /// Where a step to the next phase and to the one before ends; null: at the same voxel.
+  const reg::PhaseMotion* motion = nullptr;
   /// A step across an edge costs every label extra: `edge_cost` for each unit by which intensity
   /// changes beyond `edge_free` (noise).
   double edge_free = 0;

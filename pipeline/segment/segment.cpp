@@ -32,6 +32,8 @@ namespace {
 
 /// Changes below this share of the edge between muscle and blood are texture.
 constexpr double kTexture = 0.2;
+/// What is brighter, over blood, tells nothing of motion.
+constexpr double kBrightest = 1.5;
 
 /// Levels from drawn seeds, for images in which no chamber was recognised.
 TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImages& seeds,
@@ -88,6 +90,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       memory != nullptr && known_labels.phases.empty()
           ? recall(std::exchange(*memory, {}), stack.grid, stack.phase_count(), given)
           : std::nullopt;
+  context.progress(0, "where the heart beats");
   std::vector<Seed> drawn = given;
   const Box moving =
       before ? before->ground.moving : find_moving_box(stack.grid, temporal_stats(stack));
@@ -96,6 +99,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   const ImageCycle<float> images = evenly_lit(crop(stack, box), options);
   const KnownLabels known = crop(known_labels, box);
   context.check_cancelled();
+  context.progress(0.1, "chambers");
   // What is known elsewhere tells where ventricles end.
   Groundwork ground = before ? std::move(before->ground)
                              : lay_groundwork(images, moving, box, drawn, known.phases.empty(),
@@ -127,22 +131,29 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   const std::vector<std::vector<std::uint8_t>> classes =
       classify(ground.motion, chambers, images.phases.size());
+  context.progress(0.3, "noise");
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
   const ImageCycle<float> calm = denoised(images, options.denoise ? image_noise : 0, phase_step_mm);
   const double noise = options.denoise ? noise_level(calm) : image_noise;
   if (chambers.found_lv()) chambers.levels.fat = fat_level(chambers.levels, noise);
   const TravelCost cost = travel_cost(chambers.levels, noise);
   const double contrast = chambers.levels.blood - chambers.levels.muscle;
+  std::optional<reg::PhaseMotion> motion;
+  if (options.follow_motion) {
+    context.progress(0.35, "motion");
+    motion = reg::phase_motion(calm, kBrightest * chambers.levels.blood);
+  }
+  StageContext growing = context.part(0.4, 0.6, "growing");
   ImageCycle<std::uint8_t> labels = grow_in_competition(
-      {calm, classes, seeds, cost, phase_step_mm, std::max(3 * noise, kTexture * contrast),
-       options.edge_cost_mm / contrast},
-      context);
+      {calm, classes, seeds, cost, phase_step_mm, motion ? &*motion : nullptr,
+       std::max(3 * noise, kTexture * contrast), options.edge_cost_mm / contrast},
+      growing);
   LabelImages marks(images.phases.size(),
                     std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
   draw_seeds(images.grid, drawn, marks);
   const std::vector<std::uint8_t> rest = near_known_rest(known);
   LabelImages grown = labels.phases;
-  parallel_for(images.phases.size(), [&](std::size_t p) {
+  parallel_for(images.phases.size(), context.part(0.6, 0.65), "tidying phase", [&](std::size_t p) {
     if (before && before->grown[p] == grown[p] && before->drawn[p] == marks[p]) {
       labels.phases[p] = before->tidied[p];
       return;
@@ -152,6 +163,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     keep_known_rest(rest, grown[p], labels.phases[p]);
   });
   const LabelImages tidied = labels.phases;
+  context.progress(0.65, "outlines");
   bound_apex(chambers, labels);
   LabelImages bounded = labels.phases;
   smooth_outlines(labels, options.outline_sigma_mm, known,
@@ -163,6 +175,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                                    std::move(bounded), labels.phases});
     }
   }
+  context.progress(0.75, "where ventricles end");
   strip_outer_layer(images, image_noise, chambers, labels);
   cut_at_base(chambers, labels);
   const VentricleEnds ends =
@@ -182,6 +195,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   drop_unknown_labels(known, labels);
   keep_connected_heart(labels);
 
+  context.progress(0.85, "boundaries within voxels");
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
   Covered covered = ends.lv || ends.rv

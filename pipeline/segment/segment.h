@@ -44,6 +44,9 @@ enum class Neighbours { Faces, All };
 struct SegmentOptions {
   bool even_shading = true;  ///< the coil's shading is taken off, see shading.h
   bool denoise = true;       ///< noise is smoothed, edges are not, before growing; see denoise.h
+  /// Labels grow from phase to phase along the motion that the images show, see phase_motion.h;
+  /// off: from a voxel to the same voxel.
+  bool follow_motion = true;
   Method method = Method::Competition;
   Papillary papillary = Papillary::Cavity;
   /// [mm] 0..100: what crossing an edge as high as that between muscle and blood costs a label, in

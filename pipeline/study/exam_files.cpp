@@ -116,4 +116,18 @@ Exam read_exam(const fs::path& study) {
   }
 }
 
+StackLattice read_stack_lattice(const fs::path& study) {
+  const fs::path index = study / "exam" / "exam.json";
+  const json content = read_json(index);
+  try {
+    JsonObject object(content, "");
+    JsonObject stack(object.at("stack"), "/stack");
+    StackLattice out{grid_from_json(stack.at("grid"), "/stack/grid"), 0};
+    stack.read("phases", out.phases, 1, kMostPhases);
+    return out;
+  } catch (const Error& error) {
+    throw said_of(index, error);
+  }
+}
+
 }  // namespace beatlas::study

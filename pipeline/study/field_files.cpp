@@ -1,3 +1,4 @@
+#include "pipeline/core/parallel.h"
 #include "pipeline/field/field.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/stage_files.h"
@@ -40,6 +41,7 @@ std::vector<FieldCycle> read_fields(const fs::path& study) {
     JsonObject object(content, "");
     std::vector<FieldCycle> fields;
     for (Structure structure : structures_from_json(object.at("structures"), "/structures")) {
+      check_stop_flag();
       const std::string name = field_name(structure);
       fields.push_back(field::read_vdb(folder / name));
       if (fields.back().structure != structure) {

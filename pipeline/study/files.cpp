@@ -106,7 +106,7 @@ nlohmann::json read_json(const fs::path& file) {
     return true;
   };
   try {
-    nlohmann::json json = nlohmann::json::parse(first, first + bytes.size(), note_keys);
+    nlohmann::json json = nlohmann::json::parse(first, first + bytes.size(), note_keys, true, true);
     if (!repeated.empty()) {
       throw_invalid(file.string() + ": the key '" + repeated + "' stands twice in one object");
     }

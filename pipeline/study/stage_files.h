@@ -19,6 +19,12 @@ using FileList = std::vector<std::string>;
 /// exam/: the stack and each view as 4-D NIfTI; times, exact grids and decisions as JSON.
 FileList write_exam(const std::filesystem::path& study, const Exam& exam);
 [[nodiscard]] Exam read_exam(const std::filesystem::path& study);
+/// Grid and number of phases of the stack, without its voxels.
+struct StackLattice {
+  Grid grid;
+  int phases = 0;
+};
+[[nodiscard]] StackLattice read_stack_lattice(const std::filesystem::path& study);
 
 /// segment/: labels on the source's grid; coverage of each structure on its part of it and, beside
 /// it, how well its boundary is known; the LV's long axis (schemas/long_axis.schema.json).

@@ -10,6 +10,7 @@
 ///   register/ register.json cine.nii.gz labels.nii.gz shape_<structure>.nii.gz
 ///   field/    field.json <structure>.vdb
 ///   mesh/     mesh.json <structure>_<phase>.ply map_<structure>.csv
+///   report.html report.json             what of it a technician and other programs want to know
 ///
 /// What one stage writes, the next reads back without loss: stage by stage gives the same package
 /// as a build in one go. Files are replaced whole, never half written; the record of a stage is
@@ -93,9 +94,10 @@ class Study {
   /// what a former run left and this one no longer has. `record.outputs` is filled here.
   void commit(Stage stage, StageRecord record, const std::vector<std::string>& files);
 
- private:
+  /// Writes what was set; begin and commit do so too. @throws Error{Machine}
   void save() const;
 
+ private:
   std::filesystem::path folder_;
   std::shared_ptr<const Lock> lock_;  ///< none: open to read
   std::optional<nlohmann::json> recipe_;

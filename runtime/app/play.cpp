@@ -424,15 +424,27 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       "beatlas-play");
   PlayArguments play_arguments;
   add_play(app, play_arguments);
+  app.footer(
+      "Example:\n"
+      "  beatlas-play heart.beatlas --headless --seconds 5 --tool-radius-mm 5\n"
+      "  beatlas-play --headless --scene palpation --press out\n\n"
+      "Method:\n"
+      "  Force as published: Nakao et al., MEDINFO 2001. Proxy: Zilles and Salisbury, IROS 1995, "
+      "and\n  Ruspini et al., SIGGRAPH 1997. The muscle under a finger: Tokuyasu et al., FIMH "
+      "2003");
   ProbeArguments probe_arguments;
   CLI::App* probe_command = app.add_subcommand(
       "probe", "distance, normal, velocity and force at points and times of a CSV");
   add_probe(*probe_command, probe_arguments);
+  probe_command->footer(
+      "Example:\n  beatlas-play probe heart.beatlas --points points.csv -o felt.csv\n\n"
+      "Method:\n  K x depth along the normal: Nakao et al., MEDINFO 2001");
   TicksArguments ticks_arguments;
   CLI::App* ticks_command = app.add_subcommand(
       "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");
   ticks_command->add_option("PACKAGE", ticks_arguments.package, "a .beatlas file")->required();
   ticks_command->add_option("TICKS", ticks_arguments.file, "what --ticks wrote")->required();
+  ticks_command->footer("Example:\n  beatlas-play replay-ticks heart.beatlas session.ticks");
   try {
     app.parse(argc, argv);
     play_arguments.scene_named = app.count("--scene") > 0;

@@ -26,7 +26,7 @@ struct Given {
 Given parameters_from_file(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  const auto document = nlohmann::json::parse(stream, nullptr, false);
+  const auto document = nlohmann::json::parse(stream, nullptr, false, true);
   if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
   try {
     Given out{palpation::palpation_from_json(document), {}};

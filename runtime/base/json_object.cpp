@@ -3,7 +3,14 @@
 #include <sstream>
 #include <utility>
 
+#include "runtime/base/nearest_name.h"
+
 namespace beatlas {
+namespace {
+
+constexpr std::size_t kMostNamesTold = 16;
+
+}  // namespace
 
 JsonObject::JsonObject(const nlohmann::json& object, std::string path)
     : object_(object), path_(std::move(path)) {
@@ -16,10 +23,14 @@ void JsonObject::fail(const std::string& key, const std::string& what) const {
   throw_invalid(path_ + "/" + key + " " + what);
 }
 
-bool JsonObject::has(const std::string& key) const { return object_.contains(key); }
+bool JsonObject::has(const std::string& key) const {
+  names_.insert(key);
+  return object_.contains(key);
+}
 
 const nlohmann::json* JsonObject::find(const std::string& key) {
   known_.insert(key);
+  names_.insert(key);
   const auto it = object_.find(key);
   return it == object_.end() ? nullptr : &*it;
 }
@@ -93,7 +104,14 @@ void JsonObject::read(const std::string& key, std::string& value) {
 
 void JsonObject::finish() const {
   for (const auto& item : object_.items()) {
-    if (known_.count(item.key()) == 0) fail(item.key(), "is not a known key");
+    if (known_.count(item.key()) != 0) continue;
+    const std::string meant = nearest_name(item.key(), names_);
+    std::string all;
+    if (meant.empty() && names_.size() <= kMostNamesTold) {
+      for (const std::string& name : names_) all += (all.empty() ? "; known are " : ", ") + name;
+    }
+    fail(item.key(),
+         "is not a known key" + (meant.empty() ? all : "; did you mean " + meant + "?"));
   }
 }
 

@@ -35,7 +35,8 @@ class JsonObject {
   void read(const std::string& key, std::vector<int>& values, int low, int high);
   void read(const std::string& key, std::string& value);
 
-  /// @throws Error{InvalidInput} naming the first key that was never asked for.
+  /// @throws Error{InvalidInput} naming the first key that was never asked for, and the nearest of
+  /// those that were.
   void finish() const;
 
  private:
@@ -47,6 +48,7 @@ class JsonObject {
   const nlohmann::json& object_;
   std::string path_;
   std::set<std::string> known_;
+  mutable std::set<std::string> names_;  ///< asked for by has() alone, or known; for messages
 };
 
 }  // namespace beatlas

@@ -338,6 +338,9 @@ void write_options(const Scene& scene) {
   plain = {};
   plain.even_shading = false;
   write("even_shading off", plain);
+  plain = {};
+  plain.follow_motion = false;
+  write("follow_motion off", plain);
   for (const double value : {0.0, 5.0, 10.0, 40.0}) {
     segment::SegmentOptions options;
     options.edge_cost_mm = value;

@@ -6,6 +6,7 @@ every range, for unknown keys and for wrong types; every option is in both.
 import copy
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -18,18 +19,28 @@ SCHEMAS = {name: json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_te
 problems = []
 
 
+def without_comments(text):
+    """Of lines that hold nothing else, as ours are; what is left is strict JSON."""
+    return json.loads("\n".join("" if line.lstrip().startswith("//") else line
+                                for line in text.splitlines()))
+
+
 def schema_accepts(name, value):
     return jsonschema.Draft202012Validator(SCHEMAS[name]).is_valid(value)
+
+
+def program_accepts_file(file):
+    done = subprocess.run([PROGRAM, "defaults", "--recipe", str(file)], capture_output=True)
+    if done.returncode not in (0, 3):
+        problems.append(f"exit code {done.returncode} for {file}")
+    return done.returncode == 0
 
 
 def program_accepts_recipe(value):
     with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
         json.dump(value, file)
         file.flush()
-        done = subprocess.run([PROGRAM, "defaults", "--recipe", file.name], capture_output=True)
-    if done.returncode not in (0, 3):
-        problems.append(f"exit code {done.returncode} for {value}")
-    return done.returncode == 0
+        return program_accepts_file(file.name)
 
 
 def expect(recipe, accepted):
@@ -60,11 +71,36 @@ def try_structures(section, key, rule, own):
         expect({section: {key: {structure: {name: limit["maximum"] + 1}}}}, False)
 
 
-defaults = json.loads(subprocess.run([PROGRAM, "defaults"], capture_output=True, check=True).stdout)
+def told_of_defaults(*words):
+    return subprocess.run([PROGRAM, "defaults", *words], capture_output=True, check=True,
+                          text=True).stdout
+
+
+def numbers_of(text):
+    return {float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text)}
+
+
+defaults = json.loads(told_of_defaults("--json"))
+commented = told_of_defaults()
+if without_comments(commented) != defaults:
+    problems.append("`defaults` prints other values with comments than without")
 expect(defaults, True)
 expect({}, True)
 expect({"frobnicate": 1}, False)
 expect([], False)
+
+
+
+def comment_above(section, key):
+    """What stands above an option in the commented recipe."""
+    lines = commented.splitlines()
+    at = lines.index(f'  "{section}": {{')
+    at = next(n for n in range(at, len(lines)) if lines[n].startswith(f'    "{key}": '))
+    first = at
+    while lines[first - 1].startswith("    //"):
+        first -= 1
+    return " ".join(line.strip("/ ") for line in lines[first:at])
+
 
 sections = SCHEMAS["recipe"]["properties"]
 if set(sections) != set(defaults):
@@ -82,6 +118,15 @@ for section, content in sections.items():
         if rule["type"] == "object":
             try_structures(section, key, rule, {k: r for k, r in options.items() if k != key})
             continue
+        comment = comment_above(section, key)
+        wanted = rule.get("items", rule)
+        if not {wanted[end] for end in ("minimum", "maximum") if end in wanted} <= numbers_of(comment):
+            problems.append(f"`defaults` tells no range of {section}/{key}: {comment}")
+        if any(word not in comment for word in rule.get("enum", [])):
+            problems.append(f"`defaults` tells not what {section}/{key} may be: {comment}")
+        unit = re.search(r"_(mm2|mm|s|percent|ml|deg|n|mm_s)$", key)
+        if unit and not re.search(r"\[|%", comment):
+            problems.append(f"`defaults` tells no unit of {section}/{key}: {comment}")
         if rule["type"] == "array":
             entry = rule["items"]
             low, high = entry["minimum"], entry["maximum"]
@@ -122,8 +167,13 @@ for recipe in ends:
 
 for file in sorted((SOURCE / "samples").glob("*.json")):
     name = next(name for name in SCHEMAS if file.name.startswith(name))
-    if not schema_accepts(name, json.loads(file.read_text())):
+    text = file.read_text()
+    if not schema_accepts(name, without_comments(text)):
         problems.append(f"{file.name} does not follow its schema")
+    if not text.startswith("//"):
+        problems.append(f"{file.name} does not begin by saying what it is")
+    if name == "recipe" and not program_accepts_file(file):
+        problems.append(f"the program refuses {file.name}")
 
 if tried < 40:
     problems.append("fewer options were tried than there are")

@@ -177,6 +177,10 @@ def layers(name, content):
             for entry in archive.infolist():
                 yield f"{name}|{entry.filename}|extra", entry.extra + entry.comment
                 yield from layers(f"{name}|{entry.filename}", archive.read(entry))
+    elif content[:15] == b"<!DOCTYPE html>":
+        for n, packed in enumerate(re.findall(rb"[A-Za-z0-9+/]{64,}={0,2}", content)):
+            if len(packed) % 4 == 0:
+                yield f"{name}|base64 {n}", base64.b64decode(packed)
     elif content[:4] == b"\x28\xb5\x2f\xfd":
         yield from layers(name + "|unzstd", unzstd(content))
     elif content[:8] == b"\x89PNG\r\n\x1a\n":

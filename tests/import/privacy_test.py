@@ -114,9 +114,15 @@ def a_whole_build(folder):
     for kind in ("nifti", "obj"):
         silent(beatlas("export", out / "heart.beatlas", "--to", kind, "-o", out / f"export-{kind}"))
     silent(beatlas("export", out / "study", "--to", "nifti", "-o", out / "export-study"))
+    silent(beatlas("export", out / "study", "--to", "slicer", "--phase", "0", "-o", out / "editor"))
     silent(beatlas("pack", "--study", out / "study", "-o", out / "again.beatlas", "-v"))
     silent(beatlas("build", source, "-o", out / "heart.beatlas", "--study", out / "study",
-                   "--recipe", folder / "coarse.json", "-v"))
+                   "--recipe", folder / "coarse.json", "-v", "--json"))
+    silent(beatlas("import", source, "--study", out / "lines", "--json", "-v"))
+    silent(beatlas("report", out / "study", "-o", out / "report.html", "--json", "-v"))
+    parts = dict(layers("report.html", (out / "study" / "report.html").read_bytes()))
+    pictures = [part for part in parts.values() if part[:3] == b"\xff\xd8\xff"]
+    assert len(pictures) == truth.size[2], "the search looks into the report's pictures"
     files = expect_clean_files(out)
     assert files > 30, files
 

@@ -131,7 +131,7 @@ def study():
         for file, wanted in record["stages"][stage]["outputs"].items():
             assert digest(folder / file) == wanted, file
     spent = json.loads(timing.read_text())
-    assert [entry["name"] for entry in spent["stages"]] == ["import", "segment", "pictures", *STAGES[1:], "pack"]
+    assert [entry["name"] for entry in spent["stages"]] == ["import", "segment", "pictures", *STAGES[1:], "pack", "report"]
     assert spent["peak_memory_mb"] > 10 and spent["wall_s"] > 0
     assert not list(folder.rglob(".partial*"))
 

@@ -172,6 +172,43 @@ TEST(Markups, points_that_were_not_placed_are_passed_over) {
   expect_said(file({markup("Fiducial", "lv", {unplaced})}), {"no point"});
 }
 
+TEST(Markups, a_description_may_tell_the_radius) {
+  json large = point("lv-1", {0, 0, 0});
+  large["description"] = "radius 6.5 mm";
+  json talk = point("lv-2", {0, 0, 0});
+  talk["description"] = "radius looks large";
+  const auto seeds =
+      seeds_from_markups(file({markup("Fiducial", "lv", {large, talk})}), {.radius_mm = 3});
+  ASSERT_EQ(seeds.size(), 2U);
+  EXPECT_EQ(seeds[0].radius_mm, 6.5);
+  EXPECT_EQ(seeds[1].radius_mm, 3);
+  large["description"] = "radius 600 mm";
+  expect_said(file({markup("Fiducial", "lv", {large})}), {"/controlPoints/0/description", "50 mm"});
+}
+
+TEST(Markups, give_back_the_seeds_they_were_written_from) {
+  const std::vector<segment::Seed> seeds = {
+      {.label = kLabelLvBlood, .lps_mm = {0.1, -20.25, 1e-3}, .radius_mm = 6.5, .phase = 5},
+      {.label = kLabelLvBlood, .lps_mm = {1, 2, 3}, .radius_mm = 0.1, .phase = 5},
+      {.label = kLabelBackground,
+       .lps_mm = {7, 8, 9},
+       .radius_mm = 1.0 / 3,
+       .phase = -1,
+       .stroke_lps_mm = {{1, 1, 1}, {2, 2, 2}}},
+      {.label = kLabelRestOfHeart, .lps_mm = {1, 1, 1}, .phase = 0, .stroke_lps_mm = {{2, 1, 1}}}};
+  const json markups = seeds_to_markups(seeds);
+  EXPECT_TRUE(holds_markups(markups));
+  const auto back = seeds_from_markups(json::parse(markups.dump()), {.phase = 3, .radius_mm = 9});
+  ASSERT_EQ(back.size(), seeds.size());
+  for (std::size_t at = 0; at < seeds.size(); ++at) {
+    EXPECT_EQ(back[at].label, seeds[at].label) << at;
+    EXPECT_EQ(back[at].phase, seeds[at].phase) << at;
+    EXPECT_EQ(back[at].radius_mm, seeds[at].radius_mm) << at;
+    EXPECT_EQ(back[at].lps_mm, seeds[at].lps_mm) << at;
+    EXPECT_EQ(back[at].stroke_lps_mm, seeds[at].stroke_lps_mm) << at;
+  }
+}
+
 TEST(Markups, that_cannot_be_meant_are_refused_by_their_place) {
   expect_said(file({markup("Fiducial", "F", {point("F-1", {0, 0, 0})})}),
               {"/markups/0/controlPoints/0", "'F-1'", "lv_myocardium"});

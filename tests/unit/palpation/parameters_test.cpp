@@ -14,7 +14,7 @@ using nlohmann::json;
 
 json file(const std::string& name) {
   std::ifstream stream(std::string(BEATLAS_SOURCE_DIR) + name);
-  return json::parse(stream);
+  return json::parse(stream, nullptr, true, true);  // with comments
 }
 
 std::string refusal(const json& document) {

@@ -33,8 +33,8 @@ struct Scene {
   }
   [[nodiscard]] ImageCycle<std::uint8_t> grow() const {
     StageContext context;
-    return grow_in_competition({images, classes, seeds, cost, phase_step_mm, edge_free, edge_cost},
-                               context);
+    return grow_in_competition(
+        {images, classes, seeds, cost, phase_step_mm, motion, edge_free, edge_cost}, context);
   }
 
   ImageCycle<float> images;
@@ -42,6 +42,7 @@ struct Scene {
   Images seeds;
   TravelCost cost{1000};
   double phase_step_mm = 3;
+  const reg::PhaseMotion* motion = nullptr;
   double edge_free = 0;
   double edge_cost = 0;
 };
@@ -75,6 +76,45 @@ TEST(Competition, a_dearer_label_gets_as_much_less) {
               3 * k < 40 ? kLabelRestOfHeart : kLabelLvBlood)
         << k;
   }
+}
+
+TEST(Competition, a_label_goes_where_the_motion_takes_it) {
+  // A disc is marked in phase 0, and nothing tells it from what is around it. In phase 1 it lies
+  // 10 voxels further on; both phases are one image.
+  constexpr int kMove = 10;
+  Scene scene({50, 30, 1}, {1, 1, 5}, 2);
+  const Grid& grid = scene.images.grid;
+  const auto in_disc = [](int i, int j) { return std::hypot(i - 15, j - 14) < 7; };
+  for (int j = 0; j < 30; ++j) {
+    for (int i = 0; i < 50; ++i) {
+      scene.seed(0, i, j, 0, in_disc(i, j) ? kLabelLvBlood : kLabelBackground);
+    }
+  }
+  const auto wrong = [&](int move) {
+    const auto labels = scene.grow();
+    int count = 0;
+    for (int j = 0; j < 30; ++j) {
+      for (int i = 0; i < 50; ++i) {
+        const bool is = labels.phases[1][grid.offset(i, j, 0)] == kLabelLvBlood;
+        count += is != in_disc(i - move, j) ? 1 : 0;
+      }
+    }
+    return count;
+  };
+  EXPECT_EQ(wrong(0), 0) << "without motion it stays";
+  reg::PhaseMotion motion;
+  motion.to_next.assign(2, std::vector<reg::PlaneStep>(grid.count(), {0, 0}));
+  motion.to_previous = motion.to_next;
+  for (int j = 0; j < 30; ++j) {
+    for (int i = 0; i < 50; ++i) {
+      const std::size_t v = grid.offset(i, j, 0);
+      const int on = std::min(kMove, 49 - i);
+      motion.to_next[0][v] = {static_cast<std::int8_t>(on), 0};
+      motion.to_previous[0][v] = motion.to_next[0][v];  // two phases: the next is the previous
+    }
+  }
+  scene.motion = &motion;
+  EXPECT_EQ(wrong(kMove), 0);
 }
 
 TEST(Competition, an_edge_stops_growth_where_the_middle_lies_elsewhere) {

@@ -1,0 +1,146 @@
+// The chain's report: what the study holds, gathered for the room `report`.
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <utility>
+
+#include "pipeline/assess/surface_checks.h"
+#include "pipeline/cli/chain.h"
+#include "pipeline/cli/report_facts.h"
+#include "pipeline/cli/study_status.h"
+#include "pipeline/cli/version.h"
+#include "pipeline/core/parallel.h"
+#include "pipeline/report/report_data.h"
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+#include "runtime/base/sha256.h"
+
+namespace beatlas::cli {
+namespace fs = std::filesystem;
+using nlohmann::json;
+using study::Stage;
+namespace {
+
+constexpr auto kReportPage = "report.html";
+constexpr auto kReportSummary = "report.json";
+
+report::SurfaceFigures figures_of(const SurfaceCycle& surface) {
+  report::SurfaceFigures out{surface.structure, 0, 0, 0};
+  out.open_edges = static_cast<double>(assess::open_edges(surface.triangles));
+  out.pinched_vertices = static_cast<double>(assess::pinched_vertices(surface.triangles));
+  std::vector<double> crossing(surface.positions.size());
+  parallel_for(crossing.size(), [&](std::size_t p) {
+    crossing[p] =
+        static_cast<double>(assess::crossing_triangles(surface.triangles, surface.positions[p]));
+  });
+  const double most = *std::max_element(crossing.begin(), crossing.end());
+  out.crossing_percent = 100 * most / static_cast<double>(surface.triangles.size());
+  return out;
+}
+
+/// Of all that the report tells.
+std::string made_from(const study::Study& study, const std::string& refused) {
+  json all{{"program", kVersion}, {"refused", refused}, {"given", study.given()}};
+  for (const Stage stage : study::kAllStages) {
+    const study::StageRecord* record = study.find(stage);
+    if (record == nullptr) continue;
+    json outputs = record->outputs;
+    for (const std::string& edited : study::edited_outputs(study, stage)) {
+      const fs::path file = study.folder() / edited;
+      outputs[edited] = fs::exists(file) ? study::sha256_of_file(file) : "gone";
+    }
+    all[std::string(study::stage_name(stage))] = {
+        {"options", record->options}, {"outputs", outputs}, {"package", record->package_sha256}};
+  }
+  const std::string text = all.dump();
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+/// report.json of the build before; null if there is none that can be read.
+json former_summary(const fs::path& file) {
+  try {
+    json former = study::read_json(file);
+    return former.is_object() ? former : json();
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+/// What of `former` stands beside a new report: nothing older than the last one that differs.
+json before_of(json former, const json& now) {
+  if (former.is_null()) return {};
+  json older = former.contains("before") ? former["before"] : json();
+  for (const char* key : {"verdict", "figures", "places", "volumes_ml"}) {
+    if (former.contains(key) && former[key] == now.at(key)) continue;
+    former.erase("before");
+    return former;
+  }
+  return older;
+}
+
+}  // namespace
+
+json Chain::report(const fs::path& page, const std::string& refused, bool anew) {
+  if (!study_->find(Stage::Import)) require(Stage::Import);
+  const fs::path summary_file = study_->folder() / kReportSummary;
+  const fs::path file = page.empty() ? study_->folder() / kReportPage : page;
+  const std::string from = made_from(*study_, refused);
+  json former = former_summary(summary_file);
+  const bool same = former.is_object() && former.value("made_from", "") == from;
+  std::error_code ignored;
+  if (!anew && same && fs::exists(file, ignored)) return former;
+
+  json summary;
+  console_.stage("report", [&](StageContext& context) {
+    report::ReportInput input;
+    reads_uncertainty_ = true;
+    if (segmentation_ && segmentation_->uncertainty.empty()) segmentation_.reset();
+    const bool segmented = segmentation_ || study_->find(Stage::Segment) != nullptr;
+    try {
+      if (segmented) (void)segmentation();
+    } catch (const Error& error) {
+      // A leak that the recipe refuses: it is what the report has to show.
+      if (error.code() != ErrorCode::Quality) throw;
+    }
+    input.exam = &exam();
+    if (segmentation_) {
+      input.segmentation = &*segmentation_;
+      input.uncertainty = segmentation_->uncertainty;
+    }
+    context.progress(0.3);
+    context.check_cancelled();
+    if (study_->find(Stage::Register) != nullptr) {
+      input.workspace_from_lps = study::read_workspace_from_lps(study_->folder());
+    }
+    if (study_->find(Stage::Mesh) != nullptr) {
+      input.surfaces = surface_cycles();
+      for (const SurfaceCycle& surface : input.surfaces) {
+        context.check_cancelled();
+        input.surface_figures.push_back(figures_of(surface));
+      }
+    }
+    context.progress(0.6);
+    // What lies there from before a refusal is of other labels or options.
+    if (refused.empty()) input.package = packed_facts(*study_);
+    input.refused = refused;
+    input.stages = stage_facts(*study_, console_.times());
+    const auto& inputs = study_->find(Stage::Import)->inputs;
+    if (inputs.count(study::kSourceStack) != 0) {
+      input.input_sha256 = inputs.at(study::kSourceStack);
+    }
+    input.program = std::string("beatlas ") + kVersion;
+    input.made_from = from;
+    input.drawn_seeds = orders_.seeds.size();
+    summary = report::report_summary(input);
+    input.before = before_of(std::move(former), summary);
+    summary["before"] = input.before;
+    const std::string html = report::report_html(report::report_json(input));
+    context.check_cancelled();
+    study::write_text(file, html);
+    study::write_json(summary_file, summary);
+  });
+  return summary;
+}
+
+}  // namespace beatlas::cli

@@ -1,0 +1,60 @@
+#pragma once
+/// What a clinician asks of a beat first, and what is normal.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/report/curves.h"
+
+namespace beatlas::report {
+
+/// Of one ventricle: volumes [ml], ejection fraction [%]. `ed` and `es` are the phases in which its
+/// own volume is largest and smallest.
+struct VentricleFigures {
+  double edv_ml = 0;
+  double esv_ml = 0;
+  int ed = 0;
+  int es = 0;
+  [[nodiscard]] double stroke_ml() const { return edv_ml - esv_ml; }
+  [[nodiscard]] double ef_percent() const { return edv_ml > 0 ? 100 * stroke_ml() / edv_ml : 0; }
+};
+
+struct HeartFigures {
+  std::optional<VentricleFigures> lv;
+  std::optional<VentricleFigures> rv;
+  /// Muscle of the LV at its end-diastole [g], 1.05 g/ml.
+  std::optional<double> lv_mass_g;
+  /// Largest less smallest volume of that muscle in the cycle, of its mean [%].
+  std::optional<double> muscle_change_percent;
+};
+
+[[nodiscard]] HeartFigures heart_figures(const std::vector<VolumeCurve>& volumes);
+
+/// Limits within which 95 of 100 healthy adults lie, and who measured them.
+struct NormalRange {
+  const char* figure;  ///< key of the figure, as in report.json
+  const char* title;
+  const char* unit;
+  double men_low;
+  double men_high;
+  double women_low;
+  double women_high;
+  int source;  ///< index into kNormalSources
+};
+
+struct NormalSource {
+  const char* short_name;
+  const char* citation;
+  const char* how;  ///< what it says of its method
+};
+
+/// [0] as here, papillary muscles are counted as blood; [1] the right ventricle, [2] muscle with
+/// papillary muscles.
+[[nodiscard]] const std::vector<NormalSource>& normal_sources();
+[[nodiscard]] const std::vector<NormalRange>& normal_ranges();
+
+/// The figure of that key, if the heart has it.
+[[nodiscard]] std::optional<double> figure_of(const HeartFigures& figures, const std::string& key);
+
+}  // namespace beatlas::report

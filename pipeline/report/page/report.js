@@ -1,0 +1,195 @@
+"use strict";
+/* Puts the page together. */
+(() => {
+  const {data, summary, state, names, make, number, size, moment, slider} = Parts;
+  const at = (id) => document.getElementById(id);
+  const words = {good: "Good", check: "Check", rejected: "Rejected"};
+  const leads = {
+    good: "Nothing speaks against using this atlas.",
+    check: "Usable, but look at what is named here before it is handed on.",
+    rejected: "Do not use this atlas. Correct what is named here and build again.",
+  };
+
+  function sign(level) {
+    const svg = make("svg", {viewBox: "0 0 24 24", "aria-hidden": "true"});
+    const line = {stroke: "#fff", "stroke-width": 2.6, fill: "none", "stroke-linecap": "round", "stroke-linejoin": "round"};
+    const ground = {good: "#14693f", check: "#b06f00", rejected: "#a61b14"}[level];
+    svg.append(make("circle", {cx: 12, cy: 12, r: 11, fill: ground}),
+               make("path", {...line, d: {good: "M6.8 12.4l3.6 3.6 7-7.6", check: "M12 6.2v7.2M12 17.4v.1", rejected: "M8 8l8 8M16 8l-8 8"}[level]}));
+    return svg;
+  }
+
+  function verdict() {
+    const bad = data.findings.filter((finding) => finding.level !== "good");
+    bad.sort((a, b) => (b.level === "rejected") - (a.level === "rejected"));
+    const f = summary.figures;
+    const shown = [["LV ejection fraction", f.lv_ef_percent, "%"], ["LV EDV", f.lv_edv_ml, "ml"], ["LV ESV", f.lv_esv_ml, "ml"],
+                   ["LV stroke volume", f.lv_sv_ml, "ml"], ["RV stroke volume", f.rv_sv_ml, "ml"], ["RV EDV", f.rv_edv_ml, "ml"],
+                   ["LV mass", f.lv_mass_g, "g"], ["Heart rate", f.heart_rate_per_min, "/min"], ["Cardiac output", f.cardiac_output_l_per_min, "l/min", 1]];
+    const header = at("verdict");
+    header.classList.add(summary.verdict);
+    header.append(make("div", {}, make("h1", {}, sign(summary.verdict), words[summary.verdict]), make("p", {class: "lead"}, leads[summary.verdict]),
+                       bad.length ? make("ul", {}, bad.map((finding) => make("li", {}, make("strong", {}, finding.trouble + ": "), finding.said))) : null),
+                  make("dl", {class: "figures"}, shown.map(([name, value, unit, digits]) =>
+                    make("div", {}, make("dt", {}, name), make("dd", {}, number(value, digits), make("small", {}, " " + unit))))));
+  }
+
+  function compared() {
+    const before = summary.before;
+    if (!before) return;
+    at("compared").hidden = false;
+    const rows = [["Verdict", words[before.verdict], words[summary.verdict]],
+                  ["To look at", before.places.length, summary.places.length]];
+    for (const entry of data.normal.ranges) {
+      rows.push([entry.title, `${number(before.figures[entry.figure], 1)} ${entry.unit}`, `${number(summary.figures[entry.figure], 1)} ${entry.unit}`]);
+    }
+    at("compared").append(make("h2", {}, "Before and after"),
+      make("table", {}, make("thead", {}, make("tr", {}, ...["", "Build before", "This build"].map((text) => make("th", {scope: "col"}, text)))),
+           make("tbody", {}, rows.map((row) => make("tr", {}, make("th", {scope: "row"}, row[0]), make("td", {}, String(row[1])), make("td", {}, String(row[2])))))));
+  }
+
+  function command(text) {
+    const button = make("button", {type: "button", on: {click: () => {
+      const done = () => { button.textContent = "Copied"; setTimeout(() => { button.textContent = "Copy"; }, 1500); };
+      if (navigator.clipboard) { navigator.clipboard.writeText(text).then(done, () => {}); }
+    }}}, "Copy");
+    return make("div", {class: "command"}, make("code", {}, text), button);
+  }
+
+  function show_button(place, n) {
+    return make("button", {type: "button", "aria-label": `Show place ${n + 1} on image and surface`, on: {click: () => {
+      state.set({slice: place.slice, phase: place.phase, place: n});
+      at("views").scrollIntoView();
+    }}}, "Show");
+  }
+
+  function where(place) {
+    return `slice ${place.slice}, ${moment(place.phase)}, (${place.lps_mm.map((v) => v.toFixed(0)).join(", ")}) mm LPS`;
+  }
+
+  function correct() {
+    if (!data.places.length) return;
+    const section = at("correct");
+    section.hidden = false;
+    const count = (n) => make("span", {class: "count"}, String(n + 1));
+    const numbered = data.places.map((place, n) => [place, n]);
+    const leaks = numbered.filter(([place]) => place.kind === "leak");
+    const uncertain = numbered.filter(([place]) => place.kind !== "leak");
+    section.append(make("h2", {id: "correct-title"}, leaks.length ? "Look here and correct" : "Worth a look"),
+      make("p", {class: "small"}, "Numbers are those on images and surfaces. Run the commands in the study's folder, where this report lies; only what changed is made anew. A seed says what lies there. Instead of it labels can be painted: open segment/labels.nii.gz over exam/stack.nii.gz in ITK-SNAP or 3D Slicer, save, build again."));
+    if (leaks.length) {
+      section.append(make("ol", {class: "places"}, leaks.map(([place, n]) => make("li", {class: "place leak"},
+        make("h3", {}, count(n), make("span", {}, place.title), show_button(place, n)),
+        make("p", {class: "small"}, where(place)), make("p", {}, place.sentence), place.commands.map(command)))));
+    }
+    if (uncertain.length) {
+      section.append(make("div", {class: "place uncertain"}, make("h3", {}, "Boundaries that are hardly seen"),
+        make("ul", {class: "rows"}, uncertain.map(([place, n]) => make("li", {}, count(n),
+          make("p", {}, make("strong", {}, place.title.replace(/^Uncertain: /, "").replace(/^./, (c) => c.toUpperCase())), make("br"), place.sentence.replace(/; compare.*/, "") + "; " + where(place)), show_button(place, n)))),
+        make("p", {}, "Compare outline and image; where the outline is wrong, paint it right and build again:"), uncertain[0][0].commands.map(command)));
+    }
+  }
+
+  function beat() {
+    if (!Object.keys(summary.volumes_ml).length) return;
+    at("beat").hidden = false;
+    const rows = Array.from({length: summary.phases}, (_, p) => make("tr", {}, make("td", {class: "number"}, String(p)), make("td", {class: "number"}, Parts.time(p).toFixed(0)),
+      Object.values(summary.volumes_ml).map((curve) => make("td", {class: "number"}, curve[p].toFixed(1)))));
+    at("curves").append(Charts.curves(), make("figcaption", {}, "Volumes of the segmentation over one beat. ED and ES: end-diastole and end-systole."),
+      make("details", {}, make("summary", {}, "All volumes [ml]"), make("div", {class: "scroll"}, make("table", {},
+        make("thead", {}, make("tr", {}, ["Phase", "ms", ...Object.keys(summary.volumes_ml).map((name) => names[name])].map((text) => make("th", {class: "number", scope: "col"}, text)))),
+        make("tbody", {}, rows)))));
+    at("ranges").append(...Charts.ranges());
+  }
+
+  function legend() {
+    for (const name of data.slices.structures) {
+      const line = make("span", {class: "line"});
+      line.style.background = data.colours[name];
+      at("legend").append(make("label", {}, make("input", {type: "checkbox", checked: true, on: {change: (event) => {
+        state.set({shown: {...state.shown, [name]: event.target.checked}});
+      }}}), line, names[name]));
+    }
+  }
+
+  function phases() {
+    const bar = slider("Phase of the beat", {min: 0, max: summary.phases - 1, step: 1, value: state.phase}, moment, (phase) => { stop(); state.set({phase}); });
+    let running = 0;
+    const button = make("button", {type: "button", "aria-pressed": "false", on: {click: () => (running ? stop() : play())}}, "▶ Beat");
+    function stop() {
+      if (!running) return;
+      cancelAnimationFrame(running);
+      running = 0;
+      button.setAttribute("aria-pressed", "false");
+      button.textContent = "▶ Beat";
+    }
+    function play() {
+      const start = performance.now() - Parts.time(state.phase);
+      button.setAttribute("aria-pressed", "true");
+      button.textContent = "■ Stop";
+      const tick = (now) => {
+        const phase = Math.floor((now - start) / Parts.time(1)) % summary.phases;
+        if (phase !== state.phase && phase >= 0) state.set({phase});
+        running = requestAnimationFrame(tick);
+      };
+      running = requestAnimationFrame(tick);
+    }
+    const jump = (text, phase, title) => phase === null ? null :
+      make("button", {type: "button", title, "aria-label": title, on: {click: () => { stop(); state.set({phase}); }}}, text);
+    at("phase-bar").append(button, ...[jump("ED", summary.end_diastole, "End-diastole"), jump("ES", summary.end_systole, "End-systole")].filter(Boolean), bar.label, bar.input, bar.out);
+    state.on((change) => { if ("phase" in change) bar.show(state.phase); });
+  }
+
+  function mark(level) { return make("span", {class: "mark " + level}, {good: "✓ ", check: "! ", rejected: "✕ "}[level] + words[level].toLowerCase()); }
+
+  function checks() {
+    at("checks").append(make("table", {class: "stack"},
+      make("thead", {}, make("tr", {}, ["", "Checked", "Found", "Limit", "Why"].map((text) => make("th", {scope: "col"}, text)))),
+      make("tbody", {}, data.findings.map((finding) => make("tr", {}, make("td", {}, mark(finding.level)), make("th", {scope: "row"}, finding.title),
+        make("td", {"data-title": "Found"}, finding.said), make("td", {"data-title": "Limit"}, finding.limit), make("td", {class: "small"}, finding.why))))));
+  }
+
+  function record() {
+    if (summary.slice_shifts_mm.length) {
+      at("shifts").hidden = false;
+      at("shifts").append(make("figure", {}, Charts.shifts(), make("figcaption", {}, "How far each slice lay from its place in its plane, as the images tell; it was moved back before segmentation. Beyond 5 mm look whether outlines run on smoothly.")));
+    }
+    const size_text = data.source_size.join(" × ");
+    at("import").append(make("dl", {class: "facts"}, make("dt", {}, "Images"), make("dd", {}, `${data.source_format}, ${size_text} voxels of ${data.slices.spacing_mm.map((v) => v.toFixed(2)).join(" × ")} mm, ${summary.phases} phases`),
+      make("dt", {}, "Beat"), make("dd", {}, `R-R ${(1000 * summary.rr_interval_s).toFixed(0)} ms; source frames at ${data.frame_times_s.map((t) => (1000 * t).toFixed(0)).join(", ")} ms`),
+      make("dt", {}, "Long-axis views"), make("dd", {}, String(data.views))),
+      make("ul", {class: "plain"}, data.decisions.map((text) => make("li", {}, text))));
+    if (data.package) {
+      at("package").hidden = false;
+      at("package").append(make("p", {}, `Scene ${data.package.scene}, ${size(data.package.bytes)}.`),
+        make("div", {class: "scroll"}, make("table", {class: "stack"}, make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Item"), make("th", {class: "number", scope: "col"}, "Bytes"), make("th", {scope: "col"}, "Error of storing it"), make("th", {scope: "col"}, "SHA-256"))),
+          make("tbody", {}, data.package.items.map((item) => make("tr", {}, make("th", {scope: "row"}, item.what.replace(/^\w+/, (name) => names[name] || name)), make("td", {class: "number"}, item.bytes.toLocaleString("en")),
+            make("td", {}, item.error), make("td", {class: "hash", title: item.sha256}, item.sha256.slice(0, 16) + "…")))))));
+    }
+    const facts = [["Made by", summary.program], ["Images, SHA-256", summary.input_sha256], ["Package, SHA-256", data.package ? data.package.sha256 : "none"], ["Report made from", summary.made_from],
+                   ["Seeds drawn", String(data.drawn_seeds)], ["File last written", document.lastModified]];
+    at("provenance").append(make("dl", {class: "facts"}, facts.map(([name, text]) => [make("dt", {}, name), make("dd", {class: /SHA|from/.test(name) ? "hash" : ""}, text || "–")])),
+      make("div", {class: "scroll"}, make("table", {}, make("thead", {}, make("tr", {}, ["Stage", "State", "Version", "Time", "Changed by hand"].map((text) => make("th", {scope: "col"}, text)))),
+        make("tbody", {}, data.stages.map((stage) => make("tr", {}, make("th", {scope: "row"}, stage.name), make("td", {}, stage.state), make("td", {}, stage.version || "–"),
+          make("td", {}, stage.wall_s === undefined ? "kept" : stage.wall_s.toFixed(1) + " s"), make("td", {}, stage.edited.join(", ") || "–")))))),
+      make("details", {}, make("summary", {}, "Options of every stage"), make("pre", {tabindex: 0}, JSON.stringify(Object.fromEntries(data.stages.map((stage) => [stage.name, stage.options])), null, 1))));
+  }
+
+  verdict();
+  compared();
+  correct();
+  beat();
+  legend();
+  phases();
+  Slices.large(at("slice-view"));
+  checks();
+  record();
+  window.addEventListener("beforeprint", () => { for (const each of document.querySelectorAll("details")) if (!each.closest("footer")) each.open = true; });
+  window.beatlas = {state};
+  /* The verdict is on the screen before surfaces and small pictures are made. */
+  window.addEventListener("load", () => requestAnimationFrame(() => setTimeout(() => {
+    Heart.build(at("heart-view"));
+    Slices.strip(at("strip"));
+    document.body.dataset.ready = Math.round(performance.now());
+  })));
+})();

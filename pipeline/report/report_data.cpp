@@ -1,0 +1,404 @@
+#include "pipeline/report/report_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "pipeline/core/segmented_volume.h"
+#include "pipeline/report/base64.h"
+#include "pipeline/report/coarse_surface.h"
+#include "pipeline/report/overlay.h"
+
+namespace beatlas::report {
+using nlohmann::json;
+namespace {
+
+constexpr int kVersion = 1;
+constexpr double kMostFileBytes = 14e6;    ///< of the page, so that it stays below 15 MB
+constexpr double kProgramBytes = 1.05e6;   ///< of it are page and library
+constexpr double kMostImageBytes = 5.4e6;  ///< before they are written as text
+constexpr std::size_t kMostVertices = 12000;
+constexpr double kMostVertexBytes = 1.8e6;
+
+/// To `parts` of one: a tenth is 10.
+double rounded(double value, double parts) { return std::round(value * parts) / parts; }
+
+std::string colour_text(Structure structure) {
+  const Colour c = structure_colour(structure);
+  char out[8];
+  std::snprintf(out, sizeof out, "#%02x%02x%02x", c[0], c[1], c[2]);
+  return out;
+}
+
+json vector_to_json(const Vec3& x) {
+  return {rounded(x[0], 1e3), rounded(x[1], 1e3), rounded(x[2], 1e3)};
+}
+
+std::vector<VolumeCurve> segmented_volumes(const Segmentation& segmentation) {
+  std::vector<VolumeCurve> out;
+  for (const Structure structure : kAllStructures) {
+    std::vector<double> volume_ml = segmented_volume_ml(segmentation, structure);
+    if (!volume_ml.empty()) out.push_back({structure, std::move(volume_ml)});
+  }
+  return out;
+}
+
+std::vector<Place> places_of(const ReportInput& input) {
+  if (input.segmentation == nullptr) return {};
+  std::vector<Place> places = leak_places(*input.segmentation);
+  const std::vector<Place> uncertain =
+      uncertain_places(input.uncertainty, input.segmentation->coverage.grid, places);
+  places.insert(places.end(), uncertain.begin(), uncertain.end());
+  return places;
+}
+
+std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Place>& places) {
+  VerdictInput asked;
+  const VerdictLimits limits;
+  asked.refused = input.refused;
+  for (const ReportStage& stage : input.stages) {
+    const bool runs_again = stage.state == "stale" || stage.state == "waits";
+    if (runs_again && input.refused.empty()) asked.stale.push_back(stage.name);
+  }
+  if (input.segmentation != nullptr) {
+    asked.segmented = true;
+    asked.segmentation = heart_figures(segmented_volumes(*input.segmentation));
+    asked.warnings = input.segmentation->warnings;
+    std::copy_if(places.begin(), places.end(), std::back_inserter(asked.leaks),
+                 [](const Place& place) { return place.kind == Place::Kind::Leak; });
+    for (const auto& [structure, phases] : input.uncertainty) {
+      const double share = uncertain_percent(input.uncertainty, structure, limits.uncertain_mm);
+      if (asked.uncertain_percent && share <= *asked.uncertain_percent) continue;
+      asked.uncertain_percent = share;
+      asked.uncertain_structure = structure_words(structure);
+    }
+  }
+  if (input.package) {
+    asked.package = heart_figures(input.package->volumes);
+    asked.worst_gap_percent = input.package->worst_gap_percent;
+  }
+  asked.surfaces = input.surface_figures;
+  asked.slice_shifts_mm = input.exam->slice_shifts_mm;
+  asked.phases = input.exam->stack.phase_count();
+  asked.rr_interval_s = input.exam->stack.rr_interval_s;
+  return findings(asked, limits);
+}
+
+json figures_to_json(const HeartFigures& figures, double rr_interval_s) {
+  json out = json::object();
+  const auto put = [&](const char* key, std::optional<double> value, double parts) {
+    out[key] = value ? json(rounded(*value, parts)) : json();
+  };
+  for (const char* key : {"lv_ef_percent", "lv_edv_ml", "lv_esv_ml", "lv_sv_ml", "rv_ef_percent",
+                          "rv_edv_ml", "rv_esv_ml", "rv_sv_ml", "lv_mass_g"}) {
+    put(key, figure_of(figures, key), 10);
+  }
+  put("heart_rate_per_min", rr_interval_s > 0 ? std::optional(60 / rr_interval_s) : std::nullopt,
+      10);
+  std::optional<double> output;
+  if (figures.lv && rr_interval_s > 0) output = figures.lv->stroke_ml() * 0.06 / rr_interval_s;
+  put("cardiac_output_l_per_min", output, 100);
+  return out;
+}
+
+json curves_to_json(const std::vector<VolumeCurve>& curves) {
+  json out = json::object();
+  for (const VolumeCurve& curve : curves) {
+    json& values = out[std::string(structure_name(curve.structure))] = json::array();
+    for (const double value : curve.volume_ml) values.push_back(rounded(value, 100));
+  }
+  return out;
+}
+
+json findings_to_json(const std::vector<Finding>& findings) {
+  json out = json::array();
+  for (const Finding& finding : findings) {
+    out.push_back({{"id", finding.id},
+                   {"title", finding.title},
+                   {"trouble", finding.trouble},
+                   {"level", level_name(finding.level)},
+                   {"said", finding.said},
+                   {"limit", finding.limit},
+                   {"why", finding.why}});
+  }
+  return out;
+}
+
+json places_to_json(const ReportInput& input, const std::vector<Place>& places) {
+  json out = json::array();
+  const Affine index_from_lps = input.exam->stack.grid().mm_from_index.inverse();
+  for (const Place& place : places) {
+    const Vec3 at = index_from_lps * place.lps_mm;
+    json entry{{"kind", place.kind == Place::Kind::Leak ? "leak" : "uncertain"},
+               {"structure", structure_name(place.structure)},
+               {"phase", place.phase},
+               {"slice", static_cast<int>(std::lround(at[2]))},
+               {"index", {rounded(at[0], 100), rounded(at[1], 100)}},
+               {"lps_mm", vector_to_json(place.lps_mm)},
+               {"title", place.title},
+               {"sentence", place.sentence},
+               {"commands", correcting_commands(place)}};
+    if (input.workspace_from_lps) {
+      entry["workspace_mm"] = vector_to_json(*input.workspace_from_lps * place.lps_mm);
+    }
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
+/// All surfaces share the vertices that the budget allows, by their own numbers of them.
+json surfaces_to_json(const ReportInput& input) {
+  json out = json::array();
+  if (input.surfaces.empty()) return out;
+  std::size_t all = 0;
+  for (const SurfaceCycle& surface : input.surfaces) all += surface.positions.front().size();
+  const auto phases = static_cast<double>(input.surfaces.front().positions.size());
+  const std::size_t budget =
+      std::min(kMostVertices, static_cast<std::size_t>(kMostVertexBytes / (6 * phases)));
+  const double share = std::min(1.0, double(budget) / double(all));
+  const int phase = input.segmentation != nullptr ? input.segmentation->end_diastole : 0;
+  for (const SurfaceCycle& surface : input.surfaces) {
+    const auto wanted =
+        static_cast<std::size_t>(std::floor(share * double(surface.positions.front().size())));
+    const CoarseSurface coarse = coarse_surface(surface, std::max<std::size_t>(wanted, 50), phase);
+    Vec3f low = coarse.positions.front().front();
+    Vec3f high = low;
+    for (const auto& positions : coarse.positions) {
+      for (const Vec3f& x : positions) {
+        low = low.cwiseMin(x);
+        high = high.cwiseMax(x);
+      }
+    }
+    const double step = std::max(1e-6, double((high - low).maxCoeff()) / 65535);
+    std::vector<std::uint8_t> places;
+    for (const auto& positions : coarse.positions) {
+      for (const Vec3f& x : positions) {
+        for (Eigen::Index axis = 0; axis < 3; ++axis) {
+          put16(places, static_cast<std::int32_t>(std::lround(double(x[axis] - low[axis]) / step)));
+        }
+      }
+    }
+    std::vector<std::uint8_t> corners;
+    for (const auto& triangle : coarse.triangles) {
+      for (const std::uint32_t corner : triangle) put16(corners, static_cast<std::int32_t>(corner));
+    }
+    out.push_back({{"structure", structure_name(surface.structure)},
+                   {"vertices", coarse.positions.front().size()},
+                   {"all_vertices", surface.positions.front().size()},
+                   {"triangles", base64(corners)},
+                   {"origin_mm", vector_to_json(low.cast<double>())},
+                   {"step_mm", step},
+                   {"positions", base64(places)}});
+  }
+  return out;
+}
+
+/// @param bytes that are left for images
+json slices_to_json(const ReportInput& input, const std::vector<Place>& places, double bytes) {
+  const Cine& cine = input.exam->stack;
+  std::vector<Vec3> lps;
+  for (const Place& place : places) lps.push_back(place.lps_mm);
+  SheetOptions options;
+  const SliceSheets rough = slice_sheets(cine, input.segmentation, lps, {options.margin_mm, 0, 0});
+  std::vector<Structure> structures;
+  std::vector<std::string> packed(static_cast<std::size_t>(cine.grid().size[2]));
+  if (input.segmentation != nullptr) {
+    for (const Structure structure : kAllStructures) {
+      if (input.segmentation->coverage.phases.count(structure) != 0) {
+        structures.push_back(structure);
+      }
+    }
+    for (std::size_t k = 0; k < packed.size(); ++k) {
+      packed[k] = base64(packed_outlines(*input.segmentation, structures, static_cast<int>(k),
+                                         rough, options.outline_tolerance_mm));
+      bytes -= static_cast<double>(packed[k].size());
+    }
+  }
+  options.max_bytes = static_cast<std::size_t>(std::clamp(bytes * 0.75, 0.0, kMostImageBytes));
+  const SliceSheets sheets = slice_sheets(cine, input.segmentation, lps, options);
+  const Vec3 spacing = cine.grid().spacing_mm();
+  json list = json::array();
+  for (std::size_t k = 0; k < packed.size(); ++k) {
+    json slice{{"image", "data:image/jpeg;base64," + base64(sheets.jpeg[k])},
+               {"outlines", packed[k]}};
+    if (!input.exam->slice_shifts_mm.empty()) {
+      const Vec2& shift = input.exam->slice_shifts_mm[k];
+      slice["shift_mm"] = {rounded(shift[0], 100), rounded(shift[1], 100)};
+    }
+    list.push_back(std::move(slice));
+  }
+  json names = json::array();
+  for (const Structure structure : structures) names.push_back(structure_name(structure));
+  return {{"first", {sheets.first_i, sheets.first_j}},
+          {"size", {sheets.width, sheets.height}},
+          {"spacing_mm", vector_to_json(spacing)},
+          {"scale", sheets.scale},
+          {"tile", {sheets.tile_width, sheets.tile_height}},
+          {"columns", sheets.columns},
+          {"jpeg_quality", sheets.quality},
+          {"structures", names},
+          {"list", list}};
+}
+
+json package_to_json(const ReportPackage& package) {
+  json items = json::array();
+  for (const ReportItem& item : package.items) {
+    items.push_back({{"what", item.what},
+                     {"bytes", item.bytes},
+                     {"sha256", item.sha256},
+                     {"error", item.error}});
+  }
+  return {{"scene", package.scene},
+          {"sha256", package.sha256},
+          {"bytes", package.bytes},
+          {"items", items}};
+}
+
+json stages_to_json(const std::vector<ReportStage>& stages) {
+  json out = json::array();
+  for (const ReportStage& stage : stages) {
+    json entry{{"name", stage.name},
+               {"version", stage.version},
+               {"state", stage.state},
+               {"options", stage.options},
+               {"edited", stage.edited}};
+    if (stage.wall_s) entry["wall_s"] = rounded(*stage.wall_s, 10);
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
+json normal_to_json() {
+  json ranges = json::array();
+  for (const NormalRange& range : normal_ranges()) {
+    ranges.push_back({{"figure", range.figure},
+                      {"title", range.title},
+                      {"unit", range.unit},
+                      {"men", {range.men_low, range.men_high}},
+                      {"women", {range.women_low, range.women_high}},
+                      {"source", range.source}});
+  }
+  json sources = json::array();
+  for (const NormalSource& source : normal_sources()) {
+    sources.push_back(
+        {{"name", source.short_name}, {"citation", source.citation}, {"how", source.how}});
+  }
+  return {{"ranges", ranges}, {"sources", sources}};
+}
+
+}  // namespace
+
+std::vector<std::string> correcting_commands(const Place& place) {
+  const std::string build = "beatlas build --study . -o heart.beatlas";
+  // Whether an uncertain boundary is wrong, and which way, only the image tells.
+  if (place.kind == Place::Kind::Uncertain) {
+    return {"itksnap -g exam/stack.nii.gz -s segment/labels.nii.gz", build};
+  }
+  char seed[160];
+  std::snprintf(seed, sizeof seed,
+                "beatlas seeds . add --label background --lps=%.1f,%.1f,%.1f --phase %d --radius 3",
+                place.lps_mm[0], place.lps_mm[1], place.lps_mm[2], place.phase);
+  return {seed, build};
+}
+
+json report_summary(const ReportInput& input) {
+  const std::vector<Place> places = places_of(input);
+  const std::vector<Finding> found = findings_of(input, places);
+  const Level level = verdict(found);
+  json reasons = json::array();
+  for (const Finding& finding : found) {
+    if (finding.level == Level::Good) continue;
+    reasons.push_back({{"id", finding.id},
+                       {"level", level_name(finding.level)},
+                       {"sentence", finding.trouble + ": " + finding.said}});
+  }
+  json alarms = json::array();
+  for (const Place& place : places) {
+    alarms.push_back({{"kind", place.kind == Place::Kind::Leak ? "leak" : "uncertain"},
+                      {"structure", structure_name(place.structure)},
+                      {"phase", place.phase},
+                      {"lps_mm", vector_to_json(place.lps_mm)},
+                      {"sentence", place.sentence},
+                      {"commands", correcting_commands(place)}});
+  }
+  json out{{"version", kVersion},
+           {"program", input.program},
+           {"verdict", level_name(level)},
+           {"reasons", reasons},
+           {"figures", figures_to_json({}, input.exam->stack.rr_interval_s)},
+           {"volumes_ml", json::object()},
+           {"rr_interval_s", input.exam->stack.rr_interval_s},
+           {"phases", input.exam->stack.phase_count()},
+           {"end_diastole", nullptr},
+           {"end_systole", nullptr},
+           {"places", alarms},
+           {"slice_shifts_mm", json::array()},
+           {"package", nullptr},
+           {"input_sha256", input.input_sha256},
+           {"made_from", input.made_from},
+           {"before", input.before}};
+  if (input.segmentation != nullptr) {
+    const std::vector<VolumeCurve> volumes = segmented_volumes(*input.segmentation);
+    out["figures"] = figures_to_json(heart_figures(volumes), input.exam->stack.rr_interval_s);
+    out["volumes_ml"] = curves_to_json(volumes);
+    out["end_diastole"] = input.segmentation->end_diastole;
+    out["end_systole"] = input.segmentation->end_systole;
+  }
+  for (const Vec2& shift : input.exam->slice_shifts_mm) {
+    out["slice_shifts_mm"].push_back({rounded(shift[0], 100), rounded(shift[1], 100)});
+  }
+  if (input.package) {
+    out["package"] = {{"scene", input.package->scene},
+                      {"bytes", input.package->bytes},
+                      {"sha256", input.package->sha256}};
+  }
+  return out;
+}
+
+json report_json(const ReportInput& input) {
+  const std::vector<Place> places = places_of(input);
+  json out{{"summary", report_summary(input)},
+           {"findings", findings_to_json(findings_of(input, places))},
+           {"places", places_to_json(input, places)},
+           {"normal", normal_to_json()},
+           {"decisions", input.exam->decisions},
+           {"source_format", input.exam->source_format},
+           {"source_size", input.exam->stack.grid().size},
+           {"frame_times_s", input.exam->stack.frame_times_s},
+           {"views", input.exam->views.size()},
+           {"stages", stages_to_json(input.stages)},
+           {"drawn_seeds", input.drawn_seeds},
+           {"surfaces", surfaces_to_json(input)}};
+  json structures = json::object();
+  for (const Structure structure : kAllStructures) {
+    structures[std::string(structure_name(structure))] = colour_text(structure);
+  }
+  out["colours"] = structures;
+  if (input.package) {
+    out["package"] = package_to_json(*input.package);
+    out["package_volumes_ml"] = curves_to_json(input.package->volumes);
+  }
+  if (input.workspace_from_lps) {
+    const auto direction = [&](const Vec3& lps) {
+      return vector_to_json(input.workspace_from_lps->linear() * lps);
+    };
+    json axes{{"left", direction(Vec3::UnitX())},
+              {"posterior", direction(Vec3::UnitY())},
+              {"superior", direction(Vec3::UnitZ())},
+              {"slice_normal",
+               direction(input.exam->stack.grid().mm_from_index.linear().col(2).normalized())}};
+    if (input.segmentation != nullptr && input.segmentation->axis) {
+      axes["towards_base"] = direction(input.segmentation->axis->towards_base);
+    }
+    out["axes"] = axes;
+  }
+  double used = kProgramBytes;
+  for (const json& surface : out["surfaces"]) {
+    used += static_cast<double>(surface["positions"].get_ref<const std::string&>().size() +
+                                surface["triangles"].get_ref<const std::string&>().size());
+  }
+  out["slices"] = slices_to_json(input, places, kMostFileBytes - used);
+  return out;
+}
+
+}  // namespace beatlas::report

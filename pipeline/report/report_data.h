@@ -1,0 +1,79 @@
+#pragma once
+/// What a report shows, as one JSON object that the page draws, and as a small one for programs.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/core/exam.h"
+#include "pipeline/core/shapes.h"
+#include "pipeline/report/curves.h"
+#include "pipeline/report/places.h"
+#include "pipeline/report/slice_sheets.h"
+#include "pipeline/report/verdict.h"
+
+namespace beatlas::report {
+
+/// One payload of a package.
+struct ReportItem {
+  std::string what;  ///< "heart, distance" and the like
+  std::uint64_t bytes = 0;
+  std::string sha256;
+  std::string error;  ///< in words; empty: none is known
+};
+
+struct ReportPackage {
+  std::string scene;
+  std::string sha256;
+  std::uint64_t bytes = 0;
+  std::vector<ReportItem> items;
+  std::vector<VolumeCurve> volumes;  ///< of the distance fields
+  std::optional<double> worst_gap_percent;
+};
+
+/// A stage that ran, for the record.
+struct ReportStage {
+  std::string name;
+  std::string version;
+  std::string state;  ///< as `status` tells it
+  nlohmann::json options = nlohmann::json::object();
+  std::vector<std::string> edited;
+  std::optional<double> wall_s;  ///< if it ran just now
+};
+
+/// What is there of a study; all but the exam may be missing.
+struct ReportInput {
+  const Exam* exam = nullptr;
+  const Segmentation* segmentation = nullptr;
+  BoundaryUncertainty uncertainty;
+  std::vector<SurfaceCycle> surfaces;
+  std::vector<SurfaceFigures> surface_figures;
+  std::optional<Affine> workspace_from_lps;
+  std::optional<ReportPackage> package;
+  std::string refused;  ///< why no package was written
+  std::vector<ReportStage> stages;
+  std::string input_sha256;
+  std::string program;    ///< name and version
+  std::string made_from;  ///< hash of all that the report shows
+  std::size_t drawn_seeds = 0;
+  nlohmann::json before;  ///< report_summary of the build before, null if there was none
+};
+
+/// For programs: verdict, reasons, figures, alarms; see schemas/report.schema.json. No text of a
+/// patient, no path, no clock.
+[[nodiscard]] nlohmann::json report_summary(const ReportInput& input);
+
+/// For the page: the summary and all that is drawn, see page/report.js.
+[[nodiscard]] nlohmann::json report_json(const ReportInput& input);
+
+/// The page with its data: one file that needs no other and no network.
+[[nodiscard]] std::string report_html(const nlohmann::json& report);
+
+/// The commands that correct what is wrong at a place, to be run in the study's folder: a seed that
+/// pushes a leak back, an editor to paint where a boundary is only uncertain; then the build.
+[[nodiscard]] std::vector<std::string> correcting_commands(const Place& place);
+
+}  // namespace beatlas::report

@@ -1,0 +1,220 @@
+#include "pipeline/report/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace beatlas::report {
+namespace {
+
+[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
+  char out[400];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(out, sizeof out, format, arguments);
+  va_end(arguments);
+  return out;
+}
+
+Level check_if(bool bad) { return bad ? Level::Check : Level::Good; }
+Level reject_if(bool bad) { return bad ? Level::Rejected : Level::Good; }
+
+Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
+  Finding out{"package",
+              "Package keeps the volumes",
+              "The package does not keep the volumes",
+              Level::Good,
+              "",
+              "",
+              ""};
+  out.limit = text("%g %%", limits.volume_gap_percent);
+  out.why =
+      "Fields and surfaces are made from the segmentation and nothing else; a volume that differs "
+      "more was lost on the way. On phantoms it is below 1 %. The recipe refuses the package at "
+      "/quality/max_volume_gap_percent.";
+  if (!input.refused.empty()) {
+    out.level = Level::Rejected;
+    out.said = input.refused;
+  } else if (!input.worst_gap_percent) {
+    out.level = Level::Check;
+    out.said = "no package has been made from this study yet";
+  } else {
+    out.level = check_if(*input.worst_gap_percent > limits.volume_gap_percent);
+    out.said = text("largest difference %.1f %% of a volume", *input.worst_gap_percent);
+  }
+  return out;
+}
+
+Finding of_ejection(const VentricleFigures& lv, const VerdictLimits& limits) {
+  const double ef = lv.ef_percent();
+  return {"ef_possible",
+          "Ejection fraction is possible",
+          "No heart ejects like this",
+          reject_if(ef < limits.least_ef_percent || ef > limits.most_ef_percent),
+          text("LV %.0f %%", ef),
+          text("%g to %g %%", limits.least_ef_percent, limits.most_ef_percent),
+          "No heart that ejects less keeps anyone alive, and none empties itself: labels that do "
+          "not follow the beat, or images that do not show one."};
+}
+
+Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
+  const double lv = figures.lv->stroke_ml();
+  const double rv = figures.rv->stroke_ml();
+  const double mean = (lv + rv) / 2;
+  const double share = mean > 0 ? 100 * std::abs(lv - rv) / mean : 100;
+  return {"strokes",
+          "Both ventricles eject as much",
+          "The ventricles eject different volumes",
+          check_if(share > limits.stroke_difference_percent),
+          text("LV %.0f ml, RV %.0f ml: they differ by %.0f %%", lv, rv, share),
+          text("%g %%", limits.stroke_difference_percent),
+          "Without a shunt or a leaking valve the stroke volumes are nearly equal, so this checks "
+          "both outlines at once. The limit leaves room for how far readers differ (SD of EDV "
+          "15 to 28 ml between seven laboratories, Suinesiaputra 2015, "
+          "doi:10.1186/s12968-015-0170-9). A patient with a shunt or regurgitation may rightly "
+          "exceed it."};
+}
+
+Finding of_surfaces(const VerdictInput& input, const VerdictLimits& limits) {
+  Finding out{"surfaces",
+              "Surfaces are whole",
+              "A surface is torn or folds",
+              Level::Good,
+              "",
+              text("0 open edges; %g %% of triangles that cut others", limits.crossing_percent),
+              "A gap or a pinch makes inside and outside undefined: touch would fail there. Some "
+              "triangles of a thin wall may fold where it is carried through the beat; more than "
+              "the limit shows as creases."};
+  double gaps = 0;
+  double crossing = 0;
+  for (const SurfaceFigures& surface : input.surfaces) {
+    gaps += surface.open_edges + surface.pinched_vertices;
+    crossing = std::max(crossing, surface.crossing_percent);
+  }
+  out.level = gaps > 0 ? Level::Rejected : check_if(crossing > limits.crossing_percent);
+  out.said = text("%g open edges or pinched vertices; at most %.2f %% of triangles cut others",
+                  gaps, crossing);
+  return out;
+}
+
+Finding of_shifts(const VerdictInput& input, const VerdictLimits& limits) {
+  double most = 0;
+  std::size_t slice = 0;
+  for (std::size_t k = 0; k < input.slice_shifts_mm.size(); ++k) {
+    if (input.slice_shifts_mm[k].norm() <= most) continue;
+    most = input.slice_shifts_mm[k].norm();
+    slice = k;
+  }
+  return {"slice_shifts",
+          "Slices lie where they belong",
+          "A slice was shifted far",
+          check_if(most > limits.shift_mm),
+          input.slice_shifts_mm.empty()
+              ? "no shift that is certain"
+              : text("moved back by up to %.1f mm (slice %zu)", most, slice),
+          text("%g mm", limits.shift_mm),
+          "Each breath-hold moves the heart a little; what images tell is undone. A shift beyond "
+          "the limit comes with one along the slice's normal, which cannot be undone: look whether "
+          "outlines run on smoothly from slice to slice."};
+}
+
+std::string listed(const std::vector<std::string>& lines, const char* between) {
+  std::string out;
+  for (const std::string& line : lines) out += (out.empty() ? "" : between) + line;
+  return out;
+}
+
+}  // namespace
+
+std::string level_name(Level level) {
+  return level == Level::Good ? "good" : level == Level::Check ? "check" : "rejected";
+}
+
+std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& limits) {
+  std::vector<Finding> out;
+  out.push_back(of_package(input, limits));
+  if (!input.stale.empty()) {
+    out.push_back({"up_to_date", "Everything is up to date", "The package is not of these labels",
+                   Level::Check, "to be made again: " + listed(input.stale, ", "), "all stages",
+                   "The package does not show what the study says now. Build again."});
+  }
+  const HeartFigures& figures = input.segmentation;
+  if (input.segmented) {
+    const bool both = figures.lv && figures.rv && figures.lv_mass_g;
+    out.push_back(
+        {"structures", "All structures were found", "A structure was not found", check_if(!both),
+         both ? "heart, LV blood, RV blood and LV muscle"
+              : text("not found:%s%s%s", figures.lv ? "" : " LV blood",
+                     figures.rv ? "" : " RV blood", figures.lv_mass_g ? "" : " LV muscle"),
+         "all four", "What is missing can be neither drawn nor touched."});
+    out.push_back(
+        {"leaks", "No label has leaked", "A label may have leaked", check_if(!input.leaks.empty()),
+         input.leaks.empty() ? "no alarm"
+                             : text("%zu alarm%s, see below", input.leaks.size(),
+                                    input.leaks.size() == 1 ? "" : "s"),
+         "0 alarms",
+         "Volumes that jump, surfaces in lung, along the image's border, along what does not beat "
+         "or where the image has no edge. Each alarm has its own limit, which clean segmentations "
+         "of phantoms stay below."});
+    if (figures.lv) out.push_back(of_ejection(*figures.lv, limits));
+    if (figures.lv && figures.rv) out.push_back(of_strokes(figures, limits));
+    if (figures.muscle_change_percent) {
+      out.push_back({"muscle", "Muscle keeps its volume", "The muscle changes its volume",
+                     check_if(*figures.muscle_change_percent > limits.muscle_change_percent),
+                     text("changes by %.0f %% in the beat", *figures.muscle_change_percent),
+                     text("%g %%", limits.muscle_change_percent),
+                     "Muscle can hardly be compressed, so its volume tests inner and outer outline "
+                     "against each other. Slices far apart lose some of it at the base, which the "
+                     "limit allows for."});
+    }
+  }
+  if (input.package && input.package->lv && figures.lv) {
+    const double difference = std::abs(input.package->lv->ef_percent() - figures.lv->ef_percent());
+    out.push_back(
+        {"ef_agrees", "Package and labels agree on the EF", "Package and labels differ in the EF",
+         check_if(difference > limits.ef_difference_points),
+         text("%.1f %% and %.1f %%", input.package->lv->ef_percent(), figures.lv->ef_percent()),
+         text("%g points", limits.ef_difference_points),
+         "Less than the 4.6 to 7.5 points by which readers of seven laboratories differ "
+         "(SD, Suinesiaputra 2015, doi:10.1186/s12968-015-0170-9)."});
+  }
+  if (!input.surfaces.empty()) out.push_back(of_surfaces(input, limits));
+  if (input.uncertain_percent) {
+    out.push_back(
+        {"boundaries", "Boundaries are well seen", "A boundary is hardly seen",
+         check_if(*input.uncertain_percent > limits.uncertain_percent),
+         text("at most %.1f %% of a boundary (%s) are known no better than %g mm",
+              *input.uncertain_percent, input.uncertain_structure.c_str(), limits.uncertain_mm),
+         text("%g %%", limits.uncertain_percent),
+         "Contours of two readers lie 1 mm (LV) to 2 mm (RV) apart in the mean (Bai 2018, "
+         "doi:10.1186/s12968-018-0471-x): what is known no better than that needs an "
+         "eye."});
+  }
+  out.push_back(of_shifts(input, limits));
+  const double rr = input.rr_interval_s;
+  out.push_back(
+      {"beat", "Beat is resolved", "The beat is hardly resolved",
+       check_if(rr < limits.least_rr_s || rr > limits.most_rr_s ||
+                input.phases < limits.least_phases),
+       text("R-R %.0f ms (%.0f a minute), %d phases", 1000 * rr, rr > 0 ? 60 / rr : 0,
+            input.phases),
+       text("%g to %g s, %d phases", limits.least_rr_s, limits.most_rr_s, limits.least_phases),
+       "Outside these rates the R-R interval was most likely misread (--rr gives it); "
+       "with fewer phases nothing is known of how the heart moves between them."});
+  if (input.segmented) {
+    out.push_back({"warnings", "Nothing else was remarked", "The segmentation had trouble",
+                   check_if(!input.warnings.empty()),
+                   input.warnings.empty() ? "no warning" : listed(input.warnings, "; "),
+                   "0 warnings", "What the segmentation could not do as it should."});
+  }
+  return out;
+}
+
+Level verdict(const std::vector<Finding>& findings) {
+  Level worst = Level::Good;
+  for (const Finding& finding : findings) worst = std::max(worst, finding.level);
+  return worst;
+}
+
+}  // namespace beatlas::report

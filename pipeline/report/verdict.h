@@ -1,0 +1,77 @@
+#pragma once
+/// Is this atlas good? One answer, from checks whose limits and reasons are stated.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/core/exam.h"
+#include "pipeline/report/heart_figures.h"
+#include "pipeline/report/places.h"
+
+namespace beatlas::report {
+
+enum class Level { Good, Check, Rejected };
+/// "good", "check", "rejected".
+[[nodiscard]] std::string level_name(Level level);
+
+/// One thing that was looked at.
+struct Finding {
+  std::string id;
+  std::string title;    ///< what should be
+  std::string trouble;  ///< what is so where it is not good, in a few words
+  Level level = Level::Good;
+  std::string said;   ///< what was found, for people
+  std::string limit;  ///< beyond what it is no longer good
+  std::string why;    ///< of the limit
+};
+
+/// Each with its reason in verdict.cpp, which the page shows.
+struct VerdictLimits {
+  double volume_gap_percent = 5;    ///< of package against segmentation
+  double ef_difference_points = 3;  ///< of the same two
+  double stroke_difference_percent = 20;
+  double muscle_change_percent = 15;
+  double least_ef_percent = 5;  ///< below, and beyond most_ef_percent, no heart lives
+  double most_ef_percent = 90;
+  double shift_mm = 5;
+  double uncertain_percent = 10;
+  double uncertain_mm = 2;
+  double crossing_percent = 2;
+  double least_rr_s = 0.4;
+  double most_rr_s = 1.6;
+  int least_phases = 8;
+};
+
+/// How well a surface is made, see assess/surface_checks.h; the worst of all phases.
+struct SurfaceFigures {
+  Structure structure{};
+  double open_edges = 0;
+  double pinched_vertices = 0;
+  double crossing_percent = 0;  ///< pairs that cut each other, of the triangles
+};
+
+struct VerdictInput {
+  std::string refused;             ///< why no package was written; empty: it was, or was not tried
+  std::vector<std::string> stale;  ///< stages that would run again
+  bool segmented = false;
+  HeartFigures segmentation;
+  std::optional<HeartFigures> package;      ///< from its distance fields
+  std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
+  std::vector<SurfaceFigures> surfaces;
+  std::vector<Place> leaks;
+  std::vector<std::string> warnings;  ///< of the segmentation, without those of leaks
+  std::vector<Vec2> slice_shifts_mm;
+  std::optional<double> uncertain_percent;  ///< of the worst structure, see places.h
+  std::string uncertain_structure;
+  int phases = 0;
+  double rr_interval_s = 0;
+};
+
+/// In order of importance.
+[[nodiscard]] std::vector<Finding> findings(const VerdictInput& input,
+                                            const VerdictLimits& limits = {});
+/// The worst of them.
+[[nodiscard]] Level verdict(const std::vector<Finding>& findings);
+
+}  // namespace beatlas::report

@@ -1,0 +1,23 @@
+# Writes a C++ file in which page_file(name) gives the content of files:
+# cmake -D OUT=page_files.cpp -D FILES="a.html;b.js" -P embed.cmake
+# Literals are written in pieces: some compilers take no longer ones.
+set(text "#include \"pipeline/report/page_files.h\"\n\nnamespace beatlas::report {\n\n")
+string(APPEND text "std::string_view page_file(std::string_view name) noexcept {\n")
+foreach(file IN LISTS FILES)
+  get_filename_component(name "${file}" NAME)
+  file(READ "${file}" hex HEX)
+  string(LENGTH "${hex}" digits)
+  math(EXPR bytes "${digits} / 2")
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "\\\\x\\1" escaped "${hex}")
+  set(pieces "")
+  set(at 0)
+  math(EXPR length "${bytes} * 4")
+  while(at LESS length)
+    string(SUBSTRING "${escaped}" ${at} 16000 piece)
+    string(APPEND pieces "      \"${piece}\"\n")
+    math(EXPR at "${at} + 16000")
+  endwhile()
+  string(APPEND text "  if (name == \"${name}\") {\n    return {\n${pieces}      , ${bytes}};\n  }\n")
+endforeach()
+string(APPEND text "  return {};\n}\n\n}  // namespace beatlas::report\n")
+file(WRITE "${OUT}" "${text}")

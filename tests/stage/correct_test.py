@@ -1,0 +1,226 @@
+"""From what is wrong to an atlas that is right: correct_test.py BEATLAS WORK_FOLDER NAME [ITK_PAINT]
+
+WORK_FOLDER is that of stage_test.py; the exam is that of study_test.py's `prepare`. ITK_PAINT is
+itk_paint.cpp, where ITK is: the library with which 3D Slicer and ITK-SNAP read and write images.
+"""
+import json
+import shutil
+import subprocess
+import sys
+
+import jsonschema
+import nibabel
+import numpy
+import vtk
+from vtk.util.numpy_support import vtk_to_numpy
+
+from given_test import LV, MUSCLE, RV, labels_of, study_of
+from stage_test import WORK, beatlas, digest, expect_same, new_folder
+from study_test import EXAM, PACKAGE, SCHEMAS, again, built, states
+
+
+def seeds_of(folder):
+    told = json.loads(beatlas("seeds", folder, "list", "--json").stdout)
+    if told["seeds"]:
+        jsonschema.validate(told, json.loads((SCHEMAS / "seeds.schema.json").read_text()))
+    return told["seeds"]
+
+
+def edge_of_heart(folder, phase):
+    """A voxel just outside the heart, in the middle slice: column, row, slice."""
+    labels = labels_of(folder)[..., phase]
+    middle = labels.shape[2] // 2
+    inside = numpy.argwhere(labels[:, :, middle] > 0)
+    column, row = inside[inside[:, 0].argmin()]
+    return int(column) - 2, int(row), middle
+
+
+def seeds():
+    """Added from the command line by voxel, LPS or RAS, a seed has only the needed stages run and is in
+    the labels; removed, the bytes are as before."""
+    folder, package = built("seeds")
+    column, row, k = edge_of_heart(folder, 2)
+    labels = labels_of(folder)
+    assert labels[column, row, k, 2] == 0
+    said = beatlas("seeds", folder, "add", "--label", "myocardium", "--slice", k, "--row", row,
+                   "--column", column, "--phase", 2, "--radius", "3").stdout
+    assert "added seed 1, lv_myocardium, phase 2, radius 3.0 mm" in said, said
+    assert f"({'slice, row, column'} {k}, {row}, {column})" in said, said
+    assert f"beatlas build --study {folder}" in said, said
+    told = states(folder)
+    assert told["import"] == "done" and told["segment"] == "stale", told
+    kept, made, _ = again(folder, package)
+    assert kept == ["import"] and made == ["segment", "register", "field", "mesh", "pack"], (kept, made)
+    found = labels_of(folder)
+    assert found[column, row, k, 2] == MUSCLE, "what was marked stays as marked"
+    assert digest(package) != digest(PACKAGE)
+    kept, made, _ = again(folder, package)
+    assert made == [], made
+
+    # Its place in the patient is that of the voxel in the file: the same seed in LPS and in RAS.
+    image = nibabel.load(folder / "exam" / "stack.nii.gz")
+    ras = nibabel.affines.apply_affine(image.affine, (column, row, k))
+    lps = ras * (-1, -1, 1)
+    word = lambda place: ",".join(f"{number:.6f}" for number in place)  # noqa: E731
+    beatlas("seeds", folder, "add", "--label", "2", "--lps", word(lps), "--phase", 2, "--radius", "3")
+    beatlas("seeds", folder, "add", "--label", "lv_myocardium", "--ras", word(ras), "--phase", 2,
+            "--radius", "3")
+    one, two, three = seeds_of(folder)
+    # The file's own map is kept in single precision.
+    assert numpy.allclose(one["lps_mm"], two["lps_mm"], atol=1e-4), (one, two)
+    assert two == three, (two, three)
+    # A stroke, and one of every phase.
+    beatlas("seeds", folder, "add", "--label", "background", "--lps", word(lps), "--lps",
+            word(lps + (8, 0, 0)), "--phase", -1)
+    stroke = seeds_of(folder)[3]
+    assert numpy.allclose(stroke["stroke_lps_mm"], [lps, lps + (8, 0, 0)], atol=1e-5), stroke
+    assert (stroke["label"], stroke["phase"], stroke["radius_mm"]) == (0, -1, 2.0), stroke
+    listed = beatlas("seeds", folder, "list").stdout.splitlines()
+    assert [line.split()[0] for line in listed] == ["1", "2", "3", "4"], listed
+    assert "every phase" in listed[3] and "stroke" in listed[3], listed
+
+    # Mistakes: one sentence, and the seeds stay.
+    before = seeds_of(folder)
+    size = image.shape
+    for words, code, told in (
+            (("add", "--label", "spleen", "--lps", "0,0,0"), 2, "'spleen' is none of background"),
+            (("add", "--label", "lv"), 2, "--lps, --ras"),
+            (("add", "--label", "lv", "--lps", "1,2"), 2, "three numbers"),
+            (("add", "--label", "lv", "--slice", "3", "--row", "4"), 2, "all three"),
+            (("add", "--label", "lv", "--slice", size[2], "--row", 4, "--column", 4), 3,
+             f"slices 0 to {size[2] - 1}, rows 0 to {size[1] - 1}"),
+            (("add", "--label", "lv", "--lps", "900,0,0"), 3, "outside the images"),
+            (("add", "--label", "lv", "--lps", word(lps), "--phase", size[3]), 3, "phase"),
+            (("remove", "5"), 3, "no seed 5"), (("remove", "last"), 2, "list")):
+        error = beatlas("seeds", folder, *words, code=code).stderr
+        assert error.startswith("beatlas: ") and told in error and len(error.splitlines()) == 1, error
+        assert seeds_of(folder) == before, words
+
+    beatlas("seeds", folder, "remove", "2", "4")
+    assert seeds_of(folder) == [one, three]
+    beatlas("seeds", folder, "remove", "all")
+    assert "no seeds" in beatlas("seeds", folder, "list").stdout
+    again(folder, package)
+    expect_same(PACKAGE, package)
+
+
+def slicer():
+    """Seeds as markups of 3D Slicer, and back: the same seeds, whatever the program added."""
+    folder = study_of("slicer")
+    affine = nibabel.load(folder / "exam" / "stack.nii.gz").affine
+    place = lambda *voxel: ",".join(  # noqa: E731
+        map(str, nibabel.affines.apply_affine(affine, voxel) * (-1, -1, 1)))
+    for words in (("lv_blood", "--lps", place(40, 40, 20), "--phase", "3", "--radius", "5.5"),
+                  ("background", "--lps", place(2, 2, 2), "--phase", "-1"),
+                  ("lv_blood", "--lps", place(42, 40, 20), "--phase", "3"),
+                  ("rv_blood", "--lps", place(20, 30, 20), "--lps", place(24, 30, 20), "--lps",
+                   place(26, 33, 20), "--phase", "0", "--radius", "1.25"),
+                  ("rest_of_heart", "--lps", place(20, 30, 30), "--lps", place(24, 30, 30))):
+        beatlas("seeds", folder, "add", "--label", *words)
+    seeds = seeds_of(folder)
+    markups = json.loads(beatlas("seeds", folder, "list", "--slicer").stdout)
+    assert [(m["type"], m["name"]) for m in markups["markups"]] == [
+        ("Fiducial", "lv_blood@3"), ("Fiducial", "background@all"), ("Curve", "rv_blood@0"),
+        ("Line", "rest_of_heart@0")]
+    # As Slicer 5 saves them again: in RAS if so asked, measurements and colours beside them.
+    for markup in markups["markups"]:
+        markup["coordinateSystem"] = "RAS"
+        markup["measurements"] = [{"name": "length", "enabled": False, "units": "mm"}]
+        markup["display"] = {"visibility": True, "color": [1.0, 0.5, 0.5]}
+        for point in markup["controlPoints"]:
+            x, y, z = point["position"]
+            point["position"], point["orientation"] = [-x, -y, z], [-1, 0, 0, 0, -1, 0, 0, 0, 1]
+    file = WORK / "slicer.mrk.json"
+    file.write_text(json.dumps(markups))
+    other = study_of("slicer_back")
+    beatlas("segment", "--study", other, "--seeds", file)
+    order = [0, 2, 1, 3, 4]  # those of a list come together
+    assert seeds_of(other) == [seeds[at] for at in order], seeds_of(other)
+
+
+def geometry(file):
+    """Of the first three axes: size, and the map from voxels to LPS, by nibabel and by VTK."""
+    image = nibabel.load(file)
+    lps = numpy.diag((-1, -1, 1, 1)) @ image.affine
+    reader = vtk.vtkNIFTIImageReader()
+    reader.SetFileName(str(file))
+    reader.TimeAsVectorOn()
+    reader.Update()
+    matrix = reader.GetSFormMatrix() or reader.GetQFormMatrix()
+    form = numpy.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+    # VTK's is of points in mm along the axes from their origin, without the voxels' edges; and its
+    # reader turns the slices around where that makes the axes right-handed.
+    spacing = numpy.diag((*reader.GetOutput().GetSpacing(), 1))
+    assert numpy.allclose(numpy.abs(numpy.diag((-1, -1, 1, 1)) @ form @ spacing)[:3, :3],
+                          numpy.abs(lps[:3, :3]), atol=1e-4), (form, lps)
+    assert reader.GetOutput().GetDimensions() == image.shape[:3]
+    return image.shape[:3], lps, vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())
+
+
+def editors():
+    """One phase for an editor: where it is in the patient for every reader; painted there and given
+    back, or painted in the study's own file, it is in the labels."""
+    folder, paint = study_of("editors"), sys.argv[4] if len(sys.argv) > 4 else None
+    beatlas("segment", "--study", folder)
+    beatlas("seeds", folder, "add", "--label", "lv", "--slice", 20, "--row", 40, "--column", 40,
+            "--phase", 3)
+    out = new_folder("editors_out")
+    beatlas("export", folder, "--to", "slicer", "--phase", 3, "-o", out)
+    assert sorted(file.name for file in out.iterdir()) == [
+        "image_03.nii.gz", "labels_03.nii.gz", "seeds_03.mrk.json"]
+    beatlas("seeds", folder, "remove", "all")
+    stack = nibabel.load(folder / "exam" / "stack.nii.gz")
+    truth = nibabel.load(WORK / "phantom" / "truth_labels.nii.gz")
+    size, lps, _ = geometry(out / "image_03.nii.gz")
+    assert size == stack.shape[:3]
+    # An independent statement of where the images lie: the phantom's own.
+    assert numpy.allclose(lps, numpy.diag((-1, -1, 1, 1)) @ truth.affine, atol=1e-3), lps
+    assert numpy.allclose(geometry(out / "labels_03.nii.gz")[1], lps, atol=1e-5)
+    image = numpy.asarray(nibabel.load(out / "image_03.nii.gz").dataobj)
+    assert (image == numpy.asarray(stack.dataobj)[..., 3]).all()
+    before = labels_of(folder)
+    drawn = nibabel.load(out / "labels_03.nii.gz")
+    assert (numpy.asarray(drawn.dataobj) == before[..., 3]).all()
+    beatlas("export", folder, "--to", "slicer", "--phase", before.shape[3], "-o", out, code=3)
+
+    # A ball of 8 mm of RV blood in the LV's middle, painted by ITK or, without it, by nibabel.
+    middle = numpy.argwhere(before[..., 3] == LV).mean(axis=0)
+    place = nibabel.affines.apply_affine(lps, middle.round())
+    voxels = numpy.moveaxis(numpy.indices(size), 0, -1)
+    ball = numpy.linalg.norm(nibabel.affines.apply_affine(lps, voxels) - place, axis=-1) <= 8
+
+    def painted(source, target, *phase):
+        if paint:
+            said = subprocess.run([paint, str(source), str(target), *map(str, place), "8", str(RV),
+                                   *map(str, phase)], capture_output=True, text=True, check=True).stdout
+            told = numpy.array(said.split(), float)
+            assert numpy.allclose(told[:3], lps[:3, 3], atol=1e-3), "ITK's origin"
+            assert numpy.allclose(told[6:].reshape(3, 3).T * told[3:6], lps[:3, :3], atol=1e-4), told
+            return
+        labels = nibabel.load(source)
+        values = numpy.asarray(labels.dataobj).copy()
+        (values[..., phase[0]] if phase else values)[ball] = RV
+        nibabel.save(nibabel.Nifti1Image(values, labels.affine), target)
+
+    given = WORK / "editors_painted.nii.gz"
+    painted(out / "labels_03.nii.gz", given)
+    other = study_of("editors_given")
+    beatlas("segment", "--study", other, "--labels", given, "--labels-phases", 3)
+    found = labels_of(other)[..., 3]
+    assert (found[ball] == RV).all() and (found[~ball] == before[..., 3][~ball]).all()
+
+    # In the study's 4-D file, as ITK-SNAP saves it over.
+    file = folder / "segment" / "labels.nii.gz"
+    painted(file, given, 3)
+    shutil.copyfile(given, file)
+    assert states(folder)["segment"] == "edited"
+    beatlas("register", "--study", folder)
+    after = labels_of(folder)
+    changed = numpy.zeros(before.shape, bool)
+    changed[..., 3] = ball & (before[..., 3] != RV)
+    assert ((after != before) == changed).all()
+    print("painted by", "ITK" if paint else "nibabel; ITK is not here")
+
+
+if __name__ == "__main__":
+    globals()[sys.argv[3]]()

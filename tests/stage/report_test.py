@@ -1,0 +1,268 @@
+"""The report of a study, read as a user's browser reads it: report_test.py BEATLAS WORK_FOLDER NAME
+
+WORK_FOLDER is that of stage_test.py, whose `study` left a study. Chromium runs without a network and
+opens the page as a file.
+"""
+import base64
+import contextlib
+import io
+import json
+import pathlib
+import re
+import shutil
+import time
+
+import jsonschema
+import numpy
+from PIL import Image
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+import stage_test
+from stage_test import STUDY, WORK, beatlas, new_folder
+
+SCHEMA = pathlib.Path(__file__).parents[2] / "schemas" / "report.schema.json"
+MOST_BYTES = 15e6  # what mail and archives take
+VIEWS = (1280, 400)  # a desk's and a telephone's width in pixels
+
+
+@contextlib.contextmanager
+def browser(page, width=1280):
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium")
+    for word in ("--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--hide-scrollbars",
+                 "--disable-dev-shm-usage", f"--window-size={width},900"):
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    service = webdriver.chrome.service.Service(shutil.which("chromedriver"))
+    driver = webdriver.Chrome(service=service, options=options)
+    try:
+        driver.execute_cdp_cmd("Network.enable", {})
+        driver.execute_cdp_cmd("Network.emulateNetworkConditions",
+                               {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0})
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                               {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+        driver.get(page.as_uri())
+        wait(driver, "return document.body.dataset.ready > 0")
+        yield driver
+        # The driver's word on reading pixels back, which only the test does, is none of the page's.
+        said = [line for line in driver.get_log("browser") if "due to ReadPixels" not in line["message"]]
+        assert not said, f"the page says nothing in the console: {said}"
+    finally:
+        driver.quit()
+
+
+def wait(driver, script, seconds=20):
+    end = time.monotonic() + seconds
+    while not driver.execute_script(script):
+        assert time.monotonic() < end, f"never came true: {script}"
+        time.sleep(0.05)
+
+
+def pixels(driver, selector):
+    """What a canvas shows."""
+    text = driver.execute_script("return document.querySelector(arguments[0]).toDataURL('image/png')", selector)
+    return numpy.asarray(Image.open(io.BytesIO(base64.b64decode(text.split(",")[1]))).convert("RGB")).astype(int)
+
+
+def change(a, b):
+    """Share of pixels that differ by more than JPEG and smoothing explain."""
+    assert a.shape == b.shape, (a.shape, b.shape)
+    return (abs(a - b).max(axis=2) > 24).mean()
+
+
+def move(driver, slider, value):
+    driver.execute_script("const s = document.getElementById(arguments[0]); s.value = arguments[1];"
+                          "s.dispatchEvent(new Event('input', {bubbles: true}))", slider, str(value))
+    time.sleep(0.3)
+
+
+def choose(driver, select, value):
+    driver.execute_script("const s = document.getElementById(arguments[0]); s.value = arguments[1];"
+                          "s.dispatchEvent(new Event('change', {bubbles: true}))", select, value)
+    time.sleep(0.2)
+
+
+def summary_of(folder):
+    told = json.loads((folder / "report.json").read_text())
+    jsonschema.validate(told, json.loads(SCHEMA.read_text()))
+    return told
+
+
+def figures():
+    """What programs read agrees with the package and follows the schema; the page is one file."""
+    page = STUDY / "report.html"
+    told = summary_of(STUDY)
+    info = json.loads(beatlas("info", WORK / "study.beatlas", "--json").stdout)
+    assert told["package"]["bytes"] == (WORK / "study.beatlas").stat().st_size
+    assert told["package"]["sha256"] == stage_test.digest(WORK / "study.beatlas")
+    # Fields are smooth where labels' coverage is not: half a percent of a volume, a point of the EF.
+    for structure in info["structures"]:
+        for mine, theirs in zip(told["volumes_ml"][structure["name"]], structure["volume_ml"]):
+            assert abs(mine - theirs) < 0.01 * max(structure["volume_ml"]), structure["name"]
+    assert abs(told["figures"]["lv_ef_percent"] - 100 * info["ejection_fraction"]) < 1
+    truth = json.loads((WORK / "phantom" / "truth.json").read_text())
+    assert abs(told["rr_interval_s"] - truth["rr_interval_s"]) < 2e-3
+    assert told["verdict"] == "good" and not told["reasons"] and told["before"] is None, told["reasons"]
+    assert json.loads(beatlas("report", STUDY, "--json", "-o", WORK / "again.html").stdout) == told
+    assert page.stat().st_size < MOST_BYTES
+    text = page.read_text()
+    assert not re.search(r"(src|href)=\"(?!data:|#)", text.split("<script")[0]), "nothing outside the file"
+    assert "{{" not in text.split('id="data"')[0]
+    # The browser: what it measures from opening the file to the end of its scripts.
+    with browser(page) as driver:
+        spent = driver.execute_script("return performance.timing.loadEventEnd - performance.timing.navigationStart")
+        ready = driver.execute_script("return document.body.dataset.ready")
+        print(f"{page.stat().st_size} bytes, loaded in {spent} ms, all drawn after {ready} ms")
+        assert driver.find_element(By.CSS_SELECTOR, "#verdict h1").text == "Good"
+        shown = driver.find_element(By.CSS_SELECTOR, "#verdict dd").text
+        assert shown == f"{told['figures']['lv_ef_percent']:.0f} %", shown
+        titles = driver.execute_script("return [...document.querySelectorAll('h2')].filter(h => h.offsetParent).map(h => h.textContent)")
+        assert {"The beat", "Outlines and surface", "What was checked, and why", "The package", "Provenance"} <= set(titles), titles
+
+
+def pictures():
+    """Sliders and keys change what is shown; outlines lie on the image, the surface is drawn and cut."""
+    told = summary_of(STUDY)
+    image, heart = "#slice-view canvas", "#heart-view canvas"
+    with browser(STUDY / "report.html") as driver:
+        time.sleep(0.5)
+        for canvas in (image, heart):
+            assert pixels(driver, canvas).std() > 10, f"{canvas} shows something"
+        at_ed = [pixels(driver, canvas) for canvas in (image, heart)]
+        move(driver, "slider-phase-of-the-beat", told["end_systole"])
+        at_es = [pixels(driver, canvas) for canvas in (image, heart)]
+        assert all(change(a, b) > 0.01 for a, b in zip(at_ed, at_es)), "the heart beats"
+        assert f"phase {told['end_systole']}" in driver.find_element(By.CSS_SELECTOR, "#slice-view .caption").text
+        driver.find_element(By.CSS_SELECTOR, image).send_keys(Keys.ARROW_UP)
+        time.sleep(0.3)
+        other = pixels(driver, image)
+        assert change(at_es[0], other) > 0.005, "another slice is shown"
+
+        # Without outlines the image is grey; with them it has their colours.
+        def coloured(shown):
+            return ((shown.max(axis=2) - shown.min(axis=2)) > 60).sum()
+        with_lines = coloured(other)
+        boxes = driver.find_elements(By.CSS_SELECTOR, "#legend input")
+        assert len(boxes) == 4
+        with_surface = pixels(driver, heart)
+        for box in boxes:
+            box.click()
+        time.sleep(0.3)
+        assert with_lines > 500 and coloured(pixels(driver, image)) == 0
+        without = pixels(driver, heart)
+        ground = numpy.array([0xee, 0xf1, 0xf4])
+        assert (abs(without - ground).max(axis=2) < 3).mean() > 0.98, "nothing but the ground and marks"
+        assert change(with_surface, without) > 0.1, "the surface was drawn"
+        for box in boxes:
+            box.click()
+        time.sleep(0.2)
+        assert change(pixels(driver, heart), with_surface) < 1e-3
+
+        # Turned, cut open, cut elsewhere: each time another picture. Blood, which the heart's muscle
+        # covers from outside, shows in the cut.
+        def blood(shown):
+            return ((shown[..., 0] > 170) & (shown[..., 1] < 130) & (shown[..., 2] < 130)).mean()
+        driver.find_element(By.CSS_SELECTOR, heart).send_keys(Keys.ARROW_LEFT)
+        time.sleep(0.2)
+        turned = pixels(driver, heart)
+        assert change(with_surface, turned) > 0.01
+        choose(driver, "cut-way", "long")
+        cut = pixels(driver, heart)
+        assert change(turned, cut) > 0.01
+        assert blood(cut) > 0.01 + blood(turned), (blood(cut), blood(turned))
+        move(driver, "slider-cut-at", 25)
+        assert change(cut, pixels(driver, heart)) > 0.01
+
+
+def layout():
+    """Nothing overlaps or runs out of the page at either width; every control has a name; on paper too."""
+    for width in VIEWS:
+        with browser(STUDY / "report.html", width) as driver:
+            wait(driver, "return document.body.dataset.strip === 'drawn'")
+            assert driver.execute_script("return document.documentElement.scrollWidth") <= width
+            wrong = driver.execute_script("""
+              const out = [];
+              const blocks = [...document.querySelectorAll('#verdict > *, main > section, .two > *, .figures > div')].filter(e => e.offsetParent);
+              for (const a of blocks) for (const b of blocks) {
+                if (a === b || a.contains(b) || b.contains(a)) continue;
+                const r = a.getBoundingClientRect(), s = b.getBoundingClientRect();
+                if (r.left < s.right - 1 && s.left < r.right - 1 && r.top < s.bottom - 1 && s.top < r.bottom - 1) out.push([a.id || a.className, b.id || b.className]);
+              }
+              for (const e of document.querySelectorAll('.figures dd, button, h1, h2')) if (e.offsetParent && e.scrollWidth > e.clientWidth + 2 && e.clientWidth) out.push(e.textContent);
+              return out;""")
+            assert not wrong, wrong
+            nameless = driver.execute_script("""
+              return [...document.querySelectorAll('button, input, select, canvas[role=img], svg[role=img]')].filter(e =>
+                !(e.getAttribute('aria-label') || e.textContent.trim() || (e.labels && e.labels.length))).map(e => e.outerHTML.slice(0, 90));""")
+            assert not nameless, nameless
+            if width == VIEWS[0]:
+                paper = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
+                assert paper[:5] == b"%PDF-" and len(paper) > 100_000, "a page with its pictures"
+                assert len(re.findall(rb"/Type\s*/Page\b", paper)) >= 2
+
+
+def correction():
+    """A leak is shown with the command that corrects it; afterwards stands what was before."""
+    import nibabel
+    folder, package = new_folder("report_study"), WORK / "report.beatlas"
+    shutil.copytree(STUDY, folder)
+    good = summary_of(folder)
+    file = folder / "segment" / "labels.nii.gz"
+    whole = file.read_bytes()
+    labels = nibabel.load(file)
+    painted = numpy.asarray(labels.dataobj).copy()
+    inside = numpy.argwhere(painted[..., 2] > 0)
+    low, middle = inside.min(axis=0), inside.mean(axis=0).astype(int)
+    painted[:low[0] + 8, middle[1] - 8:middle[1] + 8, middle[2] - 4:middle[2] + 4, 2] = 4
+    nibabel.save(nibabel.Nifti1Image(painted, labels.affine, labels.header), file)
+    # As it stands, without a build: the report says that the package is not of these labels.
+    told = json.loads(beatlas("report", folder, "--json").stdout)
+    jsonschema.validate(told, json.loads(SCHEMA.read_text()))
+    assert told["verdict"] == "check", told["reasons"]
+    assert {"leaks", "up_to_date"} <= {reason["id"] for reason in told["reasons"]}, told["reasons"]
+    places = [place for place in told["places"] if place["kind"] == "leak"]
+    assert places and places[0]["commands"][0].startswith("beatlas seeds . add --label background --lps=")
+    assert told["before"]["verdict"] == good["verdict"] and told["before"]["figures"] == good["figures"]
+    with browser(folder / "report.html") as driver:
+        assert driver.find_element(By.CSS_SELECTOR, "#verdict h1").text == "Check"
+        cards = driver.find_elements(By.CSS_SELECTOR, ".place.leak")
+        assert len(cards) == len(places)
+        assert len(driver.find_elements(By.CSS_SELECTOR, ".place .count")) == len(told["places"])
+        assert all(words in cards[0].text for words in (places[0]["sentence"], *places[0]["commands"]))
+        driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", cards[0])
+        cards[0].find_element(By.CSS_SELECTOR, "button").click()
+        time.sleep(0.5)
+        caption = driver.find_element(By.CSS_SELECTOR, "#slice-view .caption").text
+        assert f"phase {places[0]['phase']}" in caption, caption
+        shown = pixels(driver, "#slice-view canvas")
+        ring = (shown[..., 0] > 200) & (shown[..., 1] < 140) & (shown[..., 2] > 180)
+        assert ring.sum() > 100, "the place is ringed"
+        marks = pixels(driver, "#heart-view canvas")
+        assert ((marks[..., 0] > 130) & (marks[..., 1] < 70) & (marks[..., 2] > 110)).sum() > 50, "and marked on the surface"
+        assert "Before and after" in driver.find_element(By.ID, "compared").text
+    # Corrected: as it was, and what was wrong stands beside it.
+    file.write_bytes(whole)
+    beatlas("build", "--study", folder, "-o", package)
+    told = summary_of(folder)
+    assert told["verdict"] == "good" and told["figures"] == good["figures"]
+    assert told["before"]["verdict"] == "check" and told["before"]["volumes_ml"] != told["volumes_ml"]
+
+    # Refused by the recipe: no package, and a report that says so.
+    strict = WORK / "report_strict.json"
+    strict.write_text(json.dumps({"quality": {"max_volume_gap_percent": 0.1}, "mesh": {"edge_mm": 8}}))
+    said = beatlas("build", "--study", folder, "-o", package, "--recipe", strict, code=4).stderr
+    told = summary_of(folder)
+    assert told["verdict"] == "rejected" and told["package"] is None, told["reasons"]
+    assert "max_volume_gap_percent" in told["reasons"][0]["sentence"] and "max_volume_gap_percent" in said
+    # Left out when it is not wanted.
+    (folder / "report.html").unlink()
+    (folder / "report.json").unlink()
+    beatlas("build", "--study", folder, "-o", package, "--recipe", strict, "--no-report", code=4)
+    assert not (folder / "report.html").exists() and not (folder / "report.json").exists()
+
+
+if __name__ == "__main__":
+    import sys
+    globals()[sys.argv[3]]()
