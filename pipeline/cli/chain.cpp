@@ -350,7 +350,8 @@ void Chain::surfaces() {
 }
 
 std::vector<SurfaceMap> Chain::make_surface_maps() {
-  const std::optional<LongAxis> axis = study::read_long_axis(study_->folder());
+  const std::optional<LongAxis> axis =
+      study_ ? study::read_long_axis(study_->folder()) : facts_.axis;
   const auto rv = std::find_if(
       surfaces_->begin(), surfaces_->end(),
       [](const SurfaceCycle& surface) { return surface.structure == Structure::RvBlood; });
@@ -358,7 +359,8 @@ std::vector<SurfaceMap> Chain::make_surface_maps() {
   Vec3 centre = Vec3::Zero();
   for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
   centre /= static_cast<double>(rv->positions.front().size());
-  const Affine map = study::read_workspace_from_lps(study_->folder());
+  const Affine map = study_ ? study::read_workspace_from_lps(study_->folder())
+                            : facts_.workspace_from_lps.value();
   return mesh::surface_maps(field_cycles(), *surfaces_, mesh::lv_frame(*axis, map, centre));
 }
 

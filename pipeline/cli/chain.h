@@ -44,6 +44,7 @@ struct Facts {
   int end_systole = 0;
   std::vector<report::VolumeCurve> volumes;  ///< of the segmentation, in order of structure
   std::optional<Affine> workspace_from_lps;
+  std::optional<LongAxis> axis;  ///< the LV's; with a study that of its file counts
 };
 
 class Chain {

@@ -94,6 +94,7 @@ void Chain::note_segmentation() {
   facts_.end_diastole = segmentation_->end_diastole;
   facts_.end_systole = segmentation_->end_systole;
   facts_.warnings = segmentation_->warnings;
+  facts_.axis = segmentation_->axis;
   for (Structure structure : kAllStructures) {
     if (segmentation_->coverage.phases.count(structure) == 0) {
       facts_.warnings.push_back(std::string(structure_name(structure)) +

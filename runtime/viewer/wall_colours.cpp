@@ -38,7 +38,7 @@ ColourScale scale_of(std::string title, std::vector<double> values) {
   ColourScale scale{.title = std::move(title)};
   if (values.empty()) return scale;
   const auto at = [&](double share) {
-    const auto n = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    const auto n = std::lround(share * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), values.begin() + n, values.end());
     return values[static_cast<std::size_t>(n)];
   };

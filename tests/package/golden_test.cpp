@@ -76,7 +76,7 @@ TEST(GoldenPackage, OfVersion4LoadsWithItsMap) {
   EXPECT_EQ(needs.maps, std::set{Structure::LvBlood});
   const atlas::Atlas opened = atlas::Atlas::open(file, needs);
   EXPECT_EQ(opened.manifest().format_version, 4);
-  EXPECT_EQ(opened.manifest().items.size(), 9U);
+  EXPECT_EQ(opened.manifest().items.size(), 8U);
   const auto map = opened.surface_map(Structure::LvBlood);
   ASSERT_NE(map, nullptr);
   ASSERT_EQ(map->segment.size(), 66U);

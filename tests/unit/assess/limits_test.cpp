@@ -20,6 +20,8 @@ ValidationReport perfect() {
   wall.points = 10;
   muscle.wall_thickness = {wall, wall};
   muscle.motion = MotionErrors{};
+  muscle.map = MapErrors{};
+  muscle.map->points = 10;
   report.structures = {muscle};
   report.force = FeltErrors{Structure::Heart, 150, {}};
   return report;
@@ -72,6 +74,9 @@ TEST(Limits, EachBoundsItsOwnFigureAndIsNamedWhenItBreaks) {
   each_is_bounded(
       kMotionFigures,
       [](ValidationReport& report) -> MotionErrors& { return *report.structures[0].motion; }, seen);
+  each_is_bounded(
+      kMapFigures, [](ValidationReport& report) -> MapErrors& { return *report.structures[0].map; },
+      seen);
   each_is_bounded(
       kForceFigures, [](ValidationReport& report) -> ForceErrors& { return report.force->errors; },
       seen);

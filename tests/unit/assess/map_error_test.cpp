@@ -69,7 +69,7 @@ TEST_P(MapError, OfTheTruthItselfIsNone) {
   EXPECT_LT(errors.thickness_mean_mm, 0.011);  // of the steps
   EXPECT_LT(errors.thickness_p95_mm, 0.02);
   EXPECT_GT(errors.named, 300);
-  EXPECT_GT(errors.segments_percent, 99.5);  // a place on a border may round to either side
+  EXPECT_GT(errors.segments_percent, 98.5);  // samples on a border may round to either side
   EXPECT_NEAR(errors.thickness_true_mean_mm, 8.5, 2);
 }
 

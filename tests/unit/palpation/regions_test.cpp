@@ -36,8 +36,8 @@ TEST(LvWall, FindsTheMuscleUnderAPlaceAtAnyMoment) {
     const double beats = 0.25 * (n % 4) + n;
     const double radius = n % 4 == 0 ? 25 : n % 4 == 2 ? 20 : 22.5;
     const WallPlace place = wall.nearest(38 * unit, beats);
-    // Half an edge of 2.5 mm beside it at the most.
-    EXPECT_NEAR(place.away_mm, 38 - radius, 0.15);
+    // Up to 2 mm beside it.
+    EXPECT_NEAR(place.away_mm, 38 - radius, 0.25);
     EXPECT_NEAR(place.long_axis, 0.5 + 0.5 * unit.z(), 0.06);
     EXPECT_EQ(place.segment, sample.map->segment[place.vertex]);
     EXPECT_EQ(place.wall_mm, sample.map->thickness_mm[0][place.vertex]);
@@ -56,7 +56,7 @@ TEST(LvWall, SharesAreThoseOfTheMuscle) {
   EXPECT_NEAR(std::accumulate(share.begin(), share.end(), 0.0), 1, 1e-12);
   double thin = 0;
   for (std::size_t v = 0; v < share.size(); ++v) thin += wall.wall_mm()[v] == 4 ? share[v] : 0;
-  EXPECT_NEAR(thin, 4.0 / 14, 0.015);  // half of the ball less one line of vertices
+  EXPECT_NEAR(thin, 4.0 / 14, 0.025);  // half of the ball less one line of vertices
 }
 
 TEST(LvWall, KnowsTheMiddleOfASegment) {
@@ -90,7 +90,7 @@ TEST(Regions, OfThinWallHaveItsShareOfTheMuscleAndItsOwnThickness) {
   const std::vector<Region> regions =
       regions_from_json(json::parse(R"([{"thinner_than_mm": 6, "scar": 0.8, "alpha": 0.2}])"));
   const TissueMap map = tissue_of_wall(wall, {}, regions, {});
-  EXPECT_NEAR(map.infarct.fraction, 4.0 / 14, 0.015);
+  EXPECT_NEAR(map.infarct.fraction, 4.0 / 14, 0.025);
   EXPECT_NEAR(map.infarct.alpha, 0.2, 1e-12);
   const Tissue thin = map.at(wall.nearest({30, 0, 0}, 0));
   EXPECT_EQ(thin, (Tissue{.scar = 0.8, .thickness_ratio = 0.4, .alpha = 0.2}));  // 4 of 10 mm
