@@ -359,8 +359,8 @@ std::vector<SurfaceMap> Chain::make_surface_maps() {
   Vec3 centre = Vec3::Zero();
   for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
   centre /= static_cast<double>(rv->positions.front().size());
-  const Affine map = study_ ? study::read_workspace_from_lps(study_->folder())
-                            : facts_.workspace_from_lps.value();
+  const Affine map =
+      study_ ? study::read_workspace_from_lps(study_->folder()) : facts_.workspace_from_lps.value();
   return mesh::surface_maps(field_cycles(), *surfaces_, mesh::lv_frame(*axis, map, centre));
 }
 

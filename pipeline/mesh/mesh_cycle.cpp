@@ -192,16 +192,26 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
   SurfaceCycle out;
   out.structure = field.structure;
   out.triangles = fit.triangles();
+  int off = 0;
+  std::size_t worst = 0;
+  double worst_mm = 0;
   for (std::size_t p = 0; p < phases; ++p) {
     const double off_mm = mean_off_surface_mm(cycle[p], surface[p]);
-    if (off_mm > kMeanOffSurfaceMm) {
-      context.warn("the mesh of " + name_of(field) + " lies " + fixed(off_mm, 2) +
-                   " mm off the surface of phase " + std::to_string(p) +
-                   " on average; its shape may differ too much from the reference phase's");
+    off += off_mm > kMeanOffSurfaceMm ? 1 : 0;
+    if (off_mm > worst_mm) {
+      worst_mm = off_mm;
+      worst = p;
     }
     std::vector<Vec3f>& points = out.positions.emplace_back();
     points.reserve(cycle[p].size());
     for (const Vec3& x : cycle[p]) points.push_back(x.cast<float>());
+  }
+  if (off > 0) {
+    context.warn("the mesh of " + name_of(field) + " lies off its surface in " +
+                 std::to_string(off) + " of " + std::to_string(phases) + " phases, by " +
+                 fixed(worst_mm, 2) + " mm on average in the worst, phase " +
+                 std::to_string(worst) +
+                 "; the heart's shape there may differ too much from that of the reference phase");
   }
   context.progress(1.0);
   return out;
