@@ -90,11 +90,9 @@ constexpr std::array kEntries{
           "glTF 2.0 (Khronos), NIfTI-1 (NIMH), OpenVDB: Museth, ACM TOG 32, 2013"},
     Entry{
         "report",
-        "beatlas report exam.study
-        "
+        "beatlas report exam.study\n"
         "beatlas report exam.study -o exam.html --json",
-        "Normal ranges: Petersen et al., JCMR 19, 2017; Hudsmith et al., JCMR 7, 2005;
-        "
+        "Normal ranges: Petersen et al., JCMR 19, 2017; Hudsmith et al., JCMR 7, 2005;\n"
         "Kawel-Boehm et al., JCMR 17, 2015; how far readers lie apart: Bai et al., JCMR 20, 2018"},
     Entry{"status", "beatlas status exam.study", ""},
     Entry{"seeds",
