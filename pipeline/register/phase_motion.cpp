@@ -14,6 +14,9 @@ namespace {
 /// The search works on patches of 8 pixels over several scales.
 constexpr int kLeastEdgePx = 32;
 constexpr int kMostSteps = 127;
+/// There and back again must end this near to where it began; else what is there came from
+/// elsewhere, through the slice, or shows nothing, and no motion is told.
+constexpr int kMostOffSteps = 1;
 
 cv::Mat bytes_of(const ImageCycle<float>& images, std::size_t p, std::size_t k, double top) {
   const int nx = images.grid.size[0];
@@ -34,6 +37,30 @@ cv::Mat bytes_of(const ImageCycle<float>& images, std::size_t p, std::size_t k, 
 std::int8_t step_of(float flow, int at, int size) {
   const int step = std::clamp(static_cast<int>(std::lround(flow)), -kMostSteps, kMostSteps);
   return static_cast<std::int8_t>(std::clamp(step, -at, size - 1 - at));
+}
+
+/// Forgets what the way back does not confirm.
+void keep_confirmed(const Grid& grid, std::size_t k, std::vector<PlaneStep>& there,
+                    std::vector<PlaneStep>& back) {
+  const auto unconfirmed = [&](const std::vector<PlaneStep>& go,
+                               const std::vector<PlaneStep>& come) {
+    std::vector<std::size_t> out;
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const std::size_t v = grid.offset(i, j, static_cast<int>(k));
+        const PlaneStep& step = go[v];
+        const PlaneStep& home = come[grid.offset(i + step[0], j + step[1], static_cast<int>(k))];
+        if (std::max(std::abs(step[0] + home[0]), std::abs(step[1] + home[1])) > kMostOffSteps) {
+          out.push_back(v);
+        }
+      }
+    }
+    return out;
+  };
+  const std::vector<std::size_t> lost_there = unconfirmed(there, back);
+  const std::vector<std::size_t> lost_back = unconfirmed(back, there);
+  for (const std::size_t v : lost_there) there[v] = {0, 0};
+  for (const std::size_t v : lost_back) back[v] = {0, 0};
 }
 
 }  // namespace
@@ -67,6 +94,7 @@ PhaseMotion phase_motion(const ImageCycle<float>& images, double top) {
       const std::size_t next = (p + 1) % phases;
       follow(p, next, out.to_next[p]);
       follow(next, p, out.to_previous[next]);
+      keep_confirmed(images.grid, k, out.to_next[p], out.to_previous[next]);
     }
   });
   return out;

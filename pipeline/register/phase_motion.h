@@ -19,7 +19,8 @@ struct PhaseMotion {
   std::vector<std::vector<PlaneStep>> to_previous;
 };
 
-/// Dense inverse search (Kroeger et al., ECCV 2016), each slice for itself.
+/// Dense inverse search (Kroeger et al., ECCV 2016), each slice for itself. No step where the way
+/// back does not confirm it: what is there came from elsewhere.
 /// @param images intensities
 /// @param top intensity; what is brighter counts as `top`  @pre top > 0
 [[nodiscard]] PhaseMotion phase_motion(const ImageCycle<float>& images, double top);
