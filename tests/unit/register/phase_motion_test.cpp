@@ -1,6 +1,7 @@
 #include "pipeline/register/phase_motion.h"
 
 #include <cmath>
+#include <iostream>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -98,6 +99,30 @@ TEST(PhaseMotion, of_what_shows_nothing_is_none) {
       for (const PlaneStep& step : phase) ASSERT_EQ(step, (PlaneStep{0, 0})) << size[0];
     }
   }
+}
+
+TEST(PhaseMotion, to_a_phase_that_shows_something_else_is_told_of_little) {
+  ImageCycle<float> images = moving_pattern();
+  constexpr int kOdd = 3;
+  for (int j = 0; j < kSize[1]; ++j) {
+    for (int i = 0; i < kSize[0]; ++i) {
+      const double other = pattern(0.3 * i * j / kSize[0] + 40, 1.6 * j - 0.4 * i);
+      images.phases[kOdd][images.grid.offset(i, j, 0)] = static_cast<float>(other);
+    }
+  }
+  const PhaseMotion motion = phase_motion(images, 200);
+  const auto moved_share = [&](int phase) {
+    int moved = 0;
+    for (std::size_t v = 0; v < images.grid.slice_count(); ++v) {
+      moved += motion.to_next[static_cast<std::size_t>(phase)][v] != PlaneStep{0, 0} ? 1 : 0;
+    }
+    return static_cast<double>(moved) / static_cast<double>(images.grid.slice_count());
+  };
+  std::cout << "moved: " << moved_share(0) << " of a phase to the next, " << moved_share(kOdd - 1)
+            << " and " << moved_share(kOdd) << " to and from one that is unlike it\n";
+  EXPECT_GT(moved_share(0), 0.8);
+  EXPECT_LT(moved_share(kOdd - 1), 0.5);
+  EXPECT_LT(moved_share(kOdd), 0.5);
 }
 
 TEST(PhaseMotion, is_the_same_on_one_thread_and_two) {
