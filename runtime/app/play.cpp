@@ -417,6 +417,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
          std::ostream& err) {
   CLI::App app(
       "Feel a beating-heart atlas.\n"
+      "  beatlas-play [PACKAGE] [OPTIONS OF THE WINDOW]    see beatlas-view --help\n"
+      "  beatlas-play PACKAGE --screenshot FILE|--record FOLDER [...]    as well\n"
       "  beatlas-play PACKAGE --headless [OPTIONS]\n"
       "  beatlas-play [PACKAGE] --headless --scene palpation --press FOLDER [OPTIONS]\n"
       "  beatlas-play probe PACKAGE --points P.csv [-o OUT.csv]\n"

@@ -167,7 +167,7 @@
             make("td", {}, item.error), make("td", {class: "hash", title: item.sha256}, item.sha256.slice(0, 16) + "…")))))));
     }
     const facts = [["Made by", summary.program], ["Images, SHA-256", summary.input_sha256], ["Package, SHA-256", data.package ? data.package.sha256 : "none"], ["Report made from", summary.made_from],
-                   ["Seeds drawn", String(data.drawn_seeds)], ["File last written", document.lastModified]];
+                   ["Seeds drawn", String(data.drawn_seeds)], ["File last written", document.lastModified.replace(/(\d+)\/(\d+)\/(\d+)/, "$3-$1-$2")]];
     at("provenance").append(make("dl", {class: "facts"}, facts.map(([name, text]) => [make("dt", {}, name), make("dd", {class: /SHA|from/.test(name) ? "hash" : ""}, text || "–")])),
       make("div", {class: "scroll"}, make("table", {}, make("thead", {}, make("tr", {}, ["Stage", "State", "Version", "Time", "Changed by hand"].map((text) => make("th", {scope: "col"}, text)))),
         make("tbody", {}, data.stages.map((stage) => make("tr", {}, make("th", {scope: "row"}, stage.name), make("td", {}, stage.state), make("td", {}, stage.version || "–"),
