@@ -94,7 +94,7 @@ KnownLabels crop(const KnownLabels& known, const Box& box) {
   return {crop(known.labels, box), known.phases};
 }
 
-void seed_known(const ImageCycle<float>& images, const KnownLabels& known,
+void seed_known(const ImageCycle<float>& images, const KnownLabels& known, bool automatic_lv,
                 const TissueLevels& levels, LabelImages& seeds) {
   if (known.phases.empty()) return;
   const Grid& grid = images.grid;
@@ -121,7 +121,7 @@ void seed_known(const ImageCycle<float>& images, const KnownLabels& known,
     }
   });
   parallel_for(seeds.size(), [&](std::size_t p) {
-    if (is_known(known, p)) return;
+    if (is_known(known, p) || (known.phases.size() == 1 && automatic_lv)) return;
     for (std::size_t v = 0; v < count; ++v) {
       std::uint8_t& seed = seeds[p][v];
       if (seed != kUnlabelled && (off[seed][v] > kReachMm || is_disputed(known, v, seed))) {

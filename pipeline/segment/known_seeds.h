@@ -17,8 +17,11 @@ namespace beatlas::segment {
 /// known phases agree well in from their edges, unless the image there is as bright as another
 /// tissue; and automatic seeds stay only near where some known phase has their label, and where
 /// none has another pool: a valve plane's way is told by the known phases, not by the image.
-/// @param images, known in the heart's box; @param seeds the automatic ones, changed in place
-void seed_known(const ImageCycle<float>& images, const KnownLabels& known,
+/// One known phase tells nothing of how its valves and walls move: if the automatic seeds know the
+/// LV, the other phases keep those.
+/// @param images, known in the heart's box; @param automatic_lv whether an LV was found; @param
+/// seeds the automatic ones, changed in place
+void seed_known(const ImageCycle<float>& images, const KnownLabels& known, bool automatic_lv,
                 const TissueLevels& levels, LabelImages& seeds);
 
 /// Atria and vessels: voxels of the rest of the heart that tidy_phase took for a leak, since it

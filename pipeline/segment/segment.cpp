@@ -100,14 +100,14 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   const KnownLabels known = crop(known_labels, box);
   context.check_cancelled();
   context.progress(0.1, "chambers");
-  // What is known elsewhere tells where ventricles end.
+  // What is known in two phases and more tells where ventricles end.
   Groundwork ground = before ? std::move(before->ground)
-                             : lay_groundwork(images, moving, box, drawn, known.phases.empty(),
+                             : lay_groundwork(images, moving, box, drawn, known.phases.size() < 2,
                                               options.tricuspid_excursion_mm, context);
   Chambers chambers = ground.chambers;
   const double image_noise = ground.noise;
   LabelImages seeds = ground.automatic;
-  seed_known(images, known, chambers.levels, seeds);
+  seed_known(images, known, chambers.found_lv(), chambers.levels, seeds);
   draw_seeds(images.grid, drawn, seeds);
   if (!chambers.found_lv() && !(drawn.empty() && known.phases.empty())) {
     chambers.levels = levels_from_seeds(images, seeds, chambers.levels);

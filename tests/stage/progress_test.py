@@ -13,6 +13,7 @@ import struct
 import subprocess
 import sys
 import termios
+import time
 
 import jsonschema
 
@@ -24,14 +25,22 @@ STAGES = ("import", "segment", "pictures", "register", "field", "mesh", "pack")
 SECOND = 1.0
 
 
+def paused(process, seconds):
+    process.send_signal(signal.SIGSTOP)
+    time.sleep(seconds)
+    process.send_signal(signal.SIGCONT)
+
+
 def on_a_terminal(words, columns):
-    """What a command writes to a terminal of that width, and its exit code."""
+    """What a command writes to a terminal of that width, and its exit code. Every stage is held up
+    for longer than it may be silent and than a guess of the time left needs, so that what is shown
+    does not depend on the machine's speed."""
     main, other = pty.openpty()
     fcntl.ioctl(other, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     process = subprocess.Popen([PROGRAM, *map(str, words)], stdin=other, stdout=subprocess.DEVNULL,
                                stderr=other)
     os.close(other)
-    said = b""
+    said, lines_of = b"", {}
     while True:
         try:
             piece = os.read(main, 65536)
@@ -40,6 +49,10 @@ def on_a_terminal(words, columns):
         if not piece:
             break
         said += piece
+        for stage in re.findall(rb"\x1b\[K(\w+) \d+ %", piece):
+            lines_of[stage] = lines_of.get(stage, 0) + 1
+            if lines_of[stage] <= 4:
+                paused(process, 1.1 if lines_of[stage] == 1 else 0.15)
     os.close(main)
     return process.wait(), said.decode()
 

@@ -107,6 +107,29 @@ TEST(KnownLabels, part_ventricles_from_atria_in_the_phases_between) {
   }
 }
 
+TEST(KnownLabels, of_one_phase_make_no_other_worse) {
+  // What an editor hands back of a phase, painted or not, must not cost the phases it left alone.
+  for (const bool whole : {false, true}) {
+    const Case made(whole ? phantom::preset("small") : small_ventricles());
+    StageContext context;
+    const Segmentation automatic = segment_exam(made.exam, {}, {}, context);
+    for (const int phase : {0, end_systole(made)}) {
+      SCOPED_TRACE((whole ? "whole, phase " : "ventricles, phase ") + std::to_string(phase));
+      const Segmentation led = segmented(made, known_of(automatic.labels, {phase}));
+      for (const Structure structure : kAllStructures) {
+        double lost = 0;
+        for (int p = 0; p < made.truth.phase_count(); ++p) {
+          const auto at = static_cast<std::size_t>(p);
+          lost = std::max(
+              lost, dice_of(made, automatic, structure, at) - dice_of(made, led, structure, at));
+        }
+        std::cout << structure_name(structure) << ": Dice falls by " << lost << " at most\n";
+        EXPECT_LT(lost, 0.01) << structure_name(structure);
+      }
+    }
+  }
+}
+
 TEST(KnownLabels, of_all_phases_are_taken_as_they_are) {
   const Case& made = small_case();
   std::vector<int> all(static_cast<std::size_t>(made.truth.phase_count()));
