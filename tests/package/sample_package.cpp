@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <numbers>
 #include <random>
 
 #include <stdlib.h>
 
 #include "pipeline/pack/volume_encoder.h"
+#include "tests/unit/unit_sphere.h"
 
 namespace beatlas::test {
 namespace {
@@ -82,26 +82,7 @@ atlas::FieldPayload beating_field(Structure structure, double radius_mm, double 
 
 atlas::SurfacePayload beating_surface(Structure structure, double radius_mm, double beat_mm,
                                       int phases, int levels) {
-  std::vector<Vec3> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  using Triangle = std::array<std::uint32_t, 3>;
-  std::vector<Triangle> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                                  {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-  for (int level = 0; level < levels; ++level) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [at, is_new] = middles.try_emplace(std::minmax(a, b), points.size());
-      if (is_new) points.push_back((points[a] + points[b]).normalized());
-      return at->second;
-    };
-    std::vector<Triangle> finer;
-    for (const auto& [a, b, c] : triangles) {
-      const std::uint32_t ab = middle(a, b);
-      const std::uint32_t bc = middle(b, c);
-      const std::uint32_t ca = middle(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-    }
-    triangles = std::move(finer);
-  }
+  const auto [points, triangles] = unit_sphere(levels);
   std::vector<std::uint32_t> place(points.size());
   for (std::uint32_t v = 0; v < place.size(); ++v) place[v] = v;
   std::mt19937 random(7);

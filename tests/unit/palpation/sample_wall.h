@@ -3,12 +3,12 @@
 
 #include <array>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <numbers>
 
 #include "runtime/palpation/lv_wall.h"
 #include "runtime/palpation/segments.h"
+#include "tests/unit/unit_sphere.h"
 
 namespace beatlas::palpation::test {
 
@@ -18,27 +18,9 @@ inline constexpr double kRadiusMm = 25;
 /// towards x, the septum towards y.
 struct SampleWall {
   explicit SampleWall(int phases = 4, int levels = 4) {
-    std::vector<Vec3> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-    std::vector<std::array<std::uint32_t, 3>> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                                                        {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-    for (int level = 0; level < levels; ++level) {
-      std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-      const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-        const auto [at, is_new] = middles.try_emplace(std::minmax(a, b), points.size());
-        if (is_new) points.push_back((points[a] + points[b]).normalized());
-        return at->second;
-      };
-      std::vector<std::array<std::uint32_t, 3>> finer;
-      for (const auto& [a, b, c] : triangles) {
-        const std::uint32_t ab = middle(a, b);
-        const std::uint32_t bc = middle(b, c);
-        const std::uint32_t ca = middle(c, a);
-        finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-      }
-      triangles = std::move(finer);
-    }
+    const auto [points, triangles] = beatlas::test::unit_sphere(levels);
     surface->structure = map->structure = Structure::LvBlood;
-    surface->triangles = std::move(triangles);
+    surface->triangles = triangles;
     surface->positions.resize(static_cast<std::size_t>(phases));
     map->thickness_mm.resize(static_cast<std::size_t>(phases));
     for (const Vec3& unit : points) {
