@@ -97,6 +97,7 @@ void Chain::note_segmentation() {
   facts_.axis = segmentation_->axis;
   for (Structure structure : kAllStructures) {
     if (segmentation_->coverage.phases.count(structure) == 0) {
+      if (is_beyond_base(structure)) continue;
       facts_.warnings.push_back(std::string(structure_name(structure)) +
                                 " was not found; the package lacks it");
       continue;

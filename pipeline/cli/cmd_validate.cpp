@@ -106,7 +106,7 @@ void add_limits(CLI::App& command, assess::Limits& limits) {
 
 std::vector<std::string> structure_names() {
   std::vector<std::string> out;
-  for (const Structure structure : kAllStructures) out.emplace_back(structure_name(structure));
+  for (const Structure structure : kVentricular) out.emplace_back(structure_name(structure));
   return out;
 }
 

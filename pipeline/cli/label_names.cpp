@@ -15,7 +15,7 @@ struct Name {
   std::uint8_t label;
 };
 
-constexpr std::array<Name, 20> kNames{{{"background", kLabelBackground},
+constexpr std::array<Name, 30> kNames{{{"background", kLabelBackground},
                                        {"outside", kLabelBackground},
                                        {"bg", kLabelBackground},
                                        {"rvblood", kLabelRvBlood},
@@ -34,9 +34,20 @@ constexpr std::array<Name, 20> kNames{{{"background", kLabelBackground},
                                        {"restofheart", kLabelRestOfHeart},
                                        {"rest", kLabelRestOfHeart},
                                        {"heart", kLabelRestOfHeart},
-                                       {"otherheart", kLabelRestOfHeart}}};
+                                       {"otherheart", kLabelRestOfHeart},
+                                       {"lablood", kLabelLaBlood},
+                                       {"la", kLabelLaBlood},
+                                       {"lacavity", kLabelLaBlood},
+                                       {"leftatrium", kLabelLaBlood},
+                                       {"rablood", kLabelRaBlood},
+                                       {"ra", kLabelRaBlood},
+                                       {"racavity", kLabelRaBlood},
+                                       {"rightatrium", kLabelRaBlood},
+                                       {"aorta", kLabelAorta},
+                                       {"ao", kLabelAorta}}};
 
-constexpr std::string_view kOwnNumbers = "1=rv_blood,2=lv_myocardium,3=lv_blood,4=rest_of_heart";
+constexpr std::string_view kOwnNumbers =
+    "1=rv_blood,2=lv_myocardium,3=lv_blood,4=rest_of_heart,5=la_blood,6=ra_blood,7=aorta";
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
@@ -78,7 +89,7 @@ std::optional<std::uint8_t> label_from_name(std::string_view name) {
     const std::optional<int> number = number_of(words.front());
     const bool numbers = std::all_of(words.begin(), words.end(),
                                      [](const std::string& word) { return is_digit(word[0]); });
-    if (!numbers || !number || *number > kLabelRestOfHeart) return std::nullopt;
+    if (!numbers || !number || *number > kLastLabel) return std::nullopt;
     return static_cast<std::uint8_t>(*number);
   }
   std::string letters;
@@ -96,13 +107,15 @@ std::optional<std::uint8_t> label_from_name(std::string_view name) {
 }
 
 std::string_view name_of_label(std::uint8_t label) {
-  constexpr std::array<std::string_view, kLabelRestOfHeart + 1> kOwn{
-      "background", "rv_blood", "lv_myocardium", "lv_blood", "rest_of_heart"};
+  constexpr std::array<std::string_view, kLastLabel + 1> kOwn{
+      "background",    "rv_blood", "lv_myocardium", "lv_blood",
+      "rest_of_heart", "la_blood", "ra_blood",      "aorta"};
   return kOwn.at(label);
 }
 
 std::string known_label_names() {
-  return "background, rv_blood, lv_myocardium, lv_blood, rest_of_heart (or 0 to 4)";
+  return "background, rv_blood, lv_myocardium, lv_blood, rest_of_heart, la_blood, ra_blood, aorta "
+         "(or 0 to 7)";
 }
 
 std::string shown_word(std::string_view word) {

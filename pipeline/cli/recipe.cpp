@@ -53,6 +53,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.flag("even_shading", recipe.segment.even_shading);
   visit.flag("denoise", recipe.segment.denoise);
   visit.flag("follow_motion", recipe.segment.follow_motion);
+  visit.flag("atria", recipe.segment.atria);
   visit.choice("method", recipe.segment.method, kMethods);
   visit.choice("papillary", recipe.segment.papillary, kPapillary);
   visit.choice("labels_drawn_on", recipe.segment.labels_drawn_on, kLabelsDrawnOn);
@@ -125,7 +126,7 @@ class Reader {
     read_limits(*section_, limits.all);
     if (!section_->has(kStructures)) return;
     JsonObject structures(section_->at(kStructures), section_->path() + "/" + kStructures);
-    for (const Structure structure : kAllStructures) {
+    for (const Structure structure : kVentricular) {
       const std::string name(structure_name(structure));
       if (!structures.has(name)) continue;
       JsonObject one(structures.at(name), structures.path() + "/" + name);

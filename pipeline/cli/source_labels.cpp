@@ -44,20 +44,6 @@ Region region_of(const atlas::FieldPayload& field, const Grid& grid,
   return region;
 }
 
-std::uint8_t label_of(Structure structure) {
-  switch (structure) {
-    case Structure::Heart:
-      return kLabelRestOfHeart;
-    case Structure::LvBlood:
-      return kLabelLvBlood;
-    case Structure::RvBlood:
-      return kLabelRvBlood;
-    case Structure::LvMyocardium:
-      return kLabelLvMyocardium;
-  }
-  return kLabelBackground;
-}
-
 }  // namespace
 
 LabelCycle labels_from_fields(const std::vector<std::shared_ptr<const atlas::FieldPayload>>& fields,

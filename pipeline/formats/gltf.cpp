@@ -127,6 +127,12 @@ json material_of(Structure structure) {
       return material(0.80, 0.05, 0.08, 1);
     case Structure::RvBlood:
       return material(0.16, 0.22, 0.62, 1);
+    case Structure::LaBlood:
+      return material(0.78, 0.22, 0.36, 1);
+    case Structure::RaBlood:
+      return material(0.26, 0.42, 0.70, 1);
+    case Structure::Aorta:
+      return material(0.85, 0.33, 0.16, 1);
   }
   return material(0.7, 0.7, 0.7, 1);
 }

@@ -9,7 +9,6 @@
 
 namespace beatlas::phantom {
 
-/// The first four are the structures of an atlas, with the same numbers.
 enum class Part : std::uint8_t {
   Heart,         ///< filled: chambers, walls and the root of the aorta; without pericardial fat
   LvBlood,       ///< papillary muscles included
@@ -27,12 +26,20 @@ inline constexpr std::array kAllParts{
     Part::Heart,   Part::LvBlood, Part::RvBlood, Part::LvMyocardium,     Part::RvWall,
     Part::LaBlood, Part::RaBlood, Part::Aorta,   Part::PapillaryMuscles, Part::Pericardium};
 
+/// The part that a structure of an atlas is.
+[[nodiscard]] constexpr Part part_of(Structure structure) {
+  constexpr std::array kParts{Part::Heart,   Part::LvBlood, Part::RvBlood, Part::LvMyocardium,
+                              Part::LaBlood, Part::RaBlood, Part::Aorta};
+  static_assert(kParts.size() == kAllStructures.size());
+  return kParts[static_cast<std::size_t>(structure)];
+}
+
 /// What functions take: a part, or the structure of an atlas that it is.
 class PartArgument {
  public:
   constexpr PartArgument(Part part) : part_(part) {}  // NOLINT(google-explicit-constructor)
   constexpr PartArgument(Structure structure)         // NOLINT(google-explicit-constructor)
-      : part_(static_cast<Part>(structure)) {}
+      : part_(part_of(structure)) {}
   constexpr operator Part() const { return part_; }  // NOLINT(google-explicit-constructor)
 
  private:

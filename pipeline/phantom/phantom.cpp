@@ -52,7 +52,10 @@ std::uint8_t Frame::label_at(const Vec3& lps) const {
   if (!solid(Part::Heart).contains(x)) return kLabelBackground;
   if (solid(Part::LvBlood).contains(x)) return kLabelLvBlood;
   if (solid(Part::LvMyocardium).contains(x)) return kLabelLvMyocardium;
-  if (solid(Part::RvBlood).contains(x)) return kLabelRvBlood;
+  for (const Structure structure :
+       {Structure::RvBlood, Structure::LaBlood, Structure::RaBlood, Structure::Aorta}) {
+    if (solid(part_of(structure)).contains(x)) return label_of(structure);
+  }
   return kLabelRestOfHeart;
 }
 

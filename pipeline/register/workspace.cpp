@@ -208,12 +208,11 @@ LabelCycle labels_in_workspace(const std::vector<ShapeCycle>& shapes) {
   out.phases.assign(shapes.front().level.phases.size(),
                     std::vector<std::uint8_t>(out.grid.count(), kLabelBackground));
   // Later labels lie on earlier ones.
-  static constexpr std::array<std::pair<Structure, std::uint8_t>, 4> kOrder{
-      {{Structure::Heart, kLabelRestOfHeart},
-       {Structure::LvMyocardium, kLabelLvMyocardium},
-       {Structure::RvBlood, kLabelRvBlood},
-       {Structure::LvBlood, kLabelLvBlood}}};
-  for (const auto& [structure, label] : kOrder) {
+  static constexpr std::array kOrder{Structure::Heart,  Structure::LaBlood,      Structure::RaBlood,
+                                     Structure::Aorta,  Structure::LvMyocardium, Structure::RvBlood,
+                                     Structure::LvBlood};
+  for (const Structure structure : kOrder) {
+    const std::uint8_t label = label_of(structure);
     const auto shape = std::find_if(shapes.begin(), shapes.end(),
                                     [&](const ShapeCycle& s) { return s.structure == structure; });
     if (shape == shapes.end()) continue;

@@ -88,6 +88,12 @@ Colour structure_colour(Structure structure) noexcept {
       return {40, 120, 255};
     case Structure::LvMyocardium:
       return {30, 170, 60};
+    case Structure::LaBlood:
+      return {235, 110, 200};
+    case Structure::RaBlood:
+      return {70, 200, 225};
+    case Structure::Aorta:
+      return {255, 140, 60};
   }
   return {255, 255, 255};
 }

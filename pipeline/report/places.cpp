@@ -57,6 +57,12 @@ std::string structure_words(Structure structure) {
       return "the right ventricle's blood";
     case Structure::LvMyocardium:
       return "the left ventricle's muscle";
+    case Structure::LaBlood:
+      return "the left atrium's blood";
+    case Structure::RaBlood:
+      return "the right atrium's blood";
+    case Structure::Aorta:
+      return "the aorta's lumen";
   }
   return "";
 }

@@ -67,7 +67,8 @@ std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels, Structu
 }
 
 Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
-              const Box& box, const TissueLevels& levels, double noise) {
+              const Box& box, const TissueLevels& levels, double noise,
+              const std::vector<Structure>& structures) {
   // Voxels that are muscle and nothing else: under a thin wall most are half blood.
   const double muscle = std::min(
       levels.threshold,
@@ -78,7 +79,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
   out.first = box.first;
   const auto n = static_cast<std::size_t>(images.phase_count());
   const double contrast = std::max(2.5 * noise, 0.08 * (levels.blood - levels.muscle));
-  for (Structure structure : kAllStructures) {
+  for (const Structure structure : structures) {
     std::vector<std::vector<float>>& phases = out.phases[structure];
     phases.resize(n);
     std::vector<std::vector<BoundaryPoint>>& points = made.uncertainty[structure];
@@ -98,7 +99,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
             labels.phases[p].begin(), labels.phases[p].end(), bare.begin(), [](std::uint8_t label) {
               return static_cast<std::uint8_t>(label == kLabelLvBlood || label == kLabelRvBlood);
             });
-      } else if (structure == Structure::LvBlood || structure == Structure::RvBlood) {
+      } else if (structure != Structure::LvMyocardium) {
         // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
         outer = where(labels.phases[p], Structure::Heart);
       }

@@ -22,7 +22,9 @@ struct Covered {
 
 /// @param images, labels the part of the exam in `box`; @param noise its standard deviation
 [[nodiscard]] Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
-                            const Box& box, const TissueLevels& levels, double noise);
+                            const Box& box, const TissueLevels& levels, double noise,
+                            const std::vector<Structure>& structures = {kVentricular.begin(),
+                                                                        kVentricular.end()});
 
 /// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one, as
 /// cut at the base.

@@ -23,11 +23,9 @@ void check_labels(const Segmentation& made, const LabelCycle& labels) {
   }
   for (std::size_t p = 0; p < labels.phases.size(); ++p) {
     for (const std::uint8_t label : labels.phases[p]) {
-      if (label > kLabelRestOfHeart) {
-        throw_invalid(
-            "the labels hold the value " + std::to_string(label) + " in phase " +
-            std::to_string(p) +
-            "; use 0 background, 1 RV blood, 2 LV myocardium, 3 LV blood, 4 rest of heart");
+      if (label > kLastLabel) {
+        throw_invalid("the labels hold the value " + std::to_string(label) + " in phase " +
+                      std::to_string(p) + "; use " + kLabelWords);
       }
     }
   }

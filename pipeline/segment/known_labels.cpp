@@ -76,23 +76,29 @@ void check_known(const KnownLabels& known, const Grid& grid, int phases) {
     if (phase.empty() || *most == kLabelBackground) {
       throw_invalid("the labels hold no heart in phase " + std::to_string(at[p]));
     }
-    if (*most > kLabelRestOfHeart) {
+    if (*most > kLastLabel) {
       throw_invalid("the labels hold the value " + std::to_string(*most) + " in phase " +
-                    std::to_string(at[p]) +
-                    "; use 0 background, 1 RV blood, 2 LV myocardium, 3 LV blood, 4 rest of heart");
+                    std::to_string(at[p]) + "; use " + kLabelWords);
     }
   }
 }
 
-Segmentation segment_with_labels(const Exam& exam, const KnownLabels& known,
+Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
                                  const std::vector<Seed>& seeds, const SegmentOptions& options,
                                  StageContext& context) {
   const int phases = exam.stack.phase_count();
-  check_known(known, exam.stack.grid(), phases);
-  if (known.phases.size() == static_cast<std::size_t>(phases)) {
-    return as_they_are(known.labels, context);
+  check_known(given, exam.stack.grid(), phases);
+  if (given.phases.size() == static_cast<std::size_t>(phases)) {
+    return as_they_are(given.labels, context);
   }
-  Segmentation made = segment_exam(exam, seeds, options, context, known);
+  // Atria of some phases alone cannot be told from the rest of the heart in the others.
+  KnownLabels known = given;
+  for (Mask& phase : known.labels.phases) {
+    std::transform(phase.begin(), phase.end(), phase.begin(), ventricles_apart);
+  }
+  SegmentOptions without_atria = options;
+  without_atria.atria = false;
+  Segmentation made = segment_exam(exam, seeds, without_atria, context, known);
   LabelCycle labels = made.labels;
   drop_unknown_labels(known, labels);
   for (std::size_t at = 0; at < known.phases.size(); ++at) {
@@ -106,9 +112,9 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& known,
       if (k >= 0) cut.k[p] = k + 0.5 * cut.base_step;
     }
   }
-  std::vector<char> given(static_cast<std::size_t>(phases));
-  for (const int phase : known.phases) given[static_cast<std::size_t>(phase)] = 1;
-  follow_changed_labels(made, given);
+  std::vector<char> changed(static_cast<std::size_t>(phases));
+  for (const int phase : known.phases) changed[static_cast<std::size_t>(phase)] = 1;
+  follow_changed_labels(made, changed);
   return made;
 }
 

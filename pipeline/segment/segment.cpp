@@ -7,6 +7,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/anatomy.h"
+#include "pipeline/segment/atria.h"
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/coverage.h"
@@ -74,6 +75,21 @@ ImageCycle<float> evenly_lit(ImageCycle<float> images, const SegmentOptions& opt
   if (!options.even_shading) return images;
   const TemporalStats stats = temporal_stats(images);
   return without_shading(images, find_shading(images.grid, stats));
+}
+
+/// Labels of the box into those of the whole grid.
+void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box, LabelCycle& whole) {
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const auto from =
+            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, j, k));
+        std::copy(from, from + box.size[0],
+                  whole.phases[p].begin() + static_cast<std::ptrdiff_t>(whole.grid.offset(
+                                                box.first[0], box.first[1] + j, box.first[2] + k)));
+      }
+    }
+  });
 }
 
 }  // namespace
@@ -222,19 +238,17 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
 
   out.labels.grid = stack.grid;
   out.labels.phases.assign(stack.phases.size(), std::vector<std::uint8_t>(stack.grid.count(), 0));
-  for (std::size_t p = 0; p < stack.phases.size(); ++p) {
-    for (int k = 0; k < box.size[2]; ++k) {
-      for (int j = 0; j < box.size[1]; ++j) {
-        const auto from =
-            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(images.grid.offset(0, j, k));
-        std::copy(
-            from, from + box.size[0],
-            out.labels.phases[p].begin() + static_cast<std::ptrdiff_t>(stack.grid.offset(
-                                               box.first[0], box.first[1] + j, box.first[2] + k)));
-      }
-    }
-  }
+  put_back(labels, box, out.labels);
   out.axis = ventricle_axis(out, chambers.axis);
+  if (options.atria && known.phases.empty() && out.axis) {
+    context.progress(0.95, "atria");
+    const std::vector<Structure> found =
+        part_atria(calm, chambers.levels, *out.axis, out.end_diastole, labels);
+    Covered beyond = cover(images, labels, box, chambers.levels, image_noise, found);
+    out.coverage.phases.merge(beyond.coverage.phases);
+    out.uncertainty.merge(beyond.uncertainty);
+    put_back(labels, box, out.labels);
+  }
   return out;
 }
 

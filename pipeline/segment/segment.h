@@ -49,6 +49,8 @@ struct SegmentOptions {
   bool follow_motion = true;
   Method method = Method::Competition;
   Papillary papillary = Papillary::Cavity;
+  /// Atria and the aorta's root become structures of their own where they are in view, see atria.h.
+  bool atria = true;
   /// [mm] 0..100: what crossing an edge as high as that between muscle and blood costs a label, in
   /// millimetres of easy travel. 0: labels meet half-way between seeds whatever lies between.
   double edge_cost_mm = 20;

@@ -194,7 +194,7 @@ int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Struct
 std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels, int base_step) {
   const std::vector<double> lv_volume = lv_voxels(labels);
   std::map<Structure, BaseCut> cuts;
-  for (Structure structure : kAllStructures) {
+  for (Structure structure : kVentricular) {
     cuts[structure] = {base_step, flat_ends(labels, structure, base_step, lv_volume)};
   }
   return cuts;

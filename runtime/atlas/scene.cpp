@@ -18,6 +18,7 @@ bool kind_exists(std::string_view kind, Structure structure) noexcept {
   if (kind == kMapKind) {
     return structure == Structure::LvBlood || structure == Structure::LvMyocardium;
   }
+  if (kind == kFieldKind) return !is_beyond_base(structure);
   return is_kind(kind);
 }
 

@@ -51,6 +51,12 @@ Look default_look(Structure structure) {
       return {.colour = {0.22, 0.38, 0.78}};
     case Structure::LvMyocardium:
       return {.colour = {0.70, 0.33, 0.27}};
+    case Structure::LaBlood:
+      return {.colour = {0.82, 0.32, 0.45}};
+    case Structure::RaBlood:
+      return {.colour = {0.38, 0.58, 0.84}};
+    case Structure::Aorta:
+      return {.colour = {0.90, 0.42, 0.20}};
   }
   return {};
 }
@@ -65,6 +71,12 @@ std::string structure_title(Structure structure) {
       return "Right ventricle, blood";
     case Structure::LvMyocardium:
       return "Left ventricle, muscle";
+    case Structure::LaBlood:
+      return "Left atrium, blood";
+    case Structure::RaBlood:
+      return "Right atrium, blood";
+    case Structure::Aorta:
+      return "Aorta, lumen";
   }
   return {};
 }

@@ -15,7 +15,8 @@
 namespace beatlas::viewer {
 namespace {
 
-constexpr std::array kInsideOut{Structure::LvBlood, Structure::RvBlood, Structure::LvMyocardium,
+constexpr std::array kInsideOut{Structure::LvBlood, Structure::RvBlood, Structure::LaBlood,
+                                Structure::RaBlood, Structure::Aorta,   Structure::LvMyocardium,
                                 Structure::Heart};
 
 // Surfaces are fitted each by itself: where one encloses another they lie on each other to a
@@ -24,6 +25,9 @@ constexpr std::array kInsideOut{Structure::LvBlood, Structure::RvBlood, Structur
 double towards_viewer_mm(Structure structure) {
   switch (structure) {
     case Structure::LvBlood:
+    case Structure::LaBlood:
+    case Structure::RaBlood:
+    case Structure::Aorta:
       return 0;
     case Structure::RvBlood:
       return 0.5;

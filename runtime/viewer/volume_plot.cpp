@@ -14,8 +14,12 @@ Panel volume_panel(const atlas::Manifest& manifest) {
     const auto structure = structure_from_name(entry.name);
     if (!structure || entry.volume_ml.empty() || *structure == Structure::Heart) continue;
     const Vec3 colour = 255 * (0.6 * default_look(*structure).colour + Vec3::Constant(0.4));
+    // A vessel is cut somewhere by what is in view: its volume says nothing.
+    if (*structure == Structure::Aorta) continue;
     Curve line{.name = *structure == Structure::LvBlood        ? "LV"
                        : *structure == Structure::RvBlood      ? "RV"
+                       : *structure == Structure::LaBlood      ? "LA"
+                       : *structure == Structure::RaBlood      ? "RA"
                        : *structure == Structure::LvMyocardium ? "LV muscle"
                                                                : "",
                .colour = QColor(static_cast<int>(colour.x()), static_cast<int>(colour.y()),

@@ -109,7 +109,7 @@ Outcome tried(const phantom::PhantomSpec& spec, const segment::LeakOptions& opti
   std::ostringstream leak;
   const double dice = least_dice(rendering.labels, found.labels);
   if (dice < kLeastDice) leak << " heart Dice " << dice;
-  for (const Structure structure : kAllStructures) {
+  for (const Structure structure : kVentricular) {
     const std::vector<double> curve = segmented_volume_ml(found, structure);
     std::vector<double> truth;
     for (int p = 0; p < spec.phases; ++p) {

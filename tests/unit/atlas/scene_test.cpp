@@ -11,7 +11,7 @@ TEST(Scene, HoldsWhatItsUseNeeds) {
       const bool of_wall = structure == Structure::LvBlood || structure == Structure::LvMyocardium;
       const bool of_surface =
           kind == kSurfaceKind || kind == kMotionKind || (kind == kMapKind && of_wall);
-      const bool is_there = kind == kFieldKind || of_surface ||
+      const bool is_there = (kind == kFieldKind && !is_beyond_base(structure)) || of_surface ||
                             (kind == kVolumeKind && structure == Structure::Heart);
       EXPECT_EQ(kind_exists(kind, structure), is_there);
       EXPECT_EQ(scene_holds("full", kind, structure), is_there);

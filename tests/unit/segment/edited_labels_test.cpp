@@ -25,7 +25,7 @@ Segmentation made() {
   out.labels.phases.assign(kPhases, std::vector<std::uint8_t>(out.labels.grid.count(), 0));
   out.coverage.first = {8, 6, 1};
   out.coverage.grid = out.labels.grid.part(out.coverage.first, {46, 46, 6});
-  for (const Structure structure : kAllStructures) {
+  for (const Structure structure : kVentricular) {
     if (structure == Structure::RvBlood) continue;
     out.coverage.phases[structure].assign(kPhases,
                                           std::vector<float>(out.coverage.grid.count(), 0.0F));

@@ -63,7 +63,7 @@ TEST(KnownLabels, of_end_diastole_and_end_systole_make_the_other_phases_better_t
   StageContext context;
   const Segmentation automatic = segment_exam(made.exam, {}, {}, context);
   const Segmentation led = segmented(made, known_of(made.truth, {0, es}));
-  for (const Structure structure : kAllStructures) {
+  for (const Structure structure : kVentricular) {
     double before = 0;
     double after = 0;
     double least_before = 1;
@@ -116,7 +116,7 @@ TEST(KnownLabels, of_one_phase_make_no_other_worse) {
     for (const int phase : {0, end_systole(made)}) {
       SCOPED_TRACE((whole ? "whole, phase " : "ventricles, phase ") + std::to_string(phase));
       const Segmentation led = segmented(made, known_of(automatic.labels, {phase}));
-      for (const Structure structure : kAllStructures) {
+      for (const Structure structure : kVentricular) {
         double lost = 0;
         for (int p = 0; p < made.truth.phase_count(); ++p) {
           const auto at = static_cast<std::size_t>(p);
@@ -139,7 +139,7 @@ TEST(KnownLabels, of_all_phases_are_taken_as_they_are) {
   EXPECT_TRUE(result.warnings.empty());
   EXPECT_TRUE(result.base_cuts.empty());
   EXPECT_EQ(result.end_systole, end_systole(made));
-  for (const Structure structure : kAllStructures) {
+  for (const Structure structure : kVentricular) {
     const std::vector<double> curve = volume_curve_ml(result.coverage, structure);
     for (std::size_t p = 0; p < curve.size(); ++p) {
       const double voxels = static_cast<double>(
