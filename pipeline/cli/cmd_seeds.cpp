@@ -139,7 +139,7 @@ int add(const Arguments& arguments) {
     }
     const study::StackLattice stack = study::read_stack_lattice(study.folder());
     const std::vector<Vec3> places = places_of(arguments, stack.grid);
-    segment::Seed seed{.label = *label,
+    segment::Seed seed{.label = ventricles_apart(*label),
                        .lps_mm = places.front(),
                        .radius_mm = arguments.radius_mm,
                        .phase = arguments.phase,

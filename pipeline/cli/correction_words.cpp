@@ -228,10 +228,12 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
                   "Phases that the images of --labels are, as in 0,7")
       ->type_name("PHASE,...");
   command
-      .add_option("--label-map", words.label_map,
-                  "What the numbers of a label image are: acdc (1 RV, 2 myocardium, 3 LV), mms (1 "
-                  "LV, 2 myocardium, 3 RV), or as in 3=lv_blood,7=background; else 1 RV blood, 2 "
-                  "LV myocardium, 3 LV blood, 4 rest of the heart")
+      .add_option(
+          "--label-map", words.label_map,
+          "What the numbers of a label image are: acdc (1 RV, 2 myocardium, 3 LV), mms (1 "
+          "LV, 2 myocardium, 3 RV), or as in 3=lv_blood,7=background; else 1 RV blood, 2 "
+          "LV myocardium, 3 LV blood, 4 rest of the heart, 5 LA blood, 6 RA blood, 7 aorta; in "
+          "labels of some phases alone the last three count as rest of the heart")
       ->type_name("MAP");
 }
 

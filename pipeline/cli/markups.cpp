@@ -148,7 +148,7 @@ void add_markup(const Markup& markup, const MarkingWords& words, std::vector<seg
     if (text_of(point, "positionStatus", where, "defined") != "defined") continue;
     segment::Seed seed;
     const Told told = markup.told_at(point, where);
-    seed.label = *told.label;
+    seed.label = ventricles_apart(*told.label);
     seed.phase = told.phase.value_or(words.phase);
     seed.radius_mm = radius_told(text_of(point, "description", where, ""), where + "/description")
                          .value_or(words.radius_mm);

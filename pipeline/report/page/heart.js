@@ -2,8 +2,9 @@
 /* The beating surfaces, to turn and to cut. */
 const Heart = (() => {
   const {data, summary, state, make, bytes, moment, slider, names} = Parts;
-  const tints = {heart: 0xd9b45b, lv_blood: 0xc8393a, rv_blood: 0x3d74d1, lv_myocardium: 0x4c9a5f};
-  const order = {heart: 1, lv_myocardium: 2, rv_blood: 3, lv_blood: 4};
+  const tints = {heart: 0xd9b45b, lv_blood: 0xc8393a, rv_blood: 0x3d74d1, lv_myocardium: 0x4c9a5f,
+                 la_blood: 0xc765b0, ra_blood: 0x58b3c6, aorta: 0xe08a4c};
+  const order = {heart: 1, lv_myocardium: 2, rv_blood: 3, ra_blood: 4, aorta: 5, la_blood: 6, lv_blood: 7};
 
   function decoded(surface) {
     const places = new Uint16Array(bytes(surface.positions).buffer);

@@ -8,7 +8,8 @@ const Parts = (() => {
   const state = {
     phase: summary.end_diastole || 0,
     slice: Math.floor(data.slices.list.length / 2),
-    shown: {heart: true, lv_blood: true, rv_blood: true, lv_myocardium: true},
+    shown: {heart: true, lv_blood: true, rv_blood: true, lv_myocardium: true, la_blood: true, ra_blood: true,
+            aorta: true},
     place: -1,
     set(change) {
       Object.assign(this, change);
@@ -17,9 +18,11 @@ const Parts = (() => {
     on(listener) { listeners.push(listener); },
   };
 
-  const names = {heart: "Heart", lv_blood: "LV blood", rv_blood: "RV blood", lv_myocardium: "LV muscle"};
+  const names = {heart: "Heart", lv_blood: "LV blood", rv_blood: "RV blood", lv_myocardium: "LV muscle",
+                 la_blood: "LA blood", ra_blood: "RA blood", aorta: "Aorta"};
   /* On a light ground the yellow of the heart would not be read. */
-  const inks = {heart: "#8f6a00", lv_blood: "#c02626", rv_blood: "#1d5fd0", lv_myocardium: "#1a7a33"};
+  const inks = {heart: "#8f6a00", lv_blood: "#c02626", rv_blood: "#1d5fd0", lv_myocardium: "#1a7a33",
+                la_blood: "#b0308f", ra_blood: "#0b7d95", aorta: "#b3531a"};
 
   function make(tag, properties, ...children) {
     const svg = ["svg", "path", "line", "rect", "circle", "text", "g", "title", "polygon"].includes(tag);

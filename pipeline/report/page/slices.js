@@ -66,7 +66,7 @@ const Slices = (() => {
     if (found) {
       context.lineJoin = "round";
       /* Blood last: where its outline is the muscle's too, its colour is seen. */
-      for (const name of ["heart", "lv_myocardium", "rv_blood", "lv_blood"]) {
+      for (const name of ["heart", "lv_myocardium", "ra_blood", "aorta", "la_blood", "rv_blood", "lv_blood"]) {
         const s = slices.structures.indexOf(name);
         if (s < 0 || !state.shown[name]) continue;
         const path = new Path2D();
