@@ -7,6 +7,7 @@
 #include <memory>
 #include <ostream>
 #include <sstream>
+#include <stop_token>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -20,6 +21,7 @@
 #include "runtime/app/ventricle.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
+#include "runtime/base/interrupts.h"
 #include "runtime/device/hardware.h"
 #include "runtime/device/replay.h"
 #include "runtime/device/simulated.h"
@@ -264,6 +266,9 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   haptics::Servo servo(make_scene(field, touch, wall), servo_options);
 
   SessionOptions options;
+  std::stop_source interrupted;
+  const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
+  options.stop = interrupted.get_token();
   double seconds = arguments.seconds;
   std::unique_ptr<device::Device> device;
   if (is_hardware(arguments.device)) {
@@ -290,6 +295,7 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
     keeper = std::make_unique<TickKeeper>(servo, arguments.ticks, ticks_about(manifest, touch));
   }
   const Session session = run_session(*device, servo, options);
+  device.reset();
   if (keeper) keeper->finish();
   if (!arguments.trace.empty()) write_file(arguments.trace, trace_csv(session.trace));
   if (arguments.json) {
@@ -300,6 +306,7 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
     out << session_text(session.report);
   }
   if (session.lost) throw Error(*session.lost);
+  interrupts.check();
 }
 
 void add_probe(CLI::App& probe, ProbeArguments& arguments) {
