@@ -17,7 +17,6 @@ namespace {
 constexpr double kTickS = 1e-3;
 constexpr double kApartMm = 3;  // centres nearer to each other tell no direction
 constexpr double kStepMm = 0.5;
-constexpr double kOtherHeartMm = 8;  // on the way out through the wall: fat, and what errors leave
 
 std::shared_ptr<const field::FieldQuery> query_of(const atlas::Atlas& package,
                                                   Structure structure) {
@@ -44,7 +43,7 @@ Vec3 over_segment(const palpation::LvWall& wall, int segment, const field::Field
   double way = 0;
   while (inside(way)) {
     way += kStepMm;
-    if (way <= wall_mm + kOtherHeartMm) continue;
+    if (way <= wall_mm + palpation::AtlasMuscle::kOutsideMm) continue;
     throw_invalid("a finger cannot reach the segment " +
                   std::string(palpation::segment_name(segment)) +
                   " from outside: other heart lies over its wall; press another segment");
@@ -115,25 +114,6 @@ struct Feeler {
 };
 
 }  // namespace
-
-std::shared_ptr<const palpation::LvWall> wall_of(const atlas::Atlas& package) {
-  const auto map = package.surface_map(Structure::LvBlood);
-  if (!map) return nullptr;
-  return std::make_shared<const palpation::LvWall>(package.surface(Structure::LvBlood), map,
-                                                   package.manifest().end_diastole);
-}
-
-atlas::Needs needs_of_press(const atlas::Manifest& manifest) {
-  atlas::Needs needs{.fields = {Structure::Heart}, .surfaces = {}};
-  const atlas::Needs all = atlas::everything_in(manifest);
-  if (all.maps.contains(Structure::LvBlood) && all.surfaces.contains(Structure::LvBlood)) {
-    needs.surfaces.insert(Structure::LvBlood);
-    needs.maps.insert(Structure::LvBlood);
-  } else if (all.fields.contains(Structure::LvBlood)) {
-    needs.fields.insert(Structure::LvBlood);
-  }
-  return needs;
-}
 
 AtlasPress press_on_atlas(const atlas::Atlas& package,
                           const palpation::PalpationParameters& parameters,

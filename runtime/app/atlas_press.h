@@ -4,14 +4,12 @@
 /// the finger goes to the segment it is told, onto the muscle that lies there.
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "runtime/app/press.h"
+#include "runtime/app/ventricle.h"
 #include "runtime/atlas/atlas.h"
-#include "runtime/palpation/lv_wall.h"
-#include "runtime/palpation/regions.h"
 
 namespace beatlas::app {
 
@@ -39,20 +37,6 @@ struct AtlasPress {
   /// weeks old, and on the tissue that is there.
   std::vector<TissueForce> tissues;
 };
-
-/// What is known of an atlas's left ventricle.
-struct AtlasVentricle {
-  std::shared_ptr<const palpation::LvWall> wall;
-  palpation::TissueMap tissue;
-};
-
-/// What of a package it touches: the heart's field and the endocardium with its map; without them,
-/// where there is one, the field of the LV's blood, which tells where the free wall is (else the
-/// body's left side is taken for it).
-[[nodiscard]] atlas::Needs needs_of_press(const atlas::Manifest& manifest);
-
-/// The wall of a package that was opened with needs_of_press; null without a map.
-[[nodiscard]] std::shared_ptr<const palpation::LvWall> wall_of(const atlas::Atlas& package);
 
 /// @param package opened with needs_of_press  @param script as run_press ran it
 /// @param ventricle of the package; none: the place's tissue is that of script.segment

@@ -49,6 +49,7 @@ Session run_session(device::Device& device, haptics::Servo& servo, const Session
   std::int64_t limited = 0;
   std::int64_t ticks = 0;
   std::stop_source ended;
+  const std::stop_callback forward(options.stop, [&ended] { ended.request_stop(); });
   std::unique_ptr<haptics::Watchdog> watchdog;
   if (options.watchdog) {
     watchdog = std::make_unique<haptics::Watchdog>([&device] { device.drop_force(); },

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -54,8 +55,9 @@ struct SessionOptions {
   bool keep_trace = false;
   /// Where the device's point is, mm from mm; rigid. A simulated hand's own frame is the workspace.
   Affine workspace_from_device = Affine::Identity();
-  double seconds = 0;     ///< [s] > 0: ends a device that would never end; 0: it ends by itself
-  bool watchdog = false;  ///< in real time: take the force off when a tick hangs
+  double seconds = 0;         ///< [s] > 0: ends a device that would never end; 0: it ends by itself
+  bool watchdog = false;      ///< in real time: take the force off when a tick hangs
+  std::stop_token stop = {};  ///< ends it at any time
 };
 
 /// Runs `servo` on `device` until the device ends.

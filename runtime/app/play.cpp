@@ -7,6 +7,7 @@
 #include <memory>
 #include <ostream>
 #include <sstream>
+#include <stop_token>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -17,8 +18,10 @@
 #include "runtime/app/text.h"
 #include "runtime/app/ticks.h"
 #include "runtime/app/touch.h"
+#include "runtime/app/ventricle.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
+#include "runtime/base/interrupts.h"
 #include "runtime/device/hardware.h"
 #include "runtime/device/replay.h"
 #include "runtime/device/simulated.h"
@@ -120,8 +123,17 @@ Vec3 side_lps(const std::string& side) {
   return side == "superior" ? Vec3(Vec3::UnitZ()) : Vec3(-Vec3::UnitZ());
 }
 
+bool is_patch(const PlayArguments& arguments) {
+  return arguments.model == "patch" && !arguments.published;
+}
+
 atlas::Needs needs_of_scene(const PlayArguments& arguments) {
-  if (arguments.scene == "palpation") return {.fields = {Structure::Heart}, .surfaces = {}};
+  if (arguments.scene == "palpation") {
+    if (is_patch(arguments)) {
+      return needs_of_press(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
+    }
+    return {.fields = {Structure::Heart}, .surfaces = {}};
+  }
   atlas::Needs needs =
       atlas::everything_in(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
   needs.fields.insert(Structure::Heart);
@@ -203,6 +215,10 @@ void check_usage(const PlayArguments& arguments) {
   if ((arguments.device == "replay") == arguments.recording.empty()) {
     throw_usage("--device replay and --recording FILE belong together; give both or neither");
   }
+  const PressArguments& press = arguments.press;
+  if (!is_patch(arguments) && !(press.parameters.empty() && press.preset.empty())) {
+    throw_usage("--parameters and --preset are of paper B's muscle; use them with --model patch");
+  }
   if (arguments.fast && is_hardware(arguments.device)) {
     throw_usage("--fast is for simulated and replay; a real device keeps its own time");
   }
@@ -218,9 +234,6 @@ bool is_press(const PlayArguments& arguments) {
 void run_scripted_press(const PlayArguments& arguments, std::ostream& out) {
   if (!arguments.headless) throw_usage("--press has no picture; use it with --headless");
   PressArguments press = arguments.press;
-  if (!press.parameters.empty() && !press.preset.empty()) {
-    throw_usage("--parameters and --preset both name parameters; give one of them");
-  }
   if (press.folder.empty()) press.folder = "palpation";
   press.package = arguments.package;
   press.heart_rate_per_min = arguments.heart_rate_per_min;
@@ -239,15 +252,23 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   const atlas::Manifest& manifest = atlas.manifest();
   const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
                                                                manifest.rr_interval_s);
-  const TouchOptions touch = touch_options(arguments, manifest, *field);
+  TouchOptions touch = touch_options(arguments, manifest, *field);
+  std::shared_ptr<const palpation::LvWall> wall;
+  if (is_patch(arguments)) {
+    wall = take_muscle(told_muscle(arguments.press.parameters, arguments.press.preset), atlas,
+                       arguments.package, touch);
+  }
   haptics::ServoOptions servo_options;
   if (arguments.heart_rate_per_min > 0) {
     servo_options.heart.rate_per_min = arguments.heart_rate_per_min;
   }
   if (!arguments.ticks.empty()) servo_options.recorded_ticks = kRecordedTicks;
-  haptics::Servo servo(make_scene(field, touch), servo_options);
+  haptics::Servo servo(make_scene(field, touch, wall), servo_options);
 
   SessionOptions options;
+  std::stop_source interrupted;
+  const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
+  options.stop = interrupted.get_token();
   double seconds = arguments.seconds;
   std::unique_ptr<device::Device> device;
   if (is_hardware(arguments.device)) {
@@ -274,6 +295,7 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
     keeper = std::make_unique<TickKeeper>(servo, arguments.ticks, ticks_about(manifest, touch));
   }
   const Session session = run_session(*device, servo, options);
+  device.reset();
   if (keeper) keeper->finish();
   if (!arguments.trace.empty()) write_file(arguments.trace, trace_csv(session.trace));
   if (arguments.json) {
@@ -284,6 +306,7 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
     out << session_text(session.report);
   }
   if (session.lost) throw Error(*session.lost);
+  interrupts.check();
 }
 
 void add_probe(CLI::App& probe, ProbeArguments& arguments) {
@@ -365,11 +388,12 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
                  "distance's gradient; fingertip: an area of points; patch: paper B's muscle")
       ->check(CLI::IsMember({"proxy", "two_step", "fingertip", "patch"}))
       ->capture_default_str();
-  app.add_option("--long-axis", arguments.long_axis, "patch: 0 apex to 1 base, whose muscle it is")
+  app.add_option("--long-axis", arguments.long_axis,
+                 "patch: 0 apex to 1 base, whose muscle it is where the package has no map")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--tool-radius-mm", arguments.tool_radius_mm,
-                 "proxy: 0 is a point; fingertip: 0 is 8 mm")
+                 "proxy, patch: 0 is a point; fingertip: 0 is 8 mm")
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
   app.add_option("--tool-half-length-mm", arguments.tool_half_length_mm,
@@ -406,8 +430,8 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
                  "AHA segment that is pressed, by name: mid_anterior if not said")
       ->check(CLI::IsMember(segment_names()));
   app.add_option("--parameters", arguments.press.parameters,
-                 "JSON of muscle, circulation and disease for the press");
-  app.add_option("--preset", arguments.press.preset, "of them, for the press")
+                 "JSON of muscle, circulation and disease, for --press or --model patch");
+  app.add_option("--preset", arguments.press.preset, "of them, for --press or --model patch")
       ->check(CLI::IsMember(palpation::palpation_presets()));
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/app/text.h"
+#include "runtime/app/ventricle.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_object.h"
@@ -73,15 +74,19 @@ void replay_ticks_file(const std::string& package, const std::string& file, std:
   object.read("field_sha256", sha256);
   const TouchOptions options = touch_from_json(object.at("touch"));
   object.finish();
-  const atlas::Atlas atlas =
-      atlas::Atlas::open(package, {.fields = {Structure::Heart}, .surfaces = {}});
+  const bool has_tissue = !options.tissue.of_vertex.empty();
+  const atlas::Needs needs = has_tissue
+                                 ? needs_of_press(atlas::Atlas::open(package, {}).manifest())
+                                 : atlas::Needs{.fields = {Structure::Heart}, .surfaces = {}};
+  const atlas::Atlas atlas = atlas::Atlas::open(package, needs);
   if (field_sha256(atlas.manifest()) != sha256) {
     throw_invalid(file + " was recorded on another package than " + package +
                   "; replay it on the one it was recorded on");
   }
   const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
                                                                atlas.manifest().rr_interval_s);
-  haptics::Servo servo(make_scene(field, options), {});
+  haptics::Servo servo(
+      make_scene(field, options, has_tissue ? palpation::lv_wall_of(atlas) : nullptr), {});
   const haptics::ReplayReport report = haptics::replay_ticks(servo, recorded.ticks);
   if (report.different > 0) {
     const haptics::TickRecord& tick = recorded.ticks[report.first_different];

@@ -1,6 +1,10 @@
 #include "runtime/app/touch.h"
 
 #include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "runtime/base/json_object.h"
 #include "runtime/haptics/proxy.h"
@@ -10,8 +14,62 @@
 
 namespace beatlas::app {
 
+namespace {
+
+using nlohmann::json;
+
+// Runs of vertices of the same tissue: [count, scar, thickness ratio, alpha].
+json tissue_to_json(const palpation::TissueMap& map) {
+  json runs = json::array();
+  const std::vector<palpation::Tissue>& all = map.of_vertex;
+  for (std::size_t first = 0; first < all.size();) {
+    std::size_t end = first;
+    while (end < all.size() && all[end] == all[first]) ++end;
+    runs.push_back({end - first, all[first].scar, all[first].thickness_ratio, all[first].alpha});
+    first = end;
+  }
+  return {{"runs", runs}, {"infarct", {map.infarct.fraction, map.infarct.alpha}}};
+}
+
+palpation::TissueMap tissue_from_json(const json& document, const std::string& path) {
+  constexpr double kMostVertices = 1e7;
+  const auto within = [&](const json& value, const std::string& where, double low, double high) {
+    if (!value.is_number() || !(value.get<double>() >= low && value.get<double>() <= high)) {
+      throw_invalid(where + " is no number in range; was the file changed?");
+    }
+    return value.get<double>();
+  };
+  JsonObject object(document, path);
+  const json& runs = object.at("runs");
+  const json& infarct = object.at("infarct");
+  object.finish();
+  palpation::TissueMap out;
+  if (!runs.is_array()) throw_invalid(path + "/runs must be a list");
+  for (std::size_t n = 0; n < runs.size(); ++n) {
+    const std::string where = path + "/runs/" + std::to_string(n);
+    if (!runs[n].is_array() || runs[n].size() != 4) throw_invalid(where + " must be four numbers");
+    const auto count = static_cast<std::size_t>(within(runs[n][0], where, 1, kMostVertices));
+    if (out.of_vertex.size() + count > static_cast<std::size_t>(kMostVertices)) {
+      throw_invalid(path + "/runs are of more vertices than any atlas has");
+    }
+    out.of_vertex.resize(out.of_vertex.size() + count,
+                         {.scar = within(runs[n][1], where, 0, 1),
+                          .thickness_ratio = within(runs[n][2], where, 0.3, 2),
+                          .alpha = within(runs[n][3], where, 0, 1)});
+  }
+  if (!infarct.is_array() || infarct.size() != 2) {
+    throw_invalid(path + "/infarct must be two numbers");
+  }
+  out.infarct = {.fraction = within(infarct[0], path + "/infarct", 0, 1),
+                 .alpha = within(infarct[1], path + "/infarct", 0, 1)};
+  return out;
+}
+
+}  // namespace
+
 haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
-                          const TouchOptions& options) {
+                          const TouchOptions& options,
+                          const std::shared_ptr<const palpation::LvWall>& wall) {
   haptics::Scene scene;
   scene.period_s = field->rr_interval_s();
   if (options.model == "two_step" || options.model == "published") {
@@ -40,14 +98,37 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
         body, haptics::fingertip(options.radius_mm, static_cast<std::size_t>(options.points)),
         haptics::ShellOptions{.foundation_n_per_m3 = options.foundation_n_per_m3});
   } else if (options.model == "patch") {
-    scene.model = std::make_unique<palpation::PatchModel>(
-        body, palpation::PatchModelOptions{.long_axis = options.long_axis,
-                                           .end_diastole_s = options.end_diastole_s});
+    palpation::PatchModelOptions model{.parameters = options.parameters,
+                                       .long_axis = options.long_axis,
+                                       .end_diastole_s = options.end_diastole_s,
+                                       .radius_mm = options.radius_mm};
+    if (!options.tissue.of_vertex.empty()) {
+      model.muscle =
+          std::make_shared<palpation::AtlasMuscle>(wall, options.tissue, options.parameters);
+    }
+    scene.model = std::make_unique<palpation::PatchModel>(body, model);
   } else {
     throw_invalid("there is no force model " + options.model +
                   "; there are proxy, two_step, published, fingertip and patch");
   }
   return scene;
+}
+
+std::shared_ptr<const palpation::LvWall> take_muscle(const ToldMuscle& told,
+                                                     const atlas::Atlas& atlas,
+                                                     const std::string& package,
+                                                     TouchOptions& options) {
+  std::optional<AtlasVentricle> ventricle = ventricle_of(atlas, told, package);
+  options.parameters = told.parameters;
+  if (ventricle) options.parameters.infarct = ventricle->tissue.infarct;
+  try {
+    scale_to_atlas(options.parameters, atlas.manifest(), package);
+  } catch (const Error&) {
+    options.parameters.circulation = told.parameters.circulation;
+  }
+  if (!ventricle) return nullptr;
+  options.tissue = std::move(ventricle->tissue);
+  return ventricle->wall;
 }
 
 nlohmann::json touch_to_json(const TouchOptions& options) {
@@ -63,6 +144,8 @@ nlohmann::json touch_to_json(const TouchOptions& options) {
   if (options.model == "patch") {
     json["long_axis"] = options.long_axis;
     json["end_diastole_s"] = options.end_diastole_s;
+    json["parameters"] = palpation::palpation_to_json(options.parameters);
+    if (!options.tissue.of_vertex.empty()) json["tissue"] = tissue_to_json(options.tissue);
   }
   if (options.held_time_s) json["held_time_s"] = *options.held_time_s;
   return json;
@@ -82,6 +165,13 @@ TouchOptions touch_from_json(const nlohmann::json& json) {
   object.read("foundation_n_per_m3", options.foundation_n_per_m3, 1e3, 1e9);
   object.read("long_axis", options.long_axis, 0, 1);
   object.read("end_diastole_s", options.end_diastole_s, 0, 1e4);
+  if (object.has("parameters")) {
+    options.parameters = palpation::palpation_from_json(object.at("parameters"));
+  }
+  if (object.has("tissue")) {
+    options.tissue = tissue_from_json(object.at("tissue"), "/touch/tissue");
+    options.parameters.infarct = options.tissue.infarct;
+  }
   if (object.has("held_time_s")) {
     options.held_time_s = 0;
     object.read("held_time_s", *options.held_time_s, 0, 1e4);

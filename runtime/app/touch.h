@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/app/ventricle.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/servo.h"
 
@@ -15,21 +16,36 @@ struct TouchOptions {
   std::string model =
       "proxy";  ///< proxy, two_step, published (Nakao et al. 2001), fingertip or patch
   double stiffness_n_per_m = 150;
-  double radius_mm = 0;                ///< proxy: of a sphere, 0 a point; fingertip: its own
+  double radius_mm = 0;                ///< proxy, patch: of a ball, 0 a point; fingertip: its own
   double half_length_mm = 0;           ///< proxy: of a capsule, 0 none
   double damping_n_s_per_m = 0;        ///< proxy
   double friction_static = 0;          ///< proxy
   double friction_dynamic = 0;         ///< proxy
   int points = 2000;                   ///< fingertip
   double foundation_n_per_m3 = 1.5e6;  ///< fingertip
-  double long_axis = 0.5;              ///< patch: 0 apex .. 1 base, whose muscle
+  double long_axis = 0.5;              ///< patch, without a map: 0 apex .. 1 base, whose muscle
   double end_diastole_s = 0;           ///< patch: where contraction begins
+  palpation::PalpationParameters parameters = {};  ///< patch
+  palpation::TissueMap tissue = {};                ///< patch: of the wall's vertices; none: no map
   std::optional<double> held_time_s = std::nullopt;  ///< the heart stands still at this time
 };
 
+/// @param wall whose vertices options.tissue is of; null without
 /// @throws Error{InvalidInput} as the models do.
-[[nodiscard]] haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
-                                        const TouchOptions& options);
+[[nodiscard]] haptics::Scene make_scene(
+    const std::shared_ptr<const field::FieldQuery>& field, const TouchOptions& options,
+    const std::shared_ptr<const palpation::LvWall>& wall = nullptr);
+
+/// Puts the muscle of the package's own ventricle, as ill as it is told to be, into `options`. A
+/// ventricle that no such circulation fits, or of unknown volumes, contracts as the parameters'
+/// own.
+/// @param atlas opened with needs_of_press  @param package its name, for messages
+/// @return the wall, for make_scene; null without a map
+/// @throws Error{InvalidInput} as ventricle_of
+std::shared_ptr<const palpation::LvWall> take_muscle(const ToldMuscle& told,
+                                                     const atlas::Atlas& atlas,
+                                                     const std::string& package,
+                                                     TouchOptions& options);
 
 [[nodiscard]] nlohmann::json touch_to_json(const TouchOptions& options);
 /// @throws Error{InvalidInput} naming the JSON path of what is missing, unknown or out of range.

@@ -12,7 +12,8 @@
 namespace beatlas::palpation {
 namespace {
 
-constexpr int kMostSteps = 256;  // of the way downhill; half around a ventricle is some 60
+constexpr std::size_t kLookedAt = 32;  // vertices a call beside the way downhill
+constexpr int kMostSteps = 256;        // of the way downhill; half around a ventricle is some 60
 
 /// Twice the area of each triangle, as a vector along its normal.
 Vec3 doubled_area(const std::vector<Vec3f>& at, const std::array<std::uint32_t, 3>& triangle) {
@@ -64,12 +65,18 @@ LvWall::LvWall(std::shared_ptr<const atlas::SurfacePayload> endocardium,
   for (std::size_t v = 0; v < vertices; ++v) first_neighbour_[v + 1] += first_neighbour_[v];
 }
 
-const std::vector<Vec3f>& LvWall::positions(double beats) const noexcept {
+std::size_t LvWall::phase_of(double beats) const noexcept {
   const std::size_t phases = endocardium_->positions.size();
   const double share = std::isfinite(beats) ? beats - std::floor(beats) : 0;
-  const auto phase =
-      static_cast<std::size_t>(std::lround(share * static_cast<double>(phases))) % phases;
-  return endocardium_->positions[phase];
+  return static_cast<std::size_t>(std::lround(share * static_cast<double>(phases))) % phases;
+}
+
+const std::vector<Vec3f>& LvWall::positions(double beats) const noexcept {
+  return endocardium_->positions[phase_of(beats)];
+}
+
+double LvWall::wall_mm_at(std::uint32_t vertex, double beats) const noexcept {
+  return static_cast<double>(map_->thickness_mm[phase_of(beats)][vertex]);
 }
 
 WallPlace LvWall::place(std::uint32_t vertex, double away2_mm2) const noexcept {
@@ -114,6 +121,44 @@ WallPlace LvWall::near(const Vec3& mm, double beats, std::uint32_t from) const n
   return place(here, static_cast<double>(best));
 }
 
+WallPlace LvWall::follow(const Vec3& mm, double beats, Trail& trail) const noexcept {
+  const std::vector<Vec3f>& at = positions(beats);
+  const std::vector<float>& wall = wall_mm();
+  const Vec3f x = mm.cast<float>();
+  const auto away2 = [&](std::uint32_t v) { return (at[v] - x).squaredNorm(); };
+  const std::uint32_t from = trail.vertex < at.size() ? trail.vertex : 0;
+  // It may go by places without a wall; it stays at none if it has seen one with.
+  std::uint32_t here = from;
+  float best = away2(here);
+  std::uint32_t found = from;
+  float least = wall[from] > 0 ? best : std::numeric_limits<float>::infinity();
+  const auto see = [&](std::uint32_t v, float away) {
+    if (!(away < least) || !(wall[v] > 0)) return;
+    least = away;
+    found = v;
+  };
+  for (int step = 0; step < kMostSteps; ++step) {
+    std::uint32_t next = here;
+    for (std::uint32_t n = first_neighbour_[here]; n < first_neighbour_[here + 1]; ++n) {
+      const std::uint32_t v = neighbours_[n];
+      const float away = away2(v);
+      see(v, away);
+      if (!(away < best)) continue;
+      best = away;
+      next = v;
+    }
+    if (next == here) break;
+    here = next;
+  }
+  std::uint32_t look = trail.looked < at.size() ? trail.looked : 0;
+  for (std::size_t n = 0; n < std::min(kLookedAt, at.size()); ++n) {
+    see(look, away2(look));
+    if (++look == at.size()) look = 0;
+  }
+  trail = {.vertex = found, .looked = look};
+  return place(found, static_cast<double>(away2(found)));
+}
+
 LvWall::Middle LvWall::middle_of(int segment) const {
   const std::vector<Vec3f>& at = endocardium_->positions[end_diastole_];
   Vec3 sum = Vec3::Zero();
@@ -144,6 +189,13 @@ LvWall::Middle LvWall::middle_of(int segment) const {
   }
   if (normal.norm() > 0) out.outward = normal.normalized();
   return out;
+}
+
+std::shared_ptr<const LvWall> lv_wall_of(const atlas::Atlas& package) {
+  const auto map = package.surface_map(Structure::LvBlood);
+  if (!map) return nullptr;
+  return std::make_shared<const LvWall>(package.surface(Structure::LvBlood), map,
+                                        package.manifest().end_diastole);
 }
 
 }  // namespace beatlas::palpation

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "runtime/atlas/atlas.h"
 #include "runtime/atlas/payloads.h"
 #include "runtime/base/geometry.h"
 
@@ -35,6 +36,8 @@ class LvWall {
   [[nodiscard]] const std::vector<float>& wall_mm() const noexcept {
     return map_->thickness_mm[end_diastole_];
   }
+  /// [mm] of a vertex at the phase nearest to `beats`; 0: none.
+  [[nodiscard]] double wall_mm_at(std::uint32_t vertex, double beats) const noexcept;
   /// [vertex] share of the wall's muscle that stands for it: its part of the surface times the
   /// thickness there, at end-diastole; they add up to 1.
   [[nodiscard]] const std::vector<double>& muscle_share() const noexcept { return share_; }
@@ -45,6 +48,16 @@ class LvWall {
   /// The same for a place that has moved a little since it was at `from`: goes downhill from vertex
   /// to vertex, which takes a fraction of a microsecond. May end on one without a wall.
   [[nodiscard]] WallPlace near(const Vec3& mm, double beats, std::uint32_t from) const noexcept;
+
+  /// What `follow` remembers from call to call.
+  struct Trail {
+    std::uint32_t vertex = 0;  ///< where it was
+    std::uint32_t looked = 0;  ///< how far it has looked around
+  };
+  /// The nearest place that has a wall, for a tick: downhill from where the trail is, and 32
+  /// vertices more are looked at, all of them in turn, so that wherever it began, and after a jump,
+  /// it is there some hundred calls later.
+  [[nodiscard]] WallPlace follow(const Vec3& mm, double beats, Trail& trail) const noexcept;
 
   /// The vertex in the middle of a segment's wall at end-diastole, its place and the surface's
   /// normal there, towards the muscle.
@@ -57,6 +70,7 @@ class LvWall {
   [[nodiscard]] Middle middle_of(int segment) const;
 
  private:
+  [[nodiscard]] std::size_t phase_of(double beats) const noexcept;
   [[nodiscard]] const std::vector<Vec3f>& positions(double beats) const noexcept;
   [[nodiscard]] WallPlace place(std::uint32_t vertex, double away2_mm2) const noexcept;
 
@@ -67,5 +81,9 @@ class LvWall {
   std::vector<std::uint32_t> first_neighbour_;  ///< [vertex + 1] into neighbours_
   std::vector<std::uint32_t> neighbours_;
 };
+
+/// A package's, of lv_blood; null where its map was not opened or is not there.
+/// @throws Error{InvalidInput} as LvWall, and if the map's surface was not opened.
+[[nodiscard]] std::shared_ptr<const LvWall> lv_wall_of(const atlas::Atlas& package);
 
 }  // namespace beatlas::palpation

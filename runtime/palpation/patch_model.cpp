@@ -23,6 +23,11 @@ Tissue tissue_of(const PatchModelOptions& options) {
   return options.parameters.segments[static_cast<std::size_t>(options.segment - 1)];
 }
 
+// What was written as a double, and may come from a file.
+std::uint32_t index_of(double number) noexcept {
+  return number >= 0 && number < 4e9 ? static_cast<std::uint32_t>(number) : 0;
+}
+
 VerticalPatch patch_of(const PatchModelOptions& options) {
   const PalpationParameters& parameters = options.parameters;
   parameters.check();
@@ -40,19 +45,17 @@ PatchModel::PatchModel(std::shared_ptr<const haptics::ContactField> field,
       patch_(patch_of(options)),
       whole_(patch_),
       curve_(checked(field_).period_s(), options.parameters.circulation.relaxation_rate_per_s),
-      end_diastole_s_(options.end_diastole_s) {
+      end_diastole_s_(options.end_diastole_s),
+      radius_mm_(options.radius_mm),
+      constants_(patch_constants(options.parameters, options.long_axis, tissue_of(options))),
+      muscle_(options.muscle) {
   if (!(options.long_axis >= 0 && options.long_axis <= 1)) {
     throw_invalid("a patch's place on the long axis must be from 0 to 1");
   }
   if (!std::isfinite(end_diastole_s_)) throw_invalid("a patch's end-diastole must be a time");
-  const PalpationParameters& parameters = options.parameters;
-  const Tissue tissue = tissue_of(options);
-  const CirculationParameters circulation = parameters.whole_circulation();
-  k_v_n_per_m_ = parameters.at(options.long_axis, tissue).k_v_n_per_m;
-  k_e_rest_n_per_m_ = parameters.contractile.stiffness_n_per_m(tissue.alpha, circulation.emin);
-  k_e_span_n_per_m_ =
-      parameters.contractile.stiffness_n_per_m(tissue.alpha, circulation.effective_emax()) -
-      k_e_rest_n_per_m_;
+  if (!(radius_mm_ >= 0 && radius_mm_ <= 20)) {
+    throw_invalid("a fingertip's radius must be from 0 to 20 mm");
+  }
 }
 
 haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
@@ -65,12 +68,18 @@ haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
 
   haptics::Contact contact;
   contact.normal = slope >= kShortest ? Vec3(sample.gradient / slope) : field_->outward(x);
-  contact.distance_mm = sample.distance_mm;
-  contact.depth_mm = std::max(0.0, -sample.distance_mm);
+  contact.distance_mm = sample.distance_mm - radius_mm_;
+  contact.depth_mm = std::max(0.0, -contact.distance_mm);
   contact.surface_velocity_mm_s = slope >= kShortest ? -moment.speed * sample.rate_mm_s / slope : 0;
-  const double force_n =
-      patch_.advance(-kMPerMm * sample.distance_mm,
-                     k_v_n_per_m_ + k_e_rest_n_per_m_ + k_e_span_n_per_m_ * e, moment.elapsed_s);
+  const PatchConstants& here = muscle_
+                                   ? muscle_->under(x - sample.distance_mm * contact.normal,
+                                                    moment.field_time_s / curve_.period_s(), trail_)
+                                   : constants_;
+  // The finger's force goes on where it slides to other muscle: that gives way from there on.
+  patch_.set_damping(here.c_v_n_s_per_m);
+  const double force_n = patch_.advance(
+      -kMPerMm * contact.distance_mm,
+      here.k_v_n_per_m + here.k_e_rest_n_per_m + here.k_e_span_n_per_m * e, moment.elapsed_s);
   contact.touching = force_n > 0;
   contact.force_n = force_n * contact.normal;
   contact.proxy_mm = x + contact.depth_mm * contact.normal;
@@ -81,8 +90,13 @@ void PatchModel::reset() noexcept { patch_ = whole_; }
 
 haptics::ModelMemory PatchModel::memory() const noexcept {
   const VerticalPatch::State state = patch_.state();
-  return {state.wall.place_m, state.wall.speed_m_s, state.depth_m, state.stiffness_n_per_m,
-          state.touching ? 1.0 : 0.0};
+  return {state.wall.place_m,
+          state.wall.speed_m_s,
+          state.depth_m,
+          state.stiffness_n_per_m,
+          state.touching ? 1.0 : 0.0,
+          static_cast<double>(trail_.vertex),
+          static_cast<double>(trail_.looked)};
 }
 
 void PatchModel::restore(const haptics::ModelMemory& memory) noexcept {
@@ -90,6 +104,7 @@ void PatchModel::restore(const haptics::ModelMemory& memory) noexcept {
                   .depth_m = memory[2],
                   .stiffness_n_per_m = memory[3],
                   .touching = memory[4] != 0});
+  trail_ = {.vertex = index_of(memory[5]), .looked = index_of(memory[6])};
 }
 
 }  // namespace beatlas::palpation

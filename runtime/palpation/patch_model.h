@@ -7,6 +7,7 @@
 
 #include "runtime/haptics/contact.h"
 #include "runtime/haptics/contact_field.h"
+#include "runtime/palpation/atlas_muscle.h"
 #include "runtime/palpation/elastance.h"
 #include "runtime/palpation/parameters.h"
 #include "runtime/palpation/patch.h"
@@ -20,6 +21,10 @@ struct PatchModelOptions {
   /// Of the place itself, where an atlas tells it (regions.h); none: the segment's
   std::optional<Tissue> tissue = std::nullopt;
   double end_diastole_s = 0;  ///< where in the field's cycle contraction begins
+  double radius_mm = 0;       ///< 0..20: of the fingertip, a ball; 0: a point
+  /// Where an atlas has a map: the muscle is that of the place that is touched, tick by tick, and
+  /// long_axis, segment and tissue are of no account. Of the same parameters.
+  std::shared_ptr<const AtlasMuscle> muscle = nullptr;
 };
 
 /// Force along the distance's gradient, of the size of the patch's: it relaxes under the finger and
@@ -43,9 +48,10 @@ class PatchModel final : public haptics::ForceModel {
   VerticalPatch whole_;
   ElastanceCurve curve_;
   double end_diastole_s_;
-  double k_v_n_per_m_;
-  double k_e_rest_n_per_m_;
-  double k_e_span_n_per_m_;
+  double radius_mm_;
+  PatchConstants constants_;  // without an atlas's muscle
+  std::shared_ptr<const AtlasMuscle> muscle_;
+  LvWall::Trail trail_;
 };
 
 }  // namespace beatlas::palpation

@@ -81,9 +81,15 @@ void add_options(CLI::App& app, Words& words) {
                  "the LV's wall by thickness, stiffness or AHA segments, with a legend")
       ->check(CLI::IsMember(words_of(kColourings)))
       ->capture_default_str();
-  app.add_option("--preset", options.preset, "the disease whose stiffness is shown")
+  app.add_option("--preset", options.preset,
+                 "the disease that is felt, and whose stiffness is shown")
       ->check(CLI::IsMember(palpation::palpation_presets()))
       ->capture_default_str();
+  app.add_option(
+         "--model", options.model,
+         "the force: proxy, a spring; patch, paper B's muscle as it is at the place that is "
+         "touched (for a disease)")
+      ->check(CLI::IsMember({"proxy", "patch"}));
   app.add_option("--opacity", words.opacity, "STRUCTURE=0..1, as heart=0.2; 0 hides; repeatable");
   app.add_option("--press-mm,--press", options.press_mm,
                  "a tool presses so deep [mm], eight beats long, until it is --phase")

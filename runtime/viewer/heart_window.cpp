@@ -101,7 +101,7 @@ LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file) {
   const atlas::Manifest& manifest = opened.atlas->manifest();
   TouchSettings settings;
   settings.heart_rate_per_min = std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
-  heart.touch = std::make_unique<Touch>(manifest, opened.field, settings);
+  heart.touch = touch_of(opened, settings);
   return heart;
 }
 
@@ -130,8 +130,8 @@ void HeartWindow::show_heart(LoadedHeart heart) {
     live_ = std::make_unique<LiveTouch>(std::move(heart.touch),
                                         drawing.frame().high_mm + Vec3::Constant(kLiftMm));
   }
-  for (QWidget* widget :
-       std::initializer_list<QWidget*>{touch_, device_, stiffness_, left_atrium_, preset_}) {
+  for (QWidget* widget : std::initializer_list<QWidget*>{touch_, device_, model_, stiffness_,
+                                                         left_atrium_, right_atrium_, preset_}) {
     widget->setEnabled(live_ != nullptr);
   }
   const QSignalBlocker quiet(device_);
@@ -173,9 +173,10 @@ void HeartWindow::reset() {
     rate_->setValue(static_cast<int>(std::lround(60 / manifest.rr_interval_s)));
     if (live_) {
       stiffness_->setValue(static_cast<int>(manifest.stiffness_n_per_m));
-      preset_->setCurrentText("healthy");
-      left_atrium_->setValue(
-          static_cast<int>(live_->touch().parameters().circulation.left_atrial_mmhg));
+      preset_->setCurrentText(QString::fromStdString(options.preset));
+      show_pressures();
+      model_->setCurrentIndex(model_of(options) == "patch" ? 1 : 0);
+      stiffness_->setEnabled(model_->currentIndex() == 0);
       lift_tool();
     }
     touch_->setChecked(false);
@@ -294,15 +295,24 @@ void HeartWindow::step() {
 
 void HeartWindow::tell_values(const Felt& felt) {
   const PressRow row = history_.last();
+  QString where;
+  if (const auto wall = live_->touch().touched_wall(felt)) {
+    const std::string_view name = palpation::segment_name(wall->segment);
+    where = QString::fromUtf8(name.data(), static_cast<int>(name.size())).replace('_', ' ');
+    if (wall->tissue.scar > 0) where += ", scar";
+    if (wall->tissue.alpha < 1) where += ", contracts less";
+    where = " (" + where + ")";
+  }
   told_->setText(
-      QString("%1: %2 N   %3 mm deep   %4 /min   LV %5 ml, %6 mmHg   picture %7 ms behind")
+      QString("%1: %2 N   %3 mm deep%8   %4 /min   LV %5 ml, %6 mmHg   picture %7 ms behind")
           .arg(QString::fromStdString(live_->device()))
           .arg(row.force_n, 0, 'f', 2)
           .arg(row.depth_mm, 0, 'f', 1)
           .arg(60 * felt.servo.rate_hz, 0, 'f', 0)
           .arg(row.volume_ml, 0, 'f', 0)
           .arg(row.lv_mmhg, 0, 'f', 0)
-          .arg(lag_ms_, 0, 'f', 0));
+          .arg(lag_ms_, 0, 'f', 0)
+          .arg(where));
 }
 
 void HeartWindow::closeEvent(QCloseEvent* event) {

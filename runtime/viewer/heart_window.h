@@ -104,6 +104,7 @@ class HeartWindow : public QMainWindow {
   void cut_changed();
   void looks_changed();
   void show_looks();
+  void show_pressures();
   void colour_changed();
   void stiffness_changed();
   void reset();
@@ -149,7 +150,9 @@ class HeartWindow : public QMainWindow {
   QComboBox* colour_ = nullptr;
   QCheckBox* touch_ = nullptr;
   QSpinBox* stiffness_ = nullptr;
+  QComboBox* model_ = nullptr;
   QSpinBox* left_atrium_ = nullptr;
+  QSpinBox* right_atrium_ = nullptr;
   QComboBox* preset_ = nullptr;
   QPushButton* reset_ = nullptr;
   QMenu* recent_ = nullptr;

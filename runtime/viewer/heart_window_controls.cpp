@@ -120,7 +120,10 @@ void HeartWindow::make_controls() {
   touch_ = new QCheckBox("Touch with the mouse");
   touch_->setObjectName("touch");
   stiffness_ = number("stiffness", 10, 1000, " N/m");
+  model_ = choice("model", {"spring", "muscle"});
+  model_->setToolTip("A spring of the stiffness, or paper B's muscle: of the place, and as ill");
   left_atrium_ = number("lap", 0, 40, " mmHg");
+  right_atrium_ = number("rap", 0, 40, " mmHg");
   preset_ = choice("preset", words_of(palpation::palpation_presets()));
   reset_ = new QPushButton("Reset");
   reset_->setObjectName("reset");
@@ -128,8 +131,10 @@ void HeartWindow::make_controls() {
   auto* feel_form = new QFormLayout(feel);
   make_devices(feel_form);
   feel_form->addRow(touch_);
+  feel_form->addRow("Force", model_);
   feel_form->addRow("Stiffness", stiffness_);
   feel_form->addRow("Left atrium", left_atrium_);
+  feel_form->addRow("Right atrium", right_atrium_);
   feel_form->addRow("Disease", preset_);
   feel_form->addRow(reset_);
   column->addWidget(feel);
@@ -206,16 +211,34 @@ void HeartWindow::connect_controls() {
       if (live_) live_->touch().set_left_atrial_mmhg(mmhg);
     });
   });
+  connect(right_atrium_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int mmhg) {
+    guard([&] {
+      if (live_) live_->touch().set_right_atrial_mmhg(mmhg);
+    });
+  });
+  connect(model_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this](int model) {
+    stiffness_->setEnabled(model == 0);
+    guard([&] {
+      if (live_) live_->touch().set_model(model == 1 ? "patch" : "proxy");
+    });
+  });
   connect(preset_, &QComboBox::currentTextChanged, this, [this](const QString& name) {
     guard([&] {
       if (!live_) return;
       live_->touch().set_preset(name.toStdString());
-      const QSignalBlocker quiet(left_atrium_);
-      left_atrium_->setValue(
-          static_cast<int>(std::lround(live_->touch().parameters().circulation.left_atrial_mmhg)));
+      if (name != "healthy") model_->setCurrentIndex(1);  // a spring knows no disease
+      show_pressures();
     });
   });
   connect(reset_, &QPushButton::clicked, this, [this] { reset(); });
+}
+
+void HeartWindow::show_pressures() {
+  const palpation::CirculationParameters& now = live_->touch().parameters().circulation;
+  const QSignalBlocker quiet_left(left_atrium_);
+  const QSignalBlocker quiet_right(right_atrium_);
+  left_atrium_->setValue(static_cast<int>(std::lround(now.left_atrial_mmhg)));
+  right_atrium_->setValue(static_cast<int>(std::lround(now.right_atrial_mmhg)));
 }
 
 void HeartWindow::make_structures(QVBoxLayout* column) {

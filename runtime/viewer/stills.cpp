@@ -100,6 +100,16 @@ OpenedHeart open_heart(const std::filesystem::path& package) {
   return heart;
 }
 
+std::string model_of(const ViewOptions& options) {
+  if (!options.model.empty()) return options.model;
+  return options.preset == "healthy" ? "proxy" : "patch";
+}
+
+std::unique_ptr<Touch> touch_of(const OpenedHeart& heart, const TouchSettings& settings) {
+  return std::make_unique<Touch>(heart.atlas->manifest(), heart.field, settings,
+                                 palpation::lv_wall_of(*heart.atlas));
+}
+
 void apply(const ViewOptions& options, HeartDrawing& drawing) {
   if (options.volume != VolumePreset::Off && !drawing.has_volume()) {
     throw_invalid("the package has no images to draw; build it from images with --scene full");
@@ -166,7 +176,9 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
   if (!heart.field) {
     throw_invalid("the package has no field of the heart to press on; build it with --scene full");
   }
-  Touch touch(manifest, heart.field, {});
+  const std::unique_ptr<Touch> made =
+      touch_of(heart, {.model = model_of(options), .preset = options.preset});
+  Touch& touch = *made;
   const HeartFrame& frame = stage.drawing->frame();
   const Vec3 direction = options.press_lps
                              ? Vec3(frame.workspace_from_lps.linear() * *options.press_lps)

@@ -8,6 +8,7 @@
 
 #include "runtime/atlas/structures.h"
 #include "runtime/viewer/drawing.h"
+#include "runtime/viewer/touch.h"
 
 namespace beatlas::viewer {
 
@@ -23,7 +24,8 @@ struct ViewOptions {
   bool image_on_cut = true;
   VolumePreset volume = VolumePreset::Off;
   ColourBy colour = ColourBy::Structure;
-  std::string preset = "healthy";       ///< of palpation_presets(): what the stiffness is of
+  std::string preset = "healthy";  ///< of palpation_presets(): what is felt and coloured
+  std::string model;               ///< of TouchSettings; empty: patch for a disease, else proxy
   std::map<Structure, double> opacity;  ///< 0: hidden
   double press_mm = 0;                  ///< > 0: a tool presses so deep
   std::optional<Vec3> press_lps;        ///< from the heart's centre; none: the LV's free wall
@@ -46,6 +48,14 @@ struct OpenedHeart {
 };
 /// @throws Error{InvalidInput} as atlas::Atlas::open does, and if there is no surface.
 [[nodiscard]] OpenedHeart open_heart(const std::filesystem::path& package);
+
+/// The force model that is meant.
+[[nodiscard]] std::string model_of(const ViewOptions& options);
+
+/// What can be touched of a package, with the muscle of its own wall. Takes some time.
+/// @throws Error{InvalidInput} as Touch does; there must be a field.
+[[nodiscard]] std::unique_ptr<Touch> touch_of(const OpenedHeart& heart,
+                                              const TouchSettings& settings);
 
 /// Looks as `options` say; without the tool. Where the LV's wall is coloured, what hides it is not
 /// drawn, but for what has an opacity of its own.

@@ -11,6 +11,7 @@
 #include "runtime/haptics/proxy.h"
 #include "runtime/palpation/dent.h"
 #include "runtime/palpation/fit.h"
+#include "runtime/palpation/patch_model.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -50,8 +51,11 @@ void RowQueue::take(std::vector<PressRow>& to) {
 }
 
 Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
-             const TouchSettings& settings)
-    : field_(std::move(field)), settings_(settings), rr_interval_s_(manifest.rr_interval_s) {
+             const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall)
+    : field_(std::move(field)),
+      settings_(settings),
+      rr_interval_s_(manifest.rr_interval_s),
+      wall_(std::move(wall)) {
   if (!field_) throw_invalid("there is no distance field to touch; open the atlas with it");
   if (settings_.stiffness_n_per_m <= 0) settings_.stiffness_n_per_m = manifest.stiffness_n_per_m;
   if (settings_.heart_rate_per_min <= 0) settings_.heart_rate_per_min = 60 / rr_interval_s_;
@@ -64,8 +68,9 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
   }
   haptics::ServoOptions options;
   options.heart.rate_per_min = settings_.heart_rate_per_min;
-  servo_ = std::make_unique<haptics::Servo>(scene(), options);
   wished_ = scaled(settings_.preset);
+  make_muscle();
+  servo_ = std::make_unique<haptics::Servo>(scene(), options);
   dent_radius_mm_ = palpation::dent_radius_mm(wished_.circulation.contact_area_cm2);
   trainer_ = std::make_unique<palpation::Trainer>(wished_, 1);
 }
@@ -73,16 +78,38 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
 haptics::Scene Touch::scene() const {
   haptics::Scene scene;
   scene.period_s = field_->rr_interval_s();
-  haptics::ProxyOptions model;
-  model.stiffness_n_per_m = settings_.stiffness_n_per_m;
-  model.radius_mm = settings_.tool_radius_mm;
-  scene.model =
-      std::make_unique<haptics::ProxyModel>(std::make_shared<haptics::AtlasField>(field_), model);
+  const auto body = std::make_shared<haptics::AtlasField>(field_);
+  if (settings_.model == "patch") {
+    palpation::PatchModelOptions model;
+    model.parameters = wished_;
+    model.end_diastole_s = end_diastole_ * scene.period_s;
+    model.radius_mm = settings_.tool_radius_mm;
+    model.muscle = muscle_;
+    scene.model = std::make_unique<palpation::PatchModel>(body, model);
+  } else if (settings_.model == "proxy") {
+    haptics::ProxyOptions model;
+    model.stiffness_n_per_m = settings_.stiffness_n_per_m;
+    model.radius_mm = settings_.tool_radius_mm;
+    scene.model = std::make_unique<haptics::ProxyModel>(body, model);
+  } else {
+    throw_invalid("there is no force model " + settings_.model + "; there are proxy and patch");
+  }
   return scene;
+}
+
+// Of what is wished now.
+void Touch::make_muscle() {
+  if (!wall_) return;
+  muscle_ = std::make_shared<palpation::AtlasMuscle>(
+      wall_, palpation::tissue_of_wall(*wall_, wished_.segments, {}, {}), wished_);
 }
 
 palpation::PalpationParameters Touch::scaled(const std::string& preset) const {
   palpation::PalpationParameters parameters = palpation::palpation_preset(preset);
+  if (wall_) {
+    parameters.infarct = palpation::tissue_of_wall(*wall_, parameters.segments, {}, {}).infarct;
+  }
+  const palpation::PalpationParameters unscaled = parameters;
   const palpation::PalpationParameters healthy = palpation::palpation_preset("healthy");
   palpation::CirculationParameters& circulation = parameters.circulation;
   circulation.heart_rate_per_min = std::clamp(settings_.heart_rate_per_min, 30.0, 220.0);
@@ -107,7 +134,7 @@ palpation::PalpationParameters Touch::scaled(const std::string& preset) const {
     parameters.check();
   } catch (const Error&) {
     // A ventricle that no such circulation fits keeps the preset's own.
-    parameters = palpation::palpation_preset(preset);
+    parameters = unscaled;
     parameters.circulation.heart_rate_per_min =
         std::clamp(settings_.heart_rate_per_min, 30.0, 220.0);
   }
@@ -162,15 +189,44 @@ void Touch::set_stiffness(double n_per_m) {
 void Touch::set_preset(const std::string& name) {
   palpation::PalpationParameters parameters = scaled(name);
   settings_.preset = name;
+  wish(parameters);
+  make_muscle();
+  if (settings_.model == "patch") servo_->offer(scene());
+}
+
+void Touch::set_model(const std::string& model) {
+  const std::string before = std::exchange(settings_.model, model);
+  try {
+    servo_->offer(scene());
+  } catch (...) {
+    settings_.model = before;
+    throw;
+  }
+}
+
+void Touch::wish(const palpation::PalpationParameters& parameters) {
+  trainer_->wish(parameters);
   wished_ = parameters;
-  trainer_->wish(wished_);
 }
 
 void Touch::set_left_atrial_mmhg(double mmhg) {
   palpation::PalpationParameters parameters = wished_;
   parameters.circulation.left_atrial_mmhg = mmhg;
-  trainer_->wish(parameters);
-  wished_ = parameters;
+  wish(parameters);
+}
+
+void Touch::set_right_atrial_mmhg(double mmhg) {
+  palpation::PalpationParameters parameters = wished_;
+  parameters.circulation.right_atrial_mmhg = mmhg;
+  wish(parameters);
+}
+
+std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
+  if (!muscle_ || !felt.servo.touching) return std::nullopt;
+  const ToolPicture tool = tool_picture(felt);
+  const palpation::WallPlace place = wall_->nearest(tool.dent_place_mm, felt.servo.phase);
+  if (!muscle_->reaches(place, felt.servo.phase)) return std::nullopt;
+  return TouchedWall{place.segment, muscle_->tissue().at(place)};
 }
 
 ToolPicture Touch::tool_picture(const Felt& felt) const {

@@ -14,6 +14,7 @@
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/seqlock.h"
 #include "runtime/haptics/servo.h"
+#include "runtime/palpation/atlas_muscle.h"
 #include "runtime/palpation/trainer.h"
 #include "runtime/viewer/drawing.h"
 #include "runtime/viewer/heart_frame.h"
@@ -21,8 +22,11 @@
 namespace beatlas::viewer {
 
 struct TouchSettings {
+  /// proxy: a spring of the stiffness; patch: paper B's muscle, on an atlas with a map that of the
+  /// place that is touched, as the preset has it
+  std::string model = "proxy";
   double tool_radius_mm = 3;       ///< 0..20
-  double stiffness_n_per_m = 0;    ///< 0: the atlas's
+  double stiffness_n_per_m = 0;    ///< proxy; 0: the atlas's
   double heart_rate_per_min = 0;   ///< 0: the atlas's
   std::string preset = "healthy";  ///< of palpation_presets()
 };
@@ -60,13 +64,20 @@ class RowQueue {
   std::atomic<std::size_t> taken_{0};
 };
 
+/// The LV's wall under the tool.
+struct TouchedWall {
+  int segment = 0;  ///< 1..17
+  palpation::Tissue tissue;
+};
+
 /// Servo and circulation in step: the circulation's beat follows the heart's phase.
 class Touch {
  public:
   /// @throws Error{InvalidInput} as its parts do; without volumes of lv_blood the circulation keeps
   /// the preset's own size.
+  /// @param wall of the same package; null without a map: then disease has no place in the muscle
   Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
-        const TouchSettings& settings);
+        const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall = nullptr);
 
   /// The device's thread; no allocation, lock, log or file. @return the force to send [N]
   Vec3 tick(const haptics::ServoState& state) noexcept;
@@ -81,14 +92,21 @@ class Touch {
   void set_stiffness(double n_per_m);
   void set_preset(const std::string& name);
   void set_left_atrial_mmhg(double mmhg);
+  void set_right_atrial_mmhg(double mmhg);
+  /// As settings.model.
+  void set_model(const std::string& model);
   [[nodiscard]] const palpation::PalpationParameters& parameters() const { return wished_; }
   [[nodiscard]] const TouchSettings& settings() const { return settings_; }
+  /// None while nothing is touched, or another part of the heart.
+  [[nodiscard]] std::optional<TouchedWall> touched_wall(const Felt& felt) const;
   /// What a picture shows of a tick.
   [[nodiscard]] ToolPicture tool_picture(const Felt& felt) const;
 
  private:
   [[nodiscard]] haptics::Scene scene() const;
   [[nodiscard]] palpation::PalpationParameters scaled(const std::string& preset) const;
+  void make_muscle();
+  void wish(const palpation::PalpationParameters& parameters);
 
   std::shared_ptr<const field::FieldQuery> field_;
   TouchSettings settings_;
@@ -96,6 +114,8 @@ class Touch {
   double rr_interval_s_ = 1;
   std::optional<std::array<double, 2>> volumes_ml_;
   palpation::PalpationParameters wished_;
+  std::shared_ptr<const palpation::LvWall> wall_;
+  std::shared_ptr<const palpation::AtlasMuscle> muscle_;  ///< of the preset; null without a wall
   double dent_radius_mm_ = 25;
   std::unique_ptr<haptics::Servo> servo_;
   std::unique_ptr<palpation::Trainer> trainer_;

@@ -7,6 +7,8 @@
 
 #include <QVTKOpenGLNativeWidget.h>
 
+#include "runtime/base/error.h"
+#include "runtime/base/interrupts.h"
 #include "runtime/viewer/display.h"
 #include "runtime/viewer/heart_window.h"
 
@@ -27,6 +29,18 @@ int show_window(const ViewOptions& options, const std::optional<OpenedHeart>& he
   int count = 1;
   std::string name = "beatlas-view";
   char* names[] = {name.data(), nullptr};
+  // Before Qt and the drawing begin their threads.
+  const Interrupts interrupts([] {
+    QCoreApplication* running = QCoreApplication::instance();
+    if (running == nullptr) return;
+    QMetaObject::invokeMethod(
+        running,
+        [] {
+          QApplication::closeAllWindows();  // the last force is zero then
+          QApplication::exit(static_cast<int>(ErrorCode::Machine));
+        },
+        Qt::QueuedConnection);
+  });
   QApplication application(count, names);
   HeartWindow window(options);
   const LostDisplayWatch watch("beatlas-play", [&window] {
@@ -37,7 +51,10 @@ int show_window(const ViewOptions& options, const std::optional<OpenedHeart>& he
     window.show_heart(loaded_heart(*heart, QString::fromStdString(options.package.string())));
     window.use_device(options.device, options.device_detail);
   }
-  return QApplication::exec();
+  interrupts.check();
+  const int code = QApplication::exec();
+  interrupts.check();
+  return code;
 }
 
 }  // namespace beatlas::viewer

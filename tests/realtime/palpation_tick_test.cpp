@@ -6,8 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/palpation/patch_model.h"
 #include "runtime/palpation/trainer.h"
 #include "tests/realtime/allocations.h"
+#include "tests/unit/palpation/sample_wall.h"
+#include "tests/unit/runtime_field/test_fields.h"
 
 namespace beatlas::palpation {
 namespace {
@@ -62,6 +65,42 @@ TEST(PalpationTick, AllocatesNothingWhateverIsDoneAndWished) {
   }
   EXPECT_EQ(allocations, 0);
   EXPECT_EQ(frees, 0);  // what was wished before is the caller's to free
+  EXPECT_TRUE(finite);
+  EXPECT_GT(largest, 0.1);
+}
+
+TEST(PalpationTick, AllocatesNothingOnAnAtlassOwnMuscle) {
+  const auto wall = std::make_shared<const LvWall>(test::SampleWall().wall());
+  const PalpationParameters parameters = palpation_preset("anterior_infarct");
+  PatchModelOptions options;
+  options.parameters = parameters;
+  options.muscle = std::make_shared<const AtlasMuscle>(
+      wall, tissue_of_wall(*wall, parameters.segments, {}, {}), parameters);
+  const auto ball = std::make_shared<const field::FieldQuery>(
+      beatlas::testing::dense_payload(
+          {.origin_mm = Vec3::Constant(-60), .blocks = {10, 10, 10}, .inner_mm = 14, .outer_mm = 6},
+          [](const Vec3& x, double t) { return x.norm() - 34 - 2 * std::sin(8 * t); }),
+      0.75);
+  PatchModel model(std::make_shared<haptics::AtlasField>(ball), options);
+  double largest = 0;
+  bool finite = true;
+  allocations = 0;
+  frees = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const double t = 1e-3 * n;
+    Vec3 x = (32 + 6 * std::sin(7 * t)) * Vec3(std::cos(t), std::sin(1.3 * t), 0.3).normalized();
+    if (n % 97 == 0) x *= 1e6;
+    if (n % 89 == 0) x.setZero();
+    counting = true;
+    if (n % 1000 == 0) model.reset();
+    const double force =
+        model.evaluate({.position_mm = x}, {.elapsed_s = 1e-3, .field_time_s = t}).force_n.norm();
+    counting = false;
+    finite = finite && std::isfinite(force);
+    largest = std::max(largest, force);
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(frees, 0);
   EXPECT_TRUE(finite);
   EXPECT_GT(largest, 0.1);
 }

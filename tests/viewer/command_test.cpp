@@ -6,12 +6,18 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "runtime/device/hardware.h"
+#include "runtime/viewer/drawing.h"
+#include "runtime/viewer/stills.h"
 #include "tests/viewer/ellipsoid.h"
 #include "tests/viewer/seen_window.h"
 
@@ -142,57 +148,126 @@ TEST_F(Command, TroubleIsOneSentenceAndTheRightCode) {
   EXPECT_FALSE(std::filesystem::exists(file("none.png.part")));
 }
 
-// A window on a server of its own, which is ended while the window is seen.
-TEST_F(Command, ALostDisplayIsOneSentenceAndMachineTrouble) {
-  std::array<int, 2> told{};
-  ASSERT_EQ(pipe(told.data()), 0);
-  const pid_t server = fork();
-  if (server == 0) {
-    const int nowhere = open("/dev/null", O_RDWR);
-    dup2(nowhere, STDERR_FILENO);
-    execlp("Xvfb", "Xvfb", "-displayfd", std::to_string(told[1]).c_str(), "-screen", "0",
-           "1280x1024x24", "-noreset", static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  close(told[1]);
-  std::array<char, 16> number{};
-  ASSERT_GT(read(told[0], number.data(), number.size() - 1), 0);
-  close(told[0]);
-  std::string display(":");
-  display += std::to_string(std::atoi(number.data()));
-
-  const std::string text = file("lost.txt");
-  const pid_t play = fork();
-  if (play == 0) {
-    setenv("DISPLAY", display.c_str(), 1);
-    setenv("XDG_CONFIG_HOME", folder_->path().c_str(), 1);
-    const int to = open(text.c_str(), O_CREAT | O_WRONLY, 0600);
+// A window of a program of its own on a server of its own; both are ended with it.
+class SeenProgram {
+ public:
+  /// @param words after the program's name  @param text file for both its streams
+  SeenProgram(std::vector<std::string> words, const std::string& text,
+              const std::filesystem::path& config) {
+    std::array<int, 2> told{};
+    if (pipe(told.data()) != 0) return;
+    server_ = fork();
+    if (server_ == 0) {
+      const int nowhere = open("/dev/null", O_RDWR);
+      dup2(nowhere, STDERR_FILENO);
+      execlp("Xvfb", "Xvfb", "-displayfd", std::to_string(told[1]).c_str(), "-screen", "0",
+             "1280x1024x24", "-noreset", static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    close(told[1]);
+    std::array<char, 16> number{};
+    (void)!read(told[0], number.data(), number.size() - 1);
+    close(told[0]);
+    display_ = ":";
+    display_ += std::to_string(std::atoi(number.data()));
+    play_ = fork();
+    if (play_ != 0) return;
+    setenv("DISPLAY", display_.c_str(), 1);
+    setenv("XDG_CONFIG_HOME", config.c_str(), 1);
+    const int to = open(text.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
     dup2(to, STDOUT_FILENO);
     dup2(to, STDERR_FILENO);
-    const std::string heart = file("heart.beatlas");
-    execl(BEATLAS_PLAY, BEATLAS_PLAY, heart.c_str(), static_cast<char*>(nullptr));
+    words.insert(words.begin(), BEATLAS_PLAY);
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv(BEATLAS_PLAY, argv.data());
     _exit(127);
   }
-  EXPECT_TRUE(test::window_is_seen(display));
-  kill(server, SIGKILL);
-  waitpid(server, nullptr, 0);
-  int status = 0;
-  bool ended = false;
-  for (int n = 0; n < 200 && !ended; ++n) {
-    ended = waitpid(play, &status, WNOHANG) == play;
-    if (!ended) usleep(50'000);
+  ~SeenProgram() {
+    for (const pid_t process : {play_, server_}) {
+      if (process <= 0) continue;
+      kill(process, SIGKILL);
+      waitpid(process, nullptr, 0);
+    }
   }
-  if (!ended) {
-    kill(play, SIGKILL);
-    waitpid(play, nullptr, 0);
+  SeenProgram(const SeenProgram&) = delete;
+  SeenProgram& operator=(const SeenProgram&) = delete;
+
+  [[nodiscard]] bool seen() const { return test::window_is_seen(display_); }
+  void send(int signal) const { kill(play_, signal); }
+  void end_display() {
+    kill(server_, SIGKILL);
+    waitpid(server_, nullptr, 0);
+    server_ = -1;
   }
-  ASSERT_TRUE(ended);
-  std::ifstream stream(text);
-  const std::string said{std::istreambuf_iterator<char>(stream), {}};
-  EXPECT_TRUE(WIFEXITED(status)) << "by signal " << WTERMSIG(status) << '\n' << said;
-  EXPECT_EQ(WEXITSTATUS(status), 5) << said;
+  /// -1 if a signal ended it, -2 if it goes on.
+  int code() {
+    int status = 0;
+    for (int n = 0; n < 400; ++n) {
+      if (waitpid(play_, &status, WNOHANG) == play_) {
+        play_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+      }
+      usleep(50'000);
+    }
+    return -2;
+  }
+
+ private:
+  pid_t server_ = -1;
+  pid_t play_ = -1;
+  std::string display_;
+};
+
+std::string text_of(const std::string& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// The server is ended while the window is seen.
+TEST_F(Command, ALostDisplayIsOneSentenceAndMachineTrouble) {
+  SeenProgram play({file("heart.beatlas")}, file("lost.txt"), folder_->path());
+  EXPECT_TRUE(play.seen());
+  play.end_display();
+  const int code = play.code();
+  const std::string said = text_of(file("lost.txt"));
+  EXPECT_EQ(code, 5) << said;
   EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
   EXPECT_EQ(said.rfind("beatlas-play: the display is gone", 0), 0U) << said;
+}
+
+TEST_F(Command, AWindowThatIsToldToEndLeavesItsDeviceWithoutForceAndClosed) {
+  const OpenedHeart heart = open_heart(file("heart.beatlas"));
+  const HeartDrawing drawing(heart.atlas, heart.field, {});
+  const Vec3 outward = free_wall_direction(drawing.frame(), heart.field->centre_mm()).normalized();
+  const Affine from_device = device::workspace_from_hardware(
+      heart.atlas->manifest().workspace_from_lps, Vec3::Zero(), outward, 0);
+  // Some millimetres below the surface, from the middle 20 mm outside of it; libdhd's x is towards
+  // the user, its y right, its z up.
+  const Vec3 ours_m = -1e-3 * 25 * (from_device.linear().transpose() * outward);
+  std::ostringstream at;
+  at << ours_m.z() << ' ' << ours_m.x() << ' ' << ours_m.y();
+  setenv("FAKE_DHD_AT", at.str().c_str(), 1);
+  setenv("FAKE_DHD_LOG", file("sent.txt").c_str(), 1);
+  SeenProgram play({file("heart.beatlas"), "--device", "dhd", "--device-library", FAKE_DHD},
+                   file("ended.txt"), folder_->path());
+  unsetenv("FAKE_DHD_AT");
+  unsetenv("FAKE_DHD_LOG");
+  EXPECT_TRUE(play.seen());
+  const auto last_n = [&] {  // the last force that is written whole
+    const std::string sent = text_of(file("sent.txt"));
+    if (sent.size() < 40) return 0.0;
+    return std::strtod(sent.c_str() + sent.rfind('\n', sent.size() - 12) + 1, nullptr);
+  };
+  for (int n = 0; n < 400 && last_n() < 0.1; ++n) usleep(50'000);
+  EXPECT_GT(last_n(), 0.1);
+  play.send(SIGTERM);
+  EXPECT_EQ(play.code(), 5);
+  const std::string said = text_of(file("ended.txt"));
+  EXPECT_EQ(said.rfind("beatlas-play: interrupted; the force is off", 0), 0U) << said;
+  const std::string sent = text_of(file("sent.txt"));
+  EXPECT_TRUE(sent.ends_with("\n0.000000\nclosed\n")) << sent.substr(sent.size() - 60);
 }
 
 TEST_F(Command, SessionsAndHelpNeedNoViewer) {

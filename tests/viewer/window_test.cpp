@@ -3,6 +3,7 @@
 #include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
+#include <QLabel>
 #include <QMenu>
 #include <QMessageBox>
 #include <QPushButton>
@@ -167,6 +168,100 @@ TEST_F(Window, MorePressureInTheLeftAtriumFillsTheVentricle) {
   lap.setValue(lap.value() + 8);
   EXPECT_TRUE(QTest::qWaitFor([&] { return filled_ml() > 1.03 * before; }, 15000))
       << before << " ml, then " << filled_ml() << "; " << made->message().toStdString();
+}
+
+TEST_F(Window, MorePressureInTheRightAtriumRaisesTheAortasAndMovesTheLoop) {
+  const auto made = window();
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  const auto beat = [&] { return made->live()->touch().felt().circulation.beat; };
+  EXPECT_TRUE(
+      QTest::qWaitFor([&] { return made->live()->touch().felt().circulation.beats >= 2; }, 8000))
+      << "beats";
+  const palpation::Beat before = beat();
+  auto& rap = find<QSpinBox>(*made, "rap");
+  EXPECT_EQ(rap.value(), 7);  // paper B's
+  rap.setValue(27);
+  // What lies behind the resistance moves what the ventricle ejects against, and so its
+  // end-systole.
+  EXPECT_TRUE(QTest::qWaitFor(
+      [&] {
+        return beat().aortic_mean_mmhg > before.aortic_mean_mmhg + 8 &&
+               beat().esv_ml > 1.02 * before.esv_ml;
+      },
+      15000))
+      << before.aortic_mean_mmhg << " mmHg, then " << beat().aortic_mean_mmhg << "; "
+      << before.esv_ml << " ml, then " << beat().esv_ml << "; " << made->message().toStdString();
+  find<QComboBox>(*made, "preset").setCurrentText("low_pressure");
+  EXPECT_EQ(rap.value(), 7) << "a preset has its own";
+}
+
+TEST_F(Window, DiseaseIsFeltWhereItLies) {
+  pack::PackageContent content = test::sample_content(6, 40, 2, 4);
+  atlas::SurfaceMapPayload& map = content.maps.at(0);
+  for (std::size_t v = 0; v < map.segment.size(); ++v) {
+    map.segment[v] = static_cast<std::uint8_t>(palpation::segment_at(
+        static_cast<double>(map.long_axis[v]), static_cast<double>(map.angle_rad[v])));
+    for (auto& phase : map.thickness_mm) phase[v] = 12;
+  }
+  pack::write_package(file("mapped.beatlas").toStdString(), content);
+  const auto made = window();
+  ASSERT_TRUE(load(*made, "mapped.beatlas")) << made->message().toStdString();
+  auto& model = find<QComboBox>(*made, "model");
+  EXPECT_TRUE(find<QSpinBox>(*made, "stiffness").isEnabled());
+  model.setCurrentText("muscle");
+  EXPECT_FALSE(find<QSpinBox>(*made, "stiffness").isEnabled());
+  find<QCheckBox>(*made, "touch").setChecked(true);
+  HeartWidget& picture = made->picture();
+  HeartDrawing& drawing = *picture.drawing();
+  const OpenedHeart heart = open_heart(file("mapped.beatlas").toStdString());
+  const auto wall = palpation::lv_wall_of(*heart.atlas);
+  const auto at = [&](double mm, const Vec3& right) {
+    const Vec2 pixel = drawing.pixel_of(drawing.frame().centre_mm + mm * right);
+    return QPoint(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+  };
+  // Seen so that the segment lies at the right border, where the mouse goes straight into it.
+  const auto press = [&](int segment) {
+    const Vec3 right = (wall->middle_of(segment).mm - heart.field->centre_mm()).normalized();
+    CameraPose pose = drawing.camera();
+    pose.up = right.unitOrthogonal();
+    pose.towards_viewer = right.cross(pose.up);
+    drawing.set_camera(pose);
+    QTest::mousePress(&picture, Qt::LeftButton, {}, at(60, right));
+    for (double mm = 60; mm >= 34; mm -= 2) {
+      QTest::mouseMove(&picture, at(mm, right));
+      QTest::qWait(15);
+    }
+    return right;
+  };
+  const auto felt_n = [&] {
+    QTest::qWait(1500);  // the start ramp, and the muscle's own time
+    double sum = 0;
+    constexpr int kTimes = 80;
+    for (int n = 0; n < kTimes; ++n) {
+      QTest::qWait(20);
+      sum += made->history().last().force_n;
+    }
+    return sum / kTimes;
+  };
+  Vec3 right = press(7);
+  const double healthy_n = felt_n();
+  EXPECT_TRUE(find<QLabel>(*made, "told").text().contains("(mid anterior)"))
+      << find<QLabel>(*made, "told").text().toStdString();
+  model.setCurrentText("spring");
+  find<QComboBox>(*made, "preset").setCurrentText("anterior_infarct");
+  EXPECT_EQ(model.currentText(), "muscle") << "a spring knows no disease";
+  const double ill_n = felt_n();
+  EXPECT_TRUE(find<QLabel>(*made, "told").text().contains("mid anterior, scar"))
+      << find<QLabel>(*made, "told").text().toStdString();
+  QTest::mouseRelease(&picture, Qt::LeftButton, {}, at(34, right));
+  right = press(11);
+  const double beside_n = felt_n();
+  QTest::mouseRelease(&picture, Qt::LeftButton, {}, at(34, right));
+  EXPECT_TRUE(find<QLabel>(*made, "told").text().contains("(mid inferolateral)"))
+      << find<QLabel>(*made, "told").text().toStdString();
+  EXPECT_GT(healthy_n, 0.2);
+  EXPECT_GT(palpation::force_jnds(ill_n, healthy_n), 2) << ill_n << " and " << healthy_n;
+  EXPECT_GT(palpation::force_jnds(ill_n, beside_n), 2) << ill_n << " and " << beside_n;
 }
 
 // Every key that does something is told of.

@@ -248,6 +248,13 @@ TEST(Circulation, ScalesWithWeight) {
   const Beat dog = natural_beat({});
   EXPECT_NEAR(beat.edv_ml, 3.2 * dog.edv_ml, 1e-4 * beat.edv_ml);
   EXPECT_NEAR(beat.aortic_mean_mmhg, dog.aortic_mean_mmhg, 1e-4 * dog.aortic_mean_mmhg);
+  // A finger does there what it does here if it is deeper by the ventricle's length, W^1/3; as deep
+  // in millimetres it takes away a smaller share of a larger ventricle.
+  slow.reference_volume_ml = beat.edv_ml;
+  const double longer = std::cbrt(3.2);
+  slow.stop_n_per_m *= longer;
+  EXPECT_NEAR(output_share(slow, 0.008 * longer), output_share({}, 0.008), 1e-3);
+  EXPECT_NEAR(1 - output_share(slow, 0.008), (1 - output_share({}, 0.008)) / longer, 0.01);
 }
 
 TEST(Circulation, FitsTheVolumesOfAHeartAndAPressure) {

@@ -3,11 +3,14 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
 #include "runtime/haptics/servo.h"
+#include "tests/unit/palpation/sample_wall.h"
 
 namespace beatlas::palpation {
 namespace {
@@ -76,9 +79,115 @@ TEST(PatchModel, ASofterPlaceIsFeltSofter) {
   EXPECT_THROW(PatchModel(std::make_shared<Beating>(0), {.long_axis = 2}), Error);
 }
 
+// The heart around test::SampleWall, standing still, with 5 mm between them.
+class Ball final : public haptics::ContactField {
+ public:
+  static constexpr double kOutsideMm = test::kRadiusMm + 5;
+  [[nodiscard]] haptics::FieldSample sample(const Vec3& x, double /*t*/) const noexcept override {
+    haptics::FieldSample out;
+    out.distance_mm = x.norm() - kOutsideMm;
+    out.gradient = x.normalized();
+    out.in_band = true;
+    return out;
+  }
+  [[nodiscard]] Vec3 outward(const Vec3& x) const noexcept override { return x.normalized(); }
+  [[nodiscard]] double resolution_mm() const noexcept override { return 1; }
+  [[nodiscard]] double reach_mm() const noexcept override { return 100; }
+  [[nodiscard]] double period_s() const noexcept override { return kPeriod; }
+};
+
+std::shared_ptr<const AtlasMuscle> sample_muscle(const std::string& preset) {
+  auto wall = std::make_shared<const LvWall>(test::SampleWall().wall());
+  const PalpationParameters parameters = palpation_preset(preset);
+  TissueMap tissue = tissue_of_wall(*wall, parameters.segments, {}, {});
+  return std::make_shared<const AtlasMuscle>(wall, std::move(tissue), parameters);
+}
+
+// Forces of a second and a half, each millisecond.
+std::vector<double> felt_at(PatchModel& model, const Vec3& direction, double depth_mm) {
+  std::vector<double> out;
+  for (int n = 0; n < 1500; ++n) {
+    const Vec3 x = (Ball::kOutsideMm - depth_mm) * direction.normalized();
+    out.push_back(model
+                      .evaluate({.position_mm = x},
+                                {.elapsed_s = n == 0 ? 0 : 1e-3, .field_time_s = 1e-3 * n})
+                      .force_n.norm());
+  }
+  return out;
+}
+
+TEST(PatchModel, TheMuscleIsThatOfThePlaceThatIsTouched) {
+  const PalpationParameters parameters = palpation_preset("anterior_infarct");
+  const auto muscle = sample_muscle("anterior_infarct");
+  PatchModel wanders(std::make_shared<Ball>(), {.parameters = parameters, .muscle = muscle});
+  // From the far side, infarct and healthy wall and back: as if it had been told each place.
+  for (const Vec3& at : {Vec3(-1, -0.2, 0.1), Vec3(1, 0.1, 0.05), Vec3(0, -1, 0.1),
+                         Vec3(1, 0, -0.5), Vec3(-1, 0, 0.6)}) {
+    (void)felt_at(wanders, at, -3);  // in the air above it
+    const WallPlace place = muscle->wall().nearest(Ball::kOutsideMm * at.normalized(), 0);
+    PatchModel stays(
+        std::make_shared<Ball>(),
+        {.parameters = parameters, .long_axis = place.long_axis, .segment = place.segment});
+    wanders.reset();
+    const std::vector<double> found = felt_at(wanders, at, 4);
+    const std::vector<double> expected = felt_at(stays, at, 4);
+    // The wall draws back from the still ball, so the nearest vertex may become its neighbour.
+    for (std::size_t n = 0; n < found.size(); n += 50) {
+      EXPECT_NEAR(found[n], expected[n], 0.01 * expected[n]) << at.transpose() << " " << n;
+    }
+  }
+}
+
+TEST(PatchModel, AFingerThatSlidesIntoAnInfarctFeelsNoStep) {
+  PatchModel model(std::make_shared<Ball>(), {.parameters = palpation_preset("anterior_infarct"),
+                                              .muscle = sample_muscle("anterior_infarct")});
+  double before = 0;
+  double largest_step_n = 0;
+  double most_n = 0;
+  double last_n = 0;
+  for (int n = 0; n < 8000; ++n) {
+    const double angle =
+        -1.6 + 2e-4 * n;  // from the lateral wall to the middle of the anterior one
+    const Vec3 x = (Ball::kOutsideMm - 5) * Vec3(std::cos(angle), std::sin(angle), 0);
+    last_n =
+        model.evaluate({.position_mm = x}, {.elapsed_s = 1e-3, .field_time_s = 0.7}).force_n.norm();
+    if (n > 1000) largest_step_n = std::max(largest_step_n, std::abs(last_n - before));
+    if (n > 1000) most_n = std::max(most_n, last_n);
+    before = last_n;
+  }
+  EXPECT_LT(last_n, 0.6 * most_n) << "it is softer there";
+  EXPECT_LT(largest_step_n, 0.049);  // 5 gf, paper B's smallest force
+}
+
+TEST(PatchModel, OtherHeartThanTheLeftVentricleIsHealthy) {
+  const auto muscle = sample_muscle("anterior_infarct");
+  LvWall::Trail trail;
+  const Vec3 near_mm = (test::kRadiusMm + 9) * Vec3::UnitX();
+  const Vec3 far_mm = (test::kRadiusMm + 25) * Vec3::UnitX();
+  PatchConstants near;
+  PatchConstants far;
+  for (int n = 0; n < 100; ++n) near = muscle->under(near_mm, 0, trail);
+  for (int n = 0; n < 100; ++n) far = muscle->under(far_mm, 0, trail);
+  EXPECT_LT(near.k_e_span_n_per_m, 0.8 * far.k_e_span_n_per_m);
+  const PalpationParameters parameters = palpation_preset("anterior_infarct");
+  const WallPlace place = muscle->wall().nearest(far_mm, 0);
+  EXPECT_DOUBLE_EQ(far.k_v_n_per_m, parameters.at(place.long_axis, Tissue{}).k_v_n_per_m);
+}
+
+TEST(PatchModel, ABallIsFeltWithItsOwnRadius) {
+  PatchModel point(std::make_shared<Ball>(), {});
+  PatchModel ball(std::make_shared<Ball>(), {.radius_mm = 3});
+  EXPECT_NEAR(felt_at(point, Vec3::UnitX(), 4).back(), felt_at(ball, Vec3::UnitX(), 1).back(),
+              1e-12);
+  EXPECT_THROW(PatchModel(std::make_shared<Ball>(), {.radius_mm = -1}), Error);
+}
+
 TEST(PatchModel, ServesAServoWhoseTicksComeOutAgainToTheBit) {
+  PatchModelOptions options;
+  options.parameters = palpation_preset("anterior_infarct");
+  options.muscle = sample_muscle("anterior_infarct");
   haptics::Servo servo(
-      {.model = std::make_unique<PatchModel>(std::make_shared<Beating>(3), PatchModelOptions{}),
+      {.model = std::make_unique<PatchModel>(std::make_shared<Beating>(3), options),
        .period_s = kPeriod},
       {.safety = {}, .heart = {}, .recorded_ticks = 3000});
   double largest = 0;

@@ -155,5 +155,23 @@ TEST(Regions, MakeTheInfarctOfTheCirculation) {
   EXPECT_EQ(parameters.whole_circulation().infarct_alpha, 0.25);
 }
 
+TEST(LvWall, FollowsAFingerFromAnywhereToTheNearestWall) {
+  const LvWall wall = test::SampleWall().wall();
+  const auto calls = static_cast<int>(wall.vertex_count() / 32 + 2);
+  LvWall::Trail trail;
+  for (const Vec3& at : {Vec3(40, 3, -8), Vec3(-30, 12, 4), Vec3(2, -3, 45), Vec3(0, 0, -40)}) {
+    for (int n = 0; n < calls; ++n) (void)wall.follow(at, 0.3, trail);
+    const WallPlace found = wall.follow(at, 0.3, trail);
+    const WallPlace nearest = wall.nearest(at, 0.3);
+    EXPECT_EQ(found.vertex, nearest.vertex) << at.transpose();
+    EXPECT_GT(found.wall_mm, 0);  // over the base, too, whose flat end has none
+    // From then on a finger of 100 mm/s is followed at once.
+    for (int n = 0; n < 200; ++n) {
+      const Vec3 moved = at + 0.1 * n * Vec3(0.6, 0.8, 0);
+      EXPECT_NEAR(wall.follow(moved, 0.3, trail).away_mm, wall.nearest(moved, 0.3).away_mm, 0.2);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace beatlas::palpation

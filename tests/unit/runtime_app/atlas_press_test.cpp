@@ -4,13 +4,16 @@
 #include "runtime/app/atlas_press.h"
 
 #include <fstream>
+#include <numeric>
 #include <sstream>
 
 #include <gtest/gtest.h>
 
 #include "runtime/app/painted_map.h"
+#include "runtime/app/play.h"
 #include "runtime/app/press_session.h"
 #include "runtime/base/error.h"
+#include "runtime/device/csv_table.h"
 #include "runtime/field/field_query.h"
 #include "tests/package/sample_package.h"
 
@@ -59,7 +62,7 @@ class AtlasPresses : public ::testing::Test {
     const atlas::Atlas package = open(name);
     const palpation::PalpationParameters parameters = palpation::palpation_preset(preset);
     std::optional<AtlasVentricle> ventricle;
-    if (const auto wall = wall_of(package)) {
+    if (const auto wall = palpation::lv_wall_of(package)) {
       ventricle =
           AtlasVentricle{wall, palpation::tissue_of_wall(*wall, parameters.segments, {}, {})};
     }
@@ -221,6 +224,70 @@ TEST_F(AtlasPresses, TakeRegionsOfThinWallAndPaintedOnes) {
   EXPECT_NE(session("heart.beatlas", painted).find("scar.csv cannot be read"), std::string::npos);
   EXPECT_NE(session("", painted).find("name a package"), std::string::npos);
   EXPECT_NE(session("plain.beatlas", painted).find("no map of the LV's wall"), std::string::npos);
+}
+
+// What beatlas-play's words do with a device, against the scripted press on the same segment.
+TEST_F(AtlasPresses, AndADeviceFeelTheSameDiseaseAtTheSamePlace) {
+  constexpr double kDepthMm = 5;
+  constexpr int kBeats = 8;
+  const atlas::Atlas package = open("heart.beatlas");
+  const double rr_s = package.manifest().rr_interval_s;
+  const auto mean = [](const std::vector<double>& all) {
+    return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
+  };
+  struct Felt {
+    double press_n;
+    double device_n;
+  };
+  const auto feel = [&](const std::string& preset, int segment) -> Felt {
+    const ToldMuscle told = told_muscle("", preset);
+    const auto ventricle = ventricle_of(package, told, "heart.beatlas");
+    palpation::PalpationParameters parameters = told.parameters;
+    parameters.infarct = ventricle->tissue.infarct;
+    scale_to_atlas(parameters, package.manifest(), "heart.beatlas");
+    const AtlasPress found =
+        press_on_atlas(package, parameters, {.depth_mm = kDepthMm, .segment = segment}, ventricle);
+    const Vec3 at = found.place_mm - kDepthMm * found.outward;
+    {
+      std::ofstream path(file("path.csv"));
+      path << "t_s,x_mm,y_mm,z_mm\n";
+      for (const double t : {0.0, (kBeats + 0.5) * rr_s}) {
+        path << t << "," << at.x() << "," << at.y() << "," << at.z() << "\n";
+      }
+    }
+    std::vector<std::string> words{
+        "beatlas-play", file("heart.beatlas"), "--headless", "--fast",         "--device", "replay",
+        "--recording",  file("path.csv"),      "--model",    "patch",          "--preset", preset,
+        "--trace",      file("trace.csv"),     "--ticks",    file("ticks.txt")};
+    std::vector<const char*> argv;
+    for (const std::string& word : words) argv.push_back(word.c_str());
+    std::istringstream in;
+    std::ostringstream out;
+    std::ostringstream err;
+    EXPECT_EQ(play(static_cast<int>(argv.size()), argv.data(), in, out, err), 0) << err.str();
+    std::ifstream trace(file("trace.csv"));
+    std::vector<double> forces;
+    for (const auto& row : device::read_csv(trace, "trace", {"t_s", "fx_n", "fy_n", "fz_n"}).rows) {
+      if (row[0] >= (kBeats - 1) * rr_s && row[0] < kBeats * rr_s) {
+        forces.push_back(Vec3(row[1], row[2], row[3]).norm());
+      }
+    }
+    const std::string package_file = file("heart.beatlas");
+    const std::string ticks_file = file("ticks.txt");
+    const char* again[] = {"beatlas-play", "replay-ticks", package_file.c_str(),
+                           ticks_file.c_str()};
+    EXPECT_EQ(play(4, again, in, out, err), 0) << err.str();
+    EXPECT_NE(out.str().find("all the same to the bit"), std::string::npos) << out.str();
+    return {mean(found.tissues[2].in_space.force_n), mean(forces)};
+  };
+  const Felt healthy = feel("healthy", 7);
+  const Felt ill = feel("anterior_infarct", 7);
+  const Felt beside = feel("anterior_infarct", 11);
+  for (const Felt& one : {healthy, ill, beside}) {
+    EXPECT_NEAR(one.device_n, one.press_n, 0.02 * one.press_n);
+  }
+  EXPECT_GT(palpation::force_jnds(ill.device_n, healthy.device_n), 2);
+  EXPECT_GT(palpation::force_jnds(ill.device_n, beside.device_n), 2);
 }
 
 }  // namespace

@@ -1,0 +1,81 @@
+#include "runtime/app/ventricle.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/app/painted_map.h"
+#include "runtime/base/error.h"
+#include "runtime/palpation/fit.h"
+
+namespace beatlas::app {
+
+atlas::Needs needs_of_press(const atlas::Manifest& manifest) {
+  atlas::Needs needs{.fields = {Structure::Heart}, .surfaces = {}};
+  const atlas::Needs all = atlas::everything_in(manifest);
+  if (all.maps.contains(Structure::LvBlood) && all.surfaces.contains(Structure::LvBlood)) {
+    needs.surfaces.insert(Structure::LvBlood);
+    needs.maps.insert(Structure::LvBlood);
+  } else if (all.fields.contains(Structure::LvBlood)) {
+    needs.fields.insert(Structure::LvBlood);
+  }
+  return needs;
+}
+
+ToldMuscle told_muscle(const std::string& file, const std::string& preset) {
+  if (!file.empty() && !preset.empty()) {
+    throw Error(ErrorCode::Usage,
+                "--parameters and --preset both name parameters; give one of them");
+  }
+  ToldMuscle out;
+  if (!preset.empty()) out.parameters = palpation::palpation_preset(preset);
+  if (file.empty()) return out;
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
+  const auto document = nlohmann::json::parse(stream, nullptr, false, true);
+  if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
+  out.file = file;
+  try {
+    out.parameters = palpation::palpation_from_json(document);
+    if (document.contains("regions")) {
+      out.regions = palpation::regions_from_json(document["regions"]);
+    }
+  } catch (const Error& error) {
+    throw error.with_context(file);
+  }
+  return out;
+}
+
+std::optional<AtlasVentricle> ventricle_of(const atlas::Atlas& atlas, const ToldMuscle& told,
+                                           const std::string& package) {
+  const auto wall = palpation::lv_wall_of(atlas);
+  if (!wall) {
+    if (told.regions.empty()) return std::nullopt;
+    throw_invalid(package + " has no map of the LV's wall, which the regions of " +
+                  told.file.string() + " are found on; build it again from images");
+  }
+  const palpation::PaintedMaps painted =
+      read_painted_maps(told.regions, told.file.parent_path(), *wall);
+  return AtlasVentricle{
+      wall, palpation::tissue_of_wall(*wall, told.parameters.segments, told.regions, painted)};
+}
+
+void scale_to_atlas(palpation::PalpationParameters& parameters, const atlas::Manifest& manifest,
+                    const std::string& package) {
+  for (const atlas::StructureEntry& structure : manifest.structures) {
+    if (structure.name != "lv_blood") continue;
+    const auto [least, most] =
+        std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
+    try {
+      parameters.circulation = palpation::fit_to_heart(parameters.whole_circulation(), *most,
+                                                       *least, 60 / manifest.rr_interval_s);
+    } catch (const Error& error) {
+      throw error.with_context(package);
+    }
+    return;
+  }
+  throw_invalid(package + " holds no volumes of lv_blood; build it with a scene that has them");
+}
+
+}  // namespace beatlas::app
