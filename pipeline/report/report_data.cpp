@@ -299,7 +299,8 @@ json normal_to_json() {
 }  // namespace
 
 std::vector<std::string> correcting_commands(const Place& place) {
-  const std::string build = "beatlas build --study . -o heart.beatlas";
+  // Without a name: it finds the package that the study made last.
+  const std::string build = "beatlas build --study .";
   // Whether an uncertain boundary is wrong, and which way, only the image tells.
   if (place.kind == Place::Kind::Uncertain) {
     return {"itksnap -g exam/stack.nii.gz -s segment/labels.nii.gz", build};
