@@ -1,9 +1,11 @@
 #include "pipeline/assess/structural_checks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "pipeline/assess/field_checks.h"
 #include "pipeline/assess/surface_checks.h"
@@ -12,6 +14,27 @@
 
 namespace beatlas::assess {
 namespace {
+
+/// What a check measures, for people.
+const char* words_of(const std::string& name) {
+  static constexpr std::array<std::pair<const char*, const char*>, 12> kWords{
+      {{"content", "payloads that its scene does not name, or that it lacks"},
+       {"end_phases", "end-diastole or end-systole is no extreme of the LV's volume"},
+       {"open_edges", "its surface is open at edges"},
+       {"pinched_vertices", "its surface is pinched at vertices"},
+       {"crossing_percent", "triangles of its surface that cut others [%]"},
+       {"surface_volume_gap_percent", "its surface holds another volume than it should [%]"},
+       {"wrap_step_ratio", "its surface jumps from the last phase to the first, of other steps"},
+       {"field_volume_gap_percent", "its distances hold another volume than they should [%]"},
+       {"stray_percent", "islands beside it and holes in it, of its volume [%]"},
+       {"slope_error", "its distances rise by more or less than 1 mm a mm"},
+       {"vertex_distance_mm", "its surface lies off its distances [mm]"},
+       {"wrong_side_percent", "inside and outside are exchanged at vertices of its surface [%]"}}};
+  for (const auto& [known, words] : kWords) {
+    if (name == known) return words;
+  }
+  return "";
+}
 
 constexpr double kSameMl = 0.01;  // of volumes that count as equal
 
@@ -154,6 +177,18 @@ std::vector<Check> check_structure(const atlas::Atlas& package, const Structural
   return checks;
 }
 
+std::vector<std::string> failures_of(const std::vector<Check>& checks) {
+  std::vector<std::string> out;
+  for (const Check& check : checks) {
+    if (check.passed()) continue;
+    char text[240];
+    std::snprintf(text, sizeof text, "%s: %s: %.3g (%s), limit %g", check.structure.c_str(),
+                  words_of(check.name), check.worst, check.name.c_str(), check.limit);
+    out.emplace_back(text);
+  }
+  return out;
+}
+
 bool all_passed(const std::vector<Check>& checks) {
   return std::all_of(checks.begin(), checks.end(),
                      [](const Check& check) { return check.passed(); });
@@ -168,7 +203,7 @@ nlohmann::json checks_to_json(const std::vector<Check>& checks) {
                     {"limit", check.limit},
                     {"passed", check.passed()}});
   }
-  return {{"checks", list}, {"passed", all_passed(checks)}};
+  return {{"checks", list}, {"failures", failures_of(checks)}, {"passed", all_passed(checks)}};
 }
 
 std::string checks_to_text(const std::vector<Check>& checks) {
@@ -180,6 +215,7 @@ std::string checks_to_text(const std::vector<Check>& checks) {
                   check.worst, check.limit);
     text += line;
   }
+  for (const std::string& failure : failures_of(checks)) text += failure + "\n";
   return text + (all_passed(checks) ? "passed\n" : "not passed\n");
 }
 

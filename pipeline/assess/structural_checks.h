@@ -53,7 +53,10 @@ struct StructuralLimits {
 /// And for the manifest.
 [[nodiscard]] std::vector<Check> check_manifest(const atlas::Manifest& manifest);
 
-/// {"checks": [{"structure", "name", "worst", "limit", "passed"}], "passed"}
+/// What did not pass, a sentence each.
+[[nodiscard]] std::vector<std::string> failures_of(const std::vector<Check>& checks);
+
+/// {"checks": [{"structure", "name", "worst", "limit", "passed"}], "failures", "passed"}
 [[nodiscard]] nlohmann::json checks_to_json(const std::vector<Check>& checks);
 [[nodiscard]] std::string checks_to_text(const std::vector<Check>& checks);
 [[nodiscard]] bool all_passed(const std::vector<Check>& checks);

@@ -66,7 +66,8 @@ class Chain {
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
   void pack(const Scene& scene, const std::filesystem::path& file);
 
-  /// Writes the study's report: the page, and report.json into the study; gives the latter.
+  /// Writes the study's report: the page, and report.json into the study; gives the latter and says
+  /// its verdict.
   /// @param page where; empty: report.html in the study
   /// @param refused why there is no package; empty: there is, or none was tried
   /// @param anew also where the report stands for what the study holds
@@ -82,6 +83,8 @@ class Chain {
  private:
   /// Whether the study's result of the stage stays as it is; takes note of it if so.
   bool keeps(study::Stage stage, const study::Wanted& wanted);
+  /// Runs a stage on the console, and takes note of its warnings for the study's record.
+  void run(study::Stage stage, const std::function<void(StageContext&)>& body);
   /// Writes what a stage made into the study, if there is one, and takes note of it.
   void leave(study::Stage stage, study::StageRecord record,
              const std::function<study::FileList()>& write);
@@ -116,6 +119,7 @@ class Chain {
   Facts facts_;
   std::vector<study::Stage> kept_;
   std::vector<study::Stage> made_;
+  std::vector<std::string> warnings_;  ///< of the stage that runs
 
   std::optional<Exam> exam_;
   std::optional<Segmentation> segmentation_;

@@ -67,6 +67,15 @@ json former_summary(const fs::path& file) {
   }
 }
 
+/// The report in a line.
+std::string told_of(const json& summary, const fs::path& page) {
+  std::string out = "verdict: " + summary.at("verdict").get<std::string>();
+  for (const json& reason : summary.at("reasons")) {
+    out += "; " + reason.at("sentence").get<std::string>();
+  }
+  return out + "; see " + page.string();
+}
+
 /// What of `former` stands beside a new report: nothing older than the last one that differs.
 json before_of(json former, const json& now) {
   if (former.is_null()) return {};
@@ -89,7 +98,10 @@ json Chain::report(const fs::path& page, const std::string& refused, bool anew) 
   json former = former_summary(summary_file);
   const bool same = former.is_object() && former.value("made_from", "") == from;
   std::error_code ignored;
-  if (!anew && same && fs::exists(file, ignored)) return former;
+  if (!anew && same && fs::exists(file, ignored)) {
+    console_.tell(told_of(former, file));
+    return former;
+  }
 
   json summary;
   console_.stage("report", [&](StageContext& context) {
@@ -140,6 +152,7 @@ json Chain::report(const fs::path& page, const std::string& refused, bool anew) 
     study::write_text(file, html);
     study::write_json(summary_file, summary);
   });
+  console_.tell(told_of(summary, file));
   return summary;
 }
 

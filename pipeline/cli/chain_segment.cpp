@@ -124,7 +124,7 @@ void Chain::note_segmentation() {
 
 void Chain::segment() {
   if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
-    console_.stage("segment", [&](StageContext& context) {
+    run(Stage::Segment, [&](StageContext& context) {
       const Exam& images = exam();
       const Corrections corrections = corrections_for(images, orders_, context);
       const std::string key =
@@ -159,7 +159,7 @@ void Chain::segment() {
 }
 
 void Chain::pictures() {
-  console_.stage("pictures", [&](StageContext&) {
+  run(Stage::Pictures, [&](StageContext&) {
     const Exam& images = exam();
     const Segmentation& found = segmentation();
     leave(Stage::Pictures, new_record(Stage::Pictures), [&] {

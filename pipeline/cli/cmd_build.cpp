@@ -3,6 +3,7 @@
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/import_words.h"
+#include "pipeline/cli/made_package.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
@@ -17,7 +18,7 @@ struct Arguments {
   std::vector<std::string> sources;
   ImportWords words;
   std::string output;
-  std::string scene = "full";
+  std::string scene;  ///< empty: full, or that of the package that is written again
   CorrectionWords corrections;
   std::string study;
   bool discard_edits = false;
@@ -28,8 +29,18 @@ int build(const Arguments& arguments) {
   if (arguments.sources.empty() && arguments.study.empty()) {
     throw Error(ErrorCode::Usage, "SOURCE is missing: name the images, or a study with --study");
   }
-  const Scene scene = read_scene(arguments.scene);
-  study::check_writable(arguments.output);
+  if (arguments.output.empty() && arguments.study.empty()) {
+    throw Error(ErrorCode::Usage, "-o is missing: name the package to write");
+  }
+  Scene scene;
+  if (!arguments.scene.empty()) scene = read_scene(arguments.scene);
+  fs::path output = arguments.output;
+  if (output.empty()) {
+    const study::Study made = study::Study::open(arguments.study);
+    output = made_package(made);
+    if (arguments.scene.empty()) scene = made_scene(made);
+  }
+  study::check_writable(output);
   if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
   Orders orders;
   // Bad words are told before a study is waited for or made.
@@ -73,7 +84,7 @@ int build(const Arguments& arguments) {
     chain.registration(scene_has_volume(scene));
     chain.fields();
     if (with_surfaces) chain.surfaces();
-    chain.pack(scene, arguments.output);
+    chain.pack(scene, output);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Quality && with_report)
       (void)chain.report({}, error.what(), true);
@@ -100,13 +111,14 @@ void add_build(CLI::App& app, Run& run) {
   command->add_option("SOURCE", arguments->sources,
                       "Images; may be left out where --study has been built before");
   add_import_words(*command, arguments->words);
-  command->add_option("-o,--output", arguments->output, "The package to write")
-      ->required()
-      ->type_name("X.beatlas");
   command
-      ->add_option("--scene", arguments->scene,
-                   "What the package is for: palpation, anatomy, full or a JSON file")
-      ->capture_default_str();
+      ->add_option("-o,--output", arguments->output,
+                   "The package to write; may be left out where the one that the study made last "
+                   "still lies in it, beside it or in the current folder: it is written again")
+      ->type_name("X.beatlas");
+  command->add_option("--scene", arguments->scene,
+                      "What the package is for: palpation, anatomy, full or a JSON file (default: "
+                      "full; without -o what it was for)");
   add_correction_words(*command, arguments->corrections);
   command
       ->add_option("--study", arguments->study,

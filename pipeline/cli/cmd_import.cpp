@@ -84,9 +84,10 @@ void add_import(CLI::App& app, Run& run) {
       "The recipe is kept in the study; later stages use it unless they are given another.");
   command->add_option("SOURCE", arguments->sources, "Images");
   command
-      ->add_option("--surfaces", arguments->surfaces,
-                   "Closed key surfaces (PLY, OBJ, STL) instead of images, as a JSON file tells of "
-                   "them (schemas/surfaces.schema.json); 'beatlas build --study DIR' goes on")
+      ->add_option(
+          "--surfaces", arguments->surfaces,
+          "Closed key surfaces (PLY, OBJ, STL) instead of images, as a JSON file tells of "
+          "them (schemas/surfaces.schema.json); 'beatlas build --study DIR -o X.beatlas' goes on")
       ->type_name("FILE.json");
   add_import_words(*command, arguments->words);
   add_stage_arguments(*command, arguments->stage);

@@ -123,7 +123,7 @@ int change(const Arguments& arguments,
   const std::string said = body(study, orders);
   keep_orders(orders, study);
   study.save();
-  print_data(said + "; build again: beatlas build --study " + arguments.study + " -o X.beatlas\n");
+  print_data(said + "; build again: beatlas build --study " + arguments.study + "\n");
   return 0;
 }
 

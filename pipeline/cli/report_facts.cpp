@@ -59,9 +59,11 @@ std::optional<double> worst_gap(const json& provenance) {
 
 }  // namespace
 
-json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes) {
+json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes,
+                   const std::vector<assess::Check>& checks) {
   return {{"bytes", bytes},
           {"manifest", atlas::manifest_to_json(manifest)},
+          {"checks", assess::checks_to_json(checks)},
           {"volume", atlas::info_json(manifest).at("volume")}};
 }
 
@@ -87,6 +89,11 @@ std::optional<report::ReportPackage> packed_facts(const study::Study& study) {
       }
     }
     out.worst_gap_percent = worst_gap(manifest.provenance);
+    if (contents.contains("checks")) {
+      const json& checks = contents["checks"];
+      out.checks = checks.at("checks").size();
+      out.failed_checks = checks.at("failures").get<std::vector<std::string>>();
+    }
     return out;
   } catch (const json::exception&) {
     throw_invalid(file.string() + " was changed by hand; make the package anew");
@@ -106,6 +113,7 @@ std::vector<report::ReportStage> stage_facts(const study::Study& study,
     if (const study::StageRecord* record = study.find(status.stage)) {
       stage.version = record->version;
       stage.options = record->options;
+      stage.warnings = record->warnings;
     }
     for (const report::StageTime& time : times) {
       if (time.stage == stage.name) stage.wall_s = time.wall_s;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "pipeline/assess/structural_checks.h"
 #include "pipeline/report/report_data.h"
 #include "pipeline/report/speed_table.h"
 #include "pipeline/study/study.h"
@@ -12,9 +13,10 @@
 namespace beatlas::cli {
 
 /// What the stage pack leaves of a package in the study: its manifest as `info --json` gives it,
-/// and its size.
+/// its size, and what `validate` says of it.
 inline constexpr auto kPackContents = "pack/contents.json";
-[[nodiscard]] nlohmann::json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes);
+[[nodiscard]] nlohmann::json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes,
+                                           const std::vector<assess::Check>& checks);
 
 /// Of the package that was made last. None if there is none.
 [[nodiscard]] std::optional<report::ReportPackage> packed_facts(const study::Study& study);

@@ -59,11 +59,20 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   for (const ReportStage& stage : input.stages) {
     const bool runs_again = stage.state == "stale" || stage.state == "waits";
     if (runs_again && input.refused.empty()) asked.stale.push_back(stage.name);
+    if (stage.name == "import" || stage.name == "pack") continue;
+    for (const std::string& warning : stage.warnings) {
+      if (stage.name == "segment") {
+        asked.warnings.push_back(warning);
+      } else {
+        asked.remarks.push_back(stage.name + ": " + warning);
+      }
+    }
   }
   if (input.segmentation != nullptr) {
     asked.segmented = true;
     asked.segmentation = heart_figures(segmented_volumes(*input.segmentation));
-    asked.warnings = input.segmentation->warnings;
+    const std::vector<std::string>& own = input.segmentation->warnings;
+    asked.warnings.insert(asked.warnings.begin(), own.begin(), own.end());
     std::copy_if(places.begin(), places.end(), std::back_inserter(asked.leaks),
                  [](const Place& place) { return place.kind == Place::Kind::Leak; });
     for (const auto& [structure, phases] : input.uncertainty) {
@@ -76,6 +85,8 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   if (input.package) {
     asked.package = heart_figures(input.package->volumes);
     asked.worst_gap_percent = input.package->worst_gap_percent;
+    asked.checks = input.package->checks;
+    asked.failed_checks = input.package->failed_checks;
   }
   asked.surfaces = input.surface_figures;
   asked.slice_shifts_mm = input.exam->slice_shifts_mm;
@@ -258,11 +269,9 @@ json package_to_json(const ReportPackage& package) {
 json stages_to_json(const std::vector<ReportStage>& stages) {
   json out = json::array();
   for (const ReportStage& stage : stages) {
-    json entry{{"name", stage.name},
-               {"version", stage.version},
-               {"state", stage.state},
-               {"options", stage.options},
-               {"edited", stage.edited}};
+    json entry{{"name", stage.name},     {"version", stage.version},
+               {"state", stage.state},   {"options", stage.options},
+               {"edited", stage.edited}, {"warnings", stage.warnings}};
     if (stage.wall_s) entry["wall_s"] = rounded(*stage.wall_s, 10);
     out.push_back(std::move(entry));
   }
@@ -290,7 +299,8 @@ json normal_to_json() {
 }  // namespace
 
 std::vector<std::string> correcting_commands(const Place& place) {
-  const std::string build = "beatlas build --study . -o heart.beatlas";
+  // Without a name: it finds the package that the study made last.
+  const std::string build = "beatlas build --study .";
   // Whether an uncertain boundary is wrong, and which way, only the image tells.
   if (place.kind == Place::Kind::Uncertain) {
     return {"itksnap -g exam/stack.nii.gz -s segment/labels.nii.gz", build};

@@ -32,6 +32,8 @@ struct ReportPackage {
   std::vector<ReportItem> items;
   std::vector<VolumeCurve> volumes;  ///< of the distance fields
   std::optional<double> worst_gap_percent;
+  std::size_t checks = 0;                  ///< that it was put to without the truth
+  std::vector<std::string> failed_checks;  ///< a sentence each
 };
 
 /// A stage that ran, for the record.
@@ -41,7 +43,8 @@ struct ReportStage {
   std::string state;  ///< as `status` tells it
   nlohmann::json options = nlohmann::json::object();
   std::vector<std::string> edited;
-  std::optional<double> wall_s;  ///< if it ran just now
+  std::vector<std::string> warnings;  ///< what it said when it ran
+  std::optional<double> wall_s;       ///< if it ran just now
 };
 
 /// What is there of a study; all but the exam may be missing.

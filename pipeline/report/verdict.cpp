@@ -20,6 +20,21 @@ namespace {
 Level check_if(bool bad) { return bad ? Level::Check : Level::Good; }
 Level reject_if(bool bad) { return bad ? Level::Rejected : Level::Good; }
 
+std::string listed(const std::vector<std::string>& lines, const char* between) {
+  std::string out;
+  for (const std::string& line : lines) out += (out.empty() ? "" : between) + line;
+  return out;
+}
+
+/// "2 alarms (no edge in the image: the heart's outside; ...)".
+std::string alarms_in_words(const std::vector<Place>& leaks) {
+  std::vector<std::string> titles;
+  for (const Place& leak : leaks) titles.push_back(leak.title);
+  const std::string all = listed(titles, "; ");
+  return std::to_string(leaks.size()) + (leaks.size() == 1 ? " alarm" : " alarms") +
+         (all.empty() ? "" : " (" + all + ")");
+}
+
 Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
   Finding out{"package",
               "Package keeps the volumes",
@@ -43,6 +58,21 @@ Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
     out.level = check_if(*input.worst_gap_percent > limits.volume_gap_percent);
     out.said = text("largest difference %.1f %% of a volume", *input.worst_gap_percent);
   }
+  return out;
+}
+
+Finding of_checks(const VerdictInput& input) {
+  Finding out{"checks",
+              "Package passes its checks",
+              "The package does not pass its checks",
+              check_if(!input.failed_checks.empty()),
+              "",
+              "0 not passed",
+              "What `beatlas validate` says of the package: closed surfaces, distances that rise "
+              "evenly, nothing stray, surfaces and distances that agree, a beat that closes. Its "
+              "limits are of damage and mix-up."};
+  out.said = input.failed_checks.empty() ? text("all of %zu passed", input.checks)
+                                         : listed(input.failed_checks, "; ");
   return out;
 }
 
@@ -119,12 +149,6 @@ Finding of_shifts(const VerdictInput& input, const VerdictLimits& limits) {
           "outlines run on smoothly from slice to slice."};
 }
 
-std::string listed(const std::vector<std::string>& lines, const char* between) {
-  std::string out;
-  for (const std::string& line : lines) out += (out.empty() ? "" : between) + line;
-  return out;
-}
-
 }  // namespace
 
 std::string level_name(Level level) {
@@ -139,6 +163,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
                    Level::Check, "to be made again: " + listed(input.stale, ", "), "all stages",
                    "The package does not show what the study says now. Build again."});
   }
+  if (input.checks > 0) out.push_back(of_checks(input));
   const HeartFigures& figures = input.segmentation;
   if (input.segmented) {
     const bool both = figures.lv && figures.rv && figures.lv_mass_g;
@@ -150,10 +175,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
          "all four", "What is missing can be neither drawn nor touched."});
     out.push_back(
         {"leaks", "No label has leaked", "A label may have leaked", check_if(!input.leaks.empty()),
-         input.leaks.empty() ? "no alarm"
-                             : text("%zu alarm%s, see below", input.leaks.size(),
-                                    input.leaks.size() == 1 ? "" : "s"),
-         "0 alarms",
+         input.leaks.empty() ? "no alarm" : alarms_in_words(input.leaks), "0 alarms",
          "Volumes that jump, surfaces in lung, along the image's border, along what does not beat "
          "or where the image has no edge. Each alarm has its own limit, which clean segmentations "
          "of phantoms stay below."});
@@ -203,10 +225,17 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
        "Outside these rates the R-R interval was most likely misread (--rr gives it); "
        "with fewer phases nothing is known of how the heart moves between them."});
   if (input.segmented) {
-    out.push_back({"warnings", "Nothing else was remarked", "The segmentation had trouble",
+    out.push_back({"warnings", "Segmentation had no trouble", "The segmentation had trouble",
                    check_if(!input.warnings.empty()),
                    input.warnings.empty() ? "no warning" : listed(input.warnings, "; "),
                    "0 warnings", "What the segmentation could not do as it should."});
+  }
+  if (input.package) {
+    out.push_back({"remarks", "What later stages remarked", "", Level::Good,
+                   input.remarks.empty() ? "nothing" : listed(input.remarks, "; "), "none",
+                   "What was mended on the way from labels to surfaces. What it cost is measured "
+                   "above, in volumes, surfaces and checks; this tells where to look for the "
+                   "reason."});
   }
   return out;
 }

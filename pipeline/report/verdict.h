@@ -58,9 +58,12 @@ struct VerdictInput {
   HeartFigures segmentation;
   std::optional<HeartFigures> package;      ///< from its distance fields
   std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
+  std::size_t checks = 0;  ///< of the package without the truth; 0: it was not looked at
+  std::vector<std::string> failed_checks;  ///< those it did not pass, a sentence each
   std::vector<SurfaceFigures> surfaces;
   std::vector<Place> leaks;
   std::vector<std::string> warnings;  ///< of the segmentation, without those of leaks
+  std::vector<std::string> remarks;   ///< of the stages behind it, each after the stage's name
   std::vector<Vec2> slice_shifts_mm;
   std::optional<double> uncertain_percent;  ///< of the worst structure, see places.h
   std::string uncertain_structure;

@@ -23,6 +23,7 @@ json to_json(const StageRecord& record) {
            {"inputs", record.inputs},
            {"outputs", record.outputs}};
   if (!record.package_sha256.empty()) out["package_sha256"] = record.package_sha256;
+  if (!record.warnings.empty()) out["warnings"] = record.warnings;
   return out;
 }
 
@@ -53,6 +54,9 @@ StageRecord record_from_json(const json& value, const std::string& path) {
   record.inputs = hashes(object.at("inputs"), path + "/inputs");
   record.outputs = hashes(object.at("outputs"), path + "/outputs");
   object.read("package_sha256", record.package_sha256);
+  if (object.has("warnings")) {
+    record.warnings = strings_from_json(object.at("warnings"), path + "/warnings");
+  }
   object.finish();
   return record;
 }

@@ -38,9 +38,10 @@ using FileHashes = std::map<std::string, std::string>;  ///< name -> SHA-256
 struct StageRecord {
   std::string version;  ///< of the program
   nlohmann::json options = nlohmann::json::object();
-  FileHashes inputs;           ///< file in the study -> SHA-256; of Import: see Source
-  FileHashes outputs;          ///< file in the study -> SHA-256
-  std::string package_sha256;  ///< of Pack: what it wrote, wherever that lies
+  FileHashes inputs;                  ///< file in the study -> SHA-256; of Import: see Source
+  FileHashes outputs;                 ///< file in the study -> SHA-256
+  std::string package_sha256;         ///< of Pack: what it wrote, wherever that lies
+  std::vector<std::string> warnings;  ///< what it said; none of Import, which may name files
 };
 
 /// What Import reads, as StageRecord::inputs keeps it.

@@ -21,9 +21,10 @@ MUSCLE_G_PER_ML = 1.05
 COLUMNS = ("exam", "state", "stage", "reason", "warnings", "phases", "rr_ms", "lv_edv_ml", "lv_esv_ml",
            "lv_sv_ml", "lv_ef_percent", "rv_edv_ml", "rv_esv_ml", "rv_ef_percent", "lv_mass_g",
            "heart_ed_ml", "package_mb")
-STAGES = ("import", "segment", "register", "field", "mesh", "pack")
+STAGES = ("import", "segment", "register", "field", "mesh", "pack", "report")
+REJECTED = 4
 # Of beatlas; whatever else ends a stage is trouble of the machine.
-STATES = {3: "failed", 4: "rejected"}
+STATES = {3: "failed", REJECTED: "rejected"}
 
 
 def source_of(exam):
@@ -49,19 +50,26 @@ def write_json(file, content):
     os.replace(part.name, file)
 
 
+def report_words(folder, threads):
+    return [os.environ["BEATLAS_COHORT_PROGRAM"], "report", str(folder / "study"), "-o",
+            str(folder / "report.html"), "--threads", str(threads), "--json"]
+
+
 def run_stage(stage, exam, threads):
     folder = pathlib.Path(exam)
     folder.mkdir(exist_ok=True)
     words = [os.environ["BEATLAS_COHORT_PROGRAM"], stage, "--study", str(folder / "study"),
              "--threads", str(threads), "--json"]
+    if stage == "report":
+        words = report_words(folder, threads)
     if stage == "import":
         words.append(source_of(exam))
     if stage == "pack":
         words += ["-o", str(folder / "heart.beatlas")]
-    if os.environ.get("BEATLAS_COHORT_RECIPE"):
+    if stage != "report" and os.environ.get("BEATLAS_COHORT_RECIPE"):
         words += ["--recipe", os.environ["BEATLAS_COHORT_RECIPE"]]
     failure = folder / "failure.json"
-    done = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    done = subprocess.run(words, capture_output=True, text=True)
     events = []
     for line in done.stderr.splitlines():
         try:
@@ -71,12 +79,19 @@ def run_stage(stage, exam, threads):
     told = [without_paths(event["text"], exam) for event in events if event.get("event") == "warning"]
     if done.returncode == 0:
         failure.unlink(missing_ok=True)
-        write_json(folder / f"{stage}.json", {"stage": stage, "warnings": told})
+        result = {"stage": stage, "warnings": told}
+        if stage == "report":
+            summary = json.loads(done.stdout)
+            result |= {"verdict": summary["verdict"],
+                       "reasons": [reason["sentence"] for reason in summary["reasons"]]}
+        write_json(folder / f"{stage}.json", result)
         return 0
     ends = [event["text"] for event in events if event.get("event") == "end"]
     reason = without_paths(ends[-1], exam) if ends else f"it ended with status {done.returncode}"
     write_json(failure, {"stage": stage, "exit_code": done.returncode, "reason": reason,
                          "warnings": told})
+    if done.returncode == REJECTED:  # the page shows what is wrong; the reason is told without it, too
+        subprocess.run(report_words(folder, threads), capture_output=True)
     print(f"cohort: {exam}: {stage}: {reason}", file=sys.stderr)
     return 1
 
@@ -104,7 +119,9 @@ def row_of(exam):
         [os.environ["BEATLAS_COHORT_PROGRAM"], "info", str(package), "--json"], check=True,
         capture_output=True, text=True).stdout)
     volumes = {entry["name"]: entry["volume_ml"] for entry in info["structures"]}
-    row |= {"state": "check" if warnings else "good", "warnings": warnings, "phases": info["phases"],
+    report = json.loads(records[-1].read_text())
+    row |= {"state": report["verdict"], "reason": "; ".join(report["reasons"]),
+            "warnings": warnings, "phases": info["phases"],
             "rr_ms": f"{1000 * info['rr_interval_s']:.0f}",
             "heart_ed_ml": f"{volumes['heart'][info['end_diastole']]:.1f}",
             "package_mb": f"{package.stat().st_size / 1e6:.2f}"}

@@ -94,7 +94,12 @@ with tempfile.TemporaryDirectory(prefix="beatlas-cohort-") as work:
     assert "3 of 4 exams have an atlas" in done.stderr, done.stderr
     for name in ("exam_001", "exam_003", "exam_004"):
         row = rows[name]
-        assert row["state"] in ("good", "check") and row["stage"] == "", row
+        # One verdict, with its reasons: the report's own, which stands beside the package.
+        summary = json.loads((cohort / name / "study" / "report.json").read_text())
+        assert row["state"] == summary["verdict"] and row["stage"] == "", row
+        assert row["reason"] == "; ".join(reason["sentence"] for reason in summary["reasons"]), row
+        assert bool(row["reason"]) == (row["state"] != "good"), row
+        assert "<html" in (cohort / name / "report.html").read_text(), name
         info = json.loads(run(PROGRAM, "info", cohort / name / "heart.beatlas", "--json").stdout)
         lv = next(entry["volume_ml"] for entry in info["structures"] if entry["name"] == "lv_blood")
         assert abs(float(row["lv_edv_ml"]) - max(lv)) < 0.051, row

@@ -263,6 +263,52 @@ def correction():
     assert not (folder / "report.html").exists() and not (folder / "report.json").exists()
 
 
+def data_of(page):
+    """What the page draws."""
+    text = page.read_text().split('<script id="data" type="application/json">')[1].split("</script>")[0]
+    return json.loads(text)
+
+
+def one_verdict():
+    """What `validate` finds wrong with the package is in what build says, in the report and its reasons;
+    what later stages said stays in the study and is shown."""
+    import nibabel
+    from study_test import EXAM, RECIPE
+    folder, package = new_folder("one_verdict"), WORK / "one_verdict.beatlas"
+    said = beatlas("build", EXAM, "-o", package, "--study", folder, "--recipe", RECIPE).stderr
+    told = summary_of(folder)
+    assert json.loads(beatlas("validate", package, "--json").stdout)["failures"] == []
+    assert "checks" not in {reason["id"] for reason in told["reasons"]}, told["reasons"]
+    assert f"beatlas: verdict: {told['verdict']}" in said and str(folder / "report.html") in said, said
+    checks = next(finding for finding in data_of(folder / "report.html")["findings"] if finding["id"] == "checks")
+    assert checks["level"] == "good" and checks["said"].startswith("all of "), checks
+
+    # An island of RV blood beside the heart, in one phase: stray.
+    file = folder / "segment" / "labels.nii.gz"
+    labels = nibabel.load(file)
+    painted = numpy.asarray(labels.dataobj).copy()
+    low = numpy.argwhere(painted[..., 2] > 0).min(axis=0)
+    assert (low[:2] > 14).all(), low
+    middle = painted.shape[2] // 2
+    painted[low[0] - 13:low[0] - 3, low[1] - 13:low[1] - 3, middle - 2:middle + 3, 2] = 1
+    nibabel.save(nibabel.Nifti1Image(painted, labels.affine, labels.header), file)
+    said = beatlas("build", "--study", folder, "-o", package).stderr
+    failures = json.loads(beatlas("validate", package, "--json", code=4).stdout)["failures"]
+    assert any(line.startswith("rv_blood: islands beside it") for line in failures), failures
+    told = summary_of(folder)
+    reason = next(reason["sentence"] for reason in told["reasons"] if reason["id"] == "checks")
+    assert told["verdict"] == "check" and all(line in reason for line in failures), (reason, failures)
+    assert all(f"warning: pack: {line}" in said for line in failures) and "beatlas: verdict: check; " in said, said
+    # Warnings of the stages: in the study, and on the page after a build that kept them.
+    mesh = [line.split("warning: mesh: ")[1] for line in said.splitlines() if "warning: mesh: " in line]
+    assert mesh == json.loads((folder / "study.json").read_text())["stages"]["mesh"]["warnings"]
+    assert "the largest is kept" in "".join(mesh) or "was mended" in "".join(mesh), mesh
+    beatlas("build", "--study", folder, "-o", package)
+    beatlas("report", folder)
+    remarks = next(finding for finding in data_of(folder / "report.html")["findings"] if finding["id"] == "remarks")
+    assert all(f"mesh: {line}" in remarks["said"] for line in mesh), remarks
+
+
 if __name__ == "__main__":
     import sys
     globals()[sys.argv[3]]()

@@ -161,6 +161,31 @@ def resume():
     said = beatlas("build", "--study", folder, "-o", package).stderr
     assert "nothing has changed" in said, said
 
+    # Without naming the package: the one it made last, for what it was made for.
+    lone = WORK / "resume_lone"
+    shutil.rmtree(lone, ignore_errors=True)
+    lone.mkdir()
+    shutil.copytree(folder, lone / "study")
+    beatlas("build", "--study", lone / "study", "-o", lone / "any name.beatlas", "--scene", "palpation")
+    small = digest(lone / "any name.beatlas")
+    assert "nothing has changed" in beatlas("build", "--study", lone / "study").stderr
+    beatlas("seeds", lone / "study", "add", "--label", "myocardium", "--slice", 20, "--row", 40, "--column", 40)
+    said = beatlas("build", "--study", lone / "study").stderr
+    assert "pack" in said.split("; made ")[1] and [file.name for file in lone.glob("*.beatlas")] == ["any name.beatlas"]
+    info = json.loads(beatlas("info", lone / "any name.beatlas", "--json").stdout)
+    assert info["scene"] == "palpation", info["scene"]
+    assert digest(lone / "any name.beatlas") != small
+    beatlas("seeds", lone / "study", "remove", "all")
+    beatlas("build", "--study", lone / "study")
+    assert digest(lone / "any name.beatlas") == small
+    assert "any name" not in "".join(file.read_text(errors="replace") for file in (lone / "study").glob("*.*"))
+    # Copies, none, none yet: it asks.
+    shutil.copyfile(lone / "any name.beatlas", lone / "copy.beatlas")
+    assert "2 copies" in beatlas("build", "--study", lone / "study", code=2).stderr
+    for file in lone.glob("*.beatlas"):
+        file.unlink()
+    assert "name the package to write with -o" in beatlas("build", "--study", lone / "study", code=2).stderr
+
     # A copy of the source under other names in another order is the same source.
     moved = new_folder("resume_source")
     files = sorted(file for file in EXAM.rglob("*") if file.is_file())

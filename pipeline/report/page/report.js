@@ -76,7 +76,7 @@
     const leaks = numbered.filter(([place]) => place.kind === "leak");
     const uncertain = numbered.filter(([place]) => place.kind !== "leak");
     section.append(make("h2", {id: "correct-title"}, leaks.length ? "Look here and correct" : "Worth a look"),
-      make("p", {class: "small"}, "Numbers are those on images and surfaces. Run the commands in the study's folder, where this report lies; only what changed is made anew. A seed says what lies there. Instead of it labels can be painted: open segment/labels.nii.gz over exam/stack.nii.gz in ITK-SNAP or 3D Slicer, save, build again."));
+      make("p", {class: "small"}, "Numbers are those on images and surfaces. Run the commands in the study's folder, where build leaves report.html; only what changed is made anew, and the package that the study made last is written again where it lies, in the study or beside it (elsewhere, or where there are copies: name it with -o). A seed says what lies there. Instead of it labels can be painted: open segment/labels.nii.gz over exam/stack.nii.gz in ITK-SNAP or 3D Slicer, save, build again."));
     if (leaks.length) {
       section.append(make("ol", {class: "places"}, leaks.map(([place, n]) => make("li", {class: "place leak"},
         make("h3", {}, count(n), make("span", {}, place.title), show_button(place, n)),

@@ -19,6 +19,7 @@ VerdictInput sound() {
                                     {Structure::LvMyocardium, {130, 132, 134, 131}}});
   out.package = out.segmentation;
   out.worst_gap_percent = 0.5;
+  out.checks = 40;
   out.surfaces = {{Structure::Heart, 0, 0, 0.1}};
   out.uncertain_percent = 2.0;
   out.phases = 20;
@@ -96,7 +97,17 @@ TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   doubtful("slice_shifts", [](VerdictInput& v) { v.slice_shifts_mm = {{0, 1}, {3.1, 4}}; });
   doubtful("beat", [](VerdictInput& v) { v.rr_interval_s = 0.3; });
   doubtful("beat", [](VerdictInput& v) { v.phases = 7; });
+  doubtful("checks", [](VerdictInput& v) { v.failed_checks = {"rv_blood: stray"}; });
   doubtful("warnings", [](VerdictInput& v) { v.warnings = {"views disagree"}; });
+}
+
+TEST(Verdict, TellsWhatStagesRemarkedAndJudgesItByWhatItCost) {
+  VerdictInput input = sound();
+  input.remarks = {"mesh: heart was mended", "field: cut flat"};
+  const std::vector<Finding> all = findings(input);
+  EXPECT_EQ(verdict(all), Level::Good);
+  EXPECT_EQ(all.back().id, "remarks");
+  EXPECT_EQ(all.back().said, "mesh: heart was mended; field: cut flat");
 }
 
 TEST(UncertainPlaces, AreWhereMostOfABoundaryIsHardlyKnown) {

@@ -24,7 +24,7 @@ class StudyTest : public ::testing::Test {
   /// A stage whose files hold their own names.
   void run(Study& study, Stage stage, const std::vector<std::string>& files,
            json options = json::object()) {
-    StageRecord record{"1", std::move(options), {}, {}, {}};
+    StageRecord record{"1", std::move(options), {}, {}, {}, {}};
     const std::vector<Stage> sources = sources_of(stage);
     if (std::all_of(sources.begin(), sources.end(),
                     [&](Stage source) { return study.find(source) != nullptr; })) {
