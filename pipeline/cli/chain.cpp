@@ -7,7 +7,7 @@
 #include "pipeline/cli/quality.h"
 #include "pipeline/cli/report_facts.h"
 #include "pipeline/cli/version.h"
-#include "pipeline/mesh/surface_map.h"
+#include "pipeline/mesh/nested.h"
 #include "pipeline/pack/volume_encoder.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
@@ -337,8 +337,9 @@ void Chain::surfaces() {
       StageContext part = part_of(context, field.structure, made.size(), field_cycles().size());
       made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, part));
     }
+    mesh::part_structures(made, field_cycles());
     surfaces_ = std::move(made);
-    maps_ = make_surface_maps();
+    maps_ = maps_of(*surfaces_);
     context.progress(kMade, "files of the study");
     leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
       study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);
@@ -347,21 +348,6 @@ void Chain::surfaces() {
       return files;
     });
   });
-}
-
-std::vector<SurfaceMap> Chain::make_surface_maps() {
-  const std::optional<LongAxis> axis =
-      study_ ? study::read_long_axis(study_->folder()) : facts_.axis;
-  const auto rv = std::find_if(
-      surfaces_->begin(), surfaces_->end(),
-      [](const SurfaceCycle& surface) { return surface.structure == Structure::RvBlood; });
-  if (!axis || rv == surfaces_->end()) return {};
-  Vec3 centre = Vec3::Zero();
-  for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
-  centre /= static_cast<double>(rv->positions.front().size());
-  const Affine map =
-      study_ ? study::read_workspace_from_lps(study_->folder()) : facts_.workspace_from_lps.value();
-  return mesh::surface_maps(field_cycles(), *surfaces_, mesh::lv_frame(*axis, map, centre));
 }
 
 pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {
@@ -378,8 +364,10 @@ pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {
 void Chain::pack(const Scene& scene, const fs::path& file) {
   study::Wanted with = wanted_of(Stage::Pack, orders_);
   with.with_surfaces = scene_has_surfaces(scene);
-  with.options["scene"] = {{"content", scene.content},
-                           {"stiffness_n_per_m", scene.stiffness_n_per_m}};
+  with.options["scene"] = {
+      {"content", scene.content},
+      {"stiffness_n_per_m", scene.stiffness_n_per_m},
+      {"surface_edges_mm", surface_edges_mm(scene, orders_.recipe.mesh.edge_mm)}};
   with.options["quality"] = recipe_to_json(orders_.recipe).at("quality");
   if (study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
       study::holds(file, study_->find(Stage::Pack)->package_sha256)) {
@@ -461,19 +449,10 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
                 {"psnr_db", content.volume->psnr_db}};
       manifest.provenance["volume"] = volume;
     }
-    if (!used.empty()) {
-      for (const SurfaceMap& map : surface_maps()) {
-        if (!atlas::scene_holds(scene.content, atlas::kMapKind, map.structure)) continue;
-        content.maps.push_back(
-            {map.structure, map.long_axis, map.angle_rad, map.segment, map.thickness_mm});
-      }
-    }
-    for (SurfaceCycle& surface : used) {
-      content.surfaces.push_back(
-          {surface.structure, std::move(surface.triangles), std::move(surface.positions)});
-    }
+    StageContext levels = context.part(0.6, 0.9);
+    add_surfaces(scene, used, content, levels);
     context.check_cancelled();
-    context.progress(0.6, "surfaces and the package's file");
+    context.progress(0.9, "the package's file");
     pack::write_package(file, content, orders_.recipe.pack);
     study::StageRecord record{with.version, with.options, {}, {}, {}};
     if (study_) {
