@@ -130,6 +130,30 @@ double vertex_distance_mm(const field::FieldQuery& query, const atlas::SurfacePa
   return worst;
 }
 
+double surface_error_mm(const field::FieldQuery& query, const atlas::SurfacePayload& surface) {
+  const std::size_t phases = surface.positions.size();
+  double worst = 0;
+  for (std::size_t phase = 0; phase < phases; ++phase) {
+    const std::vector<Vec3f>& positions = surface.positions[phase];
+    const double t_s = phase_time_s(query, phase, phases);
+    double area = 0;
+    double off = 0;
+    for (const auto& triangle : surface.triangles) {
+      std::array<Vec3, 3> corner;
+      for (std::size_t n = 0; n < 3; ++n) corner[n] = positions[triangle[n]].cast<double>();
+      const Vec3 middle = (corner[0] + corner[1] + corner[2]) / 3;
+      const double share = (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();
+      area += 4 * share;
+      off += share * std::abs(query.sample(middle, t_s).distance_mm);
+      for (const Vec3& x : corner) {
+        off += share * std::abs(query.sample((middle + x) / 2, t_s).distance_mm);
+      }
+    }
+    worst = std::max(worst, area > 0 ? off / area : 0);
+  }
+  return worst;
+}
+
 double wrong_side_percent(const field::FieldQuery& query, const atlas::SurfacePayload& surface) {
   const double step_mm = query.payload().voxel_mm;
   const std::size_t phases = surface.positions.size();

@@ -27,6 +27,11 @@ struct PhaseOfField {
 [[nodiscard]] double vertex_distance_mm(const field::FieldQuery& query,
                                         const atlas::SurfacePayload& surface);
 
+/// Largest mean over the phases of the field's |distance| at the middles of a surface's triangles
+/// and half-way from there to their corners, by area [mm].
+[[nodiscard]] double surface_error_mm(const field::FieldQuery& query,
+                                      const atlas::SurfacePayload& surface);
+
 /// Vertices from which a step of a voxel along the surface's own normal does not lead outside, or
 /// against it not inside, of all [%]; of the worst phase.
 [[nodiscard]] double wrong_side_percent(const field::FieldQuery& query,

@@ -86,6 +86,23 @@ std::vector<Check> check_field(const atlas::StructureEntry& entry, const field::
           {entry.name, "slope_error", slope, limits.slope_error}};
 }
 
+/// What two structures' surfaces cut each other, of the triangles of the first [%]; worst phase.
+Check check_two(const atlas::SurfacePayload& one, const atlas::SurfacePayload& other,
+                const StructuralLimits& limits) {
+  const std::size_t phases = std::min(one.positions.size(), other.positions.size());
+  std::vector<double> crossing(phases);
+  parallel_for(phases, [&](std::size_t p) {
+    crossing[p] = static_cast<double>(
+        crossing_triangles(one.triangles, one.positions[p], other.triangles, other.positions[p]));
+  });
+  const double most = crossing.empty() ? 0 : *std::max_element(crossing.begin(), crossing.end());
+  std::string name = "crosses_" + std::string(structure_name(other.structure));
+  if (one.level > 0) name += "_level_" + std::to_string(one.level);
+  return {std::string(structure_name(one.structure)), std::move(name),
+          100 * most / static_cast<double>(std::max<std::size_t>(1, one.triangles.size())),
+          limits.nested_crossing_percent};
+}
+
 /// Payloads on one side only of what the scene holds and what the package lists.
 int content_differences(const atlas::Manifest& manifest) {
   int differences = 0;
@@ -134,7 +151,8 @@ int wrong_end_phases(const atlas::Manifest& manifest) {
 
 std::vector<Check> check_one(const atlas::StructureEntry& entry,
                              const atlas::SurfacePayload* surface, const field::FieldQuery* query,
-                             const StructuralLimits& limits) {
+                             const StructuralLimits& limits, double edge_mm) {
+  constexpr double kLongEdgeMm = 4;
   std::vector<Check> checks;
   if (surface != nullptr) checks = check_surface(entry, *surface, limits);
   if (query != nullptr) {
@@ -144,6 +162,8 @@ std::vector<Check> check_one(const atlas::StructureEntry& entry,
   if (surface != nullptr && query != nullptr) {
     checks.push_back({entry.name, "vertex_distance_mm", vertex_distance_mm(*query, *surface),
                       limits.vertex_distance_voxels * query->payload().voxel_mm});
+    checks.push_back({entry.name, "surface_error_mm", surface_error_mm(*query, *surface),
+                      limits.surface_error_mm * std::pow(std::max(1.0, edge_mm / kLongEdgeMm), 2)});
     checks.push_back({entry.name, "wrong_side_percent", wrong_side_percent(*query, *surface),
                       limits.wrong_side_percent});
   }
@@ -168,11 +188,36 @@ std::vector<Check> check_structure(const atlas::Atlas& package, const Structural
     const auto payload = package.field(*structure);
     std::optional<field::FieldQuery> query;
     if (payload) query.emplace(payload, manifest.rr_interval_s);
-    const std::vector<Check> own =
-        check_one(entry, surface.get(), query ? &*query : nullptr, limits);
+    const std::vector<double>& edges_mm = manifest.surface_edges_mm;
+    const std::vector<Check> own = check_one(entry, surface.get(), query ? &*query : nullptr,
+                                             limits, edges_mm.empty() ? 0 : edges_mm.front());
     checks.insert(checks.end(), own.begin(), own.end());
+    for (std::size_t level = 1; level < edges_mm.size(); ++level) {
+      const auto coarser = package.surface(*structure, static_cast<int>(level));
+      if (!coarser) continue;
+      for (Check& check :
+           check_one(entry, coarser.get(), query ? &*query : nullptr, limits, edges_mm[level])) {
+        if (check.name.starts_with("field_") || check.name == "stray_percent" ||
+            check.name == "slope_error") {
+          continue;
+        }
+        check.name += "_level_" + std::to_string(level);
+        checks.push_back(std::move(check));
+      }
+    }
     done += 1;
     context.progress(done / static_cast<double>(manifest.structures.size()));
+  }
+  const int levels = static_cast<int>(std::max<std::size_t>(1, manifest.surface_edges_mm.size()));
+  for (int level = 0; level < levels; ++level) {
+    for (std::size_t n = 0; n < kAllStructures.size(); ++n) {
+      const auto one = package.surface(kAllStructures[n], level);
+      if (!one) continue;
+      for (std::size_t m = n + 1; m < kAllStructures.size(); ++m) {
+        const auto other = package.surface(kAllStructures[m], level);
+        if (other) checks.push_back(check_two(*one, *other, limits));
+      }
+    }
   }
   return checks;
 }

@@ -27,8 +27,12 @@ struct StructuralLimits {
   double vertex_distance_voxels = 1.0;  ///< RMS of a surface's vertices in its structure's field
   double wrong_side_percent = 5;
   double crossing_percent = 20;  ///< a thin wall that is carried through the cycle folds at its rim
+  double nested_crossing_percent = 1;  ///< between two structures that touch each other
   double stray_percent = 1;
-  double slope_error = 0.5;      ///< of |grad phi| = 1
+  double slope_error = 0.5;  ///< of |grad phi| = 1
+  /// Mean distance of a surface's triangles from its structure's field, for edges of 4 mm and less;
+  /// beyond, it may grow with the square of their length, as what edges cut off does.
+  double surface_error_mm = 0.3;
   double wrap_step_ratio = 1.5;  ///< the cycle closes with no larger step than it has elsewhere
 };
 
@@ -38,18 +42,21 @@ struct StructuralLimits {
 /// For every surface `open_edges` and `pinched_vertices` (both 0: a closed 2-manifold),
 /// `crossing_percent` (pairs that cut each other, of the triangles), `surface_volume_gap_percent`
 /// and `wrap_step_ratio`; for every field `field_volume_gap_percent`, `stray_percent` and
-/// `slope_error`; where both are there `vertex_distance_mm` and `wrong_side_percent`. See
-/// surface_checks.h and field_checks.h. The package was already checked byte by byte, sizes and
-/// hashes, when it was opened.
+/// `slope_error`; where both are there `vertex_distance_mm`, `surface_error_mm` and
+/// `wrong_side_percent`. Those of For every two structures with a surface `crosses_NAME` (pairs
+/// that cut each other, of the triangles of the former). Those of a surface once more for each
+/// coarser level of detail, as `open_edges_level_1`. See surface_checks.h and field_checks.h. The
+/// package was already checked byte by byte, sizes and hashes, when it was opened.
 [[nodiscard]] std::vector<Check> check_structure(const atlas::Atlas& package,
                                                  const StructuralLimits& limits,
                                                  StageContext& context);
 
 /// What check_structure does for one structure; null where the package does not hold it.
+/// @param edge_mm of the surface's triangles, 0 if untold
 [[nodiscard]] std::vector<Check> check_one(const atlas::StructureEntry& entry,
                                            const atlas::SurfacePayload* surface,
                                            const field::FieldQuery* query,
-                                           const StructuralLimits& limits);
+                                           const StructuralLimits& limits, double edge_mm = 0);
 /// And for the manifest.
 [[nodiscard]] std::vector<Check> check_manifest(const atlas::Manifest& manifest);
 

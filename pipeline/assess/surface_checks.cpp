@@ -60,6 +60,70 @@ std::uint64_t cell_key(const Eigen::Vector3i& cell) {
   return key;
 }
 
+/// Corners and boxes of a surface's triangles.
+class Faces {
+ public:
+  Faces(const Triangles& triangles, const std::vector<Vec3f>& positions) {
+    for (const auto& triangle : triangles) {
+      const Corners& t = corners_.emplace_back(corners_of(triangle, positions));
+      boxes_.push_back({t[0].cwiseMin(t[1]).cwiseMin(t[2]), t[0].cwiseMax(t[1]).cwiseMax(t[2])});
+      edge_mm_ += (t[1] - t[0]).norm();
+    }
+    edge_mm_ /= static_cast<double>(std::max<std::size_t>(1, triangles.size()));
+  }
+  [[nodiscard]] const Corners& corners(std::uint32_t n) const { return corners_[n]; }
+  [[nodiscard]] const Box& box(std::uint32_t n) const { return boxes_[n]; }
+  [[nodiscard]] double edge_mm() const { return edge_mm_; }
+
+ private:
+  std::vector<Corners> corners_;
+  std::vector<Box> boxes_;
+  double edge_mm_ = 0;  // mean
+};
+
+/// Which triangles lie in the cells of a lattice twice as wide as an edge.
+class CellsOfFaces {
+ public:
+  explicit CellsOfFaces(double edge_mm) : cell_mm_(std::max(1e-3, 2.0 * edge_mm)) {}
+
+  void add(std::uint32_t face, const Box& box) {
+    each_cell(box, [&](const Eigen::Vector3i& cell) { cells_[cell_key(cell)].push_back(face); });
+  }
+  /// Calls visit(n) once for each of `faces`, as were added, whose box meets this one.
+  template <class Visit>
+  void near(const Box& box, const Faces& faces, const Visit& visit) const {
+    each_cell(box, [&](const Eigen::Vector3i& cell) {
+      const auto here = cells_.find(cell_key(cell));
+      if (here == cells_.end()) return;
+      for (const std::uint32_t other : here->second) {
+        const Vec3 low = box.low.cwiseMax(faces.box(other).low);
+        const Vec3 high = box.high.cwiseMin(faces.box(other).high);
+        if ((low.array() > high.array()).any()) continue;
+        // Once: in the cell of the lowest corner that both boxes have.
+        if (cell_of(low) == cell) visit(other);
+      }
+    });
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector3i cell_of(const Vec3& x) const {
+    return (x / cell_mm_).array().floor().max(-1e6).min(1e6).cast<int>();
+  }
+  template <class Visit>
+  void each_cell(const Box& box, const Visit& visit) const {
+    const Eigen::Vector3i low = cell_of(box.low);
+    const Eigen::Vector3i high = cell_of(box.high);
+    for (int z = low.z(); z <= high.z(); ++z) {
+      for (int y = low.y(); y <= high.y(); ++y) {
+        for (int x = low.x(); x <= high.x(); ++x) visit(Eigen::Vector3i(x, y, z));
+      }
+    }
+  }
+
+  double cell_mm_;
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
+};
+
 double rms_step_mm(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
   double squares = 0.0;
   for (std::size_t n = 0; n < a.size(); ++n) {
@@ -122,41 +186,31 @@ std::size_t pinched_vertices(const Triangles& triangles) {
 }
 
 std::size_t crossing_triangles(const Triangles& triangles, const std::vector<Vec3f>& positions) {
-  if (triangles.empty()) return 0;
-  std::vector<Corners> corners;
-  std::vector<Box> boxes;
-  double edges_mm = 0.0;
-  for (const auto& triangle : triangles) {
-    const Corners& t = corners.emplace_back(corners_of(triangle, positions));
-    boxes.push_back({t[0].cwiseMin(t[1]).cwiseMin(t[2]), t[0].cwiseMax(t[1]).cwiseMax(t[2])});
-    edges_mm += (t[1] - t[0]).norm();
-  }
-  const double cell_mm = std::max(1e-3, 2.0 * edges_mm / static_cast<double>(triangles.size()));
-  const auto cell_of = [&](const Vec3& x) -> Eigen::Vector3i {
-    return (x / cell_mm).array().floor().max(-1e6).min(1e6).cast<int>();
-  };
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells;
+  const Faces faces(triangles, positions);
+  CellsOfFaces cells(faces.edge_mm());
   std::size_t count = 0;
   for (std::uint32_t n = 0; n < triangles.size(); ++n) {
-    const Eigen::Vector3i low = cell_of(boxes[n].low);
-    const Eigen::Vector3i high = cell_of(boxes[n].high);
-    for (int z = low.z(); z <= high.z(); ++z) {
-      for (int y = low.y(); y <= high.y(); ++y) {
-        for (int x = low.x(); x <= high.x(); ++x) {
-          std::vector<std::uint32_t>& here = cells[cell_key({x, y, z})];
-          for (const std::uint32_t other : here) {
-            const Vec3 meet_low = boxes[n].low.cwiseMax(boxes[other].low);
-            const Vec3 meet_high = boxes[n].high.cwiseMin(boxes[other].high);
-            if ((meet_low.array() > meet_high.array()).any()) continue;
-            // Counted once: in the cell of the lowest corner that both boxes have.
-            if (cell_of(meet_low) != Eigen::Vector3i(x, y, z)) continue;
-            if (share_a_vertex(triangles[n], triangles[other])) continue;
-            if (cut(corners[n], corners[other])) ++count;
-          }
-          here.push_back(n);
-        }
-      }
-    }
+    cells.near(faces.box(n), faces, [&](std::uint32_t other) {
+      if (share_a_vertex(triangles[n], triangles[other])) return;
+      if (cut(faces.corners(n), faces.corners(other))) ++count;
+    });
+    cells.add(n, faces.box(n));
+  }
+  return count;
+}
+
+std::size_t crossing_triangles(const Triangles& triangles, const std::vector<Vec3f>& positions,
+                               const Triangles& other_triangles,
+                               const std::vector<Vec3f>& other_positions) {
+  const Faces faces(triangles, positions);
+  const Faces others(other_triangles, other_positions);
+  CellsOfFaces cells(std::max(faces.edge_mm(), others.edge_mm()));
+  for (std::uint32_t n = 0; n < other_triangles.size(); ++n) cells.add(n, others.box(n));
+  std::size_t count = 0;
+  for (std::uint32_t n = 0; n < triangles.size(); ++n) {
+    cells.near(faces.box(n), others, [&](std::uint32_t other) {
+      if (cut(faces.corners(n), others.corners(other))) ++count;
+    });
   }
   return count;
 }

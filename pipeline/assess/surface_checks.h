@@ -27,6 +27,11 @@ using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 /// Pairs of triangles without a common vertex that cut each other.
 [[nodiscard]] std::size_t crossing_triangles(const Triangles& triangles,
                                              const std::vector<Vec3f>& positions);
+/// Pairs of triangles, one of either surface, that cut each other.
+[[nodiscard]] std::size_t crossing_triangles(const Triangles& triangles,
+                                             const std::vector<Vec3f>& positions,
+                                             const Triangles& other_triangles,
+                                             const std::vector<Vec3f>& other_positions);
 
 /// RMS step of the vertices from the last phase to the first, over the largest such step between
 /// neighbours elsewhere in the cycle; 0 if nothing moves or there are less than 3 phases. A cycle

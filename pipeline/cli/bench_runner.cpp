@@ -221,6 +221,7 @@ BenchRunner::Package BenchRunner::pack_surfaces(const json& settings, Sweep swee
   pack::PackageContent content;
   content.manifest = manifest(*imaging(settings, context).value,
                               *shapes(settings, sweep, context).value, "anatomy");
+  content.manifest.surface_edges_mm = {recipe.mesh.edge_mm};
   for (const Structure structure : structures) {
     const auto made = surface(settings, sweep, structure, context);
     content.manifest.structures.push_back(

@@ -5,7 +5,7 @@
 
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/version.h"
-#include "pipeline/mesh/surface_map.h"
+#include "pipeline/mesh/nested.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
@@ -345,8 +345,9 @@ void Chain::surfaces() {
       StageContext part = part_of(context, field.structure, made.size(), field_cycles().size());
       made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, part));
     }
+    mesh::part_structures(made, field_cycles());
     surfaces_ = std::move(made);
-    maps_ = make_surface_maps();
+    maps_ = maps_of(*surfaces_);
     context.progress(kMade, "files of the study");
     leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
       study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);
@@ -355,21 +356,6 @@ void Chain::surfaces() {
       return files;
     });
   });
-}
-
-std::vector<SurfaceMap> Chain::make_surface_maps() {
-  const std::optional<LongAxis> axis =
-      study_ ? study::read_long_axis(study_->folder()) : facts_.axis;
-  const auto rv = std::find_if(
-      surfaces_->begin(), surfaces_->end(),
-      [](const SurfaceCycle& surface) { return surface.structure == Structure::RvBlood; });
-  if (!axis || rv == surfaces_->end()) return {};
-  Vec3 centre = Vec3::Zero();
-  for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
-  centre /= static_cast<double>(rv->positions.front().size());
-  const Affine map =
-      study_ ? study::read_workspace_from_lps(study_->folder()) : facts_.workspace_from_lps.value();
-  return mesh::surface_maps(field_cycles(), *surfaces_, mesh::lv_frame(*axis, map, centre));
 }
 
 }  // namespace beatlas::cli

@@ -105,7 +105,16 @@ class Chain {
   /// @throws Error{Quality} if it rings and the recipe makes that an error; its pictures are left.
   void ask_for_leaks(StageContext& context);
   /// Of the surfaces at hand; none without the LV's long axis or a right ventricle.
-  [[nodiscard]] std::vector<SurfaceMap> make_surface_maps();
+  [[nodiscard]] std::vector<SurfaceMap> maps_of(const std::vector<SurfaceCycle>& surfaces);
+  /// Maps with this surface in place of the one that was made; the wall's other side stays.
+  [[nodiscard]] std::vector<SurfaceMap> maps_beside(const SurfaceCycle& surface);
+  /// A level of detail of each, parted; without those too small for it, unless it is the finest.
+  [[nodiscard]] std::vector<SurfaceCycle> at_level(const std::vector<SurfaceCycle>& made,
+                                                   double edge_mm, bool finest,
+                                                   const StageContext& context);
+  /// Surfaces of the mesh stage, in the levels of detail of the scene, with their maps and errors.
+  void add_surfaces(const Scene& scene, const std::vector<SurfaceCycle>& used,
+                    pack::PackageContent& content, StageContext& context);
   const std::vector<SurfaceMap>& surface_maps();
   void note_for_package();
   /// The images around the heart as the package holds them.

@@ -46,8 +46,10 @@ pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {
 void Chain::pack(const Scene& scene, const fs::path& file) {
   study::Wanted with = wanted_of(Stage::Pack, orders_);
   with.with_surfaces = scene_has_surfaces(scene);
-  with.options["scene"] = {{"content", scene.content},
-                           {"stiffness_n_per_m", scene.stiffness_n_per_m}};
+  with.options["scene"] = {
+      {"content", scene.content},
+      {"stiffness_n_per_m", scene.stiffness_n_per_m},
+      {"surface_edges_mm", surface_edges_mm(scene, orders_.recipe.mesh.edge_mm)}};
   with.options["quality"] = recipe_to_json(orders_.recipe).at("quality");
   if (study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
       study::holds(file, study_->find(Stage::Pack)->package_sha256)) {
@@ -129,19 +131,10 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
                 {"psnr_db", content.volume->psnr_db}};
       manifest.provenance["volume"] = volume;
     }
-    if (!used.empty()) {
-      for (const SurfaceMap& map : surface_maps()) {
-        if (!atlas::scene_holds(scene.content, atlas::kMapKind, map.structure)) continue;
-        content.maps.push_back(
-            {map.structure, map.long_axis, map.angle_rad, map.segment, map.thickness_mm});
-      }
-    }
-    for (SurfaceCycle& surface : used) {
-      content.surfaces.push_back(
-          {surface.structure, std::move(surface.triangles), std::move(surface.positions)});
-    }
+    StageContext levels = context.part(0.5, 0.75);
+    add_surfaces(scene, used, content, levels);
     context.check_cancelled();
-    context.progress(0.5, "surfaces and the package's file");
+    context.progress(0.75, "the package's file");
     pack::write_package(file, content, orders_.recipe.pack);
     const std::vector<assess::Check> checks = checks_of(file, context.part(0.8, 1, "checks"));
     for (const std::string& failure : assess::failures_of(checks)) context.warn(failure);

@@ -2,6 +2,7 @@
 /// A scene: what a trainer will do with the atlas, and so what the package holds.
 
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -12,7 +13,15 @@ namespace beatlas::cli {
 struct Scene {
   std::string content = "full";  ///< palpation, anatomy or full; see runtime/atlas/scene.h
   double stiffness_n_per_m = atlas::Manifest{}.stiffness_n_per_m;  ///< [N/m] 0..1e6
+  /// [mm] 0.5..10, rising: edges of the levels of detail of its surfaces. Empty: as the mesh stage
+  /// made them and, but for palpation, kCoarseEdgeMm where that is coarser by half.
+  std::vector<double> surface_edges_mm = {};
 };
+inline constexpr double kCoarseEdgeMm = 4;
+
+/// Those of the scene, or where it names none those of its content.
+/// @param made_mm MeshOptions::edge_mm of the mesh stage
+[[nodiscard]] std::vector<double> surface_edges_mm(const Scene& scene, double made_mm);
 
 /// See schemas/scene.schema.json. @throws Error{InvalidInput} naming the JSON path.
 [[nodiscard]] Scene scene_from_json(const nlohmann::json& json);

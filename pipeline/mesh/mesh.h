@@ -28,6 +28,9 @@ struct MeshOptions {
 [[nodiscard]] SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
                                       StageContext& context);
 
+/// @throws Error{Usage} for options out of range; Error{InvalidInput} if there is no phase
+void check_options(const FieldCycle& field, const MeshOptions& options);
+
 /// Figures of one phase of a surface.
 struct PhaseQuality {
   double least_angle_deg = 0;         ///< smallest corner of any triangle

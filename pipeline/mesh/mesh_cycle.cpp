@@ -29,15 +29,8 @@ std::string fixed(double value, int digits) {
 }
 
 void check(const FieldCycle& field, const MeshOptions& options) {
-  if (!(options.edge_mm >= 0.5 && options.edge_mm <= 10)) {
-    throw Error(ErrorCode::Usage, "edge_mm must lie between 0.5 and 10 mm");
-  }
+  check_options(field, options);
   const std::vector<std::vector<float>>& phases = field.distance_mm.phases;
-  if (phases.empty()) throw_invalid(name_of(field) + " has no phases; build its field first");
-  if (options.reference_phase < 0 || options.reference_phase >= static_cast<int>(phases.size())) {
-    throw Error(ErrorCode::Usage, "reference_phase must be one of the " +
-                                      std::to_string(phases.size()) + " phases, counted from 0");
-  }
   for (std::size_t p = 0; p < phases.size(); ++p) {
     const std::string where = "phase " + std::to_string(p) + " of " + name_of(field);
     if (phases[p].size() != field.distance_mm.grid.count()) {
@@ -127,6 +120,18 @@ double mean_off_surface_mm(const std::vector<Vec3>& points, const field::Interpo
 }
 
 }  // namespace
+
+void check_options(const FieldCycle& field, const MeshOptions& options) {
+  if (!(options.edge_mm >= 0.5 && options.edge_mm <= 10)) {
+    throw Error(ErrorCode::Usage, "edge_mm must lie between 0.5 and 10 mm");
+  }
+  const std::vector<std::vector<float>>& phases = field.distance_mm.phases;
+  if (phases.empty()) throw_invalid(name_of(field) + " has no phases; build its field first");
+  if (options.reference_phase < 0 || options.reference_phase >= static_cast<int>(phases.size())) {
+    throw Error(ErrorCode::Usage, "reference_phase must be one of the " +
+                                      std::to_string(phases.size()) + " phases, counted from 0");
+  }
+}
 
 SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
                         StageContext& context) {

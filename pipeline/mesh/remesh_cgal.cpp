@@ -1,6 +1,9 @@
 // All of CGAL that the room needs, in one file: it takes a minute and gigabytes to compile.
 #include <utility>
 
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
@@ -59,6 +62,37 @@ TriangleMesh remeshed(const TriangleMesh& mesh, double edge_mm) {
       work.faces(), edge_mm, work,
       CGAL::parameters::number_of_iterations(kRounds).number_of_relaxation_steps(kRelaxations));
   return from_cgal(work);
+}
+
+std::vector<OnTriangle> located(const TriangleMesh& mesh, std::span<const Vec3> points) {
+  std::vector<Kernel::Triangle_3> faces;
+  faces.reserve(mesh.triangles.size());
+  const auto point = [](const Vec3& p) { return Point(p.x(), p.y(), p.z()); };
+  for (const Triangle& t : mesh.triangles) {
+    faces.emplace_back(point(mesh.points[t[0]]), point(mesh.points[t[1]]),
+                       point(mesh.points[t[2]]));
+  }
+  using Primitive =
+      CGAL::AABB_triangle_primitive<Kernel, std::vector<Kernel::Triangle_3>::iterator>;
+  CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree(faces.begin(), faces.end());
+  std::vector<OnTriangle> out;
+  out.reserve(points.size());
+  for (const Vec3& p : points) {
+    const auto [foot, face] = tree.closest_point_and_primitive(point(p));
+    const auto n = static_cast<std::size_t>(face - faces.begin());
+    const Triangle& t = mesh.triangles[n];
+    const Vec3 at(foot.x(), foot.y(), foot.z());
+    const Vec3 normal =
+        (mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]);
+    OnTriangle& place = out.emplace_back();
+    place.triangle = static_cast<std::uint32_t>(n);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& b = mesh.points[t[(k + 1) % 3]];
+      const Vec3& c = mesh.points[t[(k + 2) % 3]];
+      place.weight[k] = (b - at).cross(c - at).dot(normal) / normal.squaredNorm();
+    }
+  }
+  return out;
 }
 
 std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(

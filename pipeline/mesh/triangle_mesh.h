@@ -73,6 +73,15 @@ void relax_on_surface(TriangleMesh& mesh, const field::Interpolant& surface, int
 /// @pre `mesh` is a closed manifold.
 [[nodiscard]] TriangleMesh remeshed(const TriangleMesh& mesh, double edge_mm);
 
+/// A place on a mesh: the corners' weights add up to 1.
+struct OnTriangle {
+  std::uint32_t triangle = 0;
+  std::array<double, 3> weight{};
+};
+/// The place of `mesh` nearest to each point.
+[[nodiscard]] std::vector<OnTriangle> located(const TriangleMesh& mesh,
+                                              std::span<const Vec3> points);
+
 /// Pairs of triangles that meet other than in a shared vertex or edge (exact predicates).
 [[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(
     std::span<const Vec3> points, std::span<const Triangle> triangles);

@@ -1,4 +1,4 @@
-#include <set>
+#include <algorithm>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/pack/pack.h"
@@ -18,10 +18,10 @@ class Items {
   Items(atlas::Manifest& manifest, std::vector<ZipEntry>& entries)
       : manifest_(manifest), entries_(entries) {}
 
-  void add(std::string_view kind, Structure structure, atlas::Bytes bytes) {
-    const std::string path = atlas::item_path(kind, structure);
+  void add(std::string_view kind, Structure structure, atlas::Bytes bytes, int level = 0) {
+    const std::string path = atlas::item_path(kind, structure, level);
     manifest_.items.push_back({path, std::string(kind), std::string(structure_name(structure)),
-                               bytes.size(), sha256_hex(bytes)});
+                               bytes.size(), sha256_hex(bytes), level});
     entries_.push_back({path, std::move(bytes)});
   }
 
@@ -38,23 +38,51 @@ class Items {
   throw_invalid(message + " were given; give one");
 }
 
-/// The payloads that `scene` holds, in the order of kAllStructures so that the caller's order
-/// leaves no trace in the package.
+template <class Payload>
+int level_of(const Payload& payload) {
+  if constexpr (requires { payload.level; }) return payload.level;
+  return 0;
+}
+
+/// The payloads that `scene` holds, in the order of levels and kAllStructures so that the caller's
+/// order leaves no trace in the package.
 template <class Payload>
 std::vector<const Payload*> held(const std::vector<Payload>& payloads, std::string_view scene,
                                  std::string_view kind) {
   std::vector<const Payload*> chosen;
-  std::set<Structure> given;
   for (Structure structure : kAllStructures) {
     for (const Payload& payload : payloads) {
       if (payload.structure != structure) continue;
-      if (!given.insert(structure).second) {
-        refuse_two(kind, structure);
-      }
       if (atlas::scene_holds(scene, kind, structure)) chosen.push_back(&payload);
     }
   }
+  std::stable_sort(chosen.begin(), chosen.end(),
+                   [](const Payload* a, const Payload* b) { return level_of(*a) < level_of(*b); });
+  const auto two =
+      std::adjacent_find(chosen.begin(), chosen.end(), [](const Payload* a, const Payload* b) {
+        return a->structure == b->structure && level_of(*a) == level_of(*b);
+      });
+  if (two != chosen.end()) refuse_two(kind, (*two)->structure);
   return chosen;
+}
+
+/// A coarser level is of a structure that has level 0, too.
+void require_levels(const std::vector<const atlas::SurfacePayload*>& surfaces,
+                    const atlas::Manifest& manifest) {
+  for (const atlas::SurfacePayload* surface : surfaces) {
+    const bool named =
+        surface->level == 0 ||
+        (surface->level > 0 && surface->level < static_cast<int>(manifest.surface_edges_mm.size()));
+    const bool has_finest =
+        std::any_of(surfaces.begin(), surfaces.end(), [&](const atlas::SurfacePayload* other) {
+          return other->level == 0 && other->structure == surface->structure;
+        });
+    if (!named || !has_finest) {
+      throw_invalid("level " + std::to_string(surface->level) + " of " +
+                    std::string(structure_name(surface->structure)) +
+                    " has no edge in surface_edges_mm, or there is no level 0 of it");
+    }
+  }
 }
 
 void require_phases(const atlas::Manifest& manifest, Structure structure, std::size_t phases) {
@@ -89,17 +117,19 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
               pack_field(*field, field_step_mm(field->structure, options)));
   }
   const auto maps = held(content.maps, manifest.scene, atlas::kMapKind);
-  for (const atlas::SurfacePayload* surface :
-       held(content.surfaces, manifest.scene, atlas::kSurfaceKind)) {
+  const auto surfaces = held(content.surfaces, manifest.scene, atlas::kSurfaceKind);
+  require_levels(surfaces, manifest);
+  for (const atlas::SurfacePayload* surface : surfaces) {
     check_stop_flag();
     require_phases(manifest, surface->structure, surface->positions.size());
     PackedSurface packed = pack_surface(*surface, options.surface_step_mm);
-    items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc));
-    items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion));
+    items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc), surface->level);
+    items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion), surface->level);
     for (const atlas::SurfaceMapPayload* map : maps) {
-      if (map->structure != surface->structure) continue;
+      if (map->structure != surface->structure || map->level != surface->level) continue;
       require_phases(manifest, map->structure, map->thickness_mm.size());
-      items.add(atlas::kMapKind, map->structure, pack_surface_map(*map, packed.given));
+      items.add(atlas::kMapKind, map->structure, pack_surface_map(*map, packed.given),
+                surface->level);
     }
   }
   if (content.volume && atlas::scene_holds(manifest.scene, atlas::kVolumeKind, Structure::Heart)) {

@@ -138,6 +138,7 @@ atlas::Needs needs_of_scene(const PlayArguments& arguments) {
       atlas::everything_in(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
   needs.fields.insert(Structure::Heart);
   needs.volume = false;  // nothing is drawn here
+  needs.levels = {0};
   return needs;
 }
 

@@ -46,9 +46,12 @@ void compare(const Manifest& manifest, const ZipArchive& archive) {
   }
 }
 
-const Item* find_item(const Manifest& manifest, std::string_view kind, Structure structure) {
+const Item* find_item(const Manifest& manifest, std::string_view kind, Structure structure,
+                      int level) {
   for (const Item& item : manifest.items) {
-    if (item.kind == kind && item.structure == structure_name(structure)) return &item;
+    if (item.kind == kind && item.structure == structure_name(structure) && item.level == level) {
+      return &item;
+    }
   }
   return nullptr;
 }
@@ -73,8 +76,8 @@ const Item* find_item(const Manifest& manifest, std::string_view kind, Structure
 }
 
 Bytes read_item(const Manifest& manifest, const ZipArchive& archive, std::string_view kind,
-                Structure structure) {
-  const Item* item = find_item(manifest, kind, structure);
+                Structure structure, int level = 0) {
+  const Item* item = find_item(manifest, kind, structure, level);
   if (item == nullptr) refuse_missing(manifest, kind, structure);
   Bytes bytes = archive.read(*archive.find(item->path));
   if (sha256_hex(bytes) != item->sha256) {
@@ -103,32 +106,35 @@ std::shared_ptr<const FieldPayload> read_field(const Manifest& manifest, const Z
 }
 
 std::shared_ptr<const SurfacePayload> read_surface(const Manifest& manifest,
-                                                   const ZipArchive& archive, Structure structure) {
-  const Bytes base = read_item(manifest, archive, kSurfaceKind, structure);
-  const Bytes motion = read_item(manifest, archive, kMotionKind, structure);
+                                                   const ZipArchive& archive, Structure structure,
+                                                   int level) {
+  const Bytes base = read_item(manifest, archive, kSurfaceKind, structure, level);
+  const Bytes motion = read_item(manifest, archive, kMotionKind, structure, level);
   try {
     auto surface = std::make_shared<SurfacePayload>(decode_surface(base, motion, structure));
+    surface->level = level;
     require_phases(manifest, surface->positions.size());
     return surface;
   } catch (const Error& error) {
-    throw error.with_context(item_path(kSurfaceKind, structure));
+    throw error.with_context(item_path(kSurfaceKind, structure, level));
   }
 }
 
 /// @param surface that it is a map of, if that was read too
 std::shared_ptr<const SurfaceMapPayload> read_map(const Manifest& manifest,
                                                   const ZipArchive& archive, Structure structure,
-                                                  const SurfacePayload* surface) {
-  const Bytes bytes = read_item(manifest, archive, kMapKind, structure);
+                                                  int level, const SurfacePayload* surface) {
+  const Bytes bytes = read_item(manifest, archive, kMapKind, structure, level);
   try {
     auto map = std::make_shared<SurfaceMapPayload>(decode_surface_map(bytes, structure));
+    map->level = level;
     require_phases(manifest, map->thickness_mm.size());
     if (surface != nullptr && surface->positions.front().size() != map->segment.size()) {
       throw_invalid("has another number of vertices than the surface; build the package again");
     }
     return map;
   } catch (const Error& error) {
-    throw error.with_context(item_path(kMapKind, structure));
+    throw error.with_context(item_path(kMapKind, structure, level));
   }
 }
 
@@ -153,6 +159,15 @@ std::shared_ptr<const Payload> find(const std::vector<std::shared_ptr<const Payl
   return nullptr;
 }
 
+template <class Payload>
+std::shared_ptr<const Payload> find(const std::vector<std::shared_ptr<const Payload>>& payloads,
+                                    Structure structure, int level) {
+  for (const auto& payload : payloads) {
+    if (payload->structure == structure && payload->level == level) return payload;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 Needs everything_in(const Manifest& manifest) {
@@ -160,6 +175,7 @@ Needs everything_in(const Manifest& manifest) {
   for (const Item& item : manifest.items) {
     const auto structure = structure_from_name(item.structure);
     if (!structure) continue;
+    if (item.level > 0) needs.levels.insert(item.level);
     if (item.kind == kVolumeKind) {
       needs.volume = true;
     } else if (item.kind == kMapKind) {
@@ -180,12 +196,19 @@ Atlas Atlas::open(const std::filesystem::path& file, const Needs& needs) {
     for (Structure structure : needs.fields) {
       atlas.fields_.push_back(read_field(atlas.manifest_, archive, structure));
     }
-    for (Structure structure : needs.surfaces) {
-      atlas.surfaces_.push_back(read_surface(atlas.manifest_, archive, structure));
-    }
-    for (Structure structure : needs.maps) {
-      const auto surface = atlas.surface(structure);
-      atlas.maps_.push_back(read_map(atlas.manifest_, archive, structure, surface.get()));
+    for (const int level : needs.levels) {
+      const auto passed_over = [&](std::string_view kind, Structure structure) {
+        return level > 0 && find_item(atlas.manifest_, kind, structure, level) == nullptr;
+      };
+      for (Structure structure : needs.surfaces) {
+        if (passed_over(kSurfaceKind, structure)) continue;
+        atlas.surfaces_.push_back(read_surface(atlas.manifest_, archive, structure, level));
+      }
+      for (Structure structure : needs.maps) {
+        if (passed_over(kMapKind, structure)) continue;
+        const auto surface = atlas.surface(structure, level);
+        atlas.maps_.push_back(read_map(atlas.manifest_, archive, structure, level, surface.get()));
+      }
     }
     if (needs.volume) atlas.volume_ = read_volume(atlas.manifest_, archive);
     return atlas;
@@ -198,12 +221,12 @@ std::shared_ptr<const FieldPayload> Atlas::field(Structure structure) const {
   return find(fields_, structure);
 }
 
-std::shared_ptr<const SurfacePayload> Atlas::surface(Structure structure) const {
-  return find(surfaces_, structure);
+std::shared_ptr<const SurfacePayload> Atlas::surface(Structure structure, int level) const {
+  return find(surfaces_, structure, level);
 }
 
-std::shared_ptr<const SurfaceMapPayload> Atlas::surface_map(Structure structure) const {
-  return find(maps_, structure);
+std::shared_ptr<const SurfaceMapPayload> Atlas::surface_map(Structure structure, int level) const {
+  return find(maps_, structure, level);
 }
 
 }  // namespace beatlas::atlas

@@ -19,6 +19,9 @@ struct Needs {
   std::set<Structure> surfaces;
   bool volume = false;
   std::set<Structure> maps = {};
+  /// Levels of detail of `surfaces` and `maps`, 0 the finest; see Manifest::surface_edges_mm. What
+  /// is not there at a level above 0 is passed over.
+  std::set<int> levels = {0};
 };
 
 /// Every payload that `manifest` names.
@@ -37,9 +40,11 @@ class Atlas {
   [[nodiscard]] const Manifest& manifest() const { return manifest_; }
   /// Null if it was not asked for.
   [[nodiscard]] std::shared_ptr<const FieldPayload> field(Structure structure) const;
-  [[nodiscard]] std::shared_ptr<const SurfacePayload> surface(Structure structure) const;
-  /// Its vertices are those of surface(structure), in that order.
-  [[nodiscard]] std::shared_ptr<const SurfaceMapPayload> surface_map(Structure structure) const;
+  [[nodiscard]] std::shared_ptr<const SurfacePayload> surface(Structure structure,
+                                                              int level = 0) const;
+  /// Its vertices are those of surface(structure, level), in that order.
+  [[nodiscard]] std::shared_ptr<const SurfaceMapPayload> surface_map(Structure structure,
+                                                                     int level = 0) const;
   [[nodiscard]] std::shared_ptr<const VolumePayload> volume() const { return volume_; }
 
  private:

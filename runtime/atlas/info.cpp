@@ -32,6 +32,37 @@ nlohmann::json volume_figures(const Manifest& manifest) {
   return out;
 }
 
+/// Every surface in the package with what the writer measured of it.
+nlohmann::json surface_levels(const Manifest& manifest) {
+  nlohmann::json out = nlohmann::json::array();
+  const auto of = [&](const Item& item) -> const nlohmann::json* {
+    const auto told = manifest.provenance.find("surfaces");
+    if (told == manifest.provenance.end() || !told->is_array()) return nullptr;
+    for (const nlohmann::json& entry : *told) {
+      if (entry.is_object() && entry.value("structure", nlohmann::json()) == item.structure &&
+          entry.value("level", nlohmann::json()) == item.level) {
+        return &entry;
+      }
+    }
+    return nullptr;
+  };
+  for (const Item& item : manifest.items) {
+    if (item.kind != kSurfaceKind) continue;
+    const auto level = static_cast<std::size_t>(item.level);
+    nlohmann::json figures{{"structure", item.structure}, {"level", item.level}};
+    figures["edge_mm"] = level < manifest.surface_edges_mm.size()
+                             ? nlohmann::json(manifest.surface_edges_mm[level])
+                             : nlohmann::json(nullptr);
+    const nlohmann::json* told = of(item);
+    for (const char* name : {"vertices", "mean_mm", "worst_phase_mm", "bias_mm"}) {
+      const bool is_there = told != nullptr && told->contains(name) && told->at(name).is_number();
+      figures[name] = is_there ? told->at(name) : nlohmann::json(nullptr);
+    }
+    out.push_back(std::move(figures));
+  }
+  return out;
+}
+
 Vec3 spacing_mm(const Manifest& manifest) {
   return manifest.source_lps_from_index.linear().colwise().norm().transpose();
 }
@@ -55,6 +86,7 @@ nlohmann::json info_json(const Manifest& manifest) {
   info["ejection_fraction"] = fraction ? nlohmann::json(*fraction) : nlohmann::json(nullptr);
   const Vec3 spacing = spacing_mm(manifest);
   info["volume"] = volume_figures(manifest);
+  info["surface_levels"] = surface_levels(manifest);
   info["source"]["spacing_mm"] = {spacing.x(), spacing.y(), spacing.z()};
   return info;
 }
@@ -95,6 +127,19 @@ std::string info_text(const Manifest& manifest) {
     const auto [small, large] = std::minmax_element(entry.volume_ml.begin(), entry.volume_ml.end());
     if (small == entry.volume_ml.end()) continue;
     out += text("%-15s %10.1f  %11.1f\n", entry.name.c_str(), *large, *small);
+  }
+  const nlohmann::json levels = surface_levels(manifest);
+  if (!levels.empty())
+    out += "\nsurface          edge mm  vertices  mean error mm  of worst phase\n";
+  for (const nlohmann::json& level : levels) {
+    const auto number = [&](const char* name, const char* format) {
+      const nlohmann::json& value = level[name];
+      return value.is_number() ? text(format, value.get<double>()) : std::string("-");
+    };
+    out += text("%-15s %8s  %8s  %13s  %14s\n",
+                level["structure"].get_ref<const std::string&>().c_str(),
+                number("edge_mm", "%.3g").c_str(), number("vertices", "%.0f").c_str(),
+                number("mean_mm", "%.4f").c_str(), number("worst_phase_mm", "%.4f").c_str());
   }
   out += "\npayload                                 bytes  sha256\n";
   for (const Item& item : manifest.items) {

@@ -13,8 +13,9 @@ namespace beatlas::atlas {
 [[nodiscard]] std::optional<double> ejection_fraction(const Manifest& manifest);
 
 /// All of atlas.json (see schemas/manifest.schema.json) and `phases`, `ejection_fraction` (null if
-/// unknown), `source`/`spacing_mm`, `volume` (null without one; its figures null if untold); see
-/// schemas/info.schema.json. Keys are only ever added.
+/// unknown), `source`/`spacing_mm`, `surface_levels` (what the build measured of each surface),
+/// `volume` (null without one; its figures null if untold); see schemas/info.schema.json. Keys are
+/// only ever added.
 [[nodiscard]] nlohmann::json info_json(const Manifest& manifest);
 
 /// The same for people: a few lines, ends with a newline.

@@ -1,6 +1,8 @@
 #include "runtime/atlas/manifest.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "runtime/atlas/scene.h"
@@ -96,11 +98,12 @@ void require(bool ok, const std::string& path, const std::string& what) {
   if (!ok) throw_invalid(path + " " + what);
 }
 
-StructureEntry structure_from_json(const json& entry, const std::string& path) {
+StructureEntry structure_from_json(const json& entry, const std::string& path, int format_version) {
   JsonObject object(entry, path);
   StructureEntry structure;
   structure.name = required_text(object, "name");
-  require(structure_from_name(structure.name).has_value(), path + "/name",
+  const auto known = structure_from_name(structure.name);
+  require(known && (format_version >= 5 || !is_beyond_base(*known)), path + "/name",
           "is not a structure this format knows");
   structure.volume_ml = required_numbers(object, "volume_ml", 1, kMaxPhases, 0, 1e6);
   object.finish();
@@ -118,12 +121,17 @@ Item item_from_json(const json& entry, const std::string& path, int format_versi
   item.structure = required_text(object, "structure");
   const auto structure = structure_from_name(item.structure);
   require(structure.has_value(), path + "/structure", "is not a structure this format knows");
+  if (object.has("level")) {
+    require(format_version >= 5 && has_levels(item.kind), path + "/level",
+            "is not of this kind or format version");
+    item.level = required_int(object, "level", 1, kMaxSurfaceLevels - 1);
+  }
   item.path = required_text(object, "path");
   require(item.kind != kVolumeKind || *structure == Structure::Heart, path + "/structure",
           "must be heart for a volume");
   require(kind_exists(item.kind, *structure), path + "/structure",
           "must be lv_blood or lv_myocardium for a surface_map");
-  const std::string expected = item_path(item.kind, *structure);
+  const std::string expected = item_path(item.kind, *structure, item.level);
   require(item.path == expected, path + "/path", "must be " + expected);
   const json& bytes = object.at("bytes");
   require(bytes.is_number_unsigned(), path + "/bytes", "must be a whole number, at least 0");
@@ -140,7 +148,8 @@ void check_version(const json& document) {
   if (!document.is_object()) throw_invalid("atlas.json must be a JSON object");
   const auto format = document.find("format");
   require(format != document.end() && format->is_string() && *format == std::string(kFormatName),
-          "/format", "must be \"" + std::string(kFormatName) + "\"; this is no package");
+          "/format",
+          std::string("must be \"").append(kFormatName).append("\"; this is no package"));
   const auto version = document.find("format_version");
   require(version != document.end() && version->is_number_integer(), "/format_version",
           "must be a whole number");
@@ -195,7 +204,8 @@ Manifest manifest_from_json(const json& document) {
   const json& structures = required_array(object, "structures", 1, kMaxStructures);
   for (std::size_t i = 0; i < structures.size(); ++i) {
     const std::string path = "/structures/" + std::to_string(i);
-    manifest.structures.push_back(structure_from_json(structures[i], path));
+    manifest.structures.push_back(
+        structure_from_json(structures[i], path, manifest.format_version));
     const StructureEntry& entry = manifest.structures.back();
     require(names.insert(entry.name).second, path + "/name", "must not be given twice");
     require(static_cast<int>(entry.volume_ml.size()) == manifest.phase_count(), path + "/volume_ml",
@@ -204,6 +214,13 @@ Manifest manifest_from_json(const json& document) {
   manifest.end_diastole = required_int(object, "end_diastole", 0, manifest.phase_count() - 1);
   manifest.end_systole = required_int(object, "end_systole", 0, manifest.phase_count() - 1);
 
+  if (manifest.format_version >= 5) {
+    manifest.surface_edges_mm =
+        required_numbers(object, "surface_edges_mm", 0, kMaxSurfaceLevels, 0.1, 100);
+    const std::vector<double>& edges = manifest.surface_edges_mm;
+    require(std::adjacent_find(edges.begin(), edges.end(), std::greater_equal<>()) == edges.end(),
+            "/surface_edges_mm", "must rise");
+  }
   std::set<std::string> paths;
   const json& items = required_array(object, "items", 0, kMaxItems);
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -213,6 +230,8 @@ Manifest manifest_from_json(const json& document) {
     require(paths.insert(item.path).second, path + "/path", "must not be given twice");
     require(names.count(item.structure) == 1, path + "/structure",
             "must be one of those listed under structures");
+    require(item.level == 0 || item.level < static_cast<int>(manifest.surface_edges_mm.size()),
+            path + "/level", "must be one of surface_edges_mm");
   }
   manifest.provenance = object.at("provenance");
   require(manifest.provenance.is_object(), "/provenance", "must be a JSON object");
@@ -232,22 +251,32 @@ json manifest_to_json(const Manifest& manifest) {
                      {"structure", item.structure},
                      {"bytes", item.bytes},
                      {"sha256", item.sha256}});
+    if (item.level > 0) items.back()["level"] = item.level;
   }
-  return {{"format", kFormatName},
-          {"format_version", manifest.format_version},
-          {"scene", manifest.scene},
-          {"rr_interval_s", manifest.rr_interval_s},
-          {"frame_times_s", manifest.frame_times_s},
-          {"workspace_from_lps", affine_to_json(manifest.workspace_from_lps)},
-          {"source",
-           {{"size", manifest.source_size},
-            {"lps_from_index", affine_to_json(manifest.source_lps_from_index)}}},
-          {"material", {{"stiffness_n_per_m", manifest.stiffness_n_per_m}}},
-          {"end_diastole", manifest.end_diastole},
-          {"end_systole", manifest.end_systole},
-          {"structures", std::move(structures)},
-          {"items", std::move(items)},
-          {"provenance", manifest.provenance}};
+  json out{{"format", kFormatName},
+           {"format_version", manifest.format_version},
+           {"scene", manifest.scene},
+           {"rr_interval_s", manifest.rr_interval_s},
+           {"frame_times_s", manifest.frame_times_s},
+           {"workspace_from_lps", affine_to_json(manifest.workspace_from_lps)},
+           {"source",
+            {{"size", manifest.source_size},
+             {"lps_from_index", affine_to_json(manifest.source_lps_from_index)}}},
+           {"material", {{"stiffness_n_per_m", manifest.stiffness_n_per_m}}},
+           {"end_diastole", manifest.end_diastole},
+           {"end_systole", manifest.end_systole},
+           {"structures", std::move(structures)},
+           {"items", std::move(items)},
+           {"provenance", manifest.provenance}};
+  if (manifest.format_version >= 5) out["surface_edges_mm"] = manifest.surface_edges_mm;
+  return out;
+}
+
+bool holds_surface(const Manifest& manifest, Structure structure, int level) {
+  return std::any_of(manifest.items.begin(), manifest.items.end(), [&](const Item& item) {
+    return item.kind == kSurfaceKind && item.level == level &&
+           item.structure == structure_name(structure);
+  });
 }
 
 Manifest manifest_from_text(std::string_view text) {

@@ -8,12 +8,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/atlas/structures.h"
 #include "runtime/base/geometry.h"
 
 namespace beatlas::atlas {
 
-inline constexpr int kFormatVersion = 4;
-/// Version 3 had no surface maps, and a palpation scene of the heart's field alone.
+inline constexpr int kFormatVersion = 5;
+/// Version 4 had one level of surfaces and did not tell their edges. Version 3 had no surface maps,
+/// and a palpation scene of the heart's field alone.
 inline constexpr int kOldestFormatVersion = 3;
 
 inline constexpr std::string_view kManifestEntry = "atlas.json";
@@ -21,11 +23,12 @@ inline constexpr std::string_view kFormatName = "beatlas";
 
 /// A payload: entry name in the zip, size and SHA-256 of the entry as a zip tool extracts it.
 struct Item {
-  std::string path;  ///< item_path(kind, structure), see scene.h
+  std::string path;  ///< item_path(kind, structure, level), see scene.h
   std::string kind;  ///< one of kKinds
   std::string structure;
   std::uint64_t bytes = 0;
   std::string sha256;
+  int level = 0;  ///< of a surface, its motion and its map: index of surface_edges_mm
 };
 
 struct StructureEntry {
@@ -46,6 +49,11 @@ struct Manifest {
   int end_diastole = 0;
   int end_systole = 0;
   std::vector<StructureEntry> structures;  ///< at least one; all with equally many phases
+  /// [level] [mm] 0.1..100, each more than the one before: what triangles' edges of a level of
+  /// detail are about as long as, the finest first. Every structure with a surface has level 0; it
+  /// lacks a coarser one that it is too small for. Empty without surfaces and before version 5,
+  /// when surfaces had level 0 alone.
+  std::vector<double> surface_edges_mm;
   std::vector<Item> items;
   nlohmann::json provenance = nlohmann::json::object();  ///< stages, options, versions, hashes
 
@@ -55,7 +63,11 @@ struct Manifest {
   }
 };
 
+/// Whether the package holds a surface of the structure at this level of detail.
+[[nodiscard]] bool holds_surface(const Manifest& manifest, Structure structure, int level);
+
 inline constexpr int kMaxPhases = 1024;
+inline constexpr int kMaxSurfaceLevels = 8;
 
 /// Follows schemas/manifest.schema.json and every range above.
 /// @throws Error{InvalidInput} naming the JSON path of what is missing, unknown or out of range; a

@@ -64,11 +64,13 @@ struct FieldPayload {
 };
 
 /// One closed triangle surface with the same connectivity in every phase; triangles are
-/// counter-clockwise seen from outside.
+/// counter-clockwise seen from outside. Levels of detail are surfaces of their own: each has its
+/// own vertices, and they move with the same muscle.
 struct SurfacePayload {
   Structure structure{};
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::vector<Vec3f>> positions;  ///< [phase][vertex]
+  int level = 0;  ///< of Manifest::surface_edges_mm: 0 the finest, 1 the next coarser, ...
 };
 
 /// What the vertices of a surface on the LV's wall are called, and how thick the wall is there.
@@ -83,6 +85,7 @@ struct SurfaceMapPayload {
   /// [phase][vertex] [mm] from endocardium to epicardium along the endocardium's normal; 0: there
   /// is no wall, as on the flat base.
   std::vector<std::vector<float>> thickness_mm;
+  int level = 0;  ///< of the surface that it is a map of
 };
 
 /// Intensities of the source's images around the heart, on their own lattice and at their phases,

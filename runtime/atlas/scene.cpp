@@ -25,7 +25,7 @@ bool kind_exists(std::string_view kind, Structure structure) noexcept {
 bool scene_holds(std::string_view scene, std::string_view kind, Structure structure) noexcept {
   if (!kind_exists(kind, structure)) return false;
   if (scene == "full") return true;
-  const bool of_surface = kind == kSurfaceKind || kind == kMotionKind || kind == kMapKind;
+  const bool of_surface = has_levels(kind);
   if (scene == "palpation") {
     return kind == kFieldKind ? structure == Structure::Heart
                               : of_surface && structure == Structure::LvBlood;
@@ -44,9 +44,14 @@ std::string scenes_that_hold(std::string_view kind, Structure structure) {
   return list.empty() ? last : list + " or " + last;
 }
 
-std::string item_path(std::string_view kind, Structure structure) {
-  assert(is_kind(kind));
-  const std::string name(structure_name(structure));
+bool has_levels(std::string_view kind) noexcept {
+  return kind == kSurfaceKind || kind == kMotionKind || kind == kMapKind;
+}
+
+std::string item_path(std::string_view kind, Structure structure, int level) {
+  assert(is_kind(kind) && level >= 0 && (level == 0 || has_levels(kind)));
+  std::string name(structure_name(structure));
+  if (level > 0) name += ".level" + std::to_string(level);
   if (kind == kFieldKind) return "fields/" + name + ".field.zst";
   if (kind == kVolumeKind) return "volumes/" + name + ".volume.zst";
   if (kind == kMapKind) return "maps/" + name + ".map.zst";

@@ -39,9 +39,13 @@ inline constexpr std::array<std::string_view, 3> kScenes{"palpation", "anatomy",
 /// The scenes that hold it, for messages: "palpation, anatomy or full".
 [[nodiscard]] std::string scenes_that_hold(std::string_view kind, Structure structure);
 
+/// Whether payloads of this kind come in levels of detail: a surface and what goes by its vertices.
+[[nodiscard]] bool has_levels(std::string_view kind) noexcept;
+
 /// Entry name in the zip: "fields/<structure>.field.zst", "surfaces/<structure>.drc",
-/// "surfaces/<structure>.motion", "maps/<structure>.map.zst", "volumes/<structure>.volume.zst".
-/// @pre is_kind(kind)
-[[nodiscard]] std::string item_path(std::string_view kind, Structure structure);
+/// "surfaces/<structure>.motion", "maps/<structure>.map.zst", "volumes/<structure>.volume.zst"; of
+/// level 1 and coarser "surfaces/<structure>.level1.drc" and the like.
+/// @pre is_kind(kind), level >= 0, has_levels(kind) unless level is 0
+[[nodiscard]] std::string item_path(std::string_view kind, Structure structure, int level = 0);
 
 }  // namespace beatlas::atlas

@@ -86,6 +86,7 @@ double phase_of(const std::string& word, const atlas::Manifest& manifest) {
 OpenedHeart open_heart(const std::filesystem::path& package) {
   const atlas::Atlas looked_at = atlas::Atlas::open(package, atlas::Needs{});
   atlas::Needs needs = atlas::everything_in(looked_at.manifest());
+  needs.levels = {0};
   std::erase_if(needs.fields, [](Structure structure) { return structure != Structure::Heart; });
   OpenedHeart heart;
   heart.atlas = std::make_shared<const atlas::Atlas>(atlas::Atlas::open(package, needs));

@@ -5,11 +5,12 @@
 
 namespace beatlas::fuzz {
 std::vector<std::string> seeds() {
-  return {read_file(BEATLAS_GOLDEN_PACKAGE), read_file(BEATLAS_GOLDEN_VOLUME)};
+  return {read_file(BEATLAS_GOLDEN_PACKAGE), read_file(BEATLAS_GOLDEN_VOLUME),
+          read_file(BEATLAS_GOLDEN_LEVELS)};
 }
 std::vector<std::string> tokens() {
-  return {"PK\x03\x04", "PK\x01\x02",   "PK\x05\x06",         "PK\x06\x06",
-          "atlas.json", "fields/heart", std::string(4, '\0'), "\xff\xff\xff\xff"};
+  return {"PK\x03\x04",   "PK\x01\x02", "PK\x05\x06",         "PK\x06\x06",      "atlas.json",
+          "fields/heart", ".level1",    std::string(4, '\0'), "\xff\xff\xff\xff"};
 }
 }  // namespace beatlas::fuzz
 

@@ -38,7 +38,7 @@ def main() -> None:
             assert all(e.compress_type == zipfile.ZIP_STORED for e in entries)
             manifest = json.loads(archive.read("atlas.json"))
             named = {item["path"]: item for item in manifest["items"]}
-            assert set(named) == {e.filename for e in entries[1:]} and len(named) == 8
+            assert set(named) == {e.filename for e in entries[1:]} and len(named) == 11
             for path, item in named.items():
                 payload = archive.read(path)
                 assert len(payload) == item["bytes"], path

@@ -90,6 +90,30 @@ TEST(GoldenPackage, OfVersion4LoadsWithItsMap) {
   EXPECT_EQ(opened.surface(Structure::LvBlood)->positions[0].size(), 66U);
 }
 
+TEST(GoldenPackage, OfVersion5LoadsInBothLevels) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v5.beatlas";
+  ASSERT_LT(std::filesystem::file_size(file), 65536U);
+  const atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(file, {}).manifest());
+  EXPECT_EQ(needs.levels, (std::set{0, 1}));
+  const atlas::Atlas opened = atlas::Atlas::open(file, needs);
+  EXPECT_EQ(opened.manifest().format_version, 5);
+  EXPECT_EQ(opened.manifest().surface_edges_mm, (std::vector<double>{2, 4}));
+  EXPECT_EQ(opened.manifest().items.size(), 11U);
+  const auto fine = opened.surface(Structure::LvBlood);
+  const auto coarse = opened.surface(Structure::LvBlood, 1);
+  ASSERT_NE(coarse, nullptr);
+  EXPECT_EQ(fine->positions[0].size(), 66U);
+  EXPECT_EQ(coarse->positions[0].size(), 18U);
+  EXPECT_EQ(coarse->triangles.size(), 32U);
+  EXPECT_EQ(opened.surface_map(Structure::LvBlood, 1)->segment.size(), 18U);
+  EXPECT_EQ(opened.surface(Structure::Heart, 1), nullptr);
+  // What is not asked for is not read.
+  const atlas::Atlas alone =
+      atlas::Atlas::open(file, {.fields = {}, .surfaces = {Structure::LvBlood}, .levels = {1}});
+  EXPECT_EQ(alone.surface(Structure::LvBlood), nullptr);
+  EXPECT_EQ(alone.surface(Structure::LvBlood, 1)->positions, coarse->positions);
+}
+
 TEST(GoldenPackage, OfOlderVersionsIsRefusedByItsNumber) {
   for (const std::string number : {"1", "2"}) {
     const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / ("v" + number + ".beatlas");

@@ -1,18 +1,21 @@
-/// map_values PACKAGE: the map of lv_blood as the reader gives it; a line a vertex: long axis,
-/// angle, segment, thickness of each phase.
+/// map_values PACKAGE LEVEL: the map of lv_blood as the reader gives it; a line a vertex: long
+/// axis, angle, segment, thickness of each phase.
 
 #include <cstdio>
+#include <cstdlib>
 
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
 
 int main(int argc, char** argv) {
-  if (argc != 2) return 2;
+  if (argc != 3) return 2;
+  const int level = std::atoi(argv[2]);
   try {
-    const auto map =
-        beatlas::atlas::Atlas::open(
-            argv[1], {.fields = {}, .surfaces = {}, .maps = {beatlas::Structure::LvBlood}})
-            .surface_map(beatlas::Structure::LvBlood);
+    const auto map = beatlas::atlas::Atlas::open(argv[1], {.fields = {},
+                                                           .surfaces = {},
+                                                           .maps = {beatlas::Structure::LvBlood},
+                                                           .levels = {level}})
+                         .surface_map(beatlas::Structure::LvBlood, level);
     for (std::size_t v = 0; v < map->segment.size(); ++v) {
       std::printf("%.9g,%.9g,%d", static_cast<double>(map->long_axis[v]),
                   static_cast<double>(map->angle_rad[v]), static_cast<int>(map->segment[v]));

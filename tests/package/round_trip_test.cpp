@@ -158,7 +158,7 @@ TEST(PackageRoundTrip, GivesBackManifestFieldsAndSurfaces) {
 
   nlohmann::json expected = atlas::manifest_to_json(content.manifest);
   nlohmann::json found = atlas::manifest_to_json(opened.manifest());
-  EXPECT_EQ(found["items"].size(), 8U);
+  EXPECT_EQ(found["items"].size(), 11U);
   expected.erase("items");
   found.erase("items");
   EXPECT_EQ(expected, found);
@@ -173,8 +173,9 @@ TEST(PackageRoundTrip, GivesBackManifestFieldsAndSurfaces) {
   }
   for (const SurfacePayload& sample : content.surfaces) {
     const SurfacePayload surface = renumbered(sample, pack::pack_surface(sample).given);
-    const auto decoded = opened.surface(surface.structure);
+    const auto decoded = opened.surface(surface.structure, surface.level);
     ASSERT_NE(decoded, nullptr);
+    EXPECT_EQ(decoded->level, sample.level);
     // The stated bound of the format.
     EXPECT_LE(largest_error_mm(surface, *decoded), atlas::kMaxSurfaceErrorMm);
     EXPECT_GT(largest_error_mm(surface, *decoded), 0.001);  // it is quantised, so this can fail
@@ -365,12 +366,34 @@ TEST(PackageWriter, GivesTheSameBytesForTheSameContentInAnyOrder) {
   pack::PackageContent content = test::tiny_content();
   pack::write_package(folder.path() / "a.beatlas", content);
   std::swap(content.fields[0], content.fields[1]);
-  std::swap(content.surfaces[0], content.surfaces[1]);
+  std::swap(content.surfaces[0], content.surfaces[2]);
+  std::swap(content.maps[0], content.maps[1]);
   ::setenv("TZ", "Asia/Tokyo", 1);  // zip time stamps are local time
   ::tzset();
   pack::write_package(folder.path() / "b.beatlas", content);
   EXPECT_EQ(test::read_file(folder.path() / "a.beatlas"),
             test::read_file(folder.path() / "b.beatlas"));
+}
+
+TEST(PackageWriter, RefusesLevelsThatNoReaderWouldFind) {
+  const test::TemporaryFolder folder;
+  const auto refused = [&](const std::function<void(pack::PackageContent&)>& change) {
+    pack::PackageContent content = test::tiny_content();
+    change(content);
+    return message_of([&] { pack::write_package(folder.path() / "a.beatlas", content); });
+  };
+  const auto is_level_1 = [](const auto& payload) { return payload.level == 1; };
+  EXPECT_NE(refused([](auto& content) { content.manifest.surface_edges_mm = {2}; }).find("level 1"),
+            std::string::npos);
+  EXPECT_NE(refused([&](auto& content) {
+              std::erase_if(content.surfaces, [&](const auto& each) { return !is_level_1(each); });
+            }).find("no level 0"),
+            std::string::npos);
+  EXPECT_NE(refused([&](auto& content) {
+              content.surfaces.push_back(content.surfaces.back());
+            }).find("two payloads"),
+            std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(PackageWriter, PutsIntoAPackageWhatItsSceneHolds) {
@@ -385,13 +408,17 @@ TEST(PackageWriter, PutsIntoAPackageWhatItsSceneHolds) {
     return names;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(paths("palpation"),
-            (Names{"atlas.json", "fields/heart.field.zst", "surfaces/lv_blood.drc",
-                   "surfaces/lv_blood.motion", "maps/lv_blood.map.zst"}));
-  EXPECT_EQ(paths("anatomy"),
-            (Names{"atlas.json", "surfaces/heart.drc", "surfaces/heart.motion",
-                   "surfaces/lv_blood.drc", "surfaces/lv_blood.motion", "maps/lv_blood.map.zst"}));
-  EXPECT_EQ(paths("full").size(), 9U);
+  EXPECT_EQ(
+      paths("palpation"),
+      (Names{"atlas.json", "fields/heart.field.zst", "surfaces/lv_blood.drc",
+             "surfaces/lv_blood.motion", "maps/lv_blood.map.zst", "surfaces/lv_blood.level1.drc",
+             "surfaces/lv_blood.level1.motion", "maps/lv_blood.level1.map.zst"}));
+  EXPECT_EQ(
+      paths("anatomy"),
+      (Names{"atlas.json", "surfaces/heart.drc", "surfaces/heart.motion", "surfaces/lv_blood.drc",
+             "surfaces/lv_blood.motion", "maps/lv_blood.map.zst", "surfaces/lv_blood.level1.drc",
+             "surfaces/lv_blood.level1.motion", "maps/lv_blood.level1.map.zst"}));
+  EXPECT_EQ(paths("full").size(), 12U);
   EXPECT_EQ(atlas::Atlas::open(file, {}).manifest().structures.size(), 2U);
 }
 

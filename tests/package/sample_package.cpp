@@ -191,6 +191,7 @@ pack::PackageContent sample_content(int phases, double radius_mm, double voxel_m
       manifest.workspace_from_lps.inverse() * Eigen::Scaling(1.25, 1.25, 8.0);
   manifest.stiffness_n_per_m = 160;
   manifest.end_systole = phases / 2;
+  manifest.surface_edges_mm = {2, 4};
   manifest.provenance = {{"beatlas", "0.1.0"}, {"stages", {{"pack", {{"step_mm", 0.01}}}}}};
   const double beat_mm = 0.15 * radius_mm;
   for (const auto& [structure, scale] :
@@ -207,6 +208,13 @@ pack::PackageContent sample_content(int phases, double radius_mm, double voxel_m
         beating_surface(structure, scale * radius_mm, scale * beat_mm, phases, levels));
     if (structure == Structure::LvBlood) {
       content.maps.push_back(beating_map(content.surfaces.back()));
+      if (levels > 1) {
+        content.surfaces.push_back(
+            beating_surface(structure, scale * radius_mm, scale * beat_mm, phases, levels - 1));
+        content.surfaces.back().level = 1;
+        content.maps.push_back(beating_map(content.surfaces.back()));
+        content.maps.back().level = 1;
+      }
     }
   }
   const SampleImages made = sample_images(phases, radius_mm, 12);

@@ -35,7 +35,8 @@ struct SampleImages {
 };
 [[nodiscard]] SampleImages sample_images(int phases, double radius_mm, double noise);
 
-/// heart, lv_blood and a volume, `phases` phases, a manifest with every key filled.
+/// heart, lv_blood (of two levels if `levels` is above 1) and a volume, `phases` phases, a manifest
+/// with every key filled.
 [[nodiscard]] pack::PackageContent sample_content(int phases, double radius_mm, double voxel_mm,
                                                   int levels);
 /// Below 64 kB.

@@ -160,7 +160,7 @@ using Names = std::vector<std::string>;
 
 TEST_F(Sphere, ThatIsSoundPassesEveryCheckThereIs) {
   const field::FieldQuery sound = query();
-  EXPECT_EQ(check_one(entry_, &surface_, &sound, {}).size(), 10U);
+  EXPECT_EQ(check_one(entry_, &surface_, &sound, {}).size(), 11U);
   EXPECT_EQ(failing(sound), Names{});
 }
 
@@ -195,6 +195,21 @@ TEST_F(Sphere, WhoseFieldIsOfAnotherPhaseDoesNotAgreeWithTheSurface) {
   EXPECT_NE(std::find(failed.begin(), failed.end(), "vertex_distance_mm"), failed.end());
 }
 
+TEST_F(Sphere, WhoseSurfaceErrorIsThatOfItsTriangles) {
+  const field::FieldQuery sound = query();
+  // Edges of 3 mm cut e^2 / 6 r = 0.07 mm off a sphere of 20 mm in their middle.
+  const double before = surface_error_mm(sound, surface_);
+  EXPECT_NEAR(before, 0.04, 0.03);
+  for (auto& phase : surface_.positions) {
+    for (Vec3f& x : phase) {
+      const Vec3 way = (x.cast<double>() - centre_).normalized();
+      x += (0.5 * way).cast<float>();
+    }
+  }
+  EXPECT_NEAR(surface_error_mm(sound, surface_), 0.5 - before, 0.03);
+  EXPECT_EQ(failing(sound), Names{"surface_error_mm"});
+}
+
 TEST_F(Sphere, WithASurfaceThatPassesThroughItselfCrosses) {
   // In one phase every second vertex lies on the other side: nothing of the shape is left.
   for (std::size_t n = 0; n < surface_.positions[2].size(); n += 2) {
@@ -210,6 +225,17 @@ TEST_F(Sphere, WhoseCurveIsAnotherHasAVolumeGap) {
   EXPECT_EQ(failing(query()), (Names{"field_volume_gap_percent", "surface_volume_gap_percent"}));
   entry_.volume_ml.pop_back();
   EXPECT_EQ(failing(query()), (Names{"field_volume_gap_percent", "surface_volume_gap_percent"}));
+}
+
+TEST(CrossingTriangles, OfTwoSurfacesAreThoseThatCutEachOther) {
+  const std::vector<Vec3f> large = corner(60, {0, 0, 0});
+  EXPECT_EQ(crossing_triangles(kTetrahedron, large, kTetrahedron, corner(10, {5, 5, 5})), 0U);
+  EXPECT_EQ(crossing_triangles(kTetrahedron, large, kTetrahedron, corner(10, {80, 5, 5})), 0U);
+  // A small corner half in: its edges along x pass through the face at x = 0.
+  const std::size_t cut =
+      crossing_triangles(kTetrahedron, large, kTetrahedron, corner(10, {-5, 5, 5}));
+  EXPECT_GE(cut, 3U);
+  EXPECT_EQ(crossing_triangles(kTetrahedron, corner(10, {-5, 5, 5}), kTetrahedron, large), cut);
 }
 
 TEST(ManifestChecks, ContentIsWhatTheSceneHolds) {

@@ -9,7 +9,7 @@ namespace {
 
 TEST(Info, HoldsTheKeysThatOtherProgramsRelyOn) {
   const nlohmann::json info = info_json(test::sample_manifest());
-  EXPECT_EQ(info["format_version"], 4);
+  EXPECT_EQ(info["format_version"], 5);
   EXPECT_EQ(info["frame_times_s"], nlohmann::json({0.0, 0.31, 0.55}));
   EXPECT_EQ(info["rr_interval_s"], 0.875);
   EXPECT_EQ(info["workspace_from_lps"].size(), 16U);
@@ -34,11 +34,41 @@ TEST(Info, GivesTheEjectionFractionOfTheLvOnly) {
 TEST(Info, SaysTheSameInWords) {
   const std::string text = info_text(test::sample_manifest());
   for (const char* part :
-       {"format 4, scene anatomy", "0.875 s", "3 phases", "end-systole 1", "200 x 180 x 11",
+       {"format 5, scene anatomy", "0.875 s", "3 phases", "end-systole 1", "200 x 180 x 11",
         "1.500 x 1.250 x 9.000 mm", "60.0 %", "lv_blood", "125.0", "surfaces/heart.motion"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
   }
   EXPECT_EQ(text.back(), '\n');
+}
+
+TEST(Info, TellsLevelsOfSurfacesAndTheirErrors) {
+  Manifest manifest = test::sample_manifest();
+  const auto told = [&] { return info_json(manifest)["surface_levels"]; };
+  manifest.items.pop_back();
+  ASSERT_EQ(told().size(), 1U);
+  EXPECT_EQ(told()[0]["structure"], "heart");
+  // Provenance is as given, and need not hold what ours does.
+  for (const char* strange : {"{}", "[]", "3", "[3]", R"([{"structure": "heart", "level": 0}])",
+                              R"([{"structure": [], "level": {}, "mean_mm": "low"}])"}) {
+    manifest.provenance["surfaces"] = nlohmann::json::parse(strange);
+    EXPECT_TRUE(told()[0]["mean_mm"].is_null()) << strange;
+    EXPECT_FALSE(info_text(manifest).empty());
+  }
+  manifest.surface_edges_mm = {2, 4};
+  manifest.items.push_back(
+      {"surfaces/heart.level1.drc", "surface", "heart", 5, std::string(64, 'b'), 1});
+  manifest.provenance["surfaces"] = {{{"structure", "heart"},
+                                      {"level", 1},
+                                      {"vertices", 4011},
+                                      {"mean_mm", 0.0869},
+                                      {"worst_phase_mm", 0.0908},
+                                      {"bias_mm", -0.08}}};
+  ASSERT_EQ(told().size(), 2U);
+  EXPECT_EQ(told()[1]["edge_mm"], 4);
+  EXPECT_EQ(told()[1]["mean_mm"], 0.0869);
+  EXPECT_EQ(told()[0]["edge_mm"], 2);
+  const std::string text = info_text(manifest);
+  EXPECT_NE(text.find("4      4011         0.0869          0.0908"), std::string::npos) << text;
 }
 
 TEST(Info, TellsHowWellTheVolumeGivesBackTheImages) {

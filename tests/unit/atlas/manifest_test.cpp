@@ -94,6 +94,7 @@ void compare_keys(const json& schema, const json& document, const std::string& p
     std::vector<std::string> described;
     std::vector<std::string> written;
     for (const auto& member : schema["properties"].items()) {
+      if (member.key() == "level" && !document.contains("level")) continue;  // the finest
       described.push_back(member.key());
       if (document.contains(member.key())) {
         compare_keys(member.value(), document[member.key()], path + "/" + member.key());
@@ -102,6 +103,10 @@ void compare_keys(const json& schema, const json& document, const std::string& p
     for (const auto& member : document.items()) written.push_back(member.key());
     EXPECT_EQ(described, written) << "at " << path;
     std::vector<std::string> required = schema["required"];
+    if (schema.contains("then")) {
+      for (const json& key : schema["then"]["required"]) required.push_back(key);
+    }
+    if (document.contains("level")) required.emplace_back("level");
     std::sort(required.begin(), required.end());
     EXPECT_EQ(required, written) << "at " << path;
     EXPECT_EQ(schema["additionalProperties"], false) << "at " << path;
@@ -114,7 +119,7 @@ TEST(Manifest, HasTheKeysOfItsSchemaAndNoOthers) {
   std::ifstream stream(std::string(BEATLAS_SCHEMAS) + "/manifest.schema.json");
   const json schema = json::parse(stream);
   EXPECT_EQ(schema["properties"]["format_version"]["enum"],
-            json::array({kOldestFormatVersion, kFormatVersion}));
+            json::array({kOldestFormatVersion, 4, kFormatVersion}));
   compare_keys(schema, sample(), "");
 }
 
@@ -206,12 +211,53 @@ TEST(Manifest, HasMapsOfTheLvsWallAloneAndNotBeforeVersion4) {
   item["structure"] = "lv_blood";
   item["path"] = "maps/lv_blood.map.zst";
   EXPECT_EQ(refusal(document), "");
-  document["format_version"] = 3;
-  EXPECT_NE(refusal(document).find("/items/0/kind"), std::string::npos);
-  document["format_version"] = 4;
+  json old = document;
+  old["format_version"] = 3;
+  old.erase("surface_edges_mm");
+  EXPECT_NE(refusal(old).find("/items/0/kind"), std::string::npos);
   item["structure"] = "heart";
   item["path"] = "maps/heart.map.zst";
   EXPECT_NE(refusal(document).find("/items/0/structure"), std::string::npos);
+}
+
+TEST(Manifest, HasLevelsOfSurfacesAloneAndNotBeforeVersion5) {
+  json document = sample();
+  document["surface_edges_mm"] = {2, 4.5};
+  document["items"].erase(2);
+  json& item = document["items"][0];
+  item["level"] = 1;
+  EXPECT_NE(refusal(document).find("/items/0/path"), std::string::npos);
+  item["path"] = "surfaces/heart.level1.drc";
+  EXPECT_EQ(refusal(document), "");
+  const Manifest manifest = manifest_from_json(document);
+  EXPECT_EQ(manifest.surface_edges_mm, (std::vector<double>{2, 4.5}));
+  EXPECT_EQ(manifest.items[0].level, 1);
+  EXPECT_TRUE(holds_surface(manifest, Structure::Heart, 1));
+  EXPECT_FALSE(holds_surface(manifest, Structure::Heart, 0));
+  EXPECT_EQ(manifest_to_json(manifest), document);
+  for (const json& level : {json(0), json(-1), json(8), json("1"), json(1.5)}) {
+    item["level"] = level;
+    EXPECT_NE(refusal(document).find("/items/0/level"), std::string::npos) << level;
+  }
+  item["level"] = 2;
+  item["path"] = "surfaces/heart.level2.drc";
+  EXPECT_NE(refusal(document).find("/items/0/level"), std::string::npos);
+  item["level"] = 1;
+  item["path"] = "surfaces/heart.level1.drc";
+  for (const json& edges : {json{2, 2}, json{4, 2}, json{2, 0}, json{2, nullptr}, json("2"),
+                            json{1, 2, 3, 4, 5, 6, 7, 8, 9}}) {
+    json wrong = document;
+    wrong["surface_edges_mm"] = edges;
+    EXPECT_NE(refusal(wrong).find("/surface_edges_mm"), std::string::npos) << edges;
+  }
+  json old = document;
+  old["format_version"] = 4;
+  EXPECT_NE(refusal(old), "");
+  old.erase("surface_edges_mm");
+  EXPECT_NE(refusal(old).find("/items/0/level"), std::string::npos);
+  item["kind"] = "field";
+  item["path"] = "fields/heart.field.zst";
+  EXPECT_NE(refusal(document).find("/items/0/level"), std::string::npos);
 }
 
 TEST(Manifest, OfTextThatIsNoStrictJsonIsRefused) {

@@ -19,9 +19,11 @@ inline atlas::Manifest sample_manifest() {
   manifest.end_diastole = 2;
   manifest.end_systole = 1;
   manifest.structures = {{"heart", {500, 450.5, 510}}, {"lv_blood", {110, 50, 125}}};
+  manifest.surface_edges_mm = {1.5, 4};
   manifest.items = {
       {"surfaces/heart.drc", "surface", "heart", 1234, std::string(64, 'a')},
       {"surfaces/heart.motion", "motion", "heart", 99, std::string(64, '0')},
+      {"surfaces/heart.level1.drc", "surface", "heart", 234, std::string(64, 'b'), 1},
   };
   manifest.provenance = {{"beatlas", "0.1.0"}, {"stages", {{"mesh", {{"edge_mm", 2}}}}}};
   return manifest;

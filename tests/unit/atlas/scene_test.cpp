@@ -39,6 +39,9 @@ TEST(ItemPath, TellsKindAndStructureApart) {
   EXPECT_EQ(item_path(kMotionKind, Structure::Heart), "surfaces/heart.motion");
   EXPECT_EQ(item_path(kMapKind, Structure::LvBlood), "maps/lv_blood.map.zst");
   EXPECT_EQ(item_path(kVolumeKind, Structure::Heart), "volumes/heart.volume.zst");
+  EXPECT_EQ(item_path(kSurfaceKind, Structure::Heart, 1), "surfaces/heart.level1.drc");
+  EXPECT_EQ(item_path(kMotionKind, Structure::Heart, 2), "surfaces/heart.level2.motion");
+  EXPECT_EQ(item_path(kMapKind, Structure::LvBlood, 1), "maps/lv_blood.level1.map.zst");
 }
 
 }  // namespace

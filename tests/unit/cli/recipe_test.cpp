@@ -129,6 +129,13 @@ TEST(Scene, names_and_objects_are_understood) {
   EXPECT_EQ(scene.content, "anatomy");
   EXPECT_EQ(scene.stiffness_n_per_m, 80);
   EXPECT_EQ(scene_from_json(json::object()).content, "full");
+  // Levels of detail: as meshed and, where a viewer may want less, 4 mm; or as the scene says.
+  using Edges = std::vector<double>;
+  EXPECT_EQ(surface_edges_mm(scene, 2), (Edges{2, 4}));
+  EXPECT_EQ(surface_edges_mm(scene, 3), Edges{3});
+  EXPECT_EQ(surface_edges_mm(read_scene("palpation"), 2), Edges{2});
+  const Scene levels = scene_from_json(json::parse(R"({"surface_edges_mm": [1, 2, 4]})"));
+  EXPECT_EQ(surface_edges_mm(levels, 2), (Edges{1, 2, 4}));
 }
 
 TEST(Scene, refusals_name_the_path) {
@@ -140,6 +147,10 @@ TEST(Scene, refusals_name_the_path) {
             std::string::npos);
   EXPECT_NE(scene_refusal(R"({"material": {"stiffness_n_per_m": -1}})").find("stiffness_n_per_m"),
             std::string::npos);
+  for (const char* edges : {"[]", "2", "[0.1]", "[11]", "[2, 2]", "[4, 2]", "[\"2\"]"}) {
+    const std::string scene = std::string(R"({"surface_edges_mm": )") + edges + "}";
+    EXPECT_NE(scene_refusal(scene.c_str()).find("/surface_edges_mm"), std::string::npos) << edges;
+  }
   EXPECT_THROW((void)read_scene("everything"), Error);
 }
 

@@ -216,6 +216,26 @@ ErrorCode code_of(const ShapeCycle& shape, const FieldOptions& options = {}) {
   return ErrorCode::Usage;
 }
 
+TEST(BuildField, SamplesThatAreNearlyZeroAreOnTheSurface) {
+  // Of a ball through lattice points those on it become the smallest numbers there are, of either
+  // sign; they divide by nothing that rounds to 0.
+  const Grid grid = lattice({-12, -12, -12}, {12, 12, 12}, 1.0);
+  const Level truth = [](const Vec3& x) { return x.norm() - 5.0; };
+  std::vector<float> samples = sampled(grid, truth);
+  int tiny = 0;
+  for (float& value : samples) {
+    if (std::abs(value) > 1e-6F) continue;
+    value = std::numeric_limits<float>::denorm_min() * (++tiny % 2 == 0 ? 1.0F : -3.0F);
+  }
+  ASSERT_EQ(tiny, 30);  // (5, 0, 0) and (3, 4, 0), in any order and sign
+  StageContext context;
+  const FieldCycle field = build_field(one_phase(grid, std::move(samples)), {}, context);
+  const Errors errors = errors_in_band(field, 0, truth, 3.0);
+  EXPECT_LT(errors.mean, 0.02);
+  EXPECT_LT(errors.max, 0.1);
+  EXPECT_EQ(errors.wrong_signs, 0);
+}
+
 TEST(BuildField, BadShapesAndOptionsAreRefused) {
   const Grid grid = lattice({-10, -10, -10}, {10, 10, 10}, 1.0);
   const auto ball = [](const Vec3& x) { return x.norm() - 6.0; };

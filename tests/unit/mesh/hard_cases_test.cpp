@@ -100,6 +100,21 @@ TEST(HardCases, APhaseWithoutItsStructureIsRefusedByName) {
   }
 }
 
+TEST(HardCases, AnEmptyStructureIsRefusedByName) {
+  FieldCycle field = beating_field([](double, const Vec3& x) { return x.norm() - 10.0; }, 3,
+                                   {-18, -18, -18}, {18, 18, 18});
+  field.structure = Structure::RvBlood;
+  for (std::vector<float>& phase : field.distance_mm.phases) phase.assign(phase.size(), 6.0F);
+  StageContext context;
+  try {
+    (void)mesh_cycle(field, {}, context);
+    FAIL() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
+    EXPECT_NE(std::string(error.what()).find("rv_blood has no surface"), std::string::npos);
+  }
+}
+
 TEST(HardCases, AHandleOfOnePhaseIsClosedInIt) {
   // A hole opens in a thin wall at end systole and closes again.
   StageContext context;

@@ -94,6 +94,19 @@ TEST(Shape, of_a_balls_exact_coverage_on_thick_slices_is_near_the_ball) {
             << made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius) << "\n";
 }
 
+/// Slices twenty pixels apart.
+TEST(Shape, of_voxels_twenty_times_as_long_as_wide_is_near_the_ball) {
+  const Segmentation segmentation =
+      ball(made::oblique_grid({150, 150, 9}, {0.5, 0.5, 10}, kMiddle));
+  const Affine map = workspace_from_lps(segmentation.labels.grid, segmentation.coverage);
+  const auto shapes = shapes_of(segmentation, map);
+  const SurfaceError error = against_ball(shapes[0], map * kMiddle, kRadius);
+  EXPECT_LT(std::abs(against_ball(shapes[0], map * kMiddle, kRadius, 0.6).mean), 0.08);
+  EXPECT_NEAR(error.mean, 0, 0.25);
+  EXPECT_LT(error.rms, 0.5);
+  EXPECT_NEAR(made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius), 1, 0.03);
+}
+
 TEST(Shape, lattice_is_isotropic_and_leaves_the_margin_around_the_structure) {
   const Segmentation segmentation = ball(made::straight_grid({70, 30, 24}, {1, 1, 3}), 12);
   StageContext context;

@@ -1,0 +1,138 @@
+#include "pipeline/mesh/levels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/field/interpolant.h"
+#include "pipeline/mesh/cycle_fit.h"
+#include "pipeline/mesh/simple_topology.h"
+#include "pipeline/mesh/triangle_mesh.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::mesh {
+namespace {
+
+void check(const SurfaceCycle& surface, const FieldCycle& field) {
+  const std::size_t phases = field.distance_mm.phases.size();
+  if (phases == 0 || surface.positions.size() != phases || surface.triangles.empty()) {
+    throw_invalid("field and surface of " + std::string(structure_name(field.structure)) +
+                  " are of different phases; run the stage mesh again");
+  }
+}
+
+std::vector<Vec3> as_double(const std::vector<Vec3f>& points) {
+  std::vector<Vec3> out;
+  out.reserve(points.size());
+  for (const Vec3f& x : points) out.push_back(x.cast<double>());
+  return out;
+}
+
+}  // namespace
+
+SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& given,
+                             const MeshOptions& options, StageContext& context) {
+  check(surface, given);
+  check_options(given, options);
+  const std::size_t phases = surface.positions.size();
+  FieldCycle field = given;
+  if (options.handles == Handles::Close) {
+    parallel_for(phases, [&](std::size_t p) {
+      (void)make_ball(field.distance_mm.grid, field.distance_mm.phases[p]);
+    });
+  }
+  std::vector<field::Interpolant> zero;
+  zero.reserve(phases);
+  for (const std::vector<float>& samples : field.distance_mm.phases) {
+    zero.emplace_back(field.distance_mm.grid, samples);
+  }
+
+  const auto reference = static_cast<std::size_t>(options.reference_phase);
+  const TriangleMesh from{as_double(surface.positions[reference]), surface.triangles};
+  const TriangleMesh mesh = remeshed(from, options.edge_mm);
+  constexpr std::size_t kFewestTriangles = 32;
+  const Topology after = inspect(mesh.points.size(), mesh.triangles);
+  if (!after.closed_manifold || mesh.triangles.size() < kFewestTriangles ||
+      after.euler_number != inspect(from.points.size(), from.triangles).euler_number) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%g", options.edge_mm);
+    throw Error(ErrorCode::Quality, "the surface of " +
+                                        std::string(structure_name(field.structure)) +
+                                        " is too small for triangles of " + text + " mm");
+  }
+  context.progress(0.3, "places of vertices");
+  const std::vector<OnTriangle> places = located(from, mesh.points);
+  Cycle cycle(phases);
+  parallel_for(phases, [&](std::size_t p) {
+    const std::vector<Vec3f>& old = surface.positions[p];
+    cycle[p].reserve(places.size());
+    for (const OnTriangle& place : places) {
+      const Triangle& t = surface.triangles[place.triangle];
+      Vec3 at = Vec3::Zero();
+      for (std::size_t n = 0; n < 3; ++n) at += place.weight[n] * old[t[n]].cast<double>();
+      cycle[p].push_back(at);
+    }
+  });
+  context.progress(0.4, "fit to all phases");
+  CycleFit fit(mesh.triangles, zero, options.edge_mm);
+  fit.settle(cycle);
+  context.progress(0.8, "thin triangles and crossings");
+  if (const int left = fit.mend(cycle); left > 0) {
+    context.warn("a level of detail of " + std::string(structure_name(field.structure)) +
+                 " passes through itself at " + std::to_string(left) +
+                 " pairs of triangles, all phases together");
+  }
+  SurfaceCycle out;
+  out.structure = surface.structure;
+  out.triangles = fit.triangles();
+  for (const std::vector<Vec3>& phase : cycle) {
+    std::vector<Vec3f>& points = out.positions.emplace_back();
+    points.reserve(phase.size());
+    for (const Vec3& x : phase) points.push_back(x.cast<float>());
+  }
+  context.progress(1.0);
+  return out;
+}
+
+SurfaceError error_against(const FieldCycle& field, const SurfaceCycle& surface) {
+  check(surface, field);
+  const std::size_t phases = surface.positions.size();
+  struct Sums {
+    double area = 0;
+    double off = 0;
+    double signed_off = 0;
+  };
+  std::vector<Sums> sums(phases);
+  parallel_for(phases, [&](std::size_t p) {
+    const field::Interpolant zero(field.distance_mm.grid, field.distance_mm.phases[p]);
+    const std::vector<Vec3> points = as_double(surface.positions[p]);
+    for (const Triangle& t : surface.triangles) {
+      const Vec3& a = points[t[0]];
+      const Vec3& b = points[t[1]];
+      const Vec3& c = points[t[2]];
+      const double share = (b - a).cross(c - a).norm() / 8;  // a quarter of the area
+      const Vec3 middle = (a + b + c) / 3;
+      for (const Vec3& x :
+           {middle, Vec3((middle + a) / 2), Vec3((middle + b) / 2), Vec3((middle + c) / 2)}) {
+        const double off = zero.value(x);
+        sums[p].area += share;
+        sums[p].off += share * std::abs(off);
+        sums[p].signed_off += share * off;
+      }
+    }
+  });
+  SurfaceError out;
+  Sums all;
+  for (const Sums& phase : sums) {
+    all.area += phase.area;
+    all.off += phase.off;
+    all.signed_off += phase.signed_off;
+    out.worst_phase_mm = std::max(out.worst_phase_mm, phase.off / phase.area);
+  }
+  out.mean_mm = all.off / all.area;
+  out.bias_mm = all.signed_off / all.area;
+  return out;
+}
+
+}  // namespace beatlas::mesh

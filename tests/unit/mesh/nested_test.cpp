@@ -1,0 +1,83 @@
+#include "pipeline/mesh/nested.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/assess/surface_checks.h"
+#include "pipeline/mesh/levels.h"
+#include "tests/unit/mesh/beating_shapes.h"
+#include "tests/unit/mesh/expect_sound.h"
+
+namespace beatlas::mesh {
+namespace {
+
+constexpr int kPhases = 4;
+
+/// The blood of closed_form::cup's ventricle, up to its base plane.
+double blood_of_cup(double share, const Vec3& x) {
+  const double a = 27 - 9.6 * share;
+  const double c = 62 - 10.8 * share;
+  const double apex = 6 + 2 * share;
+  const Vec3 y = x - Vec3(0, 0, -68 + apex + c);
+  return std::max(closed_form::ellipsoid_level({{0, 0, 0}, {a, a, c}}, y),
+                  y.z() - 30 + 5.2 * share);
+}
+
+/// Muscle, its blood, and both together as the heart: every wall but the epicardium is shared
+/// twice.
+struct Ventricle {
+  Ventricle() {
+    const auto add = [&](Structure structure, const closed_form::BeatingLevel& level) {
+      fields.push_back(closed_form::beating_field(level, kPhases, {-44, -44, -76}, {44, 44, 38}));
+      fields.back().structure = structure;
+      StageContext context;
+      surfaces.push_back(mesh_cycle(fields.back(), {}, context));
+    };
+    add(Structure::Heart, [](double share, const Vec3& x) {
+      return std::min(closed_form::cup(share, x), blood_of_cup(share, x));
+    });
+    add(Structure::LvBlood, blood_of_cup);
+    add(Structure::LvMyocardium, closed_form::cup);
+  }
+  [[nodiscard]] static std::size_t crossings(const std::vector<SurfaceCycle>& of) {
+    std::size_t count = 0;
+    for (std::size_t p = 0; p < kPhases; ++p) {
+      for (std::size_t a = 0; a < of.size(); ++a) {
+        for (std::size_t b = a + 1; b < of.size(); ++b) {
+          count += assess::crossing_triangles(of[a].triangles, of[a].positions[p], of[b].triangles,
+                                              of[b].positions[p]);
+        }
+      }
+    }
+    return count;
+  }
+  std::vector<FieldCycle> fields;
+  std::vector<SurfaceCycle> surfaces;
+};
+
+TEST(PartStructures, ThatShareWallsDoNotCrossAndStayOnTheirFields) {
+  const Ventricle made;
+  ASSERT_GT(Ventricle::crossings(made.surfaces), 10000U);
+  std::vector<SurfaceCycle> parted = made.surfaces;
+  part_structures(parted, made.fields);
+  EXPECT_EQ(Ventricle::crossings(parted), 0U);
+  for (std::size_t n = 0; n < parted.size(); ++n) {
+    SCOPED_TRACE(n);
+    expect_sound(parted[n]);
+    EXPECT_EQ(parted[n].triangles, made.surfaces[n].triangles);
+    const SurfaceError before = error_against(made.fields[n], made.surfaces[n]);
+    const SurfaceError after = error_against(made.fields[n], parted[n]);
+    EXPECT_LT(after.mean_mm, before.mean_mm + 0.02);
+    EXPECT_LT(std::abs(after.bias_mm), 0.05);
+  }
+}
+
+TEST(PartStructures, LeavesWhatTouchesNothingAsItIs) {
+  Ventricle made;
+  made.surfaces.resize(1);  // the heart alone
+  std::vector<SurfaceCycle> parted = made.surfaces;
+  part_structures(parted, made.fields);
+  EXPECT_EQ(parted[0].positions, made.surfaces[0].positions);
+}
+
+}  // namespace
+}  // namespace beatlas::mesh
