@@ -1,0 +1,53 @@
+"""A heart with atria and aorta, from images to the package: atria_test.py BEATLAS WORK_FOLDER
+
+WORK_FOLDER is that of stage_test.py. What the segmentation makes of them is tested in
+tests/unit/segment/atria_test.cpp; here, that scenes hold what they need and nothing more.
+"""
+import json
+
+import nibabel
+import numpy
+
+from stage_test import WORK, beatlas, new_folder
+
+BEYOND = {"la_blood": 5, "ra_blood": 6, "aorta": 7}
+
+
+def shown(package):
+    info = json.loads(beatlas("info", package, "--json").stdout)
+    surfaces = {item["structure"] for item in info["items"] if item["kind"] == "surface"}
+    fields = {item["structure"] for item in info["items"] if item["kind"] == "field"}
+    volumes = {entry["name"]: numpy.array(entry["volume_ml"]) for entry in info["structures"]}
+    return surfaces, fields, volumes
+
+
+def main():
+    folder = new_folder("atria")
+    images, study = folder / "cine.nii.gz", folder / "exam.study"
+    beatlas("phantom", "-o", folder, "--preset", "small", "--format", "nifti", "--phases", 4)
+    full = folder / "full.beatlas"
+    beatlas("build", images, "-o", full, "--study", study)
+    surfaces, fields, volumes = shown(full)
+    assert surfaces >= set(BEYOND) and not fields & set(BEYOND), (surfaces, fields)
+    truth = nibabel.load(folder / "truth_labels.nii.gz")
+    voxel_ml = abs(numpy.linalg.det(truth.affine[:3, :3])) * 1e-3
+    labels = numpy.asarray(truth.dataobj)
+    made = numpy.asarray(nibabel.load(study / "segment" / "labels.nii.gz").dataobj)
+    for name, label in BEYOND.items():
+        true_ml = (labels == label).sum(axis=(0, 1, 2)) * voxel_ml
+        off = abs(volumes[name] / true_ml - 1).max()
+        same = 2 * ((labels == label) & (made == label)).sum() / ((labels == label).sum() + (made == label).sum())
+        print(f"{name}: volume off by {100 * off:.1f} % at most, Dice {same:.3f}")
+        assert off < 0.15 and same > 0.9, (name, off, same)
+    # Closed surfaces that enclose the volumes that are told.
+    beatlas("validate", full)
+
+    # A scene that draws none of them goes without, from the segmentation on.
+    touch = folder / "touch.beatlas"
+    said = beatlas("build", images, "-o", touch, "--scene", "palpation", "-v").stderr
+    surfaces, _, volumes = shown(touch)
+    assert not (surfaces | set(volumes)) & set(BEYOND), (surfaces, volumes)
+    assert "aorta" not in said, said
+
+
+main()
