@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "pipeline/assess/field_checks.h"
@@ -15,9 +16,20 @@
 namespace beatlas::assess {
 namespace {
 
+constexpr std::string_view kCrosses = "crosses_";
+constexpr std::string_view kLevel = "_level_";
+
 /// What a check measures, for people.
-const char* words_of(const std::string& name) {
-  static constexpr std::array<std::pair<const char*, const char*>, 12> kWords{
+std::string words_of(const std::string& name) {
+  const std::size_t level = name.find(kLevel);
+  if (level != std::string::npos) {
+    return "level of detail " + name.substr(level + kLevel.size()) + ", " +
+           words_of(name.substr(0, level));
+  }
+  if (name.starts_with(kCrosses)) {
+    return "triangles of its surface that cut those of " + name.substr(kCrosses.size()) + " [%]";
+  }
+  static constexpr std::array<std::pair<const char*, const char*>, 13> kWords{
       {{"content", "payloads that its scene does not name, or that it lacks"},
        {"end_phases", "end-diastole or end-systole is no extreme of the LV's volume"},
        {"open_edges", "its surface is open at edges"},
@@ -28,6 +40,7 @@ const char* words_of(const std::string& name) {
        {"field_volume_gap_percent", "its distances hold another volume than they should [%]"},
        {"stray_percent", "islands beside it and holes in it, of its volume [%]"},
        {"slope_error", "its distances rise by more or less than 1 mm a mm"},
+       {"surface_error_mm", "its surface lies off its distances in the mean [mm]"},
        {"vertex_distance_mm", "its surface lies off its distances [mm]"},
        {"wrong_side_percent", "inside and outside are exchanged at vertices of its surface [%]"}}};
   for (const auto& [known, words] : kWords) {
@@ -96,8 +109,8 @@ Check check_two(const atlas::SurfacePayload& one, const atlas::SurfacePayload& o
         crossing_triangles(one.triangles, one.positions[p], other.triangles, other.positions[p]));
   });
   const double most = crossing.empty() ? 0 : *std::max_element(crossing.begin(), crossing.end());
-  std::string name = "crosses_" + std::string(structure_name(other.structure));
-  if (one.level > 0) name += "_level_" + std::to_string(one.level);
+  std::string name = std::string(kCrosses) + std::string(structure_name(other.structure));
+  if (one.level > 0) name += std::string(kLevel) + std::to_string(one.level);
   return {std::string(structure_name(one.structure)), std::move(name),
           100 * most / static_cast<double>(std::max<std::size_t>(1, one.triangles.size())),
           limits.nested_crossing_percent};
@@ -201,7 +214,7 @@ std::vector<Check> check_structure(const atlas::Atlas& package, const Structural
             check.name == "slope_error") {
           continue;
         }
-        check.name += "_level_" + std::to_string(level);
+        check.name += std::string(kLevel) + std::to_string(level);
         checks.push_back(std::move(check));
       }
     }
@@ -226,9 +239,9 @@ std::vector<std::string> failures_of(const std::vector<Check>& checks) {
   std::vector<std::string> out;
   for (const Check& check : checks) {
     if (check.passed()) continue;
-    char text[240];
+    char text[320];
     std::snprintf(text, sizeof text, "%s: %s: %.3g (%s), limit %g", check.structure.c_str(),
-                  words_of(check.name), check.worst, check.name.c_str(), check.limit);
+                  words_of(check.name).c_str(), check.worst, check.name.c_str(), check.limit);
     out.emplace_back(text);
   }
   return out;

@@ -15,18 +15,9 @@ constexpr double kFarMm = 1.0;    // from the middle: no triangle of a vertex th
 constexpr double kMostMm = 0.25;  // that a vertex goes at a time
 constexpr int kRounds = 5;
 
-/// Two structures, and whether the first lies inside the second or beside it.
-struct Neighbourhood {
-  Structure one;
-  Structure other;
-  bool inside;
-};
-constexpr std::array kNeighbours{Neighbourhood{Structure::LvBlood, Structure::LvMyocardium, false},
-                                 Neighbourhood{Structure::RvBlood, Structure::LvMyocardium, false},
-                                 Neighbourhood{Structure::LvBlood, Structure::RvBlood, false},
-                                 Neighbourhood{Structure::LvMyocardium, Structure::Heart, true},
-                                 Neighbourhood{Structure::LvBlood, Structure::Heart, true},
-                                 Neighbourhood{Structure::RvBlood, Structure::Heart, true}};
+/// All of them lie beside each other, and in the heart.
+constexpr std::array kInHeart{Structure::LvBlood, Structure::LvMyocardium, Structure::RvBlood,
+                              Structure::LaBlood, Structure::RaBlood,      Structure::Aorta};
 
 template <class Cycle>
 Cycle* of(std::vector<Cycle>& cycles, Structure structure) {
@@ -142,13 +133,19 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
       SurfaceCycle* surface;
       field::Interpolant field;
       std::vector<Vec3> points;
+      Eigen::AlignedBox3d box;
     };
     std::vector<Body> bodies;
     for (const FieldCycle* field : fields) {
       SurfaceCycle* surface = of(surfaces, field->structure);
       Body& body = bodies.emplace_back(
-          Body{surface, {field->distance_mm.grid, field->distance_mm.phases[p]}, {}});
-      for (const Vec3f& x : surface->positions[p]) body.points.push_back(x.cast<double>());
+          Body{surface, {field->distance_mm.grid, field->distance_mm.phases[p]}, {}, {}});
+      for (const Vec3f& x : surface->positions[p]) {
+        body.points.push_back(x.cast<double>());
+        body.box.extend(body.points.back());
+      }
+      body.box.min().array() -= kFarMm;
+      body.box.max().array() += kFarMm;
     }
     const auto body_of = [&](Structure structure) -> Body* {
       for (Body& body : bodies) {
@@ -158,16 +155,21 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
     };
     for (int round = 0; round < kRounds; ++round) {
       bool moved = false;
-      for (const Neighbourhood& pair : kNeighbours) {
-        Body* one = body_of(pair.one);
-        Body* other = body_of(pair.other);
-        if (one == nullptr || other == nullptr) continue;
-        const double sign = pair.inside ? 1 : -1;
+      const auto part = [&](Structure first, Structure second) {
+        Body* one = body_of(first);
+        Body* other = body_of(second);
+        if (one == nullptr || other == nullptr || !one->box.intersects(other->box)) return;
+        const bool inside = second == Structure::Heart;
+        const double sign = inside ? 1 : -1;
         moved |= draw_back(one->points, one->surface->triangles,
                            Middle(one->field, other->field, sign, false));
         moved |= draw_back(other->points, other->surface->triangles,
-                           Middle(other->field, one->field, sign, pair.inside));
+                           Middle(other->field, one->field, sign, inside));
+      };
+      for (std::size_t n = 0; n < kInHeart.size(); ++n) {
+        for (std::size_t m = n + 1; m < kInHeart.size(); ++m) part(kInHeart[n], kInHeart[m]);
       }
+      for (const Structure structure : kInHeart) part(structure, Structure::Heart);
       if (!moved) break;
     }
     for (Body& body : bodies) {

@@ -24,7 +24,7 @@ def shown(package):
 def main():
     folder = new_folder("atria")
     images, study = folder / "cine.nii.gz", folder / "exam.study"
-    beatlas("phantom", "-o", folder, "--preset", "small", "--format", "nifti", "--phases", 4)
+    beatlas("phantom", "-o", folder, "--preset", "small", "--format", "nifti", "--phases", 5)
     full = folder / "full.beatlas"
     beatlas("build", images, "-o", full, "--study", study)
     surfaces, fields, volumes = shown(full)
@@ -39,8 +39,11 @@ def main():
         same = 2 * ((labels == label) & (made == label)).sum() / ((labels == label).sum() + (made == label).sum())
         print(f"{name}: volume off by {100 * off:.1f} % at most, Dice {same:.3f}")
         assert off < 0.15 and same > 0.9, (name, off, same)
-    # Closed surfaces that enclose the volumes that are told.
-    beatlas("validate", full)
+    # Closed surfaces that enclose the volumes that are told and lie beside the ventricles'.
+    checks = json.loads(beatlas("validate", full, "--json", code=None).stdout)["checks"]
+    mine = [check for check in checks
+            if check["structure"] in BEYOND or check["name"].removeprefix("crosses_").split("_level")[0] in BEYOND]
+    assert len(mine) > 20 and all(check["passed"] for check in mine), [c for c in mine if not c["passed"]]
 
     # A scene that draws none of them goes without, from the segmentation on.
     touch = folder / "touch.beatlas"

@@ -70,8 +70,11 @@ TEST(LabelNames, are_known_whatever_their_case_and_separators) {
   EXPECT_EQ(label_from_name("0"), std::uint8_t{kLabelBackground});
   EXPECT_EQ(label_from_name("Myocardium"), std::uint8_t{kLabelLvMyocardium});
   EXPECT_EQ(label_from_name("rv blood"), std::uint8_t{kLabelRvBlood});
+  EXPECT_EQ(label_from_name("Left atrium_2"), std::uint8_t{kLabelLaBlood});
+  EXPECT_EQ(label_from_name("ra_blood"), std::uint8_t{kLabelRaBlood});
+  EXPECT_EQ(label_from_name("7"), std::uint8_t{kLabelAorta});
   EXPECT_EQ(label_from_name("rest_of_heart"), std::uint8_t{kLabelRestOfHeart});
-  for (const char* name : {"", "F-1", "5", "3d", "-", "lv blood pool", "lv 3 blood", "1lv",
+  for (const char* name : {"", "F-1", "8", "3d", "-", "lv blood pool", "lv 3 blood", "1lv",
                            "99999999999999999999", "lv\xC3\xA9"}) {
     EXPECT_EQ(label_from_name(name), std::nullopt) << name;
   }
@@ -81,7 +84,7 @@ TEST(LabelMap, is_read_from_presets_and_pairs) {
   EXPECT_EQ(label_map_from_word("acdc"), (LabelMap{{1, 1}, {2, 2}, {3, 3}}));
   EXPECT_EQ(label_map_from_word("mms"), (LabelMap{{1, 3}, {2, 2}, {3, 1}}));
   EXPECT_EQ(label_map_from_word("200=LV blood,7=background"), (LabelMap{{7, 0}, {200, 3}}));
-  EXPECT_EQ(own_label_map(), (LabelMap{{1, 1}, {2, 2}, {3, 3}, {4, 4}}));
+  EXPECT_EQ(own_label_map(), (LabelMap{{1, 1}, {2, 2}, {3, 3}, {4, 4}, {5, 5}, {6, 6}, {7, 7}}));
   for (const char* word : {"", "x", "1", "1=", "=lv", "1=spleen", "0=lv", "256=lv", "1=lv,",
                            "1=lv,1=rv", "1=lv;2=rv"}) {
     try {

@@ -187,8 +187,8 @@ TEST(EditedLabels, what_cannot_beat_is_refused) {
     return {};
   };
   LabelCycle labels = before.labels;
-  labels.phases[0][0] = 7;
-  EXPECT_NE(refusal(labels).find("value 7 in phase 0"), std::string::npos);
+  labels.phases[0][0] = 8;
+  EXPECT_NE(refusal(labels).find("value 8 in phase 0"), std::string::npos);
   labels = before.labels;
   paint(labels, 1, 3, 50, 30, 6, kLabelRvBlood);
   EXPECT_NE(refusal(labels).find("rv_blood"), std::string::npos);
