@@ -62,8 +62,8 @@ void HeartDrawing::Parts::make_volume() {
   vtkVolumeProperty* property = volume.volume->GetProperty();
   property->SetInterpolationTypeToLinear();
   property->ShadeOn();
-  property->SetAmbient(0.25);
-  property->SetDiffuse(0.85);
+  property->SetAmbient(0.4);
+  property->SetDiffuse(0.75);
   property->SetSpecular(0.15);
   property->SetSpecularPower(12);
   renderer->AddVolume(volume.volume);
