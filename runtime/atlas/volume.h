@@ -3,6 +3,7 @@
 /// each, x fastest, then y, then z, placed by `workspace_from_index`. Between two phases linear, as
 /// a GPU would blend them; periodic. None allocates.
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -28,6 +29,11 @@ void volume_16bit(const VolumePayload& volume, double beats, std::span<std::uint
 /// Rounded and clamped to the window.
 void volume_8bit(const VolumePayload& volume, double beats, const IntensityWindow& window,
                  std::span<std::uint8_t> to) noexcept;
+/// The same of a box alone; what lies outside of it in `to` stays as it is.
+/// @param low, high first and last sample along each axis, within the volume
+void volume_8bit(const VolumePayload& volume, double beats, const IntensityWindow& window,
+                 std::span<std::uint8_t> to, const std::array<int, 3>& low,
+                 const std::array<int, 3>& high) noexcept;
 
 /// From the least to the largest intensity of all phases.
 [[nodiscard]] IntensityWindow whole_window(const VolumePayload& volume) noexcept;

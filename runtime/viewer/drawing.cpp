@@ -23,6 +23,7 @@ namespace {
 constexpr int kLeastPixels = 16;
 constexpr int kMostPixels = 16384;
 constexpr double kEyeAngleDeg = 5;
+constexpr int kSmoothSamples = 4;  ///< a pixel, at edges
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
@@ -161,7 +162,7 @@ HeartDrawing::~HeartDrawing() = default;
 void HeartDrawing::Parts::make_window(vtkRenderWindow* made) {
   window = made;
   window->SetNumberOfLayers(2);
-  window->SetMultiSamples(4);
+  window->SetMultiSamples(kSmoothSamples);
   window->AddRenderer(renderer);
   if (options.caption) window->AddRenderer(overlay.marker);
   if (options.anaglyph) {
@@ -226,6 +227,8 @@ void HeartDrawing::set_tool(const std::optional<ToolPicture>& tool) {
 void HeartDrawing::set_moving(bool moving) {
   parts_->stale = parts_->stale || parts_->moving != moving;
   parts_->moving = moving;
+  // Smooth edges are dear where software draws, and hardly seen while they turn.
+  if (parts_->window) parts_->window->SetMultiSamples(moving ? 0 : kSmoothSamples);
 }
 
 void HeartDrawing::set_note(const std::string& note) {

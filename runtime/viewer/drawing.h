@@ -135,6 +135,8 @@ class HeartDrawing {
   /// How far along the line of sight a point lies behind the focus [mm], and back again.
   [[nodiscard]] double depth_of(const Vec3& workspace_mm) const;
   [[nodiscard]] Vec3 point_at(const Vec2& pixel, double depth_mm) const;
+  /// Where the force's arrow ended in the last picture; none without an arrow.
+  [[nodiscard]] std::optional<Vec3> arrow_tip_mm() const;
   /// Pixels a millimetre.
   [[nodiscard]] double pixels_per_mm() const;
   /// The drawn vertices of a structure, the dent included. Empty if there is none.

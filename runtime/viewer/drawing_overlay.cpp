@@ -126,6 +126,11 @@ void HeartDrawing::Parts::update_tool() {
   tool_parts.label->SetInput(number("%.2f N", force).c_str());
 }
 
+std::optional<Vec3> HeartDrawing::arrow_tip_mm() const {
+  if (parts_->tool_parts.arrow->GetVisibility() == 0) return std::nullopt;
+  return Vec3(parts_->tool_parts.label->GetPosition());
+}
+
 void HeartDrawing::Parts::make_overlay() {
   if (!options.caption) return;
   overlay.bar = vtkSmartPointer<vtkPolyData>::New();

@@ -78,8 +78,9 @@ struct VolumeParts {
   std::shared_ptr<const atlas::VolumePayload> payload;
   TissueIntensities tissue;
   atlas::IntensityWindow window;
-  std::vector<std::uint8_t> samples;  ///< of now
+  std::vector<std::uint8_t> samples;  ///< of now, for `heart_beats` those around the heart alone
   double samples_beats = -1;
+  double heart_beats = -1;
   bool caster_chosen = false;
   VolumeLevel fine;
   VolumeLevel coarse;  ///< while it moves
@@ -166,6 +167,7 @@ struct HeartDrawing::Parts {
   [[nodiscard]] std::string gl_renderer() const;
   [[nodiscard]] VolumeLevel make_level(const std::array<int, 3>& step) const;
   void update_samples();
+  void update_samples_around_heart();
   void update_level(VolumeLevel& level);
   void update_slice();
   void update_tool();

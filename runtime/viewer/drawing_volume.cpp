@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <vtkCellArray.h>
+#include <vtkOpenGLRenderWindow.h>
 #include <vtkPointData.h>
 #include <vtkProperty.h>
 #include <vtkVolumeProperty.h>
@@ -61,8 +62,8 @@ void HeartDrawing::Parts::make_volume() {
   vtkVolumeProperty* property = volume.volume->GetProperty();
   property->SetInterpolationTypeToLinear();
   property->ShadeOn();
-  property->SetAmbient(0.25);
-  property->SetDiffuse(0.85);
+  property->SetAmbient(0.4);
+  property->SetDiffuse(0.75);
   property->SetSpecular(0.15);
   property->SetSpecularPower(12);
   renderer->AddVolume(volume.volume);
@@ -143,10 +144,24 @@ void HeartDrawing::Parts::update_samples() {
   if (volume.samples_beats == beats) return;
   atlas::volume_8bit(*volume.payload, beats, volume.window, volume.samples);
   volume.samples_beats = beats;
+  volume.heart_beats = beats;
+}
+
+// Those that any level takes: most of a chest is not the heart.
+void HeartDrawing::Parts::update_samples_around_heart() {
+  if (volume.samples_beats == beats || volume.heart_beats == beats) return;
+  const VolumeLevel& fine = volume.fine;
+  std::array<int, 3> high{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    high[axis] = std::min(fine.low[axis] + fine.size[axis] + 1, volume.payload->size[axis]) - 1;
+  }
+  atlas::volume_8bit(*volume.payload, beats, volume.window, volume.samples, fine.low, high);
+  volume.heart_beats = beats;
+  volume.samples_beats = -1;
 }
 
 void HeartDrawing::Parts::update_level(VolumeLevel& level) {
-  update_samples();
+  update_samples_around_heart();
   if (level.beats == beats) return;
   level.beats = beats;
   if (field && !level.mask) level.mask.emplace(level.workspace_from_index, level.size, field);
@@ -190,8 +205,13 @@ void HeartDrawing::Parts::update_level(VolumeLevel& level) {
 // Without a graphics card VTK's own ray caster is many times quicker than its shaders on Mesa.
 void HeartDrawing::Parts::choose_caster() {
   if (volume.caster_chosen || !window) return;
-  volume.caster_chosen = true;
-  const std::string told = gl_renderer();
+  std::string told = gl_renderer();
+  if (told == "unknown") {  // nothing was drawn yet
+    auto* const opengl = vtkOpenGLRenderWindow::SafeDownCast(window);
+    if (opengl != nullptr) opengl->Initialize();
+    told = gl_renderer();
+  }
+  volume.caster_chosen = told != "unknown";
   for (const char* software : {"llvmpipe", "softpipe", "Software", "SWR"}) {
     if (told.find(software) != std::string::npos) volume.mapper->SetRequestedRenderModeToRayCast();
   }

@@ -303,16 +303,17 @@ void HeartWindow::tell_values(const Felt& felt) {
     if (wall->tissue.alpha < 1) where += ", contracts less";
     where = " (" + where + ")";
   }
-  told_->setText(
-      QString("%1: %2 N   %3 mm deep%8   %4 /min   LV %5 ml, %6 mmHg   picture %7 ms behind")
-          .arg(QString::fromStdString(live_->device()))
-          .arg(row.force_n, 0, 'f', 2)
-          .arg(row.depth_mm, 0, 'f', 1)
-          .arg(60 * felt.servo.rate_hz, 0, 'f', 0)
-          .arg(row.volume_ml, 0, 'f', 0)
-          .arg(row.lv_mmhg, 0, 'f', 0)
-          .arg(lag_ms_, 0, 'f', 0)
-          .arg(where));
+  told_->setText(QString("%1: %2 N   %3 mm deep%8   %4 /min   LV %5 ml, %6 mmHg   %9 l/min   "
+                         "picture %7 ms behind")
+                     .arg(QString::fromStdString(live_->device()))
+                     .arg(row.force_n, 0, 'f', 2)
+                     .arg(row.depth_mm, 0, 'f', 1)
+                     .arg(60 * felt.servo.rate_hz, 0, 'f', 0)
+                     .arg(row.volume_ml, 0, 'f', 0)
+                     .arg(row.lv_mmhg, 0, 'f', 0)
+                     .arg(lag_ms_, 0, 'f', 0)
+                     .arg(where)
+                     .arg(felt.circulation.beat.output_l_per_min, 0, 'f', 1));
 }
 
 void HeartWindow::closeEvent(QCloseEvent* event) {

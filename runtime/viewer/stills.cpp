@@ -159,6 +159,24 @@ struct Stage {
   }
 };
 
+// The arrow and its number are what a press is shown for: where they would be cut off, all becomes
+// smaller.
+void keep_arrow_inside(const Stage& stage) {
+  constexpr double kBesidePx = 90;  // the number
+  constexpr double kAbovePx = 30;
+  (void)stage.picture();
+  const std::optional<Vec3> tip = stage.drawing->arrow_tip_mm();
+  if (!tip) return;
+  const Vec2 away = stage.drawing->pixel_of(*tip) - 0.5 * Vec2(stage.width, stage.height);
+  const double across = std::max(0.25 * stage.width, 0.5 * stage.width - kBesidePx);
+  const double upright = std::max(0.25 * stage.height, 0.5 * stage.height - kAbovePx);
+  const double larger = std::max(std::abs(away.x()) / across, std::abs(away.y()) / upright);
+  if (larger <= 1) return;
+  CameraPose pose = stage.drawing->camera();
+  pose.height_mm *= larger;
+  stage.drawing->set_camera(pose);
+}
+
 Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
   Stage stage;
   stage.width = options.width;
@@ -192,6 +210,7 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
                 std::max(0.0, -run.last.servo.distance_mm));
   stage.drawing->set_note(note.data());
   if (options.plots) stage.panels = press_panels(run, 60 / touch.settings().heart_rate_per_min);
+  keep_arrow_inside(stage);
   return stage;
 }
 

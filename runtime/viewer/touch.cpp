@@ -222,9 +222,13 @@ void Touch::set_right_atrial_mmhg(double mmhg) {
 }
 
 std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
-  if (!muscle_ || !felt.servo.touching) return std::nullopt;
-  const ToolPicture tool = tool_picture(felt);
-  const palpation::WallPlace place = wall_->nearest(tool.dent_place_mm, felt.servo.phase);
+  if (!muscle_ || felt.servo.distance_mm >= 0) return std::nullopt;
+  // The surface over the tool.
+  const auto& [x, y, z] = felt.servo.position_mm;
+  const auto& [nx, ny, nz] = felt.servo.normal;
+  const Vec3 surface_mm =
+      Vec3(x, y, z) - (felt.servo.distance_mm + settings_.tool_radius_mm) * Vec3(nx, ny, nz);
+  const palpation::WallPlace place = wall_->nearest(surface_mm, felt.servo.phase);
   if (!muscle_->reaches(place, felt.servo.phase)) return std::nullopt;
   return TouchedWall{place.segment, muscle_->tissue().at(place)};
 }

@@ -97,7 +97,7 @@ class Touch {
   void set_model(const std::string& model);
   [[nodiscard]] const palpation::PalpationParameters& parameters() const { return wished_; }
   [[nodiscard]] const TouchSettings& settings() const { return settings_; }
-  /// None while nothing is touched, or another part of the heart.
+  /// None while the tool is outside, or in another part of the heart.
   [[nodiscard]] std::optional<TouchedWall> touched_wall(const Felt& felt) const;
   /// What a picture shows of a tick.
   [[nodiscard]] ToolPicture tool_picture(const Felt& felt) const;

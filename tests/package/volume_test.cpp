@@ -191,6 +191,21 @@ TEST(Volume, GivesImagesOfAnyMomentAndForm) {
   const atlas::IntensityWindow window{60, 260};
   std::vector<std::uint8_t> bytes(count);
   atlas::volume_8bit(volume, 0.3, window, bytes);
+  // A box of it alone: the same there, and nothing elsewhere.
+  std::vector<std::uint8_t> boxed(bytes.size(), 77);
+  const std::array<int, 3> low{1, 2, 1};
+  const std::array<int, 3> high{volume.size[0] - 2, volume.size[1] - 1, 2};
+  atlas::volume_8bit(volume, 0.3, window, boxed, low, high);
+  std::size_t at = 0;
+  for (int z = 0; z < volume.size[2]; ++z) {
+    for (int y = 0; y < volume.size[1]; ++y) {
+      for (int x = 0; x < volume.size[0]; ++x, ++at) {
+        const bool inside = x >= low[0] && x <= high[0] && y >= low[1] && y <= high[1] &&
+                            z >= low[2] && z <= high[2];
+        ASSERT_EQ(boxed[at], inside ? bytes[at] : 77) << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
   for (std::size_t n = 0; n < count; ++n) {
     const auto value = double(image[n]);
     ASSERT_NEAR(volume.offset + volume.step * (wide[n] - 32768.0), value, 0.51 * volume.step);

@@ -16,7 +16,7 @@
 #include <unistd.h>
 
 #include "runtime/device/hardware.h"
-#include "runtime/viewer/drawing.h"
+#include "runtime/viewer/heart_frame.h"
 #include "runtime/viewer/stills.h"
 #include "tests/viewer/ellipsoid.h"
 #include "tests/viewer/seen_window.h"
@@ -179,6 +179,7 @@ class SeenProgram {
     dup2(to, STDERR_FILENO);
     words.insert(words.begin(), BEATLAS_PLAY);
     std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
     execv(BEATLAS_PLAY, argv.data());
@@ -239,8 +240,8 @@ TEST_F(Command, ALostDisplayIsOneSentenceAndMachineTrouble) {
 
 TEST_F(Command, AWindowThatIsToldToEndLeavesItsDeviceWithoutForceAndClosed) {
   const OpenedHeart heart = open_heart(file("heart.beatlas"));
-  const HeartDrawing drawing(heart.atlas, heart.field, {});
-  const Vec3 outward = free_wall_direction(drawing.frame(), heart.field->centre_mm()).normalized();
+  const HeartFrame frame = heart_frame(*heart.atlas);
+  const Vec3 outward = free_wall_direction(frame, heart.field->centre_mm()).normalized();
   const Affine from_device = device::workspace_from_hardware(
       heart.atlas->manifest().workspace_from_lps, Vec3::Zero(), outward, 0);
   // Some millimetres below the surface, from the middle 20 mm outside of it; libdhd's x is towards

@@ -268,6 +268,16 @@ TEST_F(Pictures, VolumesDifferByPresetAndPhase) {
   EXPECT_NE(heart->picture(200, 150).rgb, muscle.rgb);
 }
 
+// Which of VTK's casters is quick is known by the renderer of GL: before the first picture, too.
+TEST_F(Pictures, AVolumeInTheFirstPictureIsThatOfLaterOnes) {
+  const auto first = drawing();
+  first->set_volume(VolumePreset::Muscle);
+  const auto later = drawing();
+  (void)later->picture(200, 150);
+  later->set_volume(VolumePreset::Muscle);
+  EXPECT_EQ(first->picture(200, 150).rgb, later->picture(200, 150).rgb);
+}
+
 // A press on an atlas with a field: the line on the cut goes in by as much as the patch says.
 TEST_F(Pictures, TheDentIsAsDeepAsThePatchSays) {
   const std::filesystem::path file = folder_->path() / "field.beatlas";

@@ -43,6 +43,7 @@ class Interrupted : public ::testing::Test {
     if (std::freopen(file("out").c_str(), "w", stdout) == nullptr) std::_Exit(1);
     if (std::freopen(file("err").c_str(), "w", stderr) == nullptr) std::_Exit(1);
     std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
     ::execv(BEATLAS_PLAY, argv.data());
