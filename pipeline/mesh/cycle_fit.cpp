@@ -251,25 +251,10 @@ void CycleFit::settle(Cycle& cycle) {
   find_neighbours();
 }
 
-void CycleFit::push_sheets_apart(const std::vector<Vec3>& points, const std::vector<bool>& crossing,
-                                 std::size_t phase, std::vector<Vec3>& moved) const {
-  constexpr double kStepEdges = 0.05;
-  const std::vector<Vec3> normals = vertex_normals(points, triangles_);
-  const field::Interpolant& surface = phases_[phase];
-  for (std::size_t v = 0; v < points.size(); ++v) {
-    if (!crossing[v]) continue;
-    const Vec3 reach = edge_mm_ * normals[v];
-    const double bend = surface.value(points[v] + reach) + surface.value(points[v] - reach) -
-                        2 * surface.value(points[v]);
-    moved[v] += (bend < 0 ? -kStepEdges : kStepEdges) * reach;
-  }
-}
-
 int CycleFit::mend(Cycle& cycle) {
   constexpr int kRounds = 24;
   constexpr int kFlipEvery = 4;
-  constexpr int kPatience = 8;  // rounds without getting better
-  constexpr int kPushFrom = 4;  // sheets that smoothing has not parted
+  constexpr int kPatience = 6;  // rounds without getting better
   int best_round = 0;
   const std::size_t phases = cycle.size();
   std::vector<int> crossings(phases, -1);  // -1: not known
@@ -322,7 +307,6 @@ int CycleFit::mend(Cycle& cycle) {
         if (!around_thin[v] && !around_crossing[v]) continue;
         moved[v] = 0.5 * (cycle[p][v] + middle_of_ring(cycle[p], v));
       }
-      if (round >= kPushFrom) push_sheets_apart(cycle[p], loosened(crossing[p], 1), p, moved);
       cycle[p] = std::move(moved);
     });
   }

@@ -31,9 +31,7 @@ class CycleFit {
 
   /// What settle could not do on the surfaces is done off them, in the phase that needs it: two
   /// rings around triangles that pass through each other (CGAL), and one around those that are
-  /// turned over or thinner than 11 degrees, are smoothed; sheets that still cross are pushed
-  /// apart.
-  /// @return crossings left, all phases
+  /// turned over or thinner than 11 degrees, are smoothed. @return crossings left, all phases
   int mend(Cycle& cycle);
 
   [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
@@ -45,10 +43,6 @@ class CycleFit {
   [[nodiscard]] std::vector<bool> loosened(const std::vector<bool>& bad, int rings) const;
   [[nodiscard]] Vec3 middle_of_ring(const std::vector<Vec3>& points, std::size_t v) const;
   [[nodiscard]] Vec3 on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase) const;
-  /// Moves the vertices that cross along their normals: inward at a cleft, where the distance is
-  /// largest between two sheets, outward where the body is thin.
-  void push_sheets_apart(const std::vector<Vec3>& points, const std::vector<bool>& crossing,
-                         std::size_t phase, std::vector<Vec3>& moved) const;
   /// @return how many edges were flipped
   int flip_edges(const Cycle& cycle, const std::vector<bool>& bad);
 

@@ -197,7 +197,7 @@ TEST_F(Sphere, WhoseFieldIsOfAnotherPhaseDoesNotAgreeWithTheSurface) {
 
 TEST_F(Sphere, WhoseSurfaceErrorIsThatOfItsTriangles) {
   const field::FieldQuery sound = query();
-  // Edges of 3 mm cut e^2 / 6 r = 0.07 mm off a sphere of 20 mm in their middle.
+  // Edges of 2.3 mm cut e^2 / 6 r = 0.04 mm off a sphere of 20 mm in their middle.
   const double before = surface_error_mm(sound, surface_);
   EXPECT_NEAR(before, 0.04, 0.03);
   for (auto& phase : surface_.positions) {

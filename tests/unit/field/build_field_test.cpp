@@ -219,7 +219,8 @@ ErrorCode code_of(const ShapeCycle& shape, const FieldOptions& options = {}) {
 TEST(BuildField, SamplesThatAreNearlyZeroAreOnTheSurface) {
   // Of a ball through lattice points those on it become the smallest numbers there are, of either
   // sign; they divide by nothing that rounds to 0.
-  const Grid grid = lattice({-12, -12, -12}, {12, 12, 12}, 1.0);
+  Grid grid = lattice({-12, -12, -12}, {12, 12, 12}, 1.0);
+  grid.mm_from_index.translation() = Vec3(-12, -12, -12);
   const Level truth = [](const Vec3& x) { return x.norm() - 5.0; };
   std::vector<float> samples = sampled(grid, truth);
   int tiny = 0;
