@@ -221,7 +221,9 @@ std::vector<Check> check_structure(const atlas::Atlas& package, const Structural
     done += 1;
     context.progress(done / static_cast<double>(manifest.structures.size()));
   }
-  const int levels = static_cast<int>(std::max<std::size_t>(1, manifest.surface_edges_mm.size()));
+  // Before version 5 nothing kept structures that share a wall apart; their surfaces lie in it.
+  const int levels =
+      manifest.format_version < 5 ? 0 : static_cast<int>(manifest.surface_edges_mm.size());
   for (int level = 0; level < levels; ++level) {
     for (std::size_t n = 0; n < kAllStructures.size(); ++n) {
       const auto one = package.surface(kAllStructures[n], level);

@@ -27,7 +27,7 @@ struct StructuralLimits {
   double vertex_distance_voxels = 1.0;  ///< RMS of a surface's vertices in its structure's field
   double wrong_side_percent = 5;
   double crossing_percent = 20;  ///< a thin wall that is carried through the cycle folds at its rim
-  double nested_crossing_percent = 1;  ///< between two structures that touch each other
+  double nested_crossing_percent = 10;  ///< between two structures; before version 5 any
   double stray_percent = 1;
   double slope_error = 0.5;  ///< of |grad phi| = 1
   /// Mean distance of a surface's triangles from its structure's field, for edges of 4 mm and less;
@@ -43,9 +43,9 @@ struct StructuralLimits {
 /// `crossing_percent` (pairs that cut each other, of the triangles), `surface_volume_gap_percent`
 /// and `wrap_step_ratio`; for every field `field_volume_gap_percent`, `stray_percent` and
 /// `slope_error`; where both are there `vertex_distance_mm`, `surface_error_mm` and
-/// `wrong_side_percent`. Those of For every two structures with a surface `crosses_NAME` (pairs
-/// that cut each other, of the triangles of the former). Those of a surface once more for each
-/// coarser level of detail, as `open_edges_level_1`. See surface_checks.h and field_checks.h. The
+/// `wrong_side_percent`; once more for each coarser level of detail, as `open_edges_level_1`. For
+/// every two structures with a surface `crosses_NAME`: pairs that cut each other, of the triangles
+/// of the former; since version 5. See surface_checks.h and field_checks.h. The
 /// package was already checked byte by byte, sizes and hashes, when it was opened.
 [[nodiscard]] std::vector<Check> check_structure(const atlas::Atlas& package,
                                                  const StructuralLimits& limits,
