@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/words.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/tissue.h"
@@ -249,8 +250,8 @@ Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
     phases_changed += here > 0 ? 1 : 0;
   }
   if (changed > 0) {
-    made.warnings.push_back("the labels were edited by hand (" + std::to_string(changed) +
-                            " voxels in " + std::to_string(phases_changed) + " phases)");
+    made.warnings.push_back("the labels were edited by hand (" + counted(changed, "voxel") +
+                            " in " + counted(phases_changed, "phase") + ")");
   }
   return made;
 }

@@ -1,0 +1,21 @@
+#pragma once
+/// Words that messages share.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace beatlas {
+
+/// Of labels 0 to 4, see shapes.h; commands take them, too.
+inline constexpr std::array<std::string_view, 5> kLabelWords{
+    "background", "rv_blood", "lv_myocardium", "lv_blood", "rest_of_heart"};
+
+/// "1 phase", "2 phases".
+template <class Count>
+[[nodiscard]] std::string counted(Count count, std::string_view thing) {
+  return std::to_string(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
+}
+
+}  // namespace beatlas
