@@ -95,6 +95,7 @@ bool Chain::keeps(Stage stage, const study::Wanted& wanted) {
   }
   if (stage == Stage::Import) facts_.input_sha256 = record.inputs.at(study::kSourceStack);
   kept_.push_back(stage);
+  if (study_->refusal() && study_->refusal()->stage == stage) forget_refusal();
   return true;
 }
 
@@ -114,8 +115,25 @@ void Chain::run(Stage stage, const std::function<void(StageContext&)>& body) {
       warnings_.emplace_back(line);
       context.warn(line);
     };
-    body(noting);
+    try {
+      body(noting);
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::Quality) note_refusal(stage, error.what());
+      throw;
+    }
   });
+}
+
+void Chain::note_refusal(Stage stage, const std::string& reason) {
+  if (!study_ || std::exchange(refused_, true)) return;
+  study_->set_refusal(study::Refusal{stage, reason});
+  study_->save();
+}
+
+void Chain::forget_refusal() {
+  if (!study_ || !study_->refusal()) return;
+  study_->set_refusal(std::nullopt);
+  study_->save();
 }
 
 void Chain::leave(Stage stage, study::StageRecord record,
@@ -125,6 +143,7 @@ void Chain::leave(Stage stage, study::StageRecord record,
   }
   made_.push_back(stage);
   if (!study_) return;
+  forget_refusal();
   // What import warns of may name a file.
   if (stage != Stage::Import) record.warnings = warnings_;
   if (stage != Stage::Import && stage != Stage::Pack) record.inputs = study_->inputs_now(stage);
@@ -134,8 +153,6 @@ void Chain::leave(Stage stage, study::StageRecord record,
 }
 
 void Chain::tell_kept() {
-  std::erase(kept_, Stage::Pictures);
-  std::erase(made_, Stage::Pictures);
   if (kept_.empty()) return;
   std::string line = "study: kept " + names_of(kept_);
   line += made_.empty() ? "; nothing has changed" : "; made " + names_of(made_);

@@ -69,9 +69,8 @@ class Chain {
   /// Writes the study's report: the page, and report.json into the study; gives the latter and says
   /// its verdict.
   /// @param page where; empty: report.html in the study
-  /// @param refused why there is no package; empty: there is, or none was tried
   /// @param anew also where the report stands for what the study holds
-  nlohmann::json report(const std::filesystem::path& page, const std::string& refused, bool anew);
+  nlohmann::json report(const std::filesystem::path& page, bool anew);
 
   /// For a command that starts after it: the stage must be up to date, or edited.
   /// @throws Error{InvalidInput} naming the command to run first
@@ -85,6 +84,9 @@ class Chain {
   bool keeps(study::Stage stage, const study::Wanted& wanted);
   /// Runs a stage on the console, and takes note of its warnings for the study's record.
   void run(study::Stage stage, const std::function<void(StageContext&)>& body);
+  /// Notes in the study that the recipe refuses what a stage gave; only the first counts.
+  void note_refusal(study::Stage stage, const std::string& reason);
+  void forget_refusal();
   /// Writes what a stage made into the study, if there is one, and takes note of it.
   void leave(study::Stage stage, study::StageRecord record,
              const std::function<study::FileList()>& write);
@@ -129,6 +131,7 @@ class Chain {
   std::vector<study::Stage> kept_;
   std::vector<study::Stage> made_;
   std::vector<std::string> warnings_;  ///< of the stage that runs
+  bool refused_ = false;               ///< by this chain
 
   std::optional<Exam> exam_;
   std::optional<Segmentation> segmentation_;

@@ -54,6 +54,7 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
   if (study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
       study::holds(file, study_->find(Stage::Pack)->package_sha256)) {
     kept_.push_back(Stage::Pack);
+    forget_refusal();
     return;
   }
   run(Stage::Pack, [&](StageContext& context) {

@@ -40,8 +40,11 @@ report::SurfaceFigures figures_of(const SurfaceCycle& surface) {
 }
 
 /// Of all that the report tells.
-std::string made_from(const study::Study& study, const std::string& refused) {
-  json all{{"program", kVersion}, {"refused", refused}, {"given", study.given()}};
+std::string made_from(const study::Study& study) {
+  const auto& refusal = study.refusal();
+  json all{{"program", kVersion},
+           {"refused", refusal ? refusal->reason : std::string()},
+           {"given", study.given()}};
   for (const Stage stage : study::kAllStages) {
     const study::StageRecord* record = study.find(stage);
     if (record == nullptr) continue;
@@ -90,11 +93,13 @@ json before_of(json former, const json& now) {
 
 }  // namespace
 
-json Chain::report(const fs::path& page, const std::string& refused, bool anew) {
+json Chain::report(const fs::path& page, bool anew) {
   if (!study_->find(Stage::Import)) require(Stage::Import);
+  // What is looked at here, painted labels, replaces no build's refusal.
+  refused_ = refused_ || study_->refusal().has_value();
   const fs::path summary_file = study_->folder() / kReportSummary;
   const fs::path file = page.empty() ? study_->folder() / kReportPage : page;
-  const std::string from = made_from(*study_, refused);
+  const std::string from = made_from(*study_);
   json former = former_summary(summary_file);
   const bool same = former.is_object() && former.value("made_from", "") == from;
   std::error_code ignored;
@@ -134,8 +139,11 @@ json Chain::report(const fs::path& page, const std::string& refused, bool anew) 
     }
     context.progress(0.6);
     // What lies there from before a refusal is of other labels or options.
-    if (refused.empty()) input.package = packed_facts(*study_);
-    input.refused = refused;
+    if (study_->refusal()) {
+      input.refused = study_->refusal()->reason;
+    } else {
+      input.package = packed_facts(*study_);
+    }
     input.stages = stage_facts(*study_, console_.times());
     const auto& inputs = study_->find(Stage::Import)->inputs;
     if (inputs.count(study::kSourceStack) != 0) {

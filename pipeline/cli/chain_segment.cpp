@@ -85,6 +85,9 @@ void Chain::ask_for_leaks(StageContext& context) {
   try {
     segment::demand_no_leak(segmentation_->alarms, options.action);
   } catch (const Error& error) {
+    // The study's own place does not enter it.
+    note_refusal(Stage::Segment, std::string(error.what()) + "; see " +
+                                     leak_picture(kRefusedLeak, 0) + " in the study");
     throw Error(error.code(), error.what() + look);
   }
 }

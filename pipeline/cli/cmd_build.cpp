@@ -86,11 +86,16 @@ int build(const Arguments& arguments) {
     if (with_surfaces) chain.surfaces();
     chain.pack(scene, output);
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::Quality && with_report)
-      (void)chain.report({}, error.what(), true);
+    if (error.code() == ErrorCode::Quality && with_report) {
+      try {
+        (void)chain.report({}, true);
+      } catch (const std::exception& trouble) {  // the refusal is what the user must hear of
+        console.warn(std::string("the report was not written: ") + trouble.what());
+      }
+    }
     throw;
   }
-  if (with_report) (void)chain.report({}, "", false);
+  if (with_report) (void)chain.report({}, false);
   chain.tell_kept();
   console.finish();
   if (!arguments.common.timing.empty()) {

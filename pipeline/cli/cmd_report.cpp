@@ -37,7 +37,7 @@ void add_report(CLI::App& app, Run& run) {
       study::Study study = study_to_write(arguments->study, console, true);
       Orders orders = orders_of(study);
       Chain chain(console, std::move(orders), std::move(study));
-      const nlohmann::json summary = chain.report(arguments->output, "", true);
+      const nlohmann::json summary = chain.report(arguments->output, true);
       if (arguments->common.json) print_data(summary.dump(2) + "\n");
       console.finish();
       return 0;

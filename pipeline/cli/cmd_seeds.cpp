@@ -9,6 +9,7 @@
 #include "pipeline/cli/label_names.h"
 #include "pipeline/cli/markups.h"
 #include "pipeline/cli/seeds.h"
+#include "pipeline/core/words.h"
 #include "pipeline/study/stage_files.h"
 #include "runtime/base/error.h"
 
@@ -49,6 +50,41 @@ Vec3 place_from_word(const std::string& option, const std::string& word) {
   return place;
 }
 
+std::string numbers_text(const Vec3& place, const char* format) {
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), format, place[0], place[1], place[2]);
+  return text.data();
+}
+
+std::string voxel_range(const Grid& grid) {
+  return "slices 0 to " + std::to_string(grid.size[2] - 1) + ", rows 0 to " +
+         std::to_string(grid.size[1] - 1) + " and columns 0 to " + std::to_string(grid.size[0] - 1);
+}
+
+/// @param as_ras how the user gave it, and is told of it
+void refuse_outside(const Vec3& lps_mm, const Grid& grid, bool as_ras) {
+  const Vec3 index = grid.mm_from_index.inverse() * lps_mm;
+  const Vec3 last(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1);
+  if ((index.array() >= -0.5).all() && (index.array() <= last.array() + 0.5).all()) return;
+  Vec3 low = Vec3::Constant(1e30);
+  Vec3 high = -low;
+  const Vec3 turn = as_ras ? Vec3(-1, -1, 1) : Vec3(1, 1, 1);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 at((corner & 1) != 0 ? last[0] : 0, (corner & 2) != 0 ? last[1] : 0,
+                  (corner & 4) != 0 ? last[2] : 0);
+    const Vec3 mm = (grid.mm_from_index * at).cwiseProduct(turn);
+    low = low.cwiseMin(mm);
+    high = high.cwiseMax(mm);
+  }
+  const std::string frame = as_ras ? " mm RAS" : " mm LPS";
+  throw_invalid("(" + numbers_text(lps_mm.cwiseProduct(turn), "%g, %g, %g") + ")" + frame +
+                " lies outside the images, in slice, row, column " +
+                numbers_text(Vec3(index[2], index[1], index[0]), "%.0f, %.0f, %.0f") +
+                "; they have " + voxel_range(grid) + ", within " +
+                numbers_text(low, "(%.0f, %.0f, %.0f)") + " to " +
+                numbers_text(high, "(%.0f, %.0f, %.0f)") + frame);
+}
+
 std::vector<Vec3> places_of(const Arguments& arguments, const Grid& grid) {
   std::vector<Vec3> places;
   for (const std::string& word : arguments.lps) places.push_back(place_from_word("--lps", word));
@@ -59,23 +95,16 @@ std::vector<Vec3> places_of(const Arguments& arguments, const Grid& grid) {
   const int ways =
       (arguments.lps.empty() ? 0 : 1) + (arguments.ras.empty() ? 0 : 1) + (any ? 1 : 0);
   if (ways != 1) refuse_words("say where: either --lps, --ras, or --slice, --row and --column");
+  for (const Vec3& place : places) refuse_outside(place, grid, arguments.lps.empty());
   if (!any) return places;
   if (!arguments.slice || !arguments.row || !arguments.column) {
     refuse_words("a voxel has all three: --slice, --row and --column");
   }
   if (!grid.contains(*arguments.column, *arguments.row, *arguments.slice)) {
-    throw_invalid("the images have slices 0 to " + std::to_string(grid.size[2] - 1) +
-                  ", rows 0 to " + std::to_string(grid.size[1] - 1) + " and columns 0 to " +
-                  std::to_string(grid.size[0] - 1));
+    throw_invalid("the images have " + voxel_range(grid));
   }
   places.push_back(grid.mm(*arguments.column, *arguments.row, *arguments.slice));
   return places;
-}
-
-std::string numbers_text(const Vec3& place, const char* format) {
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), format, place[0], place[1], place[2]);
-  return text.data();
 }
 
 std::string seed_text(const segment::Seed& seed, const Grid& grid) {
@@ -174,7 +203,7 @@ int remove(const Arguments& arguments) {
     }
     orders.seeds = std::move(kept);
     return "removed " + std::to_string(gone.size()) + " of " +
-           std::to_string(gone.size() + orders.seeds.size()) + " seeds";
+           counted(gone.size() + orders.seeds.size(), "seed");
   });
 }
 

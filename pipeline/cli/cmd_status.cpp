@@ -21,6 +21,7 @@ void add_status(CLI::App& app, Run& run) {
       "running   is being made now by another beatlas\n"
       "stopped   was interrupted while it wrote; runs again\n"
       "open      has not run\n"
+      "refused   gave less than the recipe demands: no package was made of it; says why\n"
       "waits     done, but a stage before it will run again\n"
       "A change of the source is seen by 'build SOURCE', not here.");
   command->add_option("STUDY", arguments->study, "The study's folder")->required();

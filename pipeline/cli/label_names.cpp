@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <set>
 #include <vector>
 
+#include "pipeline/core/words.h"
 #include "runtime/base/error.h"
+#include "runtime/base/nearest_name.h"
 
 namespace beatlas::cli {
 namespace {
@@ -106,11 +109,12 @@ std::optional<std::uint8_t> label_from_name(std::string_view name) {
   return std::nullopt;
 }
 
-std::string_view name_of_label(std::uint8_t label) {
-  constexpr std::array<std::string_view, kLastLabel + 1> kOwn{
-      "background",    "rv_blood", "lv_myocardium", "lv_blood",
-      "rest_of_heart", "la_blood", "ra_blood",      "aorta"};
-  return kOwn.at(label);
+std::string_view name_of_label(std::uint8_t label) { return kLabelWords.at(label); }
+
+std::string nearest_label(std::string_view name) {
+  name = name.substr(0, name.find('@'));
+  while (!name.empty() && (is_digit(name.back()) || name.back() == '-')) name.remove_suffix(1);
+  return nearest_name(name, std::set<std::string>(kLabelWords.begin(), kLabelWords.end()));
 }
 
 std::string known_label_names() {

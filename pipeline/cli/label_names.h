@@ -19,6 +19,10 @@ namespace beatlas::cli {
 /// "lv_blood" and the like; label 0..4.
 [[nodiscard]] std::string_view name_of_label(std::uint8_t label);
 
+/// The name that a mistyped one most likely means (without a number or @phase behind it); empty if
+/// none is near.
+[[nodiscard]] std::string nearest_label(std::string_view name);
+
 /// "background, rv_blood, lv_myocardium, lv_blood, rest_of_heart (or 0 to 4)", for messages.
 [[nodiscard]] std::string known_label_names();
 

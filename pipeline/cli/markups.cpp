@@ -108,9 +108,14 @@ struct Markup {
         points_are_counted && label.find_first_not_of("0123456789") == std::string::npos;
     if (!counted) own = told_by(label, where + "/label");
     if (!own.label && !list.label) {
-      const std::string unknown = label.empty() || counted ? name : label;
-      throw_invalid(where + ": " + shown_word(unknown) +
-                    " is no known label; call the point or its list one of " + known_label_names());
+      // A program calls points after their list, so the list's name is what was mistyped.
+      const bool by_list = label.empty() || counted || label.starts_with(name + "-");
+      const std::string& unknown = by_list ? name : label;
+      const std::string meant = nearest_label(unknown);
+      throw_invalid((by_list ? path + "/name: the list " : where + "/label: ") +
+                    shown_word(unknown) + " is no known label; " +
+                    (meant.empty() ? "call it one of " + known_label_names()
+                                   : "did you mean '" + meant + "'?"));
     }
     return {own.label ? own.label : list.label, own.phase ? own.phase : list.phase};
   }

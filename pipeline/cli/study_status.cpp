@@ -73,6 +73,10 @@ StudyStatus status_of(const study::Study& study) {
       status = status_of(study, stage, orders);
       if (status.state == "done" && runs_before) status.state = "waits";
     }
+    if (study.refusal() && study.refusal()->stage == stage) {
+      status.state = "refused";
+      status.refused = study.refusal()->reason;
+    }
     const bool runs = status.state != "done" && status.state != "edited";
     if (stage != Stage::Pictures) runs_before = runs_before || runs;
     if (stage == Stage::Segment && !runs) out.axis = axis_of(study);
@@ -88,6 +92,7 @@ std::string to_text(const StudyStatus& status) {
     line.resize(10, ' ');
     line += stage.state;
     if (!stage.edited.empty()) line += ": " + joined(stage.edited);
+    if (!stage.refused.empty()) line += (stage.edited.empty() ? ": " : "; ") + stage.refused;
     if (!stage.missing.empty()) {
       line += (stage.edited.empty() ? ": " : "; ") + joined(stage.missing) + " gone";
     }
@@ -124,6 +129,7 @@ nlohmann::json to_json(const StudyStatus& status) {
                       {"unused_edits", stage.unused_edits},
                       {"missing", stage.missing},
                       {"changed", stage.changed}});
+    if (!stage.refused.empty()) stages.back()["refused"] = stage.refused;
   }
   nlohmann::json out{{"stages", stages}, {"in_use", status.in_use}};
   if (status.axis) out["long_axis"] = study::long_axis_to_json(*status.axis);

@@ -17,6 +17,7 @@ struct StageStatus {
   std::vector<std::string> unused_edits;  ///< files changed by hand that no stage reads
   std::vector<std::string> missing;       ///< files that are gone
   std::vector<std::string> changed;       ///< why it is stale
+  std::string refused;                    ///< why the last build ended here without a package
 };
 
 struct StudyStatus {

@@ -1,6 +1,7 @@
 #pragma once
 /// What makes a segmentation look as if a label had leaked.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,14 +24,23 @@ enum class LeakKind {
 [[nodiscard]] std::string_view leak_kind_name(LeakKind kind) noexcept;
 [[nodiscard]] std::optional<LeakKind> leak_kind_from_name(std::string_view name) noexcept;
 
+/// A seed that pushes a leak back: what lies there in truth, and where.
+struct LeakSeed {
+  std::uint8_t label = 0;
+  Vec3 lps_mm = Vec3::Zero();
+  double radius_mm = 0;
+  int phase = 0;  ///< -1: every phase
+};
+
 struct LeakAlarm {
   LeakKind kind{};
   Structure structure{};
-  int phase = 0;               ///< the worst
-  Vec3 lps_mm = Vec3::Zero();  ///< where to look
-  double figure = 0;           ///< [% of the largest volume] or [mm2]
-  double limit = 0;            ///< same unit; figure > limit
-  std::string sentence;        ///< for the user: what, where, what to do
+  int phase = 0;                      ///< the worst
+  Vec3 lps_mm = Vec3::Zero();         ///< where to look
+  double figure = 0;                  ///< [% of the largest volume] or [mm2]
+  double limit = 0;                   ///< same unit; figure > limit
+  std::string sentence;               ///< for the user: what, where, what to do
+  std::optional<LeakSeed> seed = {};  ///< none: labels do not tell what leaked, an eye must
 };
 
 }  // namespace beatlas

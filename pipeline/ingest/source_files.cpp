@@ -148,10 +148,19 @@ FolderFiles files_under(const fs::path& folder, StageContext& context) {
   return out;
 }
 
-SourceFiles find_files(const std::vector<fs::path>& sources, StageContext& context) {
-  if (sources.empty()) {
+SourceFiles find_files(const std::vector<fs::path>& named, StageContext& context) {
+  if (named.empty()) {
     throw_invalid(
         "no source is named: name a DICOM folder, a 4-D image file or a list of 3-D ones");
+  }
+  std::vector<fs::path> sources = named;
+  for (fs::path& source : sources) {
+    // A phantom's folder holds true labels beside its images.
+    std::error_code ignored;
+    const fs::path cine = source / "cine.nii.gz";
+    if (fs::is_regular_file(source / "truth.json", ignored) && fs::is_regular_file(cine, ignored)) {
+      source = cine;
+    }
   }
   SourceFiles out;
   std::vector<fs::path> files;

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/words.h"
 #include "pipeline/field/surface.h"
 #include "pipeline/mesh/carry.h"
 #include "pipeline/mesh/cycle_fit.h"
@@ -95,8 +96,8 @@ void close_handles(FieldCycle& field, const StageContext& context) {
     const Repair& repair = repairs[p];
     if (repair.left_handles > 0) {
       context.warn("the surface of " + name_of(field) + " in phase " + std::to_string(p) +
-                   " keeps " + std::to_string(repair.left_handles) +
-                   " handles: look for holes in thin places of its labels");
+                   " keeps " + counted(repair.left_handles, "handle") +
+                   ": look for holes in thin places of its labels");
     }
     mended += repair.changed > 0 ? 1 : 0;
     changed += repair.changed;
@@ -109,8 +110,8 @@ void close_handles(FieldCycle& field, const StageContext& context) {
                std::to_string(phases) + " phases, by " +
                fixed(static_cast<double>(changed) * voxel_ml / static_cast<double>(mended), 2) +
                " ml on average; most in phase " + std::to_string(most) + ", which had " +
-               std::to_string(before.pieces) + " pieces, " + std::to_string(before.hollows) +
-               " hollows and " + std::to_string(before.handles) + " handles");
+               counted(before.pieces, "piece") + ", " + counted(before.hollows, "hollow") +
+               " and " + counted(before.handles, "handle"));
 }
 
 double mean_off_surface_mm(const std::vector<Vec3>& points, const field::Interpolant& surface) {
@@ -191,7 +192,7 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
   context.progress(0.85, "thin triangles and crossings");
   if (const int left = fit.mend(cycle); left > 0) {
     context.warn("the mesh of " + name_of(field) + " passes through itself at " +
-                 std::to_string(left) + " pairs of triangles, all phases together");
+                 counted(left, "pair") + " of triangles, all phases together");
   }
 
   SurfaceCycle out;

@@ -1,6 +1,7 @@
 #pragma once
 /// Where a technician has to look.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,12 @@ struct Place {
   Structure structure{};
   int phase = 0;
   Vec3 lps_mm = Vec3::Zero();
-  std::string title;     ///< a few words
-  std::string sentence;  ///< what, where, what to do
+  std::string title;       ///< a few words
+  std::string sentence;    ///< what, where, what to do
+  std::string alarm = {};  ///< of a leak: its kind, see leak_kind_name
+  double figure = 0;       ///< of a leak: how large it is, [mm2] or [% of the largest volume]
+  double limit = 0;        ///< same unit
+  std::optional<LeakSeed> seed = {};  ///< that corrects it
 };
 
 /// "the left ventricle's blood" and the like.

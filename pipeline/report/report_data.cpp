@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/core/words.h"
 #include "pipeline/report/base64.h"
 #include "pipeline/report/coarse_surface.h"
 #include "pipeline/report/overlay.h"
@@ -95,6 +96,12 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   return findings(asked, limits);
 }
 
+bool painted(const ReportInput& input) {
+  return std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
+    return stage.name == "segment" && !stage.edited.empty();
+  });
+}
+
 json figures_to_json(const HeartFigures& figures, double rr_interval_s) {
   json out = json::object();
   const auto put = [&](const char* key, std::optional<double> value, double parts) {
@@ -148,7 +155,7 @@ json places_to_json(const ReportInput& input, const std::vector<Place>& places) 
                {"lps_mm", vector_to_json(place.lps_mm)},
                {"title", place.title},
                {"sentence", place.sentence},
-               {"commands", correcting_commands(place)}};
+               {"commands", correcting_commands(place, painted(input))}};
     if (input.workspace_from_lps) {
       entry["workspace_mm"] = vector_to_json(*input.workspace_from_lps * place.lps_mm);
     }
@@ -298,18 +305,20 @@ json normal_to_json() {
 
 }  // namespace
 
-std::vector<std::string> correcting_commands(const Place& place) {
+std::vector<std::string> correcting_commands(const Place& place, bool painted) {
   // Without a name: it finds the package that the study made last.
   const std::string build = "beatlas build --study .";
   // Whether an uncertain boundary is wrong, and which way, only the image tells.
-  if (place.kind == Place::Kind::Uncertain) {
+  if (!place.seed || painted) {
     return {"itksnap -g exam/stack.nii.gz -s segment/labels.nii.gz", build};
   }
-  char seed[160];
-  std::snprintf(seed, sizeof seed,
-                "beatlas seeds . add --label background --lps=%.1f,%.1f,%.1f --phase %d --radius 3",
-                place.lps_mm[0], place.lps_mm[1], place.lps_mm[2], place.phase);
-  return {seed, build};
+  const LeakSeed& seed = *place.seed;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "beatlas seeds . add --label %s --lps=%.1f,%.1f,%.1f --phase %d --radius %.1f",
+                std::string(kLabelWords.at(seed.label)).c_str(), seed.lps_mm[0], seed.lps_mm[1],
+                seed.lps_mm[2], seed.phase, seed.radius_mm);
+  return {text, build};
 }
 
 json report_summary(const ReportInput& input) {
@@ -330,7 +339,11 @@ json report_summary(const ReportInput& input) {
                       {"phase", place.phase},
                       {"lps_mm", vector_to_json(place.lps_mm)},
                       {"sentence", place.sentence},
-                      {"commands", correcting_commands(place)}});
+                      {"commands", correcting_commands(place, painted(input))}});
+    if (place.kind != Place::Kind::Leak) continue;
+    alarms.back()["alarm"] = place.alarm;
+    alarms.back()["figure"] = rounded(place.figure, 10);
+    alarms.back()["limit"] = rounded(place.limit, 10);
   }
   json out{{"version", kVersion},
            {"program", input.program},

@@ -62,7 +62,8 @@ struct ReportInput {
   std::string program;    ///< name and version
   std::string made_from;  ///< hash of all that the report shows
   std::size_t drawn_seeds = 0;
-  nlohmann::json before;  ///< report_summary of the build before, null if there was none
+  nlohmann::json before = nlohmann::json::value_t::null;  ///< report_summary of the build before,
+                                                          ///< null if there was none
 };
 
 /// For programs: verdict, reasons, figures, alarms; see schemas/report.schema.json. No text of a
@@ -76,7 +77,8 @@ struct ReportInput {
 [[nodiscard]] std::string report_html(const nlohmann::json& report);
 
 /// The commands that correct what is wrong at a place, to be run in the study's folder: a seed that
-/// pushes a leak back, an editor to paint where a boundary is only uncertain; then the build.
-[[nodiscard]] std::vector<std::string> correcting_commands(const Place& place);
+/// pushes a leak back, an editor to paint where labels do not tell which one would; then the build.
+/// @param painted the labels were edited by hand: they are kept, whatever is seeded
+[[nodiscard]] std::vector<std::string> correcting_commands(const Place& place, bool painted);
 
 }  // namespace beatlas::report

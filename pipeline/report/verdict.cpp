@@ -5,6 +5,8 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "pipeline/core/words.h"
+
 namespace beatlas::report {
 namespace {
 
@@ -29,10 +31,10 @@ std::string listed(const std::vector<std::string>& lines, const char* between) {
 /// "2 alarms (no edge in the image: the heart's outside; ...)".
 std::string alarms_in_words(const std::vector<Place>& leaks) {
   std::vector<std::string> titles;
+  titles.reserve(leaks.size());
   for (const Place& leak : leaks) titles.push_back(leak.title);
   const std::string all = listed(titles, "; ");
-  return std::to_string(leaks.size()) + (leaks.size() == 1 ? " alarm" : " alarms") +
-         (all.empty() ? "" : " (" + all + ")");
+  return counted(leaks.size(), "alarm") + (all.empty() ? "" : " (" + all + ")");
 }
 
 Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
@@ -50,10 +52,12 @@ Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
       "/quality/max_volume_gap_percent.";
   if (!input.refused.empty()) {
     out.level = Level::Rejected;
+    out.trouble = "No package was made";
     out.said = input.refused;
   } else if (!input.worst_gap_percent) {
     out.level = Level::Check;
-    out.said = "no package has been made from this study yet";
+    out.trouble = "There is no package";
+    out.said = "none has been made from this study yet";
   } else {
     out.level = check_if(*input.worst_gap_percent > limits.volume_gap_percent);
     out.said = text("largest difference %.1f %% of a volume", *input.worst_gap_percent);

@@ -9,6 +9,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/leak_seed.h"
 #include "pipeline/segment/surface_evidence.h"
 #include "pipeline/segment/surface_points.h"
 #include "pipeline/segment/tissue.h"
@@ -100,9 +101,10 @@ std::string place_of(const Grid& grid, const Vec3& index) {
 class Alarms {
  public:
   /// @param labels the part of the segmentation's in `box`
-  Alarms(const Cine& cine, const ImageCycle<std::uint8_t>& labels, const Box& box,
-         const LeakOptions& options)
-      : cine_(cine), labels_(labels), box_(box), options_(options) {}
+  /// @param all the segmentation's own
+  Alarms(const Cine& cine, const LabelCycle& all, const ImageCycle<std::uint8_t>& labels,
+         const Box& box, const LeakOptions& options)
+      : cine_(cine), all_(all), labels_(labels), box_(box), options_(options) {}
 
   /// A patch too large: one alarm for its worst phase.
   void contact(LeakKind kind, Structure structure, const std::vector<Finding>& phases,
@@ -142,6 +144,7 @@ class Alarms {
             place_of(cine_.grid(), found.index) +
             "; look there for a leak and correct it with seeds or by painting the labels";
     add(kind, structure, static_cast<int>(worst), found.index, found.area_mm2, limit_mm2, text);
+    alarms_.back().seed = seed_under(alarms_.back(), all_);
   }
 
   void volumes(Structure structure, const std::vector<double>& curve) {
@@ -153,6 +156,8 @@ class Alarms {
                                        (jump.first + jump.count) % n, jump.beyond > 0);
       add_volume(LeakKind::VolumeJump, structure, jump.worst, index, std::abs(jump.beyond),
                  jump.beyond > 0 ? "above" : "below", "what the phases beside it foretell", curve);
+      alarms_.back().seed = seed_beside(alarms_.back(), all_, (jump.first + n - 1) % n,
+                                        (jump.first + jump.count) % n);
     }
     const double step = closing_step(curve);
     if (!(step > limit)) return;
@@ -164,6 +169,7 @@ class Alarms {
     add_volume(LeakKind::OpenCycle, structure, worst, index, step, "above",
                first_is_larger ? "what the last phase foretells" : "what the first phase foretells",
                curve);
+    alarms_.back().seed = seed_beside(alarms_.back(), all_, other, other);
   }
 
   [[nodiscard]] std::vector<LeakAlarm> take() { return std::move(alarms_); }
@@ -223,6 +229,7 @@ class Alarms {
   }
 
   const Cine& cine_;
+  const LabelCycle& all_;
   const ImageCycle<std::uint8_t>& labels_;
   const Box& box_;
   const LeakOptions& options_;
@@ -284,7 +291,7 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
   const Box box = box_of(segmentation.labels);
   if (box.size[0] == 0) return {};
   const ImageCycle<std::uint8_t> labels = crop(segmentation.labels, box);
-  Alarms alarms(cine, labels, box, options);
+  Alarms alarms(cine, segmentation.labels, labels, box, options);
   for (const Structure structure : kAllStructures) {
     const std::vector<double> curve = segmented_volume_ml(segmentation, structure);
     if (!curve.empty()) alarms.volumes(structure, curve);

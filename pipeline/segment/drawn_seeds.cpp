@@ -1,12 +1,15 @@
 #include "pipeline/segment/drawn_seeds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <set>
 #include <sstream>
 #include <tuple>
 
+#include "pipeline/core/words.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -112,6 +115,19 @@ std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed) {
   return voxels;
 }
 
+/// What the image is instead of what the label is; null where it fits or nothing can be told.
+const char* looks_wrong(std::uint8_t label, double level, const TissueLevels& levels) {
+  constexpr double kThird = 1.0 / 3;
+  if (!(levels.blood > levels.muscle && levels.muscle > 0)) return nullptr;
+  if (label == kLabelBackground) return nullptr;
+  const bool blood = label == kLabelLvBlood || label == kLabelRvBlood;
+  const double share = (level - levels.muscle) / (levels.blood - levels.muscle);
+  if (level < levels.dark) return "as dark as lung";
+  if (blood && share < kThird) return "as dark as muscle";
+  if (label == kLabelLvMyocardium && share > 1 - kThird) return "as bright as blood";
+  return nullptr;
+}
+
 Index3 index_of(const Grid& grid, std::size_t v) {
   const auto nx = static_cast<std::size_t>(grid.size[0]);
   const std::size_t in_slice = v % grid.slice_count();
@@ -183,6 +199,56 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
   });
   for_each_place(
       [&](const Seed& seed, std::size_t p, std::size_t v) { images[p][v] = seed.label; });
+}
+
+std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
+                                        const LabelImages& automatic,
+                                        const std::vector<Seed>& seeds,
+                                        const TissueLevels& levels) {
+  constexpr std::size_t kMost = 5;
+  std::vector<std::string> out;
+  std::size_t more = 0;
+  for (std::size_t s = 0; s < seeds.size(); ++s) {
+    const Seed& seed = seeds[s];
+    double sum = 0;
+    std::size_t count = 0;
+    std::array<std::size_t, TravelCost::kLabels> others{};
+    const std::vector<std::size_t> marked = voxels_of(images.grid, seed);
+    for (std::size_t p = 0; p < images.phases.size(); ++p) {
+      if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
+      for (const std::size_t v : marked) {
+        sum += images.phases[p][v];
+        ++count;
+        const std::uint8_t there = automatic[p][v];
+        if (there < others.size() && there != seed.label) ++others[there];
+      }
+    }
+    if (count == 0) continue;
+    const auto most = std::max_element(others.begin(), others.end());
+    const char* looks = looks_wrong(seed.label, sum / static_cast<double>(count), levels);
+    const bool against = 2 * *most > count;
+    if (looks == nullptr && !against) continue;
+    if (out.size() == kMost) {
+      ++more;
+      continue;
+    }
+    const Vec3& at = seed.lps_mm;
+    char text[400];
+    std::snprintf(text, sizeof text, "seed %zu, %s at (%.0f, %.0f, %.0f) mm LPS, %s, lies where ",
+                  s + 1, std::string(kLabelWords.at(seed.label)).c_str(), at[0], at[1], at[2],
+                  seed.phase < 0 ? "every phase" : ("phase " + std::to_string(seed.phase)).c_str());
+    std::string told = text;
+    if (looks != nullptr) told += std::string("the image is ") + looks;
+    if (against) {
+      told += (looks != nullptr ? " and " : "") + std::string("an automatic seed says ") +
+              std::string(kLabelWords.at(static_cast<std::size_t>(most - others.begin())));
+    }
+    out.push_back(told + "; if that is a slip, take it out with 'beatlas seeds STUDY remove'");
+  }
+  if (more > 0) {
+    out.back() += "; the same of " + counted(more, "more seed");
+  }
+  return out;
 }
 
 std::vector<LvPlace> lv_places(const Grid& grid, const std::vector<Seed>& seeds) {

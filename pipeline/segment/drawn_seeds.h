@@ -1,6 +1,7 @@
 #pragma once
 /// A technician's seeds in the competition: what they mark, and what they replace.
 
+#include <string>
 #include <vector>
 
 #include "pipeline/segment/chambers.h"
@@ -21,6 +22,17 @@ namespace beatlas::segment {
 /// @param grid of the images or a part of it  @throws Error{InvalidInput} as check_seeds does, but
 /// that only a part of a stroke need be in the grid
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
+
+/// Seeds that are likely a slip, a sentence each with seed (counted from 1), place and phase: where
+/// the image is as dark as muscle or lung under a seed of blood, as bright as blood or as dark as
+/// lung under one of muscle, as dark as lung under one of the rest; or where more than half of a
+/// seed lies on automatic seeds of another label. At most five, and how many more.
+/// @param automatic on the images' grid, or a part of the stack's, as the images
+/// @param levels without blood above muscle: images tell nothing
+[[nodiscard]] std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
+                                                      const LabelImages& automatic,
+                                                      const std::vector<Seed>& seeds,
+                                                      const TissueLevels& levels);
 
 /// Where drawn seeds say that a slice belongs to the LV.
 struct LvPlace {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/words.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/tissue.h"
@@ -25,7 +26,7 @@ void check_labels(const Segmentation& made, const LabelCycle& labels) {
     for (const std::uint8_t label : labels.phases[p]) {
       if (label > kLastLabel) {
         throw_invalid("the labels hold the value " + std::to_string(label) + " in phase " +
-                      std::to_string(p) + "; use " + kLabelWords);
+                      std::to_string(p) + "; use " + kLabelNumbers);
       }
     }
   }
@@ -247,8 +248,8 @@ Segmentation with_edited_labels(Segmentation made, const LabelCycle& labels,
     phases_changed += here > 0 ? 1 : 0;
   }
   if (changed > 0) {
-    made.warnings.push_back("the labels were edited by hand (" + std::to_string(changed) +
-                            " voxels in " + std::to_string(phases_changed) + " phases)");
+    made.warnings.push_back("the labels were edited by hand (" + counted(changed, "voxel") +
+                            " in " + counted(phases_changed, "phase") + ")");
   }
   return made;
 }

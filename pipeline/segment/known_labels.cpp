@@ -78,7 +78,7 @@ void check_known(const KnownLabels& known, const Grid& grid, int phases) {
     }
     if (*most > kLastLabel) {
       throw_invalid("the labels hold the value " + std::to_string(*most) + " in phase " +
-                    std::to_string(at[p]) + "; use " + kLabelWords);
+                    std::to_string(at[p]) + "; use " + kLabelNumbers);
     }
   }
 }

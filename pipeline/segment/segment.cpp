@@ -128,6 +128,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (!chambers.found_lv() && !(drawn.empty() && known.phases.empty())) {
     chambers.levels = levels_from_seeds(images, seeds, chambers.levels);
   }
+  const std::vector<std::string> doubts =
+      doubtful_seeds(images, ground.automatic, given, chambers.levels);
   const bool any_heart = std::any_of(seeds.begin(), seeds.end(), [](const auto& phase) {
     return std::any_of(phase.begin(), phase.end(),
                        [](std::uint8_t s) { return s != kUnlabelled && s != kLabelBackground; });
@@ -142,7 +144,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     if (!known.phases.empty()) {
       throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
     }
-    return segment_by_threshold(exam, given, seeds, box, chambers.levels, options);
+    Segmentation out = segment_by_threshold(exam, given, seeds, box, chambers.levels, options);
+    out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
+    return out;
   }
 
   const std::vector<std::vector<std::uint8_t>> classes =
@@ -220,6 +224,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                         : cover(images, labels, box, chambers.levels, image_noise);
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
+  out.warnings = doubts;
   if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
   out.base_cuts =
       part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);

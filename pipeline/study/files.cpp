@@ -1,5 +1,6 @@
 #include "pipeline/study/files.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <set>
@@ -112,8 +113,12 @@ nlohmann::json read_json(const fs::path& file) {
     }
     return json;
   } catch (const nlohmann::json::parse_error& error) {
-    throw_invalid(file.string() + " is not valid JSON (at byte " + std::to_string(error.byte) +
-                  ")");
+    const std::size_t at = std::min(bytes.size(), error.byte > 0 ? error.byte - 1 : 0);
+    const auto line = 1 + std::count(first, first + at, '\n');
+    const char* last = first + at;
+    while (last != first && last[-1] != '\n') --last;
+    throw_invalid(file.string() + " is not valid JSON (at line " + std::to_string(line) +
+                  ", column " + std::to_string(first + at - last + 1) + ")");
   } catch (const nlohmann::json::exception&) {
     throw_invalid(file.string() + " is not valid JSON: a number is out of range");
   }

@@ -47,8 +47,29 @@ json alarms_to_json(const std::vector<LeakAlarm>& alarms) {
                    {"figure", alarm.figure},
                    {"limit", alarm.limit},
                    {"sentence", alarm.sentence}});
+    if (!alarm.seed) continue;
+    const LeakSeed& seed = *alarm.seed;
+    out.back()["seed"] = {{"label", seed.label},
+                          {"lps_mm", {seed.lps_mm[0], seed.lps_mm[1], seed.lps_mm[2]}},
+                          {"radius_mm", seed.radius_mm},
+                          {"phase", seed.phase}};
   }
   return out;
+}
+
+LeakSeed seed_from_json(const json& value, const std::string& path, int phases) {
+  JsonObject object(value, path);
+  LeakSeed seed;
+  int label = 0;
+  object.read("label", label, kLabelBackground, kLabelRestOfHeart);
+  seed.label = static_cast<std::uint8_t>(label);
+  const std::vector<double> place = numbers_from_json(object.at("lps_mm"), path + "/lps_mm");
+  if (place.size() != 3) throw_invalid(path + "/lps_mm must be three numbers");
+  seed.lps_mm = Vec3(place[0], place[1], place[2]);
+  object.read("radius_mm", seed.radius_mm, 0.1, 50.0);
+  object.read("phase", seed.phase, -1, phases - 1);
+  object.finish();
+  return seed;
 }
 
 void read_alarms(const json& list, const std::string& path, int phases, Segmentation& out) {
@@ -67,6 +88,7 @@ void read_alarms(const json& list, const std::string& path, int phases, Segmenta
     object.read("figure", alarm.figure, 0.0, kMost);
     object.read("limit", alarm.limit, 0.0, kMost);
     object.read("sentence", alarm.sentence);
+    if (object.has("seed")) alarm.seed = seed_from_json(object.at("seed"), here + "/seed", phases);
     object.finish();
     const auto known_kind = leak_kind_from_name(kind);
     const auto known_structure = structure_from_name(structure);

@@ -143,6 +143,17 @@ Study Study::open(const fs::path& folder) {
     object.read("writing", writing);
     study.writing_ = stage_from_name(writing);
     if (!writing.empty() && !study.writing_) throw_invalid("/writing is not the name of a stage");
+    if (object.has("refused")) {
+      JsonObject told(object.at("refused"), "/refused");
+      Refusal refusal;
+      std::string stage;
+      told.read("stage", stage);
+      told.read("reason", refusal.reason);
+      told.finish();
+      if (!stage_from_name(stage)) throw_invalid("/refused/stage is not the name of a stage");
+      refusal.stage = *stage_from_name(stage);
+      study.refusal_ = std::move(refusal);
+    }
     if (object.has("former")) {
       for (const std::string& file : strings_from_json(object.at("former"), "/former")) {
         check_name(file, "/former");
@@ -223,6 +234,9 @@ void Study::save() const {
   if (seeds_) content["seeds"] = *seeds_;
   if (!given_.empty()) content["given"] = given_;
   if (writing_) content["writing"] = stage_name(*writing_);
+  if (refusal_) {
+    content["refused"] = {{"stage", stage_name(refusal_->stage)}, {"reason", refusal_->reason}};
+  }
   if (!former_.empty()) content["former"] = former_;
   for (const auto& [stage, record] : records_) {
     content["stages"][std::string(stage_name(stage))] = to_json(record);

@@ -44,6 +44,12 @@ struct StageRecord {
   std::vector<std::string> warnings;  ///< what it said; none of Import, which may name files
 };
 
+/// That a recipe demanded more than a stage gave, and no package was made.
+struct Refusal {
+  Stage stage{};
+  std::string reason;  ///< a sentence, without the study's place
+};
+
 /// What Import reads, as StageRecord::inputs keeps it.
 inline constexpr auto kSourceStack = "source";        ///< the decoded stack
 inline constexpr auto kSourceFiles = "source_files";  ///< the files' bytes, whatever their names
@@ -83,6 +89,10 @@ class Study {
   /// The stage that began to write and was stopped before its end.
   [[nodiscard]] std::optional<Stage> interrupted() const { return writing_; }
 
+  /// Of the last build; none since what was refused was made anew.
+  [[nodiscard]] const std::optional<Refusal>& refusal() const { return refusal_; }
+  void set_refusal(std::optional<Refusal> refusal) { refusal_ = std::move(refusal); }
+
   /// Hashes of what `stage` would read now: the outputs of its sources, less those for the eye
   /// and those that are gone.
   /// @throws Error{InvalidInput} naming the command to run if a source has not run
@@ -106,6 +116,7 @@ class Study {
   nlohmann::json given_ = nlohmann::json::object();
   std::map<Stage, StageRecord> records_;
   std::optional<Stage> writing_;
+  std::optional<Refusal> refusal_;
   std::set<std::string> former_;  ///< outputs of dropped records, until a stage is committed
 };
 

@@ -50,7 +50,8 @@ enum Label : std::uint8_t {
   kLabelAorta = 7,
 };
 inline constexpr std::uint8_t kLastLabel = kLabelAorta;
-inline constexpr const char* kLabelWords =
+/// For messages.
+inline constexpr const char* kLabelNumbers =
     "0 background, 1 RV blood, 2 LV myocardium, 3 LV blood, 4 rest of heart, 5 LA blood, 6 RA "
     "blood, 7 aorta";
 

@@ -1,7 +1,9 @@
 #include "runtime/viewer/command.h"
 
 #include <QGuiApplication>
+#include <cctype>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -201,6 +203,11 @@ void read_words(Words& words) {
   }
   if (!words.screenshot.empty() && !words.record.empty()) {
     throw_usage("--screenshot and --record exclude each other; give one of them");
+  }
+  std::string ending = std::filesystem::path(words.screenshot).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (!words.screenshot.empty() && ending != ".png") {
+    throw_usage("--screenshot writes PNG; name a file that ends in .png");
   }
   if (words.package.empty() && (!words.screenshot.empty() || !words.record.empty())) {
     throw_usage("name a package; see --help");

@@ -50,7 +50,7 @@ def seeds():
     told = states(folder)
     assert told["import"] == "done" and told["segment"] == "stale", told
     kept, made, _ = again(folder, package)
-    assert kept == ["import"] and made == ["segment", "register", "field", "mesh", "pack"], (kept, made)
+    assert kept == ["import"] and made == ["segment", "pictures", "register", "field", "mesh", "pack"], (kept, made)
     found = labels_of(folder)
     assert found[column, row, k, 2] == MUSCLE, "what was marked stays as marked"
     assert digest(package) != digest(PACKAGE)
@@ -82,6 +82,7 @@ def seeds():
     # Mistakes: one sentence, and the seeds stay.
     before = seeds_of(folder)
     size = image.shape
+    beside = nibabel.affines.apply_affine(image.affine, (-2, row, k))
     for words, code, told in (
             (("add", "--label", "spleen", "--lps", "0,0,0"), 2, "'spleen' is none of background"),
             (("add", "--label", "lv"), 2, "--lps, --ras"),
@@ -90,6 +91,8 @@ def seeds():
             (("add", "--label", "lv", "--slice", size[2], "--row", 4, "--column", 4), 3,
              f"slices 0 to {size[2] - 1}, rows 0 to {size[1] - 1}"),
             (("add", "--label", "lv", "--lps", "900,0,0"), 3, "outside the images"),
+            (("add", "--label", "lv", "--ras", word(beside), "--radius", "20"), 3,
+             f"mm RAS lies outside the images, in slice, row, column {k}, {row}, -2; they have slices 0 to"),
             (("add", "--label", "lv", "--lps", word(lps), "--phase", size[3]), 3, "phase"),
             (("remove", "5"), 3, "no seed 5"), (("remove", "last"), 2, "list")):
         error = beatlas("seeds", folder, *words, code=code).stderr
@@ -102,6 +105,27 @@ def seeds():
     assert "no seeds" in beatlas("seeds", folder, "list").stdout
     again(folder, package)
     expect_same(PACKAGE, package)
+
+
+def slip():
+    """A seed of the heart in the lung, and one of muscle in blood: said, with seed and place, and in the report."""
+    folder, package = built("slip")
+    labels, image = labels_of(folder), numpy.asarray(nibabel.load(folder / "exam" / "stack.nii.gz").dataobj)
+    k = labels.shape[2] // 2
+    inside = numpy.argwhere(labels[:, :, k, 0] > 0)
+    box = [slice(low, high) for low, high in zip(inside.min(axis=0), inside.max(axis=0))]
+    dark = numpy.where(labels[box[0], box[1], k, 0] == 0, image[box[0], box[1], k, 0], numpy.inf)
+    lung = numpy.unravel_index(dark.argmin(), dark.shape) + inside.min(axis=0)
+    middle = numpy.argwhere(labels[:, :, k, 0] == LV).mean(axis=0).astype(int)
+    for label, (column, row) in (("rest_of_heart", lung), ("lv_myocardium", middle), ("lv_blood", middle)):
+        beatlas("seeds", folder, "add", "--label", label, "--slice", k, "--row", row, "--column", column)
+    said = beatlas("build", "--study", folder, "-o", package).stderr
+    told = [line for line in said.splitlines() if ": warning: seed " in line]
+    assert [line.split("seed ")[1][0] for line in told] == ["1", "2"], told
+    assert "as dark as lung" in told[0] and "as bright as blood" in told[1], told
+    assert all(" at (" in line and "mm LPS, phase 0" in line and "seeds STUDY remove" in line for line in told)
+    report = json.loads((folder / "report.json").read_text())
+    assert any("seed 1, rest_of_heart" in reason["sentence"] for reason in report["reasons"]), report["reasons"]
 
 
 def slicer():

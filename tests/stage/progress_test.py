@@ -159,7 +159,7 @@ def interrupt():
     done = beatlas(*words[1:])
     expect_same(PACKAGE, package)
     kept = next(json.loads(line)["text"] for line in done.stderr.splitlines() if "study: kept" in line)
-    assert "kept import, segment, register, field, mesh" in kept, kept
+    assert "kept import, segment, pictures, register, field, mesh" in kept, kept
 
 
 if __name__ == "__main__":

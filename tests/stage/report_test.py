@@ -198,6 +198,18 @@ def layout():
                 !(e.getAttribute('aria-label') || e.textContent.trim() || (e.labels && e.labels.length))).map(e => e.outerHTML.slice(0, 90));""")
             assert not nameless, nameless
             if width == VIEWS[0]:
+                # On paper no slider moves: all slices at end-diastole and end-systole.
+                wait(driver, "return document.body.dataset.paper === 'drawn'")
+                slices = driver.execute_script("return JSON.parse(document.getElementById('data').textContent).slices.list.length")
+                sheets = driver.execute_script("""
+                  return [...document.querySelectorAll('#paper .strip')].map(s => [...s.querySelectorAll('canvas')].map(c => {
+                    const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+                    return [p.some((v, i) => i % 4 < 3 && v > 60), c.toDataURL()]; }));""")
+                assert [len(sheet) for sheet in sheets] == [slices, slices], [len(sheet) for sheet in sheets]
+                assert all(drawn for sheet in sheets for drawn, _ in sheet)
+                middle = slices // 2
+                assert sheets[0][middle][1] != sheets[1][middle][1], "two moments"
+                assert not driver.find_element(By.ID, "paper").is_displayed()
                 paper = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
                 assert paper[:5] == b"%PDF-" and len(paper) > 100_000, "a page with its pictures"
                 assert len(re.findall(rb"/Type\s*/Page\b", paper)) >= 2
@@ -223,7 +235,7 @@ def correction():
     assert told["verdict"] == "check", told["reasons"]
     assert {"leaks", "up_to_date"} <= {reason["id"] for reason in told["reasons"]}, told["reasons"]
     places = [place for place in told["places"] if place["kind"] == "leak"]
-    assert places and places[0]["commands"][0].startswith("beatlas seeds . add --label background --lps=")
+    assert places and all(place["commands"][0].startswith("itksnap") for place in places), "painted labels are kept"
     assert told["before"]["verdict"] == good["verdict"] and told["before"]["figures"] == good["figures"]
     with browser(folder / "report.html") as driver:
         assert driver.find_element(By.CSS_SELECTOR, "#verdict h1").text == "Check"
@@ -256,6 +268,16 @@ def correction():
     told = summary_of(folder)
     assert told["verdict"] == "rejected" and told["package"] is None, told["reasons"]
     assert "max_volume_gap_percent" in told["reasons"][0]["sentence"] and "max_volume_gap_percent" in said
+    pack = json.loads(beatlas("status", folder, "--json").stdout)["stages"][-1]
+    assert pack["state"] == "refused" and "max_volume_gap_percent" in pack["refused"], pack
+    # Where the report cannot be written, the refusal is still what ends the build.
+    (folder / "report.html").unlink()
+    (folder / "report.html").mkdir()
+    said = beatlas("build", "--study", folder, "-o", package, "--recipe", strict, code=4).stderr
+    assert "warning: the report was not written: " in said, said
+    assert "max_volume_gap_percent" in said.splitlines()[-1], said
+    (folder / "report.html").rmdir()
+    (folder / "report.html").touch()
     # Left out when it is not wanted.
     (folder / "report.html").unlink()
     (folder / "report.json").unlink()

@@ -25,7 +25,7 @@ from stage_test import PROGRAM, WORK, beatlas, digest, expect_same, new_folder
 EXAM, PACKAGE, RECIPE = WORK / "quick", WORK / "quick.beatlas", WORK / "quick.json"
 COARSE = {"register": {"shape_mm": 2}, "field": {"voxel_mm": 3}, "mesh": {"edge_mm": 5}}
 SCHEMAS = pathlib.Path(__file__).parents[2] / "schemas"
-MADE = ("import", "segment", "register", "field", "mesh", "pack")
+MADE = ("import", "segment", "pictures", "register", "field", "mesh", "pack")
 
 
 def prepare():
@@ -142,11 +142,20 @@ def leak():
     assert "does not beat" in said and "refused_leak_01.png" in said, said
     assert digest(labels) == painted and digest(package) == before
     assert pictures(folder, "refused_leak_*") == ["refused_leak_01.png"]
+    # The study remembers it, without its own place; so does the report, also one written later.
+    told = {stage["name"]: stage for stage in json.loads(beatlas("status", folder, "--json").stdout)["stages"]}
+    assert told["segment"]["state"] == "refused" and "does not beat" in told["segment"]["refused"], told
+    assert states(folder)["pack"] != "done" and str(folder) not in told["segment"]["refused"], told
+    beatlas("report", folder)
+    report = json.loads((folder / "report.json").read_text())
+    assert report["verdict"] == "rejected" and "does not beat" in report["reasons"][0]["sentence"], report
+    assert str(folder) not in (folder / "report.html").read_text()
 
     # Made anew as before: no leak, no picture of one.
     again(folder, package, "--recipe", RECIPE, "--discard-edits")
     assert pictures(folder, "*leak*") == []
     expect_same(PACKAGE, package)
+    assert set(states(folder).values()) == {"done"}, states(folder)
 
 
 def resume():
@@ -231,7 +240,7 @@ def resume():
     expect_same(PACKAGE, package)
     (folder / "pictures" / "overlay.png").unlink()
     kept, made, _ = again(folder, package)
-    assert made == [] and (folder / "pictures" / "overlay.png").exists()
+    assert made == ["pictures"] and (folder / "pictures" / "overlay.png").exists()
     package.unlink()
     kept, made, _ = again(folder, package)
     assert made == ["pack"]
@@ -246,7 +255,7 @@ def edit():
     told = states(folder)
     assert told["segment"] == "edited" and told["register"] == "stale", told
     kept, made, said = again(folder, package)
-    assert kept == ["import", "segment"] and made == ["register", "field", "mesh", "pack"], said
+    assert kept == ["import", "segment"] and made == ["pictures", "register", "field", "mesh", "pack"], said
     assert "segment/labels.nii.gz edited by hand and kept" in said, said
     told = states(folder)
     assert told["segment"] == "edited", told
@@ -281,7 +290,7 @@ def edit():
     # Given up: as it was made.
     write_recipe(recipe)
     kept, made, said = again(folder, package, "--recipe", recipe, "--discard-edits")
-    assert made == ["segment", "register", "field", "mesh", "pack"], made
+    assert made == list(MADE[1:]), made
     expect_same(PACKAGE, package)
     assert set(states(folder).values()) == {"done"}
 

@@ -137,6 +137,7 @@ TEST_F(Command, TroubleIsOneSentenceAndTheRightCode) {
       {2, file("heart.beatlas") + shot + " --cut-plane 0 0 0 0 0 0"},
       {2, file("heart.beatlas") + " --what"},
       {2, "--screenshot a.png"},
+      {2, file("heart.beatlas") + " --screenshot " + file("a.jpg")},
   };
   for (const auto& [code, words] : cases) {
     const Called called = call(words);

@@ -40,6 +40,23 @@
     at("compared").hidden = false;
     const rows = [["Verdict", words[before.verdict], words[summary.verdict]],
                   ["To look at", before.places.length, summary.places.length]];
+    const leaks = (report) => report.places.filter((place) => place.kind === "leak");
+    rows.push(["Leak alarms", leaks(before).length, leaks(summary).length]);
+    /* Those of one kind and structure together: an area, or how far a volume jumps. */
+    const sizes = (report) => {
+      const out = new Map();
+      for (const place of leaks(report)) {
+        const key = `${place.alarm}, ${names[place.structure]}`;
+        out.set(key, (out.get(key) || 0) + place.figure);
+      }
+      return out;
+    };
+    const was = sizes(before), is = sizes(summary);
+    for (const key of new Set([...was.keys(), ...is.keys()])) {
+      const unit = /^(volume-jump|open-cycle)/.test(key) ? "% of the volume" : "mm²";
+      const said = (value) => value === undefined ? "none" : `${number(value)} ${unit}`;
+      rows.push(["Alarm: " + key, said(was.get(key)), said(is.get(key))]);
+    }
     for (const entry of data.normal.ranges) {
       rows.push([entry.title, `${number(before.figures[entry.figure], 1)} ${entry.unit}`, `${number(summary.figures[entry.figure], 1)} ${entry.unit}`]);
     }
@@ -80,7 +97,9 @@
     if (leaks.length) {
       section.append(make("ol", {class: "places"}, leaks.map(([place, n]) => make("li", {class: "place leak"},
         make("h3", {}, count(n), make("span", {}, place.title), show_button(place, n)),
-        make("p", {class: "small"}, where(place)), make("p", {}, place.sentence), place.commands.map(command)))));
+        make("p", {class: "small"}, where(place)), make("p", {}, place.sentence),
+        /^beatlas seeds/.test(place.commands[0]) ? null : make("p", {}, "No seed is offered: labels that were painted are kept, and what lies under this surface is no thicker than a wall, so that it may be right and only not be seen. Where it is wrong, paint it:"),
+        place.commands.map(command)))));
     }
     if (uncertain.length) {
       section.append(make("div", {class: "place uncertain"}, make("h3", {}, "Boundaries that are hardly seen"),
@@ -190,6 +209,7 @@
   window.addEventListener("load", () => requestAnimationFrame(() => setTimeout(() => {
     Heart.build(at("heart-view"));
     Slices.strip(at("strip"));
+    Slices.paper(at("paper"));
     document.body.dataset.ready = Math.round(performance.now());
   })));
 })();

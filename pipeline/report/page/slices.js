@@ -48,8 +48,9 @@ const Slices = (() => {
     const image = await sheet(k);
     if (canvas.dataset.wanted !== `${k} ${phase}`) return;
     const ratio = window.devicePixelRatio || 1;
-    const w = Math.round((canvas.clientWidth || 104) * ratio);
-    const h = Math.round((canvas.clientHeight || 104) * ratio);
+    /* What is on paper alone has no size on the screen, and keeps its own. */
+    const w = canvas.clientWidth ? Math.round(canvas.clientWidth * ratio) : canvas.width;
+    const h = canvas.clientHeight ? Math.round(canvas.clientHeight * ratio) : canvas.height;
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
     const context = canvas.getContext("2d");
     context.setTransform(1, 0, 0, 1, 0, 0);
@@ -99,7 +100,7 @@ const Slices = (() => {
     const canvas = make("canvas", {role: "img", tabindex: 0, "aria-label": ""});
     const caption = make("div", {class: "caption"});
     const bar = slider("Slice", {min: 0, max: slices.list.length - 1, step: 1, value: state.slice},
-                       (k) => `${k} of ${slices.list.length}`, (k) => state.set({slice: k}));
+                       (k) => `${k} (0 to ${slices.list.length - 1})`, (k) => state.set({slice: k}));
     canvas.addEventListener("keydown", (event) => {
       const step = {ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowRight: [0, 1], ArrowLeft: [0, -1]}[event.key];
       if (!step) return;
@@ -155,5 +156,24 @@ const Slices = (() => {
     setTimeout(() => rest(0), 300);
   }
 
-  return {large, strip};
+  /* For paper, where no slider moves: every slice at end-diastole and end-systole. */
+  async function paper(holder) {
+    const moments = [["End-diastole", summary.end_diastole], ["End-systole", summary.end_systole]];
+    for (const [name, phase] of moments) {
+      if (phase === null) continue;
+      const strip = make("div", {class: "strip"});
+      holder.append(make("h3", {}, `${name}, phase ${phase}`), strip);
+      for (let k = 0; k < slices.list.length; ++k) {
+        const canvas = make("canvas", {role: "img", "aria-label": `Slice ${k} at ${name.toLowerCase()} with outlines`});
+        canvas.style.aspectRatio = `${width * spacing[0]} / ${height * spacing[1]}`;
+        canvas.width = 208;
+        canvas.height = Math.round(208 * height * spacing[1] / (width * spacing[0]));
+        strip.append(make("div", {class: "tile"}, canvas, make("span", {}, String(k))));
+        await draw(canvas, k, phase, 1, false);
+      }
+    }
+    document.body.dataset.paper = "drawn";
+  }
+
+  return {large, strip, paper};
 })();

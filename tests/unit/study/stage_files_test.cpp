@@ -109,7 +109,8 @@ Segmentation make_segmentation() {
   }
   out.warnings = {"thin"};
   out.alarms = {{LeakKind::StillTissue, Structure::RvBlood, 1, Vec3(0.1, -2.0 / 3, 7), 812.5, 200,
-                 "it follows an edge that does not beat"}};
+                 "it follows an edge that does not beat",
+                 LeakSeed{kLabelLvMyocardium, Vec3(1.0 / 3, 2, 3), 4.5, -1}}};
   return out;
 }
 
@@ -137,6 +138,11 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   EXPECT_EQ(again.alarms[0].figure, alarm.figure);
   EXPECT_EQ(again.alarms[0].limit, alarm.limit);
   EXPECT_EQ(again.alarms[0].sentence, alarm.sentence);
+  ASSERT_TRUE(again.alarms[0].seed);
+  EXPECT_EQ(again.alarms[0].seed->label, alarm.seed->label);
+  EXPECT_EQ(again.alarms[0].seed->lps_mm, alarm.seed->lps_mm);
+  EXPECT_EQ(again.alarms[0].seed->radius_mm, alarm.seed->radius_mm);
+  EXPECT_EQ(again.alarms[0].seed->phase, alarm.seed->phase);
   ASSERT_EQ(again.base_cuts.size(), 1U);
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).base_step, -1);
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).k,

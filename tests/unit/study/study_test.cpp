@@ -53,11 +53,15 @@ TEST_F(StudyTest, records_are_read_back) {
     Study study = Study::create(folder_.path());
     study.set_recipe({{"field", {{"voxel_mm", 2}}}});
     study.set_seeds(json{{"seeds", json::array()}});
+    study.set_refusal(Refusal{Stage::Pack, "too far off"});
     run(study, Stage::Import, {"exam/exam.json"}, {{"phases", 0}});
   }
   const Study again = Study::open(folder_.path());
   const StageRecord* record = again.find(Stage::Import);
   ASSERT_NE(record, nullptr);
+  ASSERT_TRUE(again.refusal());
+  EXPECT_EQ(again.refusal()->stage, Stage::Pack);
+  EXPECT_EQ(again.refusal()->reason, "too far off");
   EXPECT_EQ(record->version, "1");
   EXPECT_EQ(record->options, (json{{"phases", 0}}));
   EXPECT_EQ(record->outputs.at("exam/exam.json"),

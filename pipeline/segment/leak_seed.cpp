@@ -1,0 +1,94 @@
+#include "pipeline/segment/leak_seed.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kAroundMm = 8;    ///< labels so near tell which way is inside
+constexpr double kStepMm = 0.5;    ///< of the way in
+constexpr double kDeepestMm = 40;  ///< of it
+constexpr double kSkinMm = 4;      ///< a surface lies within so much of its labels
+/// What may lie under the heart's surface without a leak: the RV's wall and fat, and the LV's
+/// muscle at end-systole (11 to 16 mm where it is healthy).
+constexpr double kRestMm = 5;
+constexpr double kMuscleMm = 16;
+constexpr double kLeastLeakMm = 4;
+constexpr double kLeastRadiusMm = 2;
+constexpr double kMostRadiusMm = 6;
+constexpr double kJumpRadiusMm = 4;
+constexpr double kAirMm = 3;  ///< inside, where a surface holds what is dark
+
+std::optional<std::uint8_t> label_at(const LabelCycle& labels, int phase, const Vec3& index) {
+  std::array<int, 3> at{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double place = index[static_cast<int>(axis)];
+    if (!(place > -0.5 && place < labels.grid.size[axis] - 0.5)) return std::nullopt;
+    at[axis] = static_cast<int>(std::lround(place));
+  }
+  return labels.phases[static_cast<std::size_t>(phase)][labels.grid.offset(at[0], at[1], at[2])];
+}
+
+/// Unit vector in the slice, along the grid's axes [mm], towards where labels are; zero if none.
+Vec3 way_in(const LabelCycle& labels, int phase, const Vec3& index) {
+  const Vec3 spacing = labels.grid.spacing_mm();
+  Vec3 sum = Vec3::Zero();
+  const int reach = static_cast<int>(std::ceil(kAroundMm / spacing.head<2>().minCoeff()));
+  for (int dj = -reach; dj <= reach; ++dj) {
+    for (int di = -reach; di <= reach; ++di) {
+      const Vec3 away = Vec3(di, dj, 0).cwiseProduct(spacing);
+      if (away.norm() > kAroundMm) continue;
+      const auto label = label_at(labels, phase, index + Vec3(di, dj, 0));
+      if (!label) continue;
+      sum += *label == kLabelBackground ? Vec3(-away) : away;
+    }
+  }
+  return sum.norm() > 0 ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
+}
+
+}  // namespace
+
+std::optional<LeakSeed> seed_under(const LeakAlarm& alarm, const LabelCycle& labels) {
+  if (alarm.structure != Structure::Heart) return std::nullopt;
+  const Vec3 surface = labels.grid.mm_from_index.inverse() * alarm.lps_mm;
+  const Vec3 in_mm = way_in(labels, alarm.phase, surface);
+  const Vec3 in = in_mm.cwiseQuotient(labels.grid.spacing_mm());
+  if (in.isZero()) return std::nullopt;
+  // The run of one label under the surface.
+  double from = 0;
+  std::uint8_t first = kLabelBackground;
+  for (; from <= kSkinMm; from += kStepMm) {
+    first = label_at(labels, alarm.phase, surface + from * in).value_or(kLabelBackground);
+    if (first != kLabelBackground) break;
+  }
+  const bool muscle = first == kLabelLvMyocardium;
+  if (!muscle && first != kLabelRestOfHeart) return std::nullopt;
+  double to = from;
+  while (to < kDeepestMm && label_at(labels, alarm.phase, surface + (to + kStepMm) * in) == first) {
+    to += kStepMm;
+  }
+  const bool air = alarm.kind == LeakKind::Air;
+  const double leak_mm = air ? 2 * kAirMm : to - from - (muscle ? kMuscleMm : kRestMm);
+  if (leak_mm < kLeastLeakMm) return std::nullopt;
+  const Vec3 middle = surface + (from + leak_mm / 2) * in;
+  LeakSeed out{kLabelBackground, labels.grid.mm_from_index * middle,
+               std::clamp(leak_mm / 2, kLeastRadiusMm, kMostRadiusMm), -1};
+  for (int phase = 0; phase < labels.phase_count(); ++phase) {
+    const std::uint8_t there = label_at(labels, phase, middle).value_or(kLabelBackground);
+    if (there != first && there != kLabelBackground) out.phase = alarm.phase;
+  }
+  return out;
+}
+
+std::optional<LeakSeed> seed_beside(const LeakAlarm& alarm, const LabelCycle& labels, int before,
+                                    int after) {
+  const Vec3 index = labels.grid.mm_from_index.inverse() * alarm.lps_mm;
+  const auto here = label_at(labels, alarm.phase, index);
+  const auto then = label_at(labels, before, index);
+  if (!then || then != label_at(labels, after, index) || then == here) return std::nullopt;
+  return LeakSeed{*then, alarm.lps_mm, kJumpRadiusMm, alarm.phase};
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,91 @@
+/// The seed offered for a leak lies in what leaked, in no wall.
+#include "pipeline/segment/leak_seed.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace beatlas::segment {
+namespace {
+
+/// A heart: discs of the RV's wall and fat around muscle around blood, in 3 slices and 3 phases.
+/// @param rest_mm, muscle_mm thicknesses on the left (-x); on the right 3 and 9
+LabelCycle disc(double rest_mm, double muscle_mm) {
+  LabelCycle out;
+  out.grid.size = {90, 60, 3};
+  out.grid.mm_from_index = Affine::Identity();
+  out.grid.mm_from_index.linear() = Vec3(1, 1, 8).asDiagonal();
+  std::vector<std::uint8_t> image(out.grid.count(), kLabelBackground);
+  std::size_t v = 0;
+  for (int k = 0; k < 3; ++k) {
+    for (int j = 0; j < 60; ++j) {
+      for (int i = 0; i < 90; ++i, ++v) {
+        const double x = i - 55;
+        const double r = std::hypot(x, j - 30.0);
+        const bool left = x < 0 && std::abs(j - 30) < 10;
+        const double muscle = 12 + (left ? muscle_mm : 9);
+        if (r < 12) {
+          image[v] = kLabelLvBlood;
+        } else if (r < muscle) {
+          image[v] = kLabelLvMyocardium;
+        } else if (r < muscle + (left ? rest_mm : 3)) {
+          image[v] = kLabelRestOfHeart;
+        }
+      }
+    }
+  }
+  out.phases.assign(3, image);
+  return out;
+}
+
+/// On the surface at the left, in phase 1.
+LeakAlarm at_left(double rest_mm, double muscle_mm, LeakKind kind = LeakKind::NoEdge) {
+  return {kind, Structure::Heart, 1, Vec3(55 - 12 - muscle_mm - rest_mm, 30, 8), 500, 200, ""};
+}
+
+TEST(SeedUnder, lies_in_the_middle_of_what_is_more_than_a_wall) {
+  const auto seed = seed_under(at_left(20, 9), disc(20, 9));
+  ASSERT_TRUE(seed);
+  EXPECT_EQ(seed->label, kLabelBackground);
+  EXPECT_EQ(seed->phase, -1);
+  // 20 mm of rest, of which 5 may be a wall.
+  EXPECT_NEAR((seed->lps_mm - Vec3(14 + 7.5, 30, 8)).norm(), 0, 1.5);
+  EXPECT_NEAR(seed->radius_mm, 6, 1e-9);
+}
+
+TEST(SeedUnder, is_of_one_phase_where_the_place_is_muscle_in_another) {
+  LabelCycle labels = disc(20, 9);
+  labels.phases[2] = disc(0, 25).phases[0];
+  const auto seed = seed_under(at_left(20, 9), labels);
+  ASSERT_TRUE(seed);
+  EXPECT_EQ(seed->phase, 1);
+}
+
+TEST(SeedUnder, is_not_offered_where_a_wall_lies_under_the_surface) {
+  EXPECT_FALSE(seed_under(at_left(4, 9), disc(4, 9)));
+  EXPECT_FALSE(seed_under(at_left(0, 12), disc(0, 12))) << "the LV's wall against the diaphragm";
+  EXPECT_TRUE(seed_under(at_left(0, 26), disc(0, 26))) << "no LV is as thick";
+  EXPECT_TRUE(seed_under(at_left(0, 12, LeakKind::Air), disc(0, 12))) << "lung is no wall";
+  LeakAlarm of_blood = at_left(20, 9);
+  of_blood.structure = Structure::LvBlood;
+  EXPECT_FALSE(seed_under(of_blood, disc(20, 9)));
+}
+
+TEST(SeedBeside, is_what_the_phases_beside_say) {
+  LabelCycle labels = disc(3, 9);
+  labels.phases[1] = disc(20, 9).phases[0];
+  LeakAlarm jump = at_left(10, 9, LeakKind::VolumeJump);
+  const auto seed = seed_beside(jump, labels, 0, 2);
+  ASSERT_TRUE(seed);
+  EXPECT_EQ(seed->label, kLabelBackground);
+  EXPECT_EQ(seed->phase, 1);
+  EXPECT_EQ(seed->lps_mm, jump.lps_mm);
+  jump.lps_mm = Vec3(55, 30, 8);
+  EXPECT_FALSE(seed_beside(jump, labels, 0, 2)) << "blood in all";
+  labels.phases[2] = labels.phases[1];
+  jump.lps_mm = at_left(10, 9).lps_mm;
+  EXPECT_FALSE(seed_beside(jump, labels, 0, 2)) << "they do not agree";
+}
+
+}  // namespace
+}  // namespace beatlas::segment
