@@ -90,9 +90,23 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
     }
     zones[static_cast<std::size_t>(slice.k)] = zone;
   }
+  const auto widened = [&](int from, double by_mm) {
+    cv::Mat zone;
+    cv::dilate(zones[static_cast<std::size_t>(from)], zone, disc(by_mm, pixel_mm));
+    return zone;
+  };
+  // A technician's seed may make a slice the LV's that is no neighbour of the others.
+  for (std::size_t at = 1; at < chambers.lv.size(); ++at) {
+    const int below = chambers.lv[at - 1].k;
+    const int above = chambers.lv[at].k;
+    for (int k = below + 1; k < above; ++k) {
+      const int nearer = k - below <= above - k ? below : above;
+      zones[static_cast<std::size_t>(k)] =
+          widened(nearer, std::min(5.0, std::abs(k - nearer) * slice_mm));
+    }
+  }
   // Beyond the ventricle's slices: the nearest zone, widened, with every beating pool near it.
   const auto spread = [&](int from, int step) {
-    const cv::Mat nearest = zones[static_cast<std::size_t>(from)];
     for (int k = from + step; k >= 0 && k < grid.size[2]; k += step) {
       const double away_mm = std::abs(k - from) * slice_mm;
       const bool basal = step == chambers.base_step;
@@ -100,9 +114,7 @@ std::vector<cv::Mat> heart_zones(const Grid& grid, const Chambers& chambers,
         zones[static_cast<std::size_t>(k)] = cv::Mat::zeros(size, CV_8U);
         continue;
       }
-      cv::Mat zone;
-      cv::dilate(nearest, zone, disc(std::min(basal ? 15.0 : 5.0, away_mm), pixel_mm));
-      zones[static_cast<std::size_t>(k)] = zone;
+      zones[static_cast<std::size_t>(k)] = widened(from, std::min(basal ? 15.0 : 5.0, away_mm));
     }
   };
   spread(chambers.lv.front().k, -1);

@@ -185,6 +185,30 @@ TEST(SmallPhantom, a_background_seed_far_from_the_heart_changes_nothing_there) {
   EXPECT_EQ(result.labels.phases, small_result().labels.phases);
 }
 
+TEST(SmallPhantom, a_slip_of_a_seed_slices_beyond_the_lv_does_not_cost_the_heart) {
+  const Case& made = small_case();
+  const Grid& grid = made.truth.grid;
+  Vec3 middle = Vec3::Zero();
+  int highest = 0;
+  double count = 0;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        if (made.truth.phases[0][grid.offset(i, j, k)] != kLabelLvBlood) continue;
+        middle += Vec3(i, j, k);
+        highest = k;
+        ++count;
+      }
+    }
+  }
+  middle /= count;
+  ASSERT_LT(highest + 6, grid.size[2]);
+  StageContext context;
+  const Segmentation result = segment_exam(
+      made.exam, {{kLabelLvBlood, grid.mm(middle[0], middle[1], highest + 6), 2, 0}}, {}, context);
+  EXPECT_GT(least_dice(made, result, Structure::Heart), 0.9);
+}
+
 TEST(SmallPhantom, a_seed_outside_the_images_is_refused) {
   StageContext context;
   for (std::uint8_t label : {std::uint8_t{kLabelBackground}, std::uint8_t{kLabelLvBlood}}) {
