@@ -54,6 +54,10 @@ bool scene_has_surfaces(const Scene& scene) {
   });
 }
 
+bool scene_has_atria(const Scene& scene) {
+  return atlas::scene_holds(scene.content, atlas::kSurfaceKind, Structure::LaBlood);
+}
+
 bool scene_has_volume(const Scene& scene) {
   return atlas::scene_holds(scene.content, atlas::kVolumeKind, Structure::Heart);
 }

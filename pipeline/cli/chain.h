@@ -147,6 +147,8 @@ class Chain {
 
 /// Whether a package of the scene holds any surface, so that the stage mesh must run.
 [[nodiscard]] bool scene_has_surfaces(const Scene& scene);
+/// Whether it draws atria and the aorta; nothing else needs them.
+[[nodiscard]] bool scene_has_atria(const Scene& scene);
 /// Whether it holds the images around the heart.
 [[nodiscard]] bool scene_has_volume(const Scene& scene);
 

@@ -73,7 +73,14 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
       }
       used.push_back(*surface);
     }
-    const auto quality = measure_quality(facts_.volumes, fields, used);
+    // A package is the same from a study that knows atria and from a build that had no use for
+    // them.
+    const bool with_atria = scene_has_atria(scene);
+    const auto is_told = [&](Structure structure) {
+      return with_atria || !is_beyond_base(structure);
+    };
+    std::vector<StructureQuality> quality = measure_quality(facts_.volumes, fields, used);
+    std::erase_if(quality, [&](const StructureQuality& each) { return !is_told(each.structure); });
     demand_quality(quality, orders_.recipe.quality);
 
     pack::PackageContent content;
@@ -88,6 +95,7 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
     manifest.end_diastole = facts_.end_diastole;
     manifest.end_systole = facts_.end_systole;
     for (const FieldCycle& field : fields) {
+      if (!is_told(field.structure)) continue;
       manifest.structures.push_back(
           {std::string(structure_name(field.structure)), field.volume_ml});
     }
@@ -97,6 +105,7 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
       stages[std::string(study::stage_name(stage))] = {{"version", fact.version},
                                                        {"options", fact.options}};
     }
+    if (!with_atria && stages.contains("segment")) stages["segment"]["options"]["atria"] = false;
     const json pack_options = stage_options(orders_.recipe, Stage::Pack);
     stages["pack"] = {{"version", kVersion}, {"options", pack_options}};
     manifest.provenance = {{"program", "beatlas"},

@@ -6,7 +6,6 @@
 #include "pipeline/cli/made_package.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
-#include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -71,9 +70,7 @@ int build(const Arguments& arguments) {
   apply(arguments.words, orders.recipe.import);
   orders.discard_edits = arguments.discard_edits;
   if (study) keep_orders(orders, *study);
-  if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, Structure::LaBlood)) {
-    orders.recipe.segment.atria = false;
-  }
+  if (!scene_has_atria(scene)) orders.recipe.segment.atria = false;
   // A study keeps the surfaces too, so that it can be packed again for another scene.
   const bool with_surfaces = study.has_value() || scene_has_surfaces(scene);
   const bool with_report = study.has_value() && !arguments.no_report;

@@ -292,7 +292,8 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
   if (box.size[0] == 0) return {};
   const ImageCycle<std::uint8_t> labels = crop(segmentation.labels, box);
   Alarms alarms(cine, segmentation.labels, labels, box, options);
-  for (const Structure structure : kAllStructures) {
+  // What is cut somewhere by what is in view, or by a valve's plane, may jump.
+  for (const Structure structure : kVentricular) {
     const std::vector<double> curve = segmented_volume_ml(segmentation, structure);
     if (!curve.empty()) alarms.volumes(structure, curve);
   }

@@ -130,7 +130,7 @@ void WallColours::colours_at(Structure structure, double beats, std::vector<Rgb>
 
 double coloured_opacity(Structure structure) noexcept {
   if (structure == Structure::Heart) return 0;
-  return structure == Structure::RvBlood ? 0.3 : 1;
+  return structure == Structure::RvBlood || is_beyond_base(structure) ? 0.3 : 1;
 }
 
 std::vector<double> scale_marks(const ColourScale& scale, int most) {

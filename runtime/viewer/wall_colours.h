@@ -69,7 +69,7 @@ class WallColours {
 };
 
 /// How a structure is drawn beside a coloured wall: the heart's outside not at all, the right
-/// ventricle faintly, so that the septum is known.
+/// ventricle faintly, so that the septum is known, and so what lies beyond the base.
 [[nodiscard]] double coloured_opacity(Structure structure) noexcept;
 
 /// Multiples of 1, 2 or 5 times a power of ten within the scale, at most `most` + 1 of them.

@@ -8,7 +8,7 @@ import json
 import nibabel
 import numpy
 
-from stage_test import WORK, beatlas, new_folder
+from stage_test import WORK, beatlas, expect_same, new_folder
 
 BEYOND = {"la_blood": 5, "ra_blood": 6, "aorta": 7}
 
@@ -45,12 +45,14 @@ def main():
             if check["structure"] in BEYOND or check["name"].removeprefix("crosses_").split("_level")[0] in BEYOND]
     assert len(mine) > 20 and all(check["passed"] for check in mine), [c for c in mine if not c["passed"]]
 
-    # A scene that draws none of them goes without, from the segmentation on.
-    touch = folder / "touch.beatlas"
+    # A scene that draws none of them goes without, from the segmentation on, or from this study.
+    touch, packed = folder / "touch.beatlas", folder / "packed.beatlas"
     said = beatlas("build", images, "-o", touch, "--scene", "palpation", "-v").stderr
     surfaces, _, volumes = shown(touch)
     assert not (surfaces | set(volumes)) & set(BEYOND), (surfaces, volumes)
     assert "aorta" not in said, said
+    beatlas("pack", "--study", study, "-o", packed, "--scene", "palpation")
+    expect_same(touch, packed)
 
 
 main()

@@ -104,7 +104,7 @@ TEST(EditedLabels, a_painted_disc_adds_its_volume_and_only_near_it_anything_chan
   EXPECT_EQ(volume_ml(after, Structure::Heart, 0), volume_ml(before, Structure::Heart, 0));
   EXPECT_EQ(volume_ml(after, Structure::LvBlood, 1), volume_ml(before, Structure::LvBlood, 1));
   ASSERT_EQ(after.warnings.size(), 1U);
-  EXPECT_NE(after.warnings.front().find("in 1 phases"), std::string::npos)
+  EXPECT_NE(after.warnings.front().find("in 1 phase)"), std::string::npos)
       << after.warnings.front();
 }
 
