@@ -70,7 +70,8 @@ int build(const Arguments& arguments) {
   apply(arguments.words, orders.recipe.import);
   orders.discard_edits = arguments.discard_edits;
   if (study) keep_orders(orders, *study);
-  if (!scene_has_atria(scene)) orders.recipe.segment.atria = false;
+  // A study is packed again for other scenes: it has what any of them needs.
+  if (!study && !scene_has_atria(scene)) orders.recipe.segment.atria = false;
   // A study keeps the surfaces too, so that it can be packed again for another scene.
   const bool with_surfaces = study.has_value() || scene_has_surfaces(scene);
   const bool with_report = study.has_value() && !arguments.no_report;

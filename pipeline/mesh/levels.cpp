@@ -25,7 +25,7 @@ void check(const SurfaceCycle& surface, const FieldCycle& field) {
 std::vector<Vec3> as_double(const std::vector<Vec3f>& points) {
   std::vector<Vec3> out;
   out.reserve(points.size());
-  for (const Vec3f& x : points) out.push_back(x.cast<double>());
+  for (const Vec3f& x : points) out.emplace_back(x.cast<double>());
   return out;
 }
 
@@ -89,7 +89,7 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& give
   for (const std::vector<Vec3>& phase : cycle) {
     std::vector<Vec3f>& points = out.positions.emplace_back();
     points.reserve(phase.size());
-    for (const Vec3& x : phase) points.push_back(x.cast<float>());
+    for (const Vec3& x : phase) points.emplace_back(x.cast<float>());
   }
   context.progress(1.0);
   return out;

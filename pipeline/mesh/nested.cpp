@@ -27,20 +27,30 @@ Cycle* of(std::vector<Cycle>& cycles, Structure structure) {
   return nullptr;
 }
 
-/// How far a place is beyond the middle between two structures, seen from one of them.
+/// A function of two distances that is positive where a place of the first structure has to go
+/// back.
+struct Bound {
+  double own = 0;
+  double other = 0;
+};
+constexpr Bound kBeside{0.5, -0.5};     // the middle between two
+constexpr Bound kWithin{0.5, 0.5};      // the same, of a cavity in the heart
+constexpr Bound kAround{-0.5, -0.5};    // and of the heart around it
+constexpr Bound kOutsideOf{0.0, -1.0};  // the other's own surface
+
+/// How far a place is beyond what bounds it.
 class Middle {
  public:
-  /// @param own, other  @param sign of the middle's function, see nested.h: own + sign * other,
-  /// positive beyond; `outer` where `own` is the one around
-  Middle(const field::Interpolant& own, const field::Interpolant& other, double sign, bool outer)
-      : own_(own), other_(other), sign_(sign), side_(outer ? -0.5 : 0.5) {}
+  Middle(const field::Interpolant& own, const field::Interpolant& other, const Bound& bound)
+      : own_(own), other_(other), bound_(bound) {}
 
   [[nodiscard]] double beyond(const Vec3& x) const {
-    return side_ * (own_.value(x) + sign_ * other_.value(x)) + kGapMm;
+    return bound_.own * own_.value(x) + bound_.other * other_.value(x) + kGapMm;
   }
   /// Unit vector the way back; zero where there is none.
   [[nodiscard]] Vec3 back(const Vec3& x) const {
-    const Vec3 slope = side_ * (own_.sample(x).gradient + sign_ * other_.sample(x).gradient);
+    const Vec3 slope =
+        bound_.own * own_.sample(x).gradient + bound_.other * other_.sample(x).gradient;
     const double steep = slope.norm();
     return steep > 0.3 ? Vec3(-slope / steep) : Vec3(Vec3::Zero());
   }
@@ -48,8 +58,7 @@ class Middle {
  private:
   const field::Interpolant& own_;
   const field::Interpolant& other_;
-  double sign_;
-  double side_;
+  Bound bound_;
 };
 
 /// A place of a triangle's that has to go back: the mean of some vertices.
@@ -141,7 +150,7 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
       Body& body = bodies.emplace_back(
           Body{surface, {field->distance_mm.grid, field->distance_mm.phases[p]}, {}, {}});
       for (const Vec3f& x : surface->positions[p]) {
-        body.points.push_back(x.cast<double>());
+        body.points.emplace_back(x.cast<double>());
         body.box.extend(body.points.back());
       }
       body.box.min().array() -= kFarMm;
@@ -160,11 +169,17 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
         Body* other = body_of(second);
         if (one == nullptr || other == nullptr || !one->box.intersects(other->box)) return;
         const bool inside = second == Structure::Heart;
-        const double sign = inside ? 1 : -1;
-        moved |= draw_back(one->points, one->surface->triangles,
-                           Middle(one->field, other->field, sign, false));
+        // Ventricles are the same whether atria are known or not.
+        const bool first_stays = !inside && is_beyond_base(second) && !is_beyond_base(first);
+        if (!first_stays) {
+          moved |= draw_back(one->points, one->surface->triangles,
+                             Middle(one->field, other->field, inside ? kWithin : kBeside));
+        }
         moved |= draw_back(other->points, other->surface->triangles,
-                           Middle(other->field, one->field, sign, inside));
+                           Middle(other->field, one->field,
+                                  inside        ? kAround
+                                  : first_stays ? kOutsideOf
+                                                : kBeside));
       };
       for (std::size_t n = 0; n < kInHeart.size(); ++n) {
         for (std::size_t m = n + 1; m < kInHeart.size(); ++m) part(kInHeart[n], kInHeart[m]);

@@ -172,10 +172,12 @@ std::vector<Pool> measured(const Grid& grid, const Nodes& nodes,
     }
     Pool& pool = pools[static_cast<std::size_t>(at)];
     const std::size_t v = nodes.voxel[node];
-    const std::size_t row = v / static_cast<std::size_t>(grid.size[0]);
-    const Vec3 place = grid.mm(static_cast<double>(v % static_cast<std::size_t>(grid.size[0])),
-                               static_cast<double>(row % static_cast<std::size_t>(grid.size[1])),
-                               static_cast<double>(v / grid.slice_count()));
+    const auto width = static_cast<std::size_t>(grid.size[0]);
+    const std::size_t i = v % width;
+    const std::size_t j = v / width % static_cast<std::size_t>(grid.size[1]);
+    const std::size_t k = v / grid.slice_count();
+    const Vec3 place =
+        grid.mm(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
     ++pool.voxels;
     ++pool.by_phase[nodes.phase[node]];
     pool.depth_sum += nodes.depth_mm[node];

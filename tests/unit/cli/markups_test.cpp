@@ -214,7 +214,7 @@ TEST(Markups, give_back_the_seeds_they_were_written_from) {
 
 TEST(Markups, that_cannot_be_meant_are_refused_by_their_place) {
   expect_said(file({markup("Fiducial", "F", {point("F-1", {0, 0, 0})})}),
-              {"/markups/0/controlPoints/0", "'F-1'", "lv_myocardium"});
+              {"/markups/0/name", "'F'", "lv_myocardium"});
   expect_said(file({markup("Plane", "lv", {point("lv", {0, 0, 0})})}),
               {"/markups/0/type", "Curve"});
   expect_said(file({markup("Curve", "lv", {point("lv", {0, 0, 0}), point("rv", {1, 0, 0})})}),
