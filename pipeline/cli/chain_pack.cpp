@@ -46,10 +46,9 @@ pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {
 void Chain::pack(const Scene& scene, const fs::path& file) {
   study::Wanted with = wanted_of(Stage::Pack, orders_);
   with.with_surfaces = scene_has_surfaces(scene);
-  with.options["scene"] = {
-      {"content", scene.content},
-      {"stiffness_n_per_m", scene.stiffness_n_per_m},
-      {"surface_edges_mm", surface_edges_mm(scene, orders_.recipe.mesh.edge_mm)}};
+  with.options["scene"] = {{"content", scene.content},
+                           {"stiffness_n_per_m", scene.stiffness_n_per_m},
+                           {"surface_edges_mm", scene.surface_edges_mm}};
   with.options["quality"] = recipe_to_json(orders_.recipe).at("quality");
   if (study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
       study::holds(file, study_->find(Stage::Pack)->package_sha256)) {

@@ -12,18 +12,18 @@
 namespace beatlas::cli {
 
 /// Label that a name stands for: its own (see known_label_names), "LV", "myocardium" and the like,
-/// or a number 0..4. Upper or lower case, blanks and separators do not matter, nor does a number
+/// or a number 0..7. Upper or lower case, blanks and separators do not matter, nor does a number
 /// behind a name, as programs add to tell copies apart ("LV_blood-3").
 [[nodiscard]] std::optional<std::uint8_t> label_from_name(std::string_view name);
 
-/// "lv_blood" and the like; label 0..4.
+/// "lv_blood" and the like; label 0..7.
 [[nodiscard]] std::string_view name_of_label(std::uint8_t label);
 
 /// The name that a mistyped one most likely means (without a number or @phase behind it); empty if
 /// none is near.
 [[nodiscard]] std::string nearest_label(std::string_view name);
 
-/// "background, rv_blood, lv_myocardium, lv_blood, rest_of_heart (or 0 to 4)", for messages.
+/// "background, rv_blood, ..., aorta (or 0 to 7)", for messages.
 [[nodiscard]] std::string known_label_names();
 
 /// A word of the user as a message may show it: printable characters, in quotes, cut if long.

@@ -2,6 +2,7 @@
 
 #include <set>
 #include <system_error>
+#include <vector>
 
 #include "pipeline/cli/report_facts.h"
 #include "pipeline/study/files.h"
@@ -56,7 +57,8 @@ fs::path made_package(const study::Study& study) {
 Scene made_scene(const study::Study& study) {
   try {
     const json& told = record_of(study)->options.at("scene");
-    return {told.at("content").get<std::string>(), told.at("stiffness_n_per_m").get<double>()};
+    return {told.at("content").get<std::string>(), told.at("stiffness_n_per_m").get<double>(),
+            told.value("surface_edges_mm", std::vector<double>())};
   } catch (const json::exception&) {
     throw_invalid((study.folder() / "study.json").string() +
                   ": /stages/pack/options/scene is not what it was made as; name the scene");

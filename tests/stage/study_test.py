@@ -232,6 +232,15 @@ def resume():
     kept, made, _ = again(folder, WORK / "resume_small.beatlas", "--scene", "palpation")
     assert made == ["pack"], made
 
+    # A package is written again as it was asked for, with its own levels of detail.
+    scene, levels = WORK / "resume_scene.json", folder / "resume_levels.beatlas"
+    scene.write_text(json.dumps({"content": "anatomy", "surface_edges_mm": [5]}))
+    kept, made, _ = again(folder, levels, "--scene", scene)
+    assert made == ["pack"], made
+    before = digest(levels)
+    said = beatlas("build", "--study", folder).stderr
+    assert "nothing has changed" in said and digest(levels) == before, said
+
     # A file that is gone is made again; what it gives is what it was, so nothing follows.
     (folder / "field" / "heart.vdb").unlink()
     assert states(folder)["field"] == "stale", states(folder)
