@@ -69,7 +69,9 @@ bool has_display() {
   if (name == nullptr || *name == '\0') return false;
   ::Display* display = XOpenDisplay(nullptr);
   if (display == nullptr) return false;
-  XCloseDisplay(display);
+  // A server may reset when its last client leaves, and turn the next one away while it does.
+  static ::Display* const held = display;
+  if (display != held) XCloseDisplay(display);
   return true;
 }
 

@@ -4,7 +4,8 @@
 
 namespace beatlas::viewer {
 
-/// Whether `DISPLAY` names an X server that answers.
+/// Whether `DISPLAY` names an X server that answers. The first that does keeps a connection of
+/// ours.
 [[nodiscard]] bool has_display();
 
 /// A display to draw on: the one there is, or an Xvfb of our own that ends with this object (and
