@@ -121,7 +121,7 @@ Phase raw_from_coverage(const Grid& source, const Phase& coverage, const Grid& l
 }
 
 Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const Grid& lattice,
-                      const AxisMap& map, int open_step) {
+                      const AxisMap& map, int open_step, const ApicalEnd& apex) {
   const std::vector<Phase> distances = without_slice_mean(means);
   Phase level(lattice.count(), kFar);
   const int nk = source.size[2];
@@ -129,19 +129,25 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
     return k >= 0 && k < nk && !distances[static_cast<std::size_t>(k)].empty();
   };
   std::vector<float> depth(static_cast<std::size_t>(nk), 0);
+  int tip = -1;  // the most apical slice
   for (int k = 0; k < nk; ++k) {
     if (!has(k)) continue;
     const Phase& d = distances[static_cast<std::size_t>(k)];
-    depth[static_cast<std::size_t>(k)] = -*std::min_element(d.begin(), d.end());
+    depth[static_cast<std::size_t>(k)] = std::max(-*std::min_element(d.begin(), d.end()), 0.5F);
+    if (apex.step > 0 || (apex.step < 0 && tip < 0)) tip = k;
   }
   const std::vector<Taps> across = cubic_taps(map, 2, lattice.size[2], nk);
   for (int z = 0; z < lattice.size[2]; ++z) {
-    const double k = std::clamp(map.index(2, z), 0.0, nk - 1.0);
-    const int k0 = static_cast<int>(std::floor(k));
-    const int k1 = std::min(k0 + 1, nk - 1);
-    const auto w = static_cast<float>(k - k0);
+    const double at = map.index(2, z);
+    const bool past_tip = tip >= 0 && apex.step * (at - tip) > 0;
+    const double k = std::clamp(at, 0.0, nk - 1.0);
+    const int k0 = past_tip ? tip : static_cast<int>(std::floor(k));
+    const int k1 = past_tip ? tip + apex.step : std::min(k0 + 1, nk - 1);
     if (!has(k0) && !has(k1)) continue;
-    const bool cubic = has(k0 - 1) && has(k0) && has(k1) && has(k0 + 2);
+    const auto w = static_cast<float>(past_tip ? std::abs(at - tip) : k - k0);
+    // The way to an empty slice in which the shape is closed at a half.
+    const float to_half = past_tip ? w * static_cast<float>(0.5 / apex.gaps) : 0;
+    const bool cubic = !past_tip && has(k0 - 1) && has(k0) && has(k1) && has(k0 + 2);
     const std::array<float, 4>& weight = across[static_cast<std::size_t>(z)].weight;
     // On the open side the last slice is carried on unchanged; a cut ends it.
     const bool carry0 = has(k0) && !has(k1) && open_step > 0;
@@ -155,6 +161,11 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
                               source.size[1], i, j);
         };
         float& out = level[lattice.offset(x, y, z)];
+        if (past_tip) {
+          out = (1 - std::min(to_half, 1.0F)) * value(tip) +
+                to_half * depth[static_cast<std::size_t>(tip)];
+          continue;
+        }
         if (cubic) {
           out = weight[0] * value(k0 - 1) + weight[1] * value(k0) + weight[2] * value(k1) +
                 weight[3] * value(k0 + 2);
@@ -164,8 +175,8 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
         float d1 = 0;
         if (has(k0)) d0 = value(k0);
         if (has(k1)) d1 = value(k1);
-        if (!has(k0)) d0 = carry1 ? d1 : std::max(depth[static_cast<std::size_t>(k1)], 0.5F);
-        if (!has(k1)) d1 = carry0 ? d0 : std::max(depth[static_cast<std::size_t>(k0)], 0.5F);
+        if (!has(k0)) d0 = carry1 ? d1 : depth[static_cast<std::size_t>(k1)];
+        if (!has(k1)) d1 = carry0 ? d0 : depth[static_cast<std::size_t>(k0)];
         out = (1 - w) * d0 + w * d1;
       }
     }
@@ -221,8 +232,9 @@ Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid&
 }
 
 Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
-                        const Grid& lattice, const AxisMap& map, int open_step) {
-  Phase level = raw_from_slices(source, distances, lattice, map, open_step);
+                        const Grid& lattice, const AxisMap& map, int open_step,
+                        const ApicalEnd& apex) {
+  Phase level = raw_from_slices(source, distances, lattice, map, open_step, apex);
   smooth(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm / 2));
   return level;
 }

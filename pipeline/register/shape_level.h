@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/core/grid.h"
+#include "pipeline/register/apical_end.h"
 
 namespace beatlas::reg {
 
@@ -34,10 +35,12 @@ struct AxisMap {
 
 /// Level [mm] from the in-plane distances of the slices (shape interpolation), cubic between four
 /// slices and linear between two, smoothed. Towards a slice without the structure it closes roundly
-/// within half a gap, unless a cut ends it.
+/// within half a gap, unless a cut ends it; beyond its most apical slice where `apex` says, also
+/// where the stack ends there.
 /// @param open_step of the structure's BaseCut, 0 without one
 [[nodiscard]] Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
-                                      const Grid& lattice, const AxisMap& map, int open_step);
+                                      const Grid& lattice, const AxisMap& map, int open_step,
+                                      const ApicalEnd& apex);
 
 /// Raises the level beyond a plane of constant slice index, so that the shape ends flat there.
 /// @param step +1: beyond is at larger index, -1: smaller

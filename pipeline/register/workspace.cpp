@@ -98,6 +98,10 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
   const double slice_mm = coverage.grid.spacing_mm()[2];
   const bool thick = slice_mm >= kThickSlicesMm;
   const int last_k = segmentation.labels.grid.size[2] - 1;
+  const int to_apex = thick ? step_to_apex(segmentation, segmentation.axis) : 0;
+  const auto ends_of = [&](Structure structure, std::size_t phase) {
+    return apical_ends(segmentation, structure, phase, to_apex);
+  };
   std::vector<ShapeCycle> shapes;
   for (const auto& [structure, phases] : coverage.phases) {
     const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
@@ -129,18 +133,19 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
     const BaseCut* cut = found_cut == segmentation.base_cuts.end() ? nullptr : &found_cut->second;
     const double first_k = coverage.first[2];
 
-    const auto level_of = [&](const Phase& part) {
+    const auto level_of = [&](const Phase& part, const ApicalEnd& apex) {
       return thick ? level_from_slices(coverage.grid, slice_distances(coverage.grid, part), lattice,
-                                       map, cut != nullptr ? cut->base_step : 0)
+                                       map, cut != nullptr ? cut->base_step : 0, apex)
                    : level_from_coverage(coverage.grid, part, lattice, map);
     };
     const auto each = 1.0 / static_cast<double>(coverage.phases.size());
     const double before = each * static_cast<double>(shapes.size());
     const StageContext part = context.part(before, before + each, structure_name(structure));
     parallel_for(filled.size(), part, "phase", [&](std::size_t p) {
-      Phase level = level_of(filled[p]);
+      const ApicalEnds ends = ends_of(structure, p);
+      Phase level = level_of(filled[p], structure == Structure::LvBlood ? ends.cavity : ends.wall);
       if (with_cavity) {
-        const Phase inner = level_of(cavity->second[p]);
+        const Phase inner = level_of(cavity->second[p], ends.cavity);
         std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
                        [](float outside, float inside) { return std::max(outside, -inside); });
       }

@@ -8,6 +8,8 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/register/apical_end.h"
 
 namespace beatlas::segment {
 namespace {
@@ -162,15 +164,32 @@ std::optional<double> flat_end_mm(const Profile& profile) {
   return profile.height_mm(static_cast<double>(b) + share);
 }
 
-/// Height at which the axis meets the plane of a cut; none if it runs along the slices.
+const std::vector<Structure> kVentricle{Structure::LvBlood, Structure::LvMyocardium};
+
+/// Height at which the axis meets a slice index; none if it runs along the slices.
+std::optional<double> slice_mm(const Segmentation& segmentation, const LongAxis& axis, double k) {
+  const Affine index_from_mm = segmentation.labels.grid.mm_from_index.inverse(Eigen::Affine);
+  const double per_mm = (index_from_mm.linear() * axis.towards_base)[2];
+  if (!(std::abs(per_mm) > 1e-3)) return {};
+  return (k - (index_from_mm * axis.origin_mm)[2]) / per_mm;
+}
+
 std::optional<double> cut_mm(const Segmentation& segmentation, const LongAxis& axis,
                              Structure structure, std::size_t phase) {
   const auto cut = segmentation.base_cuts.find(structure);
   if (cut == segmentation.base_cuts.end()) return {};
-  const Affine index_from_mm = segmentation.labels.grid.mm_from_index.inverse(Eigen::Affine);
-  const double per_mm = (index_from_mm.linear() * axis.towards_base)[2];
-  if (!(std::abs(per_mm) > 1e-3)) return {};
-  return (cut->second.k[phase] - (index_from_mm * axis.origin_mm)[2]) / per_mm;
+  return slice_mm(segmentation, axis, cut->second.k[phase]);
+}
+
+/// Between thick slices where the shape closes, see register/apical_end.h.
+std::optional<double> apex_mm(const Segmentation& segmentation, const LongAxis& axis,
+                              std::size_t phase) {
+  if (segmentation.labels.grid.spacing_mm()[2] >= kThickSlicesMm) {
+    const std::optional<double> k =
+        reg::lv_apex_k(segmentation, phase, reg::step_to_apex(segmentation, axis));
+    if (k) return slice_mm(segmentation, axis, *k);
+  }
+  return closing_mm(profile_of(segmentation, axis, kVentricle, phase));
 }
 
 std::optional<double> base_mm(const Segmentation& segmentation, const LongAxis& axis,
@@ -182,8 +201,6 @@ std::optional<double> base_mm(const Segmentation& segmentation, const LongAxis& 
 bool holds(const Segmentation& segmentation, Structure structure) {
   return segmentation.coverage.phases.count(structure) != 0;
 }
-
-const std::vector<Structure> kVentricle{Structure::LvBlood, Structure::LvMyocardium};
 
 /// Origin and direction alone.
 std::optional<LongAxis> principal_axis(const Segmentation& segmentation) {
@@ -236,7 +253,7 @@ std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation,
   std::vector<std::optional<double>> left(n);
   std::vector<std::optional<double>> right(n);
   parallel_for(n, [&](std::size_t p) {
-    apex[p] = closing_mm(profile_of(segmentation, direction, kVentricle, p));
+    apex[p] = apex_mm(segmentation, direction, p);
     if (planes) {
       left[p] = seen->lv_base_mm[p];
       right[p] = seen->rv_base_mm[p];
@@ -269,7 +286,7 @@ void follow_changed_labels(Segmentation& segmentation, const std::vector<char>& 
   const LongAxis direction = axis;
   parallel_for(changed.size(), [&](std::size_t p) {
     if (changed[p] == 0) return;
-    const auto apex = closing_mm(profile_of(segmentation, direction, kVentricle, p));
+    const auto apex = apex_mm(segmentation, direction, p);
     const auto lv = base_mm(segmentation, direction, Structure::LvBlood, p);
     if (apex && lv && *lv - *apex >= kLeastLengthMm) {
       axis.apex_mm[p] = *apex;

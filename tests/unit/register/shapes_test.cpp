@@ -156,6 +156,46 @@ TEST(Shape, ends_flat_half_a_gap_beyond_the_stack) {
   }
 }
 
+// A stack whose last slice lies in the tip, wherever in it: cavity and muscle go through that
+// slice, and no image shows how they close.
+TEST(Shape, of_a_ventricle_is_closed_by_muscle_beyond_the_last_slice) {
+  constexpr double kOuter = 30;
+  constexpr double kInner = 25;
+  for (const int step : {1, -1}) {
+    for (const double beyond_mm : {0.5, 2.0, 3.5, 5.0, 7.0, 9.0}) {
+      const Grid grid = made::straight_grid({56, 56, 8}, {1.4, 1.4, 10});
+      const double last_mm = step > 0 ? 70 : 0;
+      const Vec3 centre(38, 38, last_mm + step * (beyond_mm - kOuter));
+      Segmentation segmentation = made::segmentation_of(grid, 1);
+      const std::vector<float> filled = made::ball_coverage(grid, centre, kOuter);
+      const std::vector<float> blood = made::ball_coverage(grid, centre, kInner);
+      std::vector<float> muscle = filled;
+      std::transform(filled.begin(), filled.end(), blood.begin(), muscle.begin(), std::minus<>());
+      segmentation.coverage.phases[Structure::Heart] = {filled};
+      segmentation.coverage.phases[Structure::LvBlood] = {blood};
+      segmentation.coverage.phases[Structure::LvMyocardium] = {muscle};
+      const BaseCut base{-step, {centre[2] / 10}};
+      segmentation.base_cuts[Structure::LvBlood] = base;
+      segmentation.base_cuts[Structure::LvMyocardium] = base;
+      const auto shapes = shapes_of(segmentation, Affine::Identity());
+      const Vec3 apex = Vec3::UnitZ() * step;
+      const auto end = [&](Structure structure, double from) {
+        return from + made::surface_along(shape_of(shapes, structure), 0, centre + from * apex,
+                                          apex, 0, 36 - from);
+      };
+      const double cavity = end(Structure::LvBlood, 0);
+      const double wall = end(Structure::LvMyocardium, cavity + 0.4);
+      const double heart = end(Structure::Heart, 0);
+      SCOPED_TRACE("step " + std::to_string(step) + ", " + std::to_string(beyond_mm) + " mm");
+      EXPECT_GT(wall - cavity, 1.0);
+      EXPECT_NEAR(heart, wall, 0.3);
+      EXPECT_NEAR(wall, std::min(kOuter, kOuter - beyond_mm + 5), 2.5);
+      // Half a gap is all that is known where the last slice does not show the cavity.
+      EXPECT_NEAR(cavity, kInner, beyond_mm > kOuter - kInner ? 2.0 : 5.5);
+    }
+  }
+}
+
 TEST(Shape, ends_flat_where_a_valve_plane_cuts_it_in_each_phase) {
   const Grid grid = made::straight_grid({56, 56, 8}, {1.4, 1.4, 8});
   for (int step : {1, -1}) {
