@@ -110,9 +110,9 @@ std::optional<double> lv_apex_k(const Segmentation& segmentation, std::size_t ph
   const CoverageCycle& coverage = segmentation.coverage;
   if (step == 0 || !holds_lv(coverage)) return {};
   const std::vector<float> filled = filled_lv(coverage, phase);
-  const int last = last_section(coverage.grid, filled, step);
-  if (last < 0) return {};
-  const ApicalEnd end = end_of(coverage.grid, filled, step, last_in_stack(segmentation, step));
+  const int last = last_in_stack(segmentation, step);
+  if (last_section(coverage.grid, filled, step) != last) return {};
+  const ApicalEnd end = end_of(coverage.grid, filled, step, last);
   return coverage.first[2] + last + step * end.gaps;
 }
 

@@ -34,7 +34,8 @@ struct ApicalEnds {
 [[nodiscard]] ApicalEnds apical_ends(const Segmentation& segmentation, Structure structure,
                                      std::size_t phase, int step);
 
-/// Slice index in the source's grid, fractional, at which the LV's wall closes; none without one.
+/// Slice index in the source's grid, fractional, at which the LV's wall closes, where it does so
+/// beyond the stack; none elsewhere.
 [[nodiscard]] std::optional<double> lv_apex_k(const Segmentation& segmentation, std::size_t phase,
                                               int step);
 

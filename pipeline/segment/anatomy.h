@@ -29,7 +29,4 @@ struct SmoothedBefore {
 void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm,
                      const KnownLabels& known = {}, const SmoothedBefore& before = {});
 
-/// Keeps in each phase what hangs together with the heart's largest part, through space and time.
-void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
-
 }  // namespace beatlas::segment

@@ -10,6 +10,7 @@
 #include "pipeline/segment/atria.h"
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
+#include "pipeline/segment/connected.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/denoise.h"
 #include "pipeline/segment/drawn_seeds.h"
@@ -206,6 +207,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (options.papillary == Papillary::Muscle) {
     papillary_muscles_to_wall(images, chambers.levels, labels);
   }
+  keep_connected_rv(labels);
   // What was drawn stays as it was drawn, whatever the tidying thinks of it.
   for (std::size_t p = 0; p < marks.size(); ++p) {
     for (std::size_t v = 0; v < marks[p].size(); ++v) {

@@ -181,7 +181,7 @@ std::optional<double> cut_mm(const Segmentation& segmentation, const LongAxis& a
   return slice_mm(segmentation, axis, cut->second.k[phase]);
 }
 
-/// Between thick slices where the shape closes, see register/apical_end.h.
+/// Where the stack ends in the apex, the place at which the shape is closed.
 std::optional<double> apex_mm(const Segmentation& segmentation, const LongAxis& axis,
                               std::size_t phase) {
   if (segmentation.labels.grid.spacing_mm()[2] >= kThickSlicesMm) {

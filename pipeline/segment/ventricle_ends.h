@@ -13,8 +13,8 @@ namespace beatlas::segment {
 /// which the ventricles were parted from atria (`seen`) or cut between thick slices, else where a
 /// ventricle's section falls by half. The apex is where the LV's outside, blood and wall, closes:
 /// near a rounded end the root of the volume below a height grows nearly as the height, so it is
-/// carried on to nothing; between thick slices as register/apical_end.h has it. None without LV
-/// blood and LV muscle, or if they have no length.
+/// carried on to nothing; where thick slices end before it, register/apical_end.h tells. None
+/// without LV blood and LV muscle, or if they have no length.
 [[nodiscard]] std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation,
                                                      const std::optional<LongAxis>& seen);
 
