@@ -28,6 +28,7 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkVolume.h>
 
+#include "runtime/viewer/between_slices.h"
 #include "runtime/viewer/drawing.h"
 #include "runtime/viewer/heart_mask.h"
 #include "runtime/viewer/image_cut.h"
@@ -76,6 +77,9 @@ struct VolumeLevel {
 
 struct VolumeParts {
   std::shared_ptr<const atlas::VolumePayload> payload;
+  std::optional<BetweenSlices> between;
+  atlas::VolumePayload shape;        ///< of `samples`: the images and what lies between slices
+  std::vector<std::uint8_t> slices;  ///< of now, where something lies between
   TissueIntensities tissue;
   atlas::IntensityWindow window;
   std::vector<std::uint8_t> samples;  ///< of now, for `heart_beats` those around the heart alone

@@ -40,11 +40,21 @@ void HeartDrawing::Parts::make_volume() {
   volume.window = {
       .low = std::max(atlas::whole_window(payload).low, volume.tissue.muscle - 2 * span),
       .high = volume.tissue.blood + 0.6 * span};
-  volume.samples.resize(payload.sample_count());
+  std::vector<std::shared_ptr<const field::FieldQuery>> fields;
+  for (const Structure structure : kAllStructures) {
+    if (auto distances = atlas->field(structure)) {
+      fields.push_back(std::make_shared<const field::FieldQuery>(std::move(distances),
+                                                                 atlas->manifest().rr_interval_s));
+    }
+  }
+  volume.between.emplace(payload, std::move(fields), frame.low_mm, frame.high_mm);
+  volume.shape = volume.between->shape();
+  volume.slices.resize(volume.between->needed() ? payload.sample_count() : 0);
+  volume.samples.resize(volume.shape.sample_count());
   volume.plane = vtkSmartPointer<vtkPlane>::New();
 
   // Halved along the axes whose voxels are small: slices that lie far apart stay.
-  const Vec3 edges = payload.workspace_from_index.linear().colwise().norm();
+  const Vec3 edges = volume.shape.workspace_from_index.linear().colwise().norm();
   std::array<int, 3> step{};
   for (int axis = 0; axis < 3; ++axis) {
     step[static_cast<std::size_t>(axis)] = edges[axis] < 1.6 * edges.minCoeff() ? 2 : 1;
@@ -89,7 +99,7 @@ void HeartDrawing::Parts::make_volume() {
 
 // The part of the images around the heart, or all without a field.
 VolumeLevel HeartDrawing::Parts::make_level(const std::array<int, 3>& step) const {
-  const atlas::VolumePayload& payload = *volume.payload;
+  const atlas::VolumePayload& payload = volume.shape;
   VolumeLevel level;
   level.step = step;
   Vec3 low = Vec3::Zero();
@@ -142,7 +152,12 @@ VolumeLevel HeartDrawing::Parts::make_level(const std::array<int, 3>& step) cons
 // The images of now, as bytes.
 void HeartDrawing::Parts::update_samples() {
   if (volume.samples_beats == beats) return;
-  atlas::volume_8bit(*volume.payload, beats, volume.window, volume.samples);
+  if (volume.between->needed()) {
+    atlas::volume_8bit(*volume.payload, beats, volume.window, volume.slices);
+    volume.between->fill(beats, volume.slices, volume.samples);
+  } else {
+    atlas::volume_8bit(*volume.payload, beats, volume.window, volume.samples);
+  }
   volume.samples_beats = beats;
   volume.heart_beats = beats;
 }
@@ -150,6 +165,10 @@ void HeartDrawing::Parts::update_samples() {
 // Those that any level takes: most of a chest is not the heart.
 void HeartDrawing::Parts::update_samples_around_heart() {
   if (volume.samples_beats == beats || volume.heart_beats == beats) return;
+  if (volume.between->needed()) {
+    update_samples();
+    return;
+  }
   const VolumeLevel& fine = volume.fine;
   std::array<int, 3> high{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -166,7 +185,7 @@ void HeartDrawing::Parts::update_level(VolumeLevel& level) {
   level.beats = beats;
   if (field && !level.mask) level.mask.emplace(level.workspace_from_index, level.size, field);
   const std::uint8_t* mask = level.mask ? level.mask->at(beats).data() : nullptr;
-  const std::array<int, 3>& size = volume.payload->size;
+  const std::array<int, 3>& size = volume.shape.size;
   auto* to = static_cast<std::uint8_t*>(level.image->GetScalarPointer());
   for (int z = 0; z < level.size[2]; ++z) {
     for (int y = 0; y < level.size[1]; ++y) {
@@ -279,7 +298,7 @@ void HeartDrawing::Parts::update_slice() {
   volume.slice_actor->SetVisibility(shown ? 1 : 0);
   if (!shown) return;
   update_samples();
-  const PlaneGrid grid = cut_grid(*volume.payload, cut->point_mm, cut->normal,
+  const PlaneGrid grid = cut_grid(volume.shape, cut->point_mm, cut->normal,
                                   moving ? 2 * kSlicePixelMm : kSlicePixelMm);
   volume.slice_grid = grid;
   if (grid.pixels() == 0) {
@@ -290,7 +309,7 @@ void HeartDrawing::Parts::update_slice() {
   volume.slice->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
   auto* to = static_cast<std::uint8_t*>(volume.slice->GetScalarPointer());
   std::vector<std::uint8_t> grey_alpha(2 * grid.pixels());
-  sample_cut(*volume.payload, volume.samples, grid, grey_alpha);
+  sample_cut(volume.shape, volume.samples, grid, grey_alpha);
   for (std::size_t n = 0; n < grid.pixels(); ++n) {
     std::fill(to + 4 * n, to + 4 * n + 3, grey_alpha[2 * n]);
     to[4 * n + 3] = grey_alpha[2 * n + 1];
