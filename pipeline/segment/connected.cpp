@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
@@ -74,6 +75,7 @@ void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
 }
 
 void keep_connected_rv(ImageCycle<std::uint8_t>& labels) {
+  if (labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     const std::vector<std::uint8_t> part = largest_part(

@@ -11,7 +11,8 @@ namespace beatlas::segment {
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 
 /// Of the right ventricle's blood each phase keeps its largest part; the others are rest of heart:
-/// where the outflow tract comes into a thick slice, another may not yet join it to the ventricle.
+/// where the outflow tract comes into a thick slice, no other slice joins it to the ventricle yet.
+/// Nothing in thin slices.
 void keep_connected_rv(ImageCycle<std::uint8_t>& labels);
 
 }  // namespace beatlas::segment

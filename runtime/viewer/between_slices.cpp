@@ -15,7 +15,7 @@ constexpr int kIterations = 6;
 constexpr double kMostStepMm = 5;
 constexpr double kMostWayMm = 25;
 constexpr double kLeastSlope = 0.05;  ///< square of a gradient's part in the slice
-constexpr double kCloseMm = 0.3;     ///< distances that are the same
+constexpr double kCloseMm = 0.3;      ///< distances that are the same
 constexpr double kFarMm = 9;          ///< from every surface: nothing tells a way
 
 std::size_t n(int value) { return static_cast<std::size_t>(value); }
