@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include <Eigen/Eigenvalues>
 #include <opencv2/imgproc.hpp>
@@ -32,8 +31,8 @@ constexpr double kOutwardMm = 10;        ///< farther: past a papillary muscle
 constexpr double kGapMm = 4;             ///< in a wall
 constexpr double kWindowMm = 8;          ///< hinges as near as this agree: a valve plane leans
 constexpr double kSteadyOfCycle = 0.04;  ///< phases so near in time tell of each other
+constexpr int kSmoothings = 2;
 constexpr double kLeastAgreement = 0.35;
-constexpr int kHarmonics = 4;            ///< of the beat, that a valve plane moves by
 constexpr double kNearAxisMm = 6;        ///< blood of the cavity on the way to the apex
 constexpr double kMostCavityMm = 70;     ///< wider: the apex was passed
 constexpr double kOffStackMm = 30;       ///< farthest from the LV's most basal slice
@@ -296,27 +295,6 @@ std::optional<Mode> mode_of(std::vector<double> values) {
   return out;
 }
 
-/// What of a curve through the cycle its first harmonics hold: a valve plane has no others that
-/// views could tell from their noise.
-std::vector<double> smooth_in_time(const std::vector<double>& curve) {
-  const auto n = static_cast<double>(curve.size());
-  std::vector<double> out(curve.size(), std::accumulate(curve.begin(), curve.end(), 0.0) / n);
-  for (int h = 1; h <= kHarmonics && 2 * h < static_cast<int>(curve.size()); ++h) {
-    double c = 0;
-    double s = 0;
-    for (std::size_t p = 0; p < curve.size(); ++p) {
-      const double angle = 2 * CV_PI * h * static_cast<double>(p) / n;
-      c += 2 / n * curve[p] * std::cos(angle);
-      s += 2 / n * curve[p] * std::sin(angle);
-    }
-    for (std::size_t p = 0; p < curve.size(); ++p) {
-      const double angle = 2 * CV_PI * h * static_cast<double>(p) / n;
-      out[p] += c * std::cos(angle) + s * std::sin(angle);
-    }
-  }
-  return out;
-}
-
 /// A height for every phase from those of all views, each phase's own counting twice, its
 /// neighbours' once; smooth in time.
 struct Settled {
@@ -340,7 +318,15 @@ std::optional<Settled> settle(const std::vector<std::vector<double>>& seen) {
     raw.push_back(mode->value);
     out.agreement += mode->share / static_cast<double>(n);
   }
-  out.height_mm = smooth_in_time(raw);
+  // Each time half of the value, half of those beside it.
+  for (int pass = 0; pass < kSmoothings; ++pass) {
+    out.height_mm = raw;
+    for (std::size_t p = 0; p < n; ++p) {
+      const double beside = 0.5 * (raw[(p + n - reach) % n] + raw[(p + reach) % n]);
+      out.height_mm[p] = 0.5 * (raw[p] + beside);
+    }
+    raw = out.height_mm;
+  }
   return out;
 }
 
