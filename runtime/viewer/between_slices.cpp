@@ -22,6 +22,11 @@ std::size_t n(int value) { return static_cast<std::size_t>(value); }
 
 }  // namespace
 
+bool BetweenSlices::far_apart(const atlas::VolumePayload& volume) {
+  const Vec3 edges = volume.workspace_from_index.linear().colwise().norm();
+  return volume.size[2] > 1 && edges[2] >= std::max(kLeastGapMm, 2 * std::max(edges[0], edges[1]));
+}
+
 BetweenSlices::BetweenSlices(const atlas::VolumePayload& volume,
                              std::vector<std::shared_ptr<const field::FieldQuery>> fields,
                              const Vec3& low_mm, const Vec3& high_mm)
@@ -31,7 +36,7 @@ BetweenSlices::BetweenSlices(const atlas::VolumePayload& volume,
   shape_.phases = volume.phases;
   const Vec3 edges = volume.workspace_from_index.linear().colwise().norm();
   const double pixel = std::max(edges[0], edges[1]);
-  if (fields_.empty() || size_[2] < 2 || edges[2] < std::max(kLeastGapMm, 2 * pixel)) return;
+  if (fields_.empty() || !far_apart(volume)) return;
   rr_interval_s_ = fields_.front()->rr_interval_s();
   const double step = std::max(kLeastStepMm, kStepOfPixel * pixel);
   parts_ = std::clamp(static_cast<int>(std::lround(edges[2] / step)), 2, kMostParts);

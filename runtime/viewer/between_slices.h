@@ -22,6 +22,9 @@ class BetweenSlices {
   /// Slices nearer than this [mm], or than twice a pixel's edge, are blended straight.
   static constexpr double kLeastGapMm = 5;
 
+  /// Whether anything lies between that the fields would have to tell.
+  [[nodiscard]] static bool far_apart(const atlas::VolumePayload& volume);
+
   /// @param fields signed distances of structures [mm], of the volume's workspace; none: straight
   /// @param low_mm, high_mm box of the heart through the cycle, workspace; straight beyond it
   BetweenSlices(const atlas::VolumePayload& volume,

@@ -41,10 +41,12 @@ void HeartDrawing::Parts::make_volume() {
       .low = std::max(atlas::whole_window(payload).low, volume.tissue.muscle - 2 * span),
       .high = volume.tissue.blood + 0.6 * span};
   std::vector<std::shared_ptr<const field::FieldQuery>> fields;
-  for (const Structure structure : kAllStructures) {
-    if (auto distances = atlas->field(structure)) {
-      fields.push_back(std::make_shared<const field::FieldQuery>(std::move(distances),
-                                                                 atlas->manifest().rr_interval_s));
+  if (BetweenSlices::far_apart(payload)) {
+    for (const Structure structure : kAllStructures) {
+      if (auto distances = atlas->field(structure)) {
+        fields.push_back(std::make_shared<const field::FieldQuery>(
+            std::move(distances), atlas->manifest().rr_interval_s));
+      }
     }
   }
   volume.between.emplace(payload, std::move(fields), frame.low_mm, frame.high_mm);
