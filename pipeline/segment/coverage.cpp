@@ -6,6 +6,8 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/segment/along_slices.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/segment.h"
 
@@ -13,6 +15,8 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kMuscleShare = 0.5;  ///< of the way from muscle to the threshold to blood
+
+constexpr double kSeamMm = 4;  ///< from the RV's wall, where labels of both are mixed
 
 /// Myocardium is what lies around the cavity: where both touch, their shares make one voxel. Where
 /// the cavity ends at its valve there is no wall to share with.
@@ -37,6 +41,25 @@ void share_wall(const Grid& grid, const std::vector<std::uint8_t>& labels,
       }
     }
   }
+}
+
+/// Whether a voxel is of the LV's wall, and off the seam where the RV's wall leaves it.
+bool in_lv(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_t voxel) {
+  if (labels[voxel] != kLabelLvMyocardium) return false;
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  const auto i = static_cast<int>(voxel % nx);
+  const auto j = static_cast<int>(voxel % grid.slice_count() / nx);
+  const auto k = static_cast<int>(voxel / grid.slice_count());
+  const Vec3 spacing = grid.spacing_mm();
+  const int across = static_cast<int>(std::lround(kSeamMm / spacing[0]));
+  const int along = static_cast<int>(std::lround(kSeamMm / spacing[1]));
+  for (int b = std::max(0, j - along); b <= std::min(grid.size[1] - 1, j + along); ++b) {
+    for (int a = std::max(0, i - across); a <= std::min(grid.size[0] - 1, i + across); ++a) {
+      const std::uint8_t label = labels[grid.offset(a, b, k)];
+      if (label == kLabelRvBlood || label == kLabelRestOfHeart) return false;
+    }
+  }
+  return true;
 }
 
 /// The wall's inner boundary is the cavity's, its uncertainty too.
@@ -78,6 +101,8 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
   out.grid = images.grid;
   out.first = box.first;
   const auto n = static_cast<std::size_t>(images.phase_count());
+  std::vector<std::vector<Settled>> settled(n);  // of the heart's surface
+  const bool thin = images.grid.spacing_mm()[2] < kThickSlicesMm;
   const double contrast = std::max(2.5 * noise, 0.08 * (levels.blood - levels.muscle));
   for (const Structure structure : structures) {
     std::vector<std::vector<float>>& phases = out.phases[structure];
@@ -103,14 +128,18 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
         // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
         outer = where(labels.phases[p], Structure::Heart);
       }
-      Boundary found = find_boundary({.grid = images.grid,
-                                      .image = images.phases[p],
-                                      .inside = inside,
-                                      .tells_inner = inner,
-                                      .tells_outer = outer,
-                                      .bare = bare.empty() ? nullptr : &bare,
-                                      .contrast = contrast,
-                                      .noise = noise});
+      const BoundaryInput input{.grid = images.grid,
+                                .image = images.phases[p],
+                                .inside = inside,
+                                .tells_inner = inner,
+                                .tells_outer = outer,
+                                .bare = bare.empty() ? nullptr : &bare,
+                                .contrast = contrast,
+                                .noise = noise};
+      Boundary found = find_boundary(input);
+      if (thin && structure == Structure::Heart && levels.muscle > 0) {
+        settled[p] = cover_along_slices(input, levels.muscle, found.coverage);
+      }
       phases[p] = std::move(found.coverage);
       points[p] = std::move(found.points);
     });
@@ -123,6 +152,15 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
   }
   const auto myocardium = out.phases.find(Structure::LvMyocardium);
   const auto blood = out.phases.find(Structure::LvBlood);
+  const auto heart = out.phases.find(Structure::Heart);
+  if (myocardium != out.phases.end() && heart != out.phases.end()) {
+    for (std::size_t p = 0; p < n; ++p) {
+      for (const Settled& at : settled[p]) {  // there the wall's outside is the heart's
+        if (!in_lv(images.grid, labels.phases[p], at.within)) continue;
+        myocardium->second[p][at.voxel] = heart->second[p][at.voxel];
+      }
+    }
+  }
   if (myocardium != out.phases.end() && blood != out.phases.end()) {
     for (std::size_t p = 0; p < n; ++p) {
       share_wall(images.grid, labels.phases[p], blood->second[p], myocardium->second[p]);

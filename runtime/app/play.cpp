@@ -22,6 +22,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
 #include "runtime/base/interrupts.h"
+#include "runtime/base/json_text.h"
 #include "runtime/device/hardware.h"
 #include "runtime/device/replay.h"
 #include "runtime/device/simulated.h"
@@ -302,7 +303,7 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   if (arguments.json) {
     const double own_rate = 60 / manifest.rr_interval_s;
     const double rate = arguments.heart_rate_per_min > 0 ? arguments.heart_rate_per_min : own_rate;
-    out << report_json(arguments, touch, rate, session.report).dump(2) << '\n';
+    out << json_text(report_json(arguments, touch, rate, session.report), 2) << '\n';
   } else {
     out << session_text(session.report);
   }

@@ -9,6 +9,7 @@
 #include "runtime/app/text.h"
 #include "runtime/app/ventricle.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/palpation/fit.h"
 
 namespace beatlas::app {
@@ -54,10 +55,10 @@ void run_press_session(const PressArguments& arguments, std::ostream& out) {
   nlohmann::json json = press_json(press, tissues);
   if (on_atlas) json["atlas"] = atlas_press_json(*on_atlas);
   write_press(press, tissues, arguments.folder);
-  write_file(std::filesystem::path(arguments.folder) / "press.json", json.dump(2) + "\n");
+  write_file(std::filesystem::path(arguments.folder) / "press.json", json_text(json, 2) + "\n");
   if (on_atlas) write_atlas_press(*on_atlas, arguments.folder);
   if (arguments.json) {
-    out << json.dump(2) << '\n';
+    out << json_text(json, 2) << '\n';
   } else {
     out << press_text(press, tissues);
     if (on_atlas) out << atlas_press_text(*on_atlas);

@@ -11,6 +11,7 @@
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_object.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::app {
 namespace {
@@ -26,8 +27,7 @@ std::string field_sha256(const atlas::Manifest& manifest) {
 }  // namespace
 
 std::string ticks_about(const atlas::Manifest& manifest, const TouchOptions& options) {
-  return nlohmann::json{{"field_sha256", field_sha256(manifest)}, {"touch", touch_to_json(options)}}
-      .dump();
+  return json_text({{"field_sha256", field_sha256(manifest)}, {"touch", touch_to_json(options)}});
 }
 
 TickKeeper::TickKeeper(haptics::Servo& servo, std::filesystem::path file, std::string about)
@@ -68,7 +68,7 @@ void replay_ticks_file(const std::string& package, const std::string& file, std:
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
   const haptics::RecordedTicks recorded = haptics::read_ticks(stream, file);
-  const nlohmann::json about = nlohmann::json::parse(recorded.about, nullptr, false);
+  const nlohmann::json about = parse_json(recorded.about);
   JsonObject object(about, "");
   std::string sha256;
   object.read("field_sha256", sha256);

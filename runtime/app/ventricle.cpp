@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "runtime/app/painted_map.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/palpation/fit.h"
 
 namespace beatlas::app {
@@ -33,7 +36,8 @@ ToldMuscle told_muscle(const std::string& file, const std::string& preset) {
   if (file.empty()) return out;
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  const auto document = nlohmann::json::parse(stream, nullptr, false, true);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const auto document = parse_json(text, JsonComments::Skip);
   if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
   out.file = file;
   try {

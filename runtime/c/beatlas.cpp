@@ -34,12 +34,21 @@ Opened open_package(const char* package, beatlas::Structure structure) {
           atlas.manifest()};
 }
 
+// A caller in C may have put any number there, which C++ may not read as the enumeration.
+int model_of(const beatlas_options& options) {
+  int out = 0;
+  static_assert(sizeof(out) == sizeof(options.model));
+  std::memcpy(&out, &options.model, sizeof(out));
+  return out;
+}
+
 haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) {
   haptics::Scene scene;
   scene.period_s = opened.manifest.rr_interval_s;
   const double stiffness = options.stiffness_n_per_m == 0 ? opened.manifest.stiffness_n_per_m
                                                           : options.stiffness_n_per_m;
-  switch (options.model) {
+  const int wanted = model_of(options);
+  switch (wanted) {
     case BEATLAS_PROXY: {
       haptics::ProxyOptions model;
       model.stiffness_n_per_m = stiffness;
@@ -56,7 +65,7 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
     case BEATLAS_PUBLISHED: {
       haptics::TwoStepOptions model;
       model.stiffness_n_per_m = stiffness;
-      if (options.model == BEATLAS_PUBLISHED) model.time_mode = haptics::TimeMode::Published;
+      if (wanted == BEATLAS_PUBLISHED) model.time_mode = haptics::TimeMode::Published;
       scene.model = std::make_unique<haptics::TwoStepModel>(opened.field, model);
       break;
     }

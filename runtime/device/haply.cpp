@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/device/json_scan.h"
 
 namespace beatlas::device {
@@ -77,7 +78,7 @@ void HaplyDevice::open() {
   std::string_view frame;
   std::vector<std::string> ids;
   if (socket_.receive(frame, options_.connect_s) == WebSocket::Received::Text) {
-    const nlohmann::json json = nlohmann::json::parse(frame, nullptr, false);
+    const nlohmann::json json = parse_json(frame);
     if (json.is_object() && json.contains("inverse3") && json["inverse3"].is_array()) {
       for (const nlohmann::json& one : json["inverse3"]) {
         if (one.is_object() && one.contains("device_id") && one["device_id"].is_string()) {

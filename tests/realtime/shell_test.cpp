@@ -1,38 +1,18 @@
 /// What a servo's tick asks of a shell allocates nothing.
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "runtime/field/shell_query.h"
+#include "tests/realtime/allocations.h"
 #include "tests/unit/runtime_field/test_fields.h"
-
-namespace {
-
-std::atomic<bool> counting{false};
-std::atomic<int> allocations{0};
-
-void* counted(std::size_t size) {
-  if (counting) ++allocations;
-  void* memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size); }
-void* operator new[](std::size_t size) { return counted(size); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace beatlas {
 namespace {
+
+using testing::allocations;
+using testing::counting;
 
 TEST(ShellQuery, AllocatesNothingFromItsFirstTickOn) {
   const auto query = std::make_shared<const field::FieldQuery>(

@@ -1,0 +1,266 @@
+#include "pipeline/segment/along_slices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/segment/chambers.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kWindowMm = 7;       ///< half width of the window that tells a side's level
+constexpr int kWindowSlices = 3;      ///< from the surface on
+constexpr float kLeastCore = 0.03F;   ///< share of the window that has to tell a level
+constexpr double kPatchPx = 2;        ///< Gaussian along the surface
+constexpr double kSteepPx = 1;        ///< up to such a way from outline to outline they suffice
+constexpr double kLevelPx = 3;        ///< and from this on, wider than their band, intensities do
+constexpr float kBeyond = 0.5F;       ///< how far noise may leave the range of coverage
+constexpr float kLeastWall = 0.2F;    ///< of the outer voxel of a wall before blood
+constexpr float kLeastInside = 0.2F;  ///< a dark spot was taken in on purpose
+
+using Slices = std::vector<cv::Mat>;
+
+std::size_t at(int n) { return static_cast<std::size_t>(n); }
+
+/// Sums over a window of each slice.
+struct Level {
+  Slices sum;
+  Slices weight;
+
+  Level(const Slices& pixels, const Slices& mask, const cv::Size& window) {
+    for (std::size_t k = 0; k < pixels.size(); ++k) {
+      cv::Mat indicator;
+      mask[k].convertTo(indicator, CV_32F, 1.0 / 255.0);
+      cv::Mat of_pixels;
+      cv::boxFilter(pixels[k].mul(indicator), of_pixels, CV_32F, window, {-1, -1}, true,
+                    cv::BORDER_ISOLATED);
+      cv::boxFilter(indicator, indicator, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
+      sum.push_back(of_pixels);
+      weight.push_back(indicator);
+    }
+  }
+
+  /// From slice k on, away by `step`. @return whether it is told
+  bool mean(int k, int step, int j, int i, float& out) const {
+    float all = 0;
+    float share = 0;
+    for (int n = 0; n < kWindowSlices; ++n, k += step) {
+      if (k < 0 || k >= static_cast<int>(sum.size())) break;
+      all += sum[at(k)].at<float>(j, i);
+      share += weight[at(k)].at<float>(j, i);
+    }
+    out = all / std::max(share, 1e-6F);
+    return share >= kLeastCore;
+  }
+};
+
+/// Voxels of the mask whose neighbours, across slices as well, are of it too.
+Slices whole(const Slices& mask) {
+  const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
+  Slices out;
+  for (std::size_t k = 0; k < mask.size(); ++k) {
+    cv::Mat eroded;
+    cv::erode(mask[k], eroded, cross, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
+    if (k > 0) eroded &= mask[k - 1];
+    if (k + 1 < mask.size()) eroded &= mask[k + 1];
+    out.push_back(eroded);
+  }
+  return out;
+}
+
+/// The mask's own smooth surface: its gradient tells how level it is.
+Slices smoothed(const Slices& in) {
+  Slices plane;
+  for (const cv::Mat& mask : in) {
+    cv::Mat soft;
+    mask.convertTo(soft, CV_32F, 1.0 / 255.0);
+    cv::GaussianBlur(soft, soft, {0, 0}, kPatchPx, kPatchPx, cv::BORDER_REPLICATE);
+    plane.push_back(soft);
+  }
+  Slices out;
+  for (std::size_t k = 0; k < plane.size(); ++k) {
+    const cv::Mat& below = plane[k > 0 ? k - 1 : k];
+    const cv::Mat& above = plane[std::min(k + 1, plane.size() - 1)];
+    out.push_back(0.25 * below + 0.5 * plane[k] + 0.25 * above);
+  }
+  return out;
+}
+
+/// 0 where the surface is steep, 1 where it is level.
+float levelness(const Slices& soft, int k, int j, int i) {
+  const cv::Mat& here = soft[at(k)];
+  const auto below = soft[at(std::max(0, k - 1))].at<float>(j, i);
+  const auto above = soft[std::min(at(k + 1), soft.size() - 1)].at<float>(j, i);
+  const int left = std::max(0, i - 1);
+  const int right = std::min(here.cols - 1, i + 1);
+  const int low = std::max(0, j - 1);
+  const int high = std::min(here.rows - 1, j + 1);
+  const double in_plane = std::hypot(here.at<float>(j, right) - here.at<float>(j, left),
+                                     here.at<float>(high, i) - here.at<float>(low, i));
+  // Pixels that the outline moves from slice to slice.
+  const double lean_px = std::abs(above - below) / std::max(in_plane, 1e-6);
+  const double u = std::clamp((lean_px - kSteepPx) / (kLevelPx - kSteepPx), 0.0, 1.0);
+  return static_cast<float>(u * u * (3 - 2 * u));
+}
+
+/// What one slice shows of the surface above and below it.
+struct Seen {
+  cv::Mat share;   ///< coverage, in voxels beside the surface what their intensity says
+  cv::Mat weight;  ///< 0..1, by how much that counts
+  cv::Mat known;   ///< 0 in voxels beside a surface that intensities do not show, else 1
+  cv::Mat within;  ///< slice of the voxel on the inner side
+  bool any = false;
+};
+
+class Columns {
+ public:
+  Columns(const BoundaryInput& input, double tissue_level, const cv::Rect& part,
+          const cv::Size& window)
+      : grid_(input.grid),
+        contrast_(input.contrast),
+        tissue_level_(static_cast<float>(tissue_level)),
+        in_(each(input.inside, part)),
+        bare_(input.bare != nullptr ? each(*input.bare, part) : Slices{}),
+        pixels_(each(input.image, part)),
+        inner_(pixels_, whole(both(in_, each(input.tells_inner, part))), window),
+        outer_(pixels_, whole(both(inverse(in_), each(input.tells_outer, part))), window),
+        soft_(smoothed(in_)) {}
+
+  [[nodiscard]] Seen seen(int k, const cv::Mat& coverage) const {
+    Seen out{coverage.clone(), cv::Mat::zeros(coverage.size(), CV_32F),
+             cv::Mat(coverage.size(), CV_32F, cv::Scalar(1)),
+             cv::Mat::zeros(coverage.size(), CV_32S)};
+    for (int j = 0; j < coverage.rows; ++j) {
+      for (int i = 0; i < coverage.cols; ++i) {
+        for (const int step : {-1, 1}) {
+          const int other = k + step;
+          if (other >= 0 && other < grid_.size[2] && inside(other, j, i) != inside(k, j, i)) {
+            look(k, step, j, i, out);
+          }
+        }
+      }
+    }
+    return out;
+  }
+
+ private:
+  template <class T>
+  [[nodiscard]] Slices each(const std::vector<T>& image, const cv::Rect& part) const {
+    Slices out;
+    for (int k = 0; k < grid_.size[2]; ++k) {
+      const cv::Mat slice = slice_of(grid_, image, k)(part);
+      out.push_back(std::is_same_v<T, float> ? slice : cv::Mat(slice != 0));
+    }
+    return out;
+  }
+  static Slices inverse(const Slices& masks) {
+    Slices out;
+    for (const cv::Mat& mask : masks) out.push_back(~mask);
+    return out;
+  }
+  static Slices both(const Slices& a, const Slices& b) {
+    Slices out;
+    for (std::size_t k = 0; k < a.size(); ++k) out.push_back(a[k] & b[k]);
+    return out;
+  }
+
+  [[nodiscard]] bool inside(int k, int j, int i) const {
+    return in_[at(k)].at<std::uint8_t>(j, i) != 0;
+  }
+  [[nodiscard]] bool is_bare(int k, int j, int i) const {
+    return !bare_.empty() && k >= 0 && k < grid_.size[2] &&
+           bare_[at(k)].at<std::uint8_t>(j, i) != 0;
+  }
+
+  /// At a voxel whose neighbour, a `step` on, lies on the other side of the surface.
+  void look(int k, int step, int j, int i, Seen& out) const {
+    float& weight = out.weight.at<float>(j, i);
+    if (weight == 0) out.known.at<float>(j, i) = 0;
+    const int k_in = inside(k, j, i) ? k : k + step;
+    const int inward = inside(k, j, i) ? -step : step;
+    if (is_bare(k_in, j, i)) return;
+    float from = 0;
+    float to = 0;
+    if (!inner_.mean(k_in + inward, inward, j, i, to)) to = tissue_level_;
+    if (!outer_.mean(k_in - 2 * inward, -inward, j, i, from) || std::abs(to - from) <= contrast_) {
+      return;
+    }
+    const auto share_at = [&](int slice) {
+      const float share = (pixels_[at(slice)].at<float>(j, i) - from) / (to - from);
+      return std::clamp(share, -kBeyond, 1 + kBeyond);
+    };
+    // From blood to the outside within a voxel: an open base. A wall takes two.
+    if (is_bare(k_in + inward, j, i) && share_at(k_in - inward) < kLeastWall) return;
+    const float share = share_at(k);
+    if (k == k_in && share < kLeastInside) return;
+    const float level = levelness(soft_, k, j, i);
+    if (level <= weight) return;
+    weight = level;
+    out.known.at<float>(j, i) = 1;
+    out.share.at<float>(j, i) = share;
+    out.within.at<std::int32_t>(j, i) = k_in;
+    out.any = true;
+  }
+
+  const Grid& grid_;
+  double contrast_;
+  float tissue_level_;
+  Slices in_;
+  Slices bare_;
+  Slices pixels_;
+  Level inner_;
+  Level outer_;
+  Slices soft_;
+};
+
+/// The mean of what is known over a patch; where it is curved it stays, for twice a mean less its
+/// own mean has no second moment.
+cv::Mat patch_mean(const cv::Mat& share, const cv::Mat& known) {
+  const auto blurred = [](const cv::Mat& image) {
+    cv::Mat out;
+    cv::GaussianBlur(image, out, {0, 0}, kPatchPx, kPatchPx, cv::BORDER_ISOLATED);
+    return out;
+  };
+  const cv::Mat once = blurred(share.mul(known)) / cv::max(blurred(known), 1e-6F);
+  return cv::min(cv::max(2 * once - blurred(once), 0.0F), 1.0F);
+}
+
+}  // namespace
+
+std::vector<Settled> cover_along_slices(const BoundaryInput& input, double tissue_level,
+                                        std::vector<float>& coverage) {
+  std::vector<Settled> settled;
+  const Grid& grid = input.grid;
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Size window(2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[0]))) + 1,
+                        2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[1]))) + 1);
+  const int room = 8 + std::max(window.width, window.height);
+  cv::Rect part;
+  for (int k = 0; k < grid.size[2]; ++k) part |= rect_around(slice_of(grid, input.inside, k), room);
+  if (part.empty()) return settled;
+  const Columns columns(input, tissue_level, part, window);
+  for (int k = 0; k < grid.size[2]; ++k) {
+    cv::Mat out = slice_of(grid, coverage, k)(part);
+    const Seen seen = columns.seen(k, out);
+    if (!seen.any) continue;
+    const cv::Mat mean = patch_mean(seen.share, seen.known);
+    for (int j = 0; j < out.rows; ++j) {
+      for (int i = 0; i < out.cols; ++i) {
+        const float weight = seen.weight.at<float>(j, i);
+        if (weight == 0) continue;
+        float& covered = out.at<float>(j, i);
+        covered += weight * (mean.at<float>(j, i) - covered);
+        const auto offset = [&](int slice) {
+          return static_cast<std::uint32_t>(grid.offset(part.x + i, part.y + j, slice));
+        };
+        settled.push_back({offset(k), offset(seen.within.at<std::int32_t>(j, i))});
+      }
+    }
+  }
+  return settled;
+}
+
+}  // namespace beatlas::segment
