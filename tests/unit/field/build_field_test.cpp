@@ -149,16 +149,19 @@ TEST(BuildField, EverySampleIsAsFarAsTheNearestOfAllTriangles) {
 }
 
 TEST(BuildField, ALevelThatNearlyReachesZeroWithinLeavesNoHole) {
-  // Two samples of muscle that is hardly there, deep within: between them the cubic swings outside.
+  // Two layers that are hardly muscle, deep within: between them the cubic swings outside.
   const Ellipsoid ball{{0, 0, 0}, {14, 14, 14}};
   const Grid grid = lattice({-20, -20, -20}, {20, 20, 20}, 1.0);
   std::vector<float> level = sampled(
       grid, [&](const Vec3& x) { return std::clamp(4 * ball.distance_mm(x), -20.0, 20.0); });
   const int middle = grid.size[0] / 2;
-  // At 1 and 2 mm: a sample of the field lies half-way.
-  for (const int i : {1, 2}) level[grid.offset(middle + i, middle, middle)] = -0.01F;
+  for (int n = 0; n < 98; ++n) {
+    level[grid.offset(middle + n / 49, middle + n / 7 % 7 - 3, middle + n % 7 - 3)] = -0.01F;
+  }
+  FieldOptions options;
+  options.voxel_mm = 0.5;
   StageContext context;
-  const FieldCycle field = build_field(one_phase(grid, level), {}, context);
+  const FieldCycle field = build_field(one_phase(grid, level), options, context);
   const Errors errors = errors_in_band(
       field, 0, [&](const Vec3& x) { return ball.distance_mm(x); }, 20.0);
   EXPECT_EQ(errors.wrong_signs, 0);
