@@ -5,7 +5,6 @@
 
 #include "pipeline/cli/fingerprint.h"
 #include "pipeline/cli/version.h"
-#include "pipeline/mesh/nested.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
@@ -36,12 +35,10 @@ std::string names_of(const std::vector<Stage>& stages) {
   return out;
 }
 
-constexpr double kMade = 0.95;  ///< of a stage, when all it makes is there and not yet written
-
 /// Of a stage that makes one structure after another.
 StageContext part_of(const StageContext& context, Structure structure, std::size_t at,
                      std::size_t count) {
-  const double each = kMade / static_cast<double>(count);
+  const double each = Chain::kMade / static_cast<double>(count);
   const auto before = static_cast<double>(at);
   return context.part(before * each, (before + 1) * each, structure_name(structure));
 }
@@ -355,28 +352,6 @@ void Chain::fields() {
     });
   }
   shapes_.reset();
-}
-
-void Chain::surfaces() {
-  if (keeps(Stage::Mesh, wanted_of(Stage::Mesh, orders_))) return;
-  run(Stage::Mesh, [&](StageContext& context) {
-    std::vector<SurfaceCycle> made;
-    for (const FieldCycle& field : field_cycles()) {
-      context.check_cancelled();
-      StageContext part = part_of(context, field.structure, made.size(), field_cycles().size());
-      made.push_back(mesh::mesh_cycle(field, orders_.recipe.mesh, part));
-    }
-    mesh::part_structures(made, field_cycles());
-    surfaces_ = std::move(made);
-    maps_ = maps_of(*surfaces_);
-    context.progress(kMade, "files of the study");
-    leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
-      study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);
-      const study::FileList maps = study::write_surface_maps(study_->folder(), *maps_);
-      files.insert(files.end(), maps.begin(), maps.end());
-      return files;
-    });
-  });
 }
 
 }  // namespace beatlas::cli

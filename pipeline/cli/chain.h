@@ -49,6 +49,8 @@ struct Facts {
 
 class Chain {
  public:
+  static constexpr double kMade = 0.95;  ///< of a stage, when all is made and not yet written
+
   /// @param study where every stage leaves its values; none: nothing is written
   Chain(Console& console, Orders orders, std::optional<study::Study> study);
 

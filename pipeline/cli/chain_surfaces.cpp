@@ -1,7 +1,9 @@
-// Surfaces of the package: what the mesh stage made, in the levels of detail of the scene.
+// The mesh stage, and surfaces of the package: what it made, in the levels of detail of the scene.
 #include <algorithm>
+#include <atomic>
 
 #include "pipeline/cli/chain.h"
+#include "pipeline/core/parallel.h"
 #include "pipeline/mesh/levels.h"
 #include "pipeline/mesh/nested.h"
 #include "pipeline/mesh/surface_map.h"
@@ -9,6 +11,7 @@
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
+using study::Stage;
 namespace {
 
 template <class Cycle>
@@ -24,7 +27,62 @@ nlohmann::json error_figures(const FieldCycle& field, const SurfaceCycle& surfac
           {"worst_phase_mm", error.worst_phase_mm},         {"bias_mm", error.bias_mm}};
 }
 
+/// Makes the surface of each structure, several at a time, for parts of the work on one are a
+/// single thread's. What they say comes structure by structure.
+template <class Of, class Make>
+std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<Of>& all, double share,
+                                                 const StageContext& context, const Make& make) {
+  struct Making {
+    std::optional<SurfaceCycle> surface;
+    std::vector<std::string> warnings;
+    std::atomic<double> done{0};
+  };
+  std::vector<Making> making(all.size());
+  parallel_for(all.size(), [&](std::size_t n) {
+    StageContext own = context;
+    own.warn_sink = [&](std::string_view line) { making[n].warnings.emplace_back(line); };
+    own.progress_sink = [&](double done, std::string_view step) {
+      making[n].done = done;
+      double sum = 0;
+      for (const Making& each : making) sum += each.done;
+      context.part(0, share, structure_name(all[n].structure))
+          .progress(sum / static_cast<double>(all.size()), step);
+    };
+    own.check_cancelled();
+    making[n].surface = make(all[n], own);
+  });
+  std::vector<std::optional<SurfaceCycle>> out;
+  for (Making& each : making) {
+    for (const std::string& line : each.warnings) context.warn(line);
+    out.push_back(std::move(each.surface));
+  }
+  return out;
+}
+
 }  // namespace
+
+void Chain::surfaces() {
+  if (keeps(Stage::Mesh, wanted_of(Stage::Mesh, orders_))) return;
+  run(Stage::Mesh, [&](StageContext& context) {
+    std::vector<SurfaceCycle> made;
+    for (auto& surface :
+         made_of(field_cycles(), kMade, context, [&](const FieldCycle&field, StageContext&own) {
+           return mesh::mesh_cycle(field, orders_.recipe.mesh, own);
+         })) {
+      made.push_back(std::move(*surface));
+    }
+    mesh::part_structures(made, field_cycles());
+    surfaces_ = std::move(made);
+    maps_ = maps_of(*surfaces_);
+    context.progress(kMade, "files of the study");
+    leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
+      study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);
+      const study::FileList maps = study::write_surface_maps(study_->folder(), *maps_);
+      files.insert(files.end(), maps.begin(), maps.end());
+      return files;
+    });
+  });
+}
 
 std::vector<SurfaceMap> Chain::maps_of(const std::vector<SurfaceCycle>& surfaces) {
   const std::optional<LongAxis> axis =
@@ -43,22 +101,22 @@ std::vector<SurfaceMap> Chain::maps_of(const std::vector<SurfaceCycle>& surfaces
 
 std::vector<SurfaceCycle> Chain::at_level(const std::vector<SurfaceCycle>& made, double edge_mm,
                                           bool finest, const StageContext& context) {
+  mesh::MeshOptions options = orders_.recipe.mesh;
+  options.edge_mm = edge_mm;
+  const std::vector<FieldCycle>& fields = field_cycles();
   std::vector<SurfaceCycle> out;
-  for (std::size_t n = 0; n < made.size(); ++n) {
-    context.check_cancelled();
-    const auto all = static_cast<double>(made.size());
-    const auto before = static_cast<double>(n);
-    StageContext part =
-        context.part(before / all, (before + 1) / all, structure_name(made[n].structure));
-    mesh::MeshOptions options = orders_.recipe.mesh;
-    options.edge_mm = edge_mm;
-    try {
-      const FieldCycle& field = of(field_cycles(), made[n].structure);
-      out.push_back(mesh::level_of_detail(made[n], field, options, part));
-    } catch (const Error& error) {
-      if (error.code() != ErrorCode::Quality || finest) throw;
-      context.warn(std::string(error.what()) + "; the package has no such level of it");
-    }
+  for (auto& surface :
+       made_of(made, 1, context,
+               [&](const SurfaceCycle&each, StageContext&own) -> std::optional<SurfaceCycle> {
+                 try {
+                   return mesh::level_of_detail(each, of(fields, each.structure), options, own);
+                 } catch (const Error& error) {
+                   if (error.code() != ErrorCode::Quality || finest) throw;
+                   own.warn(std::string(error.what()) + "; the package has no such level of it");
+                   return std::nullopt;
+                 }
+               })) {
+    if (surface) out.push_back(std::move(*surface));
   }
   mesh::part_structures(out, field_cycles());
   return out;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -14,6 +15,10 @@ namespace beatlas::field {
 namespace {
 
 constexpr int kBlock = 8;
+constexpr int kSmallBlock = 4;
+// Of the patch that a vicinity holds: what its parts are as large as.
+constexpr double kPartOfPatch = 0.5;
+constexpr double kRoundingMm = 1e-3;  // more than single precision takes
 
 std::string phase_of(const ShapeCycle& shape, std::size_t phase) {
   return "phase " + std::to_string(phase) + " of " + std::string(structure_name(shape.structure));
@@ -105,67 +110,129 @@ class PhaseSampler {
                const Grid& grid, const FieldOptions& options)
       : level_grid_(level_grid),
         index_from_mm_(level_grid.mm_from_index.inverse(Eigen::Affine)),
+        level_mm_(level_grid.spacing_mm().x()),
+        samples_(level),
         level_(level_grid, level),
         tree_(surface),
         grid_(grid),
         inner_mm_(options.inner_mm),
-        outer_mm_(options.outer_mm) {}
+        outer_mm_(options.outer_mm),
+        out_(grid.count()) {}
 
-  std::vector<float> run() const {
-    std::vector<float> out(grid_.count());
+  std::vector<float> run() {
     for (int k = 0; k < grid_.size[2]; k += kBlock) {
       for (int j = 0; j < grid_.size[1]; j += kBlock) {
-        for (int i = 0; i < grid_.size[0]; i += kBlock) block({i, j, k}, out);
+        for (int i = 0; i < grid_.size[0]; i += kBlock) block({i, j, k}, kBlock, {}, nullptr);
       }
     }
-    return out;
+    return std::move(out_);
   }
 
  private:
-  bool is_inside(const Vec3& mm) const {
+  using Hit = ClosestTriangle::Hit;
+
+  // The side of a place so far from the surface. Near it the interpolant tells; elsewhere that may
+  // swing across zero beside a steep step, and the nearest sample tells.
+  bool is_inside(const Vec3& mm, double away_mm) const {
     const Vec3 index = index_from_mm_ * mm;
-    for (int axis = 0; axis < 3; ++axis) {
+    Index3 nearest{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double x = index[static_cast<Eigen::Index>(axis)];
       // Half a voxel beyond the lattice is where level_surface closes a cut shape.
-      if (index[axis] < -0.5 ||
-          index[axis] > level_grid_.size[static_cast<std::size_t>(axis)] - 0.5)
-        return false;
+      if (x < -0.5 || x > level_grid_.size[axis] - 0.5) return false;
+      nearest[axis] = std::clamp(static_cast<int>(std::lround(x)), 0, level_grid_.size[axis] - 1);
     }
-    return level_.value(mm) < 0;
+    if (away_mm < level_mm_) return level_.value(mm) < 0;
+    return samples_[level_grid_.offset(nearest[0], nearest[1], nearest[2])] < 0;
   }
 
-  void block(const Index3& first, std::vector<float>& out) const {
+  double clamp_mm(bool inside) const { return inside ? inner_mm_ : outer_mm_; }
+
+  // The nearer of a bound and of triangles that are near a neighbour.
+  Hit nearer(const Vec3& mm, double bound_mm, std::uint32_t four) const {
+    const Hit bound{static_cast<float>(bound_mm * bound_mm), kNone};
+    return four == kNone ? bound : tree_.nearest_of(four, mm, bound);
+  }
+
+  void block(const Index3& first, int edge, const Hit& around,
+             const ClosestTriangle::Vicinity* about) {
     Index3 last{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      last[axis] = std::min(first[axis] + kBlock, grid_.size[axis]) - 1;
+      last[axis] = std::min(first[axis] + edge, grid_.size[axis]) - 1;
+      if (last[axis] < first[axis]) return;
     }
     const Vec3 low = grid_.mm(first[0], first[1], first[2]);
     const Vec3 high = grid_.mm(last[0], last[1], last[2]);
+    const Vec3 middle = 0.5 * (low + high);
     const double reach = 0.5 * (high - low).norm();
-    const double band = std::max(inner_mm_, outer_mm_) + reach;
-    const ClosestTriangle::Hit near = tree_.nearest(0.5 * (low + high), {band * band, kNone});
-    std::optional<bool> all_inside;
-    if (near.triangle == kNone) all_inside = is_inside(low);
+    const double widest = std::max(inner_mm_, outer_mm_);
+    const Hit bound = nearer(middle, widest + reach, around.four);
+    const Hit near =
+        about != nullptr ? tree_.nearest(middle, bound, *about) : tree_.nearest(middle, bound);
+    const double away = std::sqrt(near.distance2_mm2);
+    const bool inside = is_inside(middle, away);
+    const bool one_side = away > reach;
+    // No sample of a block on one side that lies so far off is within the clamp.
+    if (one_side && away >= clamp_mm(inside) + reach) {
+      fill(first, last, static_cast<float>(inside ? -inner_mm_ : outer_mm_));
+      return;
+    }
+    // A sample's nearest triangle is no farther from the middle than this.
+    const double most = one_side ? clamp_mm(inside) : widest;
+    const double within = std::min(away + 2 * reach, most + reach) + kRoundingMm;
+    const double patch = std::sqrt(within * within - away * away);
+    ClosestTriangle::Vicinity& vicinity = edge == kBlock ? around_block_ : around_small_;
+    tree_.gather(middle, within, kPartOfPatch * patch, about, vicinity);
+    if (edge == kSmallBlock) {
+      samples(first, last, one_side ? std::optional<bool>(inside) : std::nullopt, near.four,
+              vicinity);
+      return;
+    }
+    const int half = edge / 2;
+    for (int part = 0; part < 8; ++part) {
+      block({first[0] + (part & 1) * half, first[1] + (part >> 1 & 1) * half,
+             first[2] + (part >> 2 & 1) * half},
+            half, near, &vicinity);
+    }
+  }
 
-    ClosestTriangle::Hit last_hit = near;
+  void fill(const Index3& first, const Index3& last, float value) {
     for (int k = first[2]; k <= last[2]; ++k) {
       for (int j = first[1]; j <= last[1]; ++j) {
+        const auto from = out_.begin() + static_cast<std::ptrdiff_t>(grid_.offset(first[0], j, k));
+        std::fill_n(from, last[0] - first[0] + 1, value);
+      }
+    }
+  }
+
+  // Each sample starts from its neighbour's triangle, and lies on its side if that is far enough.
+  void samples(const Index3& first, const Index3& last, std::optional<bool> side,
+               std::uint32_t four, const ClosestTriangle::Vicinity& about) {
+    // A step along the lattice, and what rounding takes.
+    const auto same_side = static_cast<float>(grid_.spacing_mm().x() + kRoundingMm);
+    std::array<std::uint32_t, 3> start{four, four, four};  // of volume, plane and row
+    for (int k = first[2]; k <= last[2]; ++k) {
+      start[1] = start[0];
+      for (int j = first[1]; j <= last[1]; ++j) {
+        start[2] = start[1];
         for (int i = first[0]; i <= last[0]; ++i) {
           const Vec3 mm = grid_.mm(i, j, k);
-          const bool inside = all_inside ? *all_inside : is_inside(mm);
-          const double clamp = inside ? inner_mm_ : outer_mm_;
-          double distance = clamp;
-          if (!all_inside) {
-            // The neighbour's triangle is a good first bound: most of the tree falls away.
-            ClosestTriangle::Hit bound{clamp * clamp, kNone};
-            if (last_hit.triangle != kNone) {
-              const double d2 = tree_.distance2_to(mm, last_hit.triangle);
-              if (d2 < bound.distance2_mm2) bound = {d2, last_hit.triangle};
-            }
-            const ClosestTriangle::Hit hit = tree_.nearest(mm, bound);
-            distance = std::sqrt(hit.distance2_mm2);
-            if (hit.triangle != kNone) last_hit = hit;
+          const std::size_t here = grid_.offset(i, j, k);
+          std::optional<bool> inside = side;
+          if (!inside && i > first[0] && std::abs(out_[here - 1]) > same_side) {
+            inside = out_[here - 1] < 0;
           }
-          out[grid_.offset(i, j, k)] = static_cast<float>(inside ? -distance : distance);
+          const double most = inside ? clamp_mm(*inside) : std::max(inner_mm_, outer_mm_);
+          const Hit hit = tree_.nearest(mm, nearer(mm, most, start[2]), about);
+          const double away = std::sqrt(hit.distance2_mm2);
+          if (!inside) inside = is_inside(mm, away);
+          const auto kept = static_cast<float>(std::min(away, clamp_mm(*inside)));
+          out_[here] = *inside ? -kept : kept;
+          if (hit.four != kNone) {
+            start[2] = hit.four;
+            if (i == first[0]) start[1] = hit.four;
+            if (i == first[0] && j == first[1]) start[0] = hit.four;
+          }
         }
       }
     }
@@ -175,11 +242,16 @@ class PhaseSampler {
 
   const Grid& level_grid_;
   Affine index_from_mm_;
+  double level_mm_;
+  const std::vector<float>& samples_;
   Interpolant level_;
   ClosestTriangle tree_;
+  ClosestTriangle::Vicinity around_block_;
+  ClosestTriangle::Vicinity around_small_;
   const Grid& grid_;
   double inner_mm_;
   double outer_mm_;
+  std::vector<float> out_;
 };
 
 }  // namespace

@@ -1,32 +1,36 @@
 #include "pipeline/field/closest_triangle.h"
 
 #include <algorithm>
-#include <array>
-#include <numeric>
+#include <bit>
+#include <cmath>
+#include <span>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 namespace beatlas::field {
 namespace {
 
-constexpr std::uint32_t kLeafTriangles = 4;
+constexpr std::uint32_t kPack = 4;
 
-// Rounding to float moves a point by less than 4e-7 of its distance to the origin. Up to four
-// times the surface's radius that is within this slack; farther out, within the share by which a
-// box is taken to be nearer.
-constexpr double kSlackOfRadius = 4e-6;
-constexpr float kNearer = 1.F - 1e-5F;
+// By which a part is wider than its triangles: what rounding to float moves a point by, and more.
+constexpr double kSlackOfRadius = 1e-6;
 
-// Directions of a box whose last axis is `normal`; the lattice's own if there is none.
-Eigen::Matrix3d axes_along(const Vec3& normal) {
-  const double length = normal.norm();
-  if (!(length > 0)) return Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d axes;
-  axes.row(2) = normal / length;
-  axes.row(0) = axes.row(2).transpose().unitOrthogonal();
-  axes.row(1) = axes.row(2).cross(axes.row(0));
-  return axes;
+// A part of so many is large beside each of them: balls around them tell where it ends.
+constexpr std::uint32_t kManyFans = 128;
+
+/// A bit for each of four that is less.
+unsigned less(const Eigen::Array4f& four, float limit) {
+#if defined(__SSE2__)
+  return static_cast<unsigned>(
+      _mm_movemask_ps(_mm_cmplt_ps(_mm_load_ps(four.data()), _mm_set1_ps(limit))));
+#else
+  unsigned out = 0;
+  for (unsigned n = 0; n < 4; ++n) out |= four[static_cast<Eigen::Index>(n)] < limit ? 1U << n : 0U;
+  return out;
+#endif
 }
-
-double ratio(double part, double whole) { return whole > 0 ? part / whole : 0.0; }
 
 }  // namespace
 
@@ -35,80 +39,163 @@ struct ClosestTriangle::Builder {
     std::uint32_t first, last;
     [[nodiscard]] std::uint32_t size() const { return last - first; }
   };
+  /// Triangles that follow one another around a common last vertex, as a contour's face gives them.
+  struct Fan {
+    std::uint32_t first, count;
+    Vec3 centre;
+    Vec3 normal;        ///< as long as twice its area
+    double radius = 0;  ///< about the centre
+  };
 
   const TriangleSoup& surface;
-  std::vector<Vec3> centres;
-  std::vector<std::uint32_t> order;
+  std::vector<Fan> fans;
   std::vector<Node> nodes;
+  std::vector<Pack> packs;
   Vec3 origin = Vec3::Zero();
-  double slack_mm = 0;  ///< by which each box is wider on every side
+  double slack_mm = 0;
 
-  explicit Builder(const TriangleSoup& of) : surface(of), order(of.triangles.size()) {
+  explicit Builder(const TriangleSoup& of) : surface(of) {
+    const auto count = static_cast<std::uint32_t>(surface.triangles.size());
     Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
     Vec3 high = -low;
-    centres.reserve(order.size());
-    for (const auto& t : surface.triangles) {
-      centres.emplace_back((surface.points[t[0]] + surface.points[t[1]] + surface.points[t[2]]) /
-                           3.0);
-      low = low.cwiseMin(centres.back());
-      high = high.cwiseMax(centres.back());
+    for (std::uint32_t n = 0; n < count; ++n) {
+      const auto& t = surface.triangles[n];
+      const Vec3 centre =
+          (surface.points[t[0]] + surface.points[t[1]] + surface.points[t[2]]) / 3.0;
+      low = low.cwiseMin(centre);
+      high = high.cwiseMax(centre);
+      if (fans.empty() || fans.back().count == kPack || surface.triangles[n - 1][2] != t[2]) {
+        fans.push_back({n, 0, Vec3::Zero(), Vec3::Zero()});
+      }
+      ++fans.back().count;
+      fans.back().centre += centre;
     }
-    std::iota(order.begin(), order.end(), 0U);
+    for (std::uint32_t n = 0; n < fans.size(); ++n) {
+      Fan& fan = fans[n];
+      fan.centre /= fan.count;
+      double radius2 = 0;
+      corners({n, n + 1}, [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+        fan.normal += (b - a).cross(c - a);
+        for (const Vec3* x : {&a, &b, &c}) {
+          radius2 = std::max(radius2, (*x - fan.centre).squaredNorm());
+        }
+      });
+      fan.radius = std::sqrt(radius2);
+    }
     origin = 0.5 * (low + high);
     for (const auto& t : surface.triangles) {
       for (const std::uint32_t v : t) {
         slack_mm = std::max(slack_mm, kSlackOfRadius * (surface.points[v] - origin).norm());
       }
     }
-    node({0, static_cast<std::uint32_t>(order.size())});
+    packs.reserve(fans.size());
+    node({0, static_cast<std::uint32_t>(fans.size())});
+  }
+
+  [[nodiscard]] bool is_pack(Range range) const {
+    if (range.size() > kPack) return false;
+    std::uint32_t count = 0;
+    for (std::uint32_t n = range.first; n < range.last; ++n) count += fans[n].count;
+    return count <= kPack;
   }
 
   /// Halves by the longest side of the centres' box.
   std::array<Range, 2> halves(Range range) {
-    if (range.size() <= kLeafTriangles) return {range, Range{range.last, range.last}};
+    if (is_pack(range)) return {range, Range{range.last, range.last}};
     Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
     Vec3 high = -low;
     for (std::uint32_t n = range.first; n < range.last; ++n) {
-      low = low.cwiseMin(centres[order[n]]);
-      high = high.cwiseMax(centres[order[n]]);
+      low = low.cwiseMin(fans[n].centre);
+      high = high.cwiseMax(fans[n].centre);
     }
     Eigen::Index axis = 0;
     (high - low).maxCoeff(&axis);
     const std::uint32_t middle = range.first + range.size() / 2;
-    std::nth_element(order.begin() + range.first, order.begin() + middle,
-                     order.begin() + range.last, [&](std::uint32_t a, std::uint32_t b) {
-                       const double at_a = centres[a][axis];
-                       const double at_b = centres[b][axis];
-                       return at_a < at_b || (at_a == at_b && a < b);
+    std::nth_element(fans.begin() + range.first, fans.begin() + middle, fans.begin() + range.last,
+                     [&](const Fan& a, const Fan& b) {
+                       const double at_a = a.centre[axis];
+                       const double at_b = b.centre[axis];
+                       return at_a < at_b || (at_a == at_b && a.first < b.first);
                      });
     return {Range{range.first, middle}, Range{middle, range.last}};
   }
 
-  void set_box(Node& node, Eigen::Index which, Range range) const {
+  template <class Visit>
+  void corners(Range range, const Visit& visit) const {
+    for (std::uint32_t n = range.first; n < range.last; ++n) {
+      for (std::uint32_t t = fans[n].first; t < fans[n].first + fans[n].count; ++t) {
+        const auto& corner = surface.triangles[t];
+        visit(surface.points[corner[0]], surface.points[corner[1]], surface.points[corner[2]]);
+      }
+    }
+  }
+
+  /// The cylinder around a part, its axis along the mean normal.
+  void set_cylinder(Node& node, std::size_t which, Range range) const {
+    const auto lane = static_cast<Eigen::Index>(which);
     Vec3 normal = Vec3::Zero();
-    for (std::uint32_t n = range.first; n < range.last; ++n) {
-      const auto& t = surface.triangles[order[n]];
-      const Vec3& a = surface.points[t[0]];
-      normal += (surface.points[t[1]] - a).cross(surface.points[t[2]] - a);
-    }
-    const Eigen::Matrix3d axes = axes_along(normal);
-    Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
-    Vec3 high = -low;
-    for (std::uint32_t n = range.first; n < range.last; ++n) {
-      for (const std::uint32_t v : surface.triangles[order[n]]) {
-        const Vec3 p = axes * (surface.points[v] - origin);
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
+    Vec3 centre = Vec3::Zero();
+    double height = 0;
+    double radius = -std::numeric_limits<double>::infinity();
+    if (range.size() > 0) {
+      for (std::uint32_t n = range.first; n < range.last; ++n) {
+        normal += fans[n].normal;
+        centre += fans[n].centre;
       }
-    }
-    for (std::size_t r = 0; r < 3; ++r) {
-      const auto row = static_cast<Eigen::Index>(r);
-      for (std::size_t c = 0; c < 3; ++c) {
-        node.axes[3 * r + c][which] = static_cast<float>(axes(row, static_cast<Eigen::Index>(c)));
+      normal = normal.norm() > 0 ? normal.normalized() : Vec3::UnitZ();
+      centre /= range.size();
+      double low = std::numeric_limits<double>::infinity();
+      double high = -low;
+      const auto hold = [&](const Vec3& x, double around) {
+        const Vec3 way = x - centre;
+        const double up = normal.dot(way);
+        low = std::min(low, up - around);
+        high = std::max(high, up + around);
+        radius = std::max(radius, (way - up * normal).norm() + around);
+      };
+      if (range.size() > kManyFans) {
+        for (std::uint32_t n = range.first; n < range.last; ++n) {
+          hold(fans[n].centre, fans[n].radius);
+        }
+      } else {
+        corners(range, [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+          for (const Vec3* x : {&a, &b, &c}) hold(*x, 0);
+        });
       }
-      node.low[r][which] = static_cast<float>(low[row] - slack_mm);
-      node.high[r][which] = static_cast<float>(high[row] + slack_mm);
+      centre += 0.5 * (low + high) * normal;
+      height = 0.5 * (high - low) + slack_mm;
+      radius += slack_mm;
     }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto row = static_cast<Eigen::Index>(axis);
+      node.centre[axis][lane] = static_cast<float>(centre[row] - origin[row]);
+      node.normal[axis][lane] = static_cast<float>(normal[row]);
+    }
+    node.half_height[lane] = static_cast<float>(height);
+    node.radius[lane] = static_cast<float>(radius);
+  }
+
+  std::uint32_t pack(Range range) {
+    const auto self = static_cast<std::uint32_t>(packs.size());
+    Pack& out = packs.emplace_back();
+    Eigen::Index lane = 0;
+    const auto put = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto row = static_cast<Eigen::Index>(axis);
+        out.a[axis][lane] = static_cast<float>(a[row] - origin[row]);
+        out.ab[axis][lane] = static_cast<float>(b[row] - a[row]);
+        out.ac[axis][lane] = static_cast<float>(c[row] - a[row]);
+      }
+      ++lane;
+    };
+    corners(range, put);
+    while (lane < static_cast<Eigen::Index>(kPack)) {
+      for (FourPoints* points : {&out.a, &out.ab, &out.ac}) {
+        for (Four& axis : *points) axis[lane] = axis[lane - 1];
+      }
+      ++lane;
+    }
+    return self;
   }
 
   std::uint32_t node(Range range) {
@@ -119,11 +206,12 @@ struct ClosestTriangle::Builder {
     const std::array<Range, 2> right = halves(half[1]);
     const std::array<Range, 4> quarters{left[0], left[1], right[0], right[1]};
     for (std::size_t q = 0; q < 4; ++q) {
-      set_box(nodes[self], static_cast<Eigen::Index>(q), quarters[q]);
-      const bool is_leaf = quarters[q].size() <= kLeafTriangles;
-      const Part part =
-          is_leaf ? Part{quarters[q].first, quarters[q].size()} : Part{node(quarters[q]), 0};
-      nodes[self].parts[q] = part;
+      set_cylinder(nodes[self], q, quarters[q]);
+      std::uint32_t part = kIsPack;
+      if (quarters[q].size() > 0) {
+        part = is_pack(quarters[q]) ? kIsPack | pack(quarters[q]) : node(quarters[q]);
+      }
+      nodes[self].part[q] = part;
     }
     return self;
   }
@@ -134,89 +222,179 @@ ClosestTriangle::ClosestTriangle(const TriangleSoup& surface) {
   Builder built(surface);
   origin_ = built.origin;
   nodes_ = std::move(built.nodes);
-  triangles_.reserve(surface.triangles.size());
-  for (std::uint32_t n : built.order) {
-    const auto& t = surface.triangles[n];
-    std::array<Vec3, 3> p{surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]};
-    if ((p[1] - p[0]).cross(p[2] - p[0]).squaredNorm() == 0) {
-      // Without area it is its longest side, which distance2_to takes as twice the same edge.
-      const auto side = [&](std::size_t v) { return (p[(v + 1) % 3] - p[v]).squaredNorm(); };
-      const std::size_t v =
-          side(0) >= side(1) ? (side(0) >= side(2) ? 0 : 2) : (side(1) >= side(2) ? 1 : 2);
-      p = {p[v], p[(v + 1) % 3], p[(v + 1) % 3]};
-    }
-    triangles_.push_back({p[0], p[1] - p[0], p[2] - p[0]});
-  }
+  packs_ = std::move(built.packs);
 }
 
-// Ericson, Real-Time Collision Detection, 5.1.5: the Voronoi regions of a triangle.
-double ClosestTriangle::distance2_to(const Vec3& mm, std::uint32_t triangle) const noexcept {
-  const Triangle& t = triangles_[triangle];
-  const Vec3 ap = mm - t.a;
-  const double d1 = t.ab.dot(ap);
-  const double d2 = t.ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
-  const Vec3 bp = ap - t.ab;
-  const double d3 = t.ab.dot(bp);
-  const double d4 = t.ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - ratio(d1, d1 - d3) * t.ab).squaredNorm();
-  const Vec3 cp = ap - t.ac;
-  const double d5 = t.ab.dot(cp);
-  const double d6 = t.ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - ratio(d2, d2 - d6) * t.ac).squaredNorm();
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double share = ratio(d4 - d3, (d4 - d3) + (d5 - d6));
-    return (bp - share * (t.ac - t.ab)).squaredNorm();
-  }
-  const double whole = va + vb + vc;
-  return (ap - ratio(vb, whole) * t.ab - ratio(vc, whole) * t.ac).squaredNorm();
+inline ClosestTriangle::Four ClosestTriangle::distance2_to_parts(const Vec3f& at,
+                                                                 const Node& node) noexcept {
+  const Four x = at[0] - node.centre[0];
+  const Four y = at[1] - node.centre[1];
+  const Four z = at[2] - node.centre[2];
+  const Four up = x * node.normal[0] + y * node.normal[1] + z * node.normal[2];
+  const Four beside = ((x - up * node.normal[0]).square() + (y - up * node.normal[1]).square() +
+                       (z - up * node.normal[2]).square())
+                          .sqrt();
+  return (up.abs() - node.half_height).max(0.F).square() + (beside - node.radius).max(0.F).square();
 }
+
+// The foot on the plane where that is within the triangle, and the nearest place of each side: the
+// least of the four. Every one of them is a place of the triangle, so rounding is all that is lost.
+inline ClosestTriangle::Four ClosestTriangle::distance2_to_pack(const Vec3f& at,
+                                                                const Pack& pack) noexcept {
+  constexpr float kTiny = 1e-30F;
+  const Four px = at[0] - pack.a[0];
+  const Four py = at[1] - pack.a[1];
+  const Four pz = at[2] - pack.a[2];
+  const auto dot = [](const FourPoints& u, const FourPoints& v) -> Four {
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+  };
+  const FourPoints p{px, py, pz};
+  const Four ab2 = dot(pack.ab, pack.ab);
+  const Four ac2 = dot(pack.ac, pack.ac);
+  const Four abac = dot(pack.ab, pack.ac);
+  const Four d1 = dot(pack.ab, p);
+  const Four d2 = dot(pack.ac, p);
+  // Of the place a + v ab + w ac.
+  const auto away2 = [&](const Four& v, const Four& w) -> Four {
+    return (p[0] - v * pack.ab[0] - w * pack.ac[0]).square() +
+           (p[1] - v * pack.ab[1] - w * pack.ac[1]).square() +
+           (p[2] - v * pack.ab[2] - w * pack.ac[2]).square();
+  };
+  const auto share = [&](const Four& part, const Four& whole) -> Four {
+    return (part / whole.max(kTiny)).max(0.F).min(1.F);
+  };
+  const Four zero = Four::Zero();
+  const Four on_ab = share(d1, ab2);
+  const Four on_ac = share(d2, ac2);
+  const Four on_bc = share(d2 - d1 + ab2 - abac, ab2 - 2 * abac + ac2);
+  Four least = away2(on_ab, zero).min(away2(zero, on_ac)).min(away2(1 - on_bc, on_bc));
+  const Four v = ac2 * d1 - abac * d2;
+  const Four w = ab2 * d2 - abac * d1;
+  const Four area2 = ab2 * ac2 - abac * abac;
+  const auto within = v >= 0.F && w >= 0.F && v + w <= area2 && area2 > 0.F;
+  const Four whole = area2.max(kTiny);
+  return within.select(least.min(away2(v / whole, w / whole)), least);
+}
+
+/// What is still to be looked at for one point, nearest last.
+class ClosestTriangle::Search {
+ public:
+  Search(const ClosestTriangle& tree, const Vec3& mm, const Hit& bound)
+      : tree_(tree), at_((mm - tree.origin_).cast<float>()), best_(bound) {}
+
+  void open(const Node& node) {
+    const Four distance2 = distance2_to_parts(at_, node);
+    const unsigned near = less(distance2, best_.distance2_mm2);
+    // All are written and those that are near kept, for a branch on each would be guessed wrong.
+    for (unsigned n = 0; n < kPack; ++n) {
+      stack_[top_] = {node.part[n], distance2[static_cast<Eigen::Index>(n)]};
+      top_ += near >> n & 1U;
+    }
+  }
+
+  void run() {
+    while (top_ > 0) {
+      const Pending next = stack_[--top_];
+      if (next.distance2 >= best_.distance2_mm2) continue;
+      if ((next.part & kIsPack) != 0) {
+        look_at(next.part & ~kIsPack);
+      } else {
+        open(tree_.nodes_[next.part]);
+      }
+    }
+  }
+
+  [[nodiscard]] bool is_crowded() const { return top_ + kPack > kWidest; }
+
+  void look_at(std::uint32_t pack) {
+    const float least = distance2_to_pack(at_, tree_.packs_[pack]).minCoeff();
+    if (least < best_.distance2_mm2) best_ = {least, pack};
+  }
+
+  [[nodiscard]] const Hit& best() const { return best_; }
+
+ private:
+  struct Pending {
+    std::uint32_t part;
+    float distance2;
+  };
+
+  static constexpr std::size_t kWidest = 32;
+
+  const ClosestTriangle& tree_;
+  Vec3f at_;
+  Hit best_;
+  // Each level leaves three of its four parts behind, and a 32-bit count has 16 levels.
+  std::array<Pending, kWidest + 64> stack_;
+  std::size_t top_ = 0;
+};
 
 ClosestTriangle::Hit ClosestTriangle::nearest(const Vec3& mm, Hit bound) const noexcept {
   if (nodes_.empty()) return bound;
-  struct Pending {
-    Part part;
-    float distance2;
-  };
-  const Vec3f at = (mm - origin_).cast<float>();
-  // Each level leaves three of its four parts behind, and a 32-bit count has 16 levels.
-  std::array<Pending, 64> stack;
-  std::size_t top = 0;
-  stack[top++] = {{0, 0}, 0.F};
-  while (top > 0) {
-    const Pending next = stack[--top];
-    if (static_cast<double>(next.distance2) >= bound.distance2_mm2) continue;
-    if (next.part.count > 0) {
-      for (std::uint32_t n = next.part.first; n < next.part.first + next.part.count; ++n) {
-        const double d2 = distance2_to(mm, n);
-        if (d2 < bound.distance2_mm2) bound = {d2, n};
-      }
-      continue;
-    }
-    const Node& node = nodes_[next.part.first];
-    Four distance2 = Four::Zero();
-    for (std::size_t r = 0; r < 3; ++r) {
-      const Four p =
-          node.axes[3 * r] * at[0] + node.axes[3 * r + 1] * at[1] + node.axes[3 * r + 2] * at[2];
-      distance2 += (node.low[r] - p).max(p - node.high[r]).max(0.F).square();
-    }
-    distance2 *= kNearer;
-    // The nearest comes last, to be taken first.
-    const std::size_t bottom = top;
-    for (std::size_t q = 0; q < 4; ++q) {
-      const float d2 = distance2[static_cast<Eigen::Index>(q)];
-      if (static_cast<double>(d2) >= bound.distance2_mm2) continue;
-      std::size_t to = top++;
-      for (; to > bottom && stack[to - 1].distance2 < d2; --to) stack[to] = stack[to - 1];
-      stack[to] = {node.parts[q], d2};
-    }
+  Search search(*this, mm, bound);
+  search.open(nodes_.front());
+  search.run();
+  return search.best();
+}
+
+ClosestTriangle::Hit ClosestTriangle::nearest(const Vec3& mm, Hit bound,
+                                              const Vicinity& about) const noexcept {
+  Search search(*this, mm, bound);
+  for (const Node& node : about.nodes_) {
+    search.open(node);
+    if (search.is_crowded()) search.run();
   }
-  return bound;
+  search.run();
+  return search.best();
+}
+
+ClosestTriangle::Hit ClosestTriangle::nearest_of(std::uint32_t four, const Vec3& mm,
+                                                 Hit bound) const noexcept {
+  Search search(*this, mm, bound);
+  search.look_at(four);
+  return search.best();
+}
+
+void ClosestTriangle::gather(const Vec3& mm, double reach_mm, double part_mm,
+                             const Vicinity* within, Vicinity& out) const {
+  out.nodes_.clear();
+  if (nodes_.empty()) return;
+  const Vec3f at = (mm - origin_).cast<float>();
+  const auto limit = static_cast<float>(reach_mm * reach_mm);
+  const auto small = static_cast<float>(part_mm);
+  std::array<std::uint32_t, 64> stack;
+  std::size_t top = 0;
+  std::size_t filled = kPack;
+  const auto take = [&](const Node& node) {
+    for (unsigned near = less(distance2_to_parts(at, node), limit); near != 0; near &= near - 1) {
+      const auto from = static_cast<std::size_t>(std::countr_zero(near));
+      const auto lane = static_cast<Eigen::Index>(from);
+      if ((node.part[from] & kIsPack) == 0 && node.radius[lane] > small) {
+        stack[top++] = node.part[from];
+        continue;
+      }
+      if (filled == kPack) {
+        out.nodes_.emplace_back();
+        out.nodes_.back().radius.setConstant(-std::numeric_limits<float>::infinity());
+        filled = 0;
+      }
+      Node& to = out.nodes_.back();
+      const auto slot = static_cast<Eigen::Index>(filled);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        to.centre[axis][slot] = node.centre[axis][lane];
+        to.normal[axis][slot] = node.normal[axis][lane];
+      }
+      to.half_height[slot] = node.half_height[lane];
+      to.radius[slot] = node.radius[lane];
+      to.part[filled++] = node.part[from];
+    }
+  };
+  const std::span<const Node> start =
+      within != nullptr ? std::span<const Node>(within->nodes_) : std::span(nodes_).first(1);
+  for (const Node& node : start) {
+    take(node);
+    while (top > 0) take(nodes_[stack[--top]]);
+  }
 }
 
 }  // namespace beatlas::field

@@ -116,13 +116,14 @@ void take_off_flicker(FieldCycle& field) {
   // What a mode is beside its neighbours: twice the mean less the mean's mean follows a course that
   // bends with place, as the mean alone does not.
   std::vector<std::vector<float>> rough(phases);
-  for (std::size_t r = 1; r < phases; ++r) {
+  parallel_for(phases - 1, [&](std::size_t n) {
+    const std::size_t r = n + 1;
     const std::vector<float> mean = around(samples[r]);
     rough[r] = around(mean);
     for (std::size_t v = 0; v < count; ++v) {
       rough[r][v] = whole[v] * (samples[r][v] - 2 * mean[v] + rough[r][v]);
     }
-  }
+  });
   // Noise is as strong in each of the highest modes, motion weaker in each: the weakest tells. The
   // median of a normal variable's square is 0.455 of its mean.
   float noise = std::numeric_limits<float>::max();
@@ -138,7 +139,8 @@ void take_off_flicker(FieldCycle& field) {
     samples = given;
     return;
   }
-  for (std::size_t r = 1; r < phases; ++r) {
+  parallel_for(phases - 1, [&](std::size_t n) {
+    const std::size_t r = n + 1;
     std::vector<float> power = rough[r];
     for (float& value : power) value *= value;
     power = around(std::move(power));
@@ -146,13 +148,13 @@ void take_off_flicker(FieldCycle& field) {
       if (whole[v] == 0 || !(power[v] > 0)) continue;
       samples[r][v] -= std::min(1.0F, noise / power[v]) * rough[r][v];
     }
-  }
+  });
   turn(modes, true, samples);
-  for (std::size_t p = 0; p < phases; ++p) {
+  parallel_for(phases, [&](std::size_t p) {
     for (std::size_t v = 0; v < count; ++v) {
       samples[p][v] = whole[v] > 0 ? std::clamp(samples[p][v], inner, outer) : given[p][v];
     }
-  }
+  });
 }
 
 }  // namespace beatlas::field

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/Dense.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
 #include "pipeline/field/interpolant.h"
@@ -11,27 +11,87 @@
 namespace beatlas::field {
 namespace {
 
+using Tree = openvdb::FloatTree;
+using Leaf = Tree::LeafNodeType;
+constexpr int kBlock = static_cast<int>(Leaf::DIM);
+
 // The samples with one layer of outside around them, so that every surface closes: a shape that
 // reaches the border ends half a voxel beyond it.
-openvdb::FloatGrid::Ptr padded(const Grid& grid, const std::vector<float>& level) {
-  const openvdb::CoordBBox box(openvdb::Coord(-1),
-                               openvdb::Coord(grid.size[0], grid.size[1], grid.size[2]));
-  openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(box);
-  float* out = dense.data();
-  for (int k = -1; k <= grid.size[2]; ++k) {
-    for (int j = -1; j <= grid.size[1]; ++j) {
-      for (int i = -1; i <= grid.size[0]; ++i) {
-        const float nearest = level[grid.offset(std::clamp(i, 0, grid.size[0] - 1),
-                                                std::clamp(j, 0, grid.size[1] - 1),
-                                                std::clamp(k, 0, grid.size[2] - 1))];
-        *out++ = grid.contains(i, j, k) ? nearest : std::abs(nearest);
+class Padded {
+ public:
+  Padded(const Grid& grid, const std::vector<float>& level) : grid_(grid), level_(level) {}
+
+  float operator()(int i, int j, int k) const {
+    const float nearest = level_[grid_.offset(std::clamp(i, 0, grid_.size[0] - 1),
+                                              std::clamp(j, 0, grid_.size[1] - 1),
+                                              std::clamp(k, 0, grid_.size[2] - 1))];
+    return grid_.contains(i, j, k) ? nearest : std::abs(nearest);
+  }
+
+  // Whether block `at` of the tree and the layer of samples around it are all on one side, and of
+  // the block's samples on which.
+  std::optional<bool> side(const openvdb::Coord& at) const {
+    bool any_inside = false;
+    bool any_outside = false;
+    for (int k = at.z() - 1; k <= at.z() + kBlock; ++k) {
+      for (int j = at.y() - 1; j <= at.y() + kBlock; ++j) {
+        if (k < 0 || j < 0 || k >= grid_.size[2] || j >= grid_.size[1]) {
+          any_outside = true;
+          continue;
+        }
+        const float* row = level_.data() + grid_.offset(0, j, k);
+        const int first = std::max(at.x() - 1, 0);
+        const int last = std::min(at.x() + kBlock, grid_.size[0] - 1);
+        any_outside = any_outside || first > at.x() - 1 || last < at.x() + kBlock;
+        float least = row[first];
+        float most = row[first];
+        for (int i = first; i <= last; ++i) {
+          least = std::min(least, row[i]);
+          most = std::max(most, row[i]);
+        }
+        any_inside = any_inside || least < 0;
+        any_outside = any_outside || most >= 0;
+      }
+      if (any_inside && any_outside) return std::nullopt;
+    }
+    return any_inside;
+  }
+
+  void copy_to(Leaf& leaf) const {
+    const openvdb::Coord at = leaf.origin();
+    for (int i = 0; i < kBlock; ++i) {
+      for (int j = 0; j < kBlock; ++j) {
+        for (int k = 0; k < kBlock; ++k) {
+          const openvdb::Coord to = at + openvdb::Coord(i, j, k);
+          leaf.setValueOn(Leaf::coordToOffset(to), (*this)(to.x(), to.y(), to.z()));
+        }
       }
     }
   }
-  const float outside = *std::max_element(level.begin(), level.end());
-  openvdb::FloatGrid::Ptr tree = openvdb::FloatGrid::create(outside);
-  openvdb::tools::copyFromDense(dense, *tree, 0.0F);
-  return tree;
+
+ private:
+  const Grid& grid_;
+  const std::vector<float>& level_;
+};
+
+// The samples about the level's zero; of the rest the tree knows the side.
+openvdb::FloatGrid::Ptr sides(const Grid& grid, const std::vector<float>& level) {
+  openvdb::FloatGrid::Ptr out = openvdb::FloatGrid::create(1.0F);
+  const Padded padded(grid, level);
+  for (int k = -kBlock; k <= grid.size[2]; k += kBlock) {
+    for (int j = -kBlock; j <= grid.size[1]; j += kBlock) {
+      for (int i = -kBlock; i <= grid.size[0]; i += kBlock) {
+        const openvdb::Coord at(i, j, k);
+        const std::optional<bool> inside = padded.side(at);
+        if (!inside) {
+          padded.copy_to(*out->tree().touchLeaf(at));
+        } else if (*inside) {
+          out->tree().addTile(1, at, -1.0F, false);
+        }
+      }
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -42,7 +102,7 @@ TriangleSoup level_surface(const Grid& grid, const std::vector<float>& level) {
 
   std::vector<openvdb::Vec3s> points;
   std::vector<openvdb::Vec4I> quads;
-  openvdb::tools::volumeToMesh(*padded(grid, level), points, quads);
+  openvdb::tools::volumeToMesh(*sides(grid, level), points, quads);
 
   const double spacing_mm = grid.spacing_mm().x();
   const Interpolant interpolant(grid, level);

@@ -60,37 +60,48 @@ double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase)
   laplacian(displacement, image);
   residual -= image;
 
-  const auto apply = [&](const Columns& x, Columns& out) {
-    laplacian(x, out);
+  // The system times `direction`, and the energy of that.
+  Columns direction(3, count);
+  const auto apply = [&] {
+    laplacian(direction, image);
+    double sum = 0;
     for (Eigen::Index v = 0; v < count; ++v) {
-      out.col(v) += pull[v] * total_[static_cast<std::size_t>(v)] * normal.col(v).dot(x.col(v)) *
-                    normal.col(v);
+      const Vec3 x = direction.col(v);
+      const double pulled = pull[v] * total_[static_cast<std::size_t>(v)] * normal.col(v).dot(x);
+      const Vec3 y = image.col(v) + pulled * normal.col(v);
+      image.col(v) = y;
+      sum += x.dot(y);
     }
+    return sum;
   };
   // The inverse of the blocks total (I + pull n n^T) on the diagonal.
-  const auto precondition = [&](const Columns& x, Columns& out) {
-    for (Eigen::Index v = 0; v < count; ++v) {
-      const double share = pull[v] / (1.0 + pull[v]);
-      out.col(v) = (x.col(v) - share * normal.col(v).dot(x.col(v)) * normal.col(v)) /
-                   total_[static_cast<std::size_t>(v)];
-    }
+  const auto preconditioned = [&](Eigen::Index v, const Vec3& x) -> Vec3 {
+    const double share = pull[v] / (1.0 + pull[v]);
+    return (x - share * normal.col(v).dot(x) * normal.col(v)) / total_[static_cast<std::size_t>(v)];
   };
 
   constexpr int kMaxRounds = 200;
   constexpr double kTolerance = 1e-3;
   Columns way = Columns::Zero(3, count);
-  Columns scaled(3, count);
-  precondition(residual, scaled);
-  Columns direction = scaled;
-  double energy = residual.cwiseProduct(scaled).sum();
+  double energy = 0;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const Vec3 x = residual.col(v);
+    direction.col(v) = preconditioned(v, x);
+    energy += x.dot(direction.col(v));
+  }
   const double done = kTolerance * kTolerance * energy;
+  Columns scaled(3, count);
   for (int round = 0; round < kMaxRounds && energy > done && energy > 0; ++round) {
-    apply(direction, image);
-    const double length = energy / direction.cwiseProduct(image).sum();
-    way += length * direction;
-    residual -= length * image;
-    precondition(residual, scaled);
-    const double next = residual.cwiseProduct(scaled).sum();
+    const double length = energy / apply();
+    double next = 0;
+    for (Eigen::Index v = 0; v < count; ++v) {
+      way.col(v) += length * direction.col(v);
+      const Vec3 x = residual.col(v) - length * image.col(v);
+      residual.col(v) = x;
+      const Vec3 y = preconditioned(v, x);
+      scaled.col(v) = y;
+      next += x.dot(y);
+    }
     direction = scaled + next / energy * direction;
     energy = next;
   }

@@ -252,35 +252,28 @@ void CycleFit::settle(Cycle& cycle) {
 }
 
 int CycleFit::mend(Cycle& cycle) {
-  constexpr int kRounds = 24;
+  constexpr int kRounds = 60;
   constexpr int kFlipEvery = 4;
-  constexpr int kPatience = 6;  // rounds without getting better
-  int best_round = 0;
+  constexpr int kPatience = 10;   // rounds without getting better
+  constexpr int kWiderEvery = 3;  // such rounds: more rings around what is wrong
+  constexpr int kFewestRings = 2;
+  constexpr int kMostRings = 12;
   const std::size_t phases = cycle.size();
-  std::vector<int> crossings(phases, -1);  // -1: not known
+  std::vector<Flaws> flaws(phases);
+  for (Flaws& of : flaws) of.changed.assign(triangles_.size(), true);
   Cycle best = cycle;
   std::vector<Triangle> best_triangles = triangles_;
   int best_crossings = 0;
   std::size_t fewest = 0;
+  int best_round = 0;
+  int rings = kFewestRings;
   for (int round = 0; round <= kRounds; ++round) {
-    std::vector<std::vector<bool>> thin(phases);
-    std::vector<std::vector<bool>> crossing(phases);
-    std::vector<std::size_t> wrong(phases);
-    parallel_for(phases, [&](std::size_t p) {
-      thin[p] = bad_triangles(cycle[p], kTooThinDeg);
-      wrong[p] = static_cast<std::size_t>(std::count(thin[p].begin(), thin[p].end(), true));
-      crossing[p].assign(triangles_.size(), false);
-      if (crossings[p] == 0) return;
-      const auto pairs = self_intersections(cycle[p], triangles_);
-      for (const auto& [one, other] : pairs) crossing[p][one] = crossing[p][other] = true;
-      crossings[p] = static_cast<int>(pairs.size());
-      wrong[p] += pairs.size();
-    });
+    parallel_for(phases, [&](std::size_t p) { look_for_flaws(cycle[p], flaws[p]); });
     std::size_t count = 0;
     int crossings_now = 0;
-    for (std::size_t p = 0; p < phases; ++p) {
-      count += wrong[p];
-      crossings_now += crossings[p];
+    for (const Flaws& of : flaws) {
+      count += of.count;
+      crossings_now += static_cast<int>(of.crossings.size());
     }
     if (round == 0 || count < fewest) {
       fewest = count;
@@ -290,30 +283,65 @@ int CycleFit::mend(Cycle& cycle) {
       best_round = round;
     }
     if (count == 0 || round == kRounds || round > best_round + kPatience) break;
+    if (round > best_round && (round - best_round) % kWiderEvery == 0) {
+      rings = std::min(rings + 2, kMostRings);
+    }
     if (round % kFlipEvery == kFlipEvery - 1) {
       std::vector<bool> any(triangles_.size(), false);
-      for (const std::vector<bool>& at : thin) {
-        for (std::size_t n = 0; n < any.size(); ++n) any[n] = any[n] || at[n];
+      for (const Flaws& of : flaws) {
+        for (std::size_t n = 0; n < any.size(); ++n) any[n] = any[n] || of.thin[n];
       }
-      if (flip_edges(cycle, any) > 0) std::fill(crossings.begin(), crossings.end(), -1);
+      const std::vector<Triangle> before = triangles_;
+      (void)flip_edges(cycle, any);
+      for (std::size_t n = 0; n < before.size(); ++n) {
+        if (before[n] == triangles_[n]) continue;
+        for (Flaws& of : flaws) of.changed[n] = true;
+      }
     }
     parallel_for(phases, [&](std::size_t p) {
-      if (wrong[p] == 0) return;
-      crossings[p] = -1;
-      const std::vector<bool> around_thin = loosened(thin[p], 1);
-      const std::vector<bool> around_crossing = loosened(crossing[p], 2);
-      std::vector<Vec3> moved = cycle[p];
-      for (std::size_t v = 0; v < moved.size(); ++v) {
-        if (!around_thin[v] && !around_crossing[v]) continue;
-        moved[v] = 0.5 * (cycle[p][v] + middle_of_ring(cycle[p], v));
-      }
-      cycle[p] = std::move(moved);
+      if (flaws[p].count > 0) smooth_flaws(cycle[p], rings, rings > kFewestRings, flaws[p]);
     });
   }
   cycle = std::move(best);
   triangles_ = std::move(best_triangles);
   find_neighbours();
   return best_crossings;
+}
+
+void CycleFit::look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const {
+  if (std::none_of(flaws.changed.begin(), flaws.changed.end(), [](bool v) { return v; })) return;
+  flaws.thin = bad_triangles(points, kTooThinDeg);
+  std::erase_if(flaws.crossings, [&](const auto& pair) {
+    return flaws.changed[pair.first] || flaws.changed[pair.second];
+  });
+  const auto found = self_intersections(points, triangles_, flaws.changed);
+  flaws.crossings.insert(flaws.crossings.end(), found.begin(), found.end());
+  flaws.count = flaws.crossings.size() +
+                static_cast<std::size_t>(std::count(flaws.thin.begin(), flaws.thin.end(), true));
+  flaws.changed.assign(triangles_.size(), false);
+}
+
+void CycleFit::smooth_flaws(std::vector<Vec3>& points, int rings, bool stalled,
+                            Flaws& flaws) const {
+  constexpr int kThinRings = 2;
+  std::vector<bool> crossing(triangles_.size(), false);
+  for (const auto& [one, other] : flaws.crossings) crossing[one] = crossing[other] = true;
+  const std::vector<bool> around_thin = loosened(flaws.thin, stalled ? kThinRings : 1);
+  const std::vector<bool> around_crossing = loosened(crossing, rings);
+  // As often as there are rings, so that it reaches across them.
+  for (int n = 0; n < rings; ++n) {
+    std::vector<Vec3> moved = points;
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      if (!around_crossing[v] && !(around_thin[v] && n < (stalled ? kThinRings : 1))) continue;
+      moved[v] = 0.5 * (points[v] + middle_of_ring(points, v));
+    }
+    points = std::move(moved);
+  }
+  for (std::size_t n = 0; n < triangles_.size(); ++n) {
+    for (const std::uint32_t v : triangles_[n]) {
+      if (around_thin[v] || around_crossing[v]) flaws.changed[n] = true;
+    }
+  }
 }
 
 }  // namespace beatlas::mesh

@@ -31,12 +31,23 @@ class CycleFit {
 
   /// What settle could not do on the surfaces is done off them, in the phase that needs it: two
   /// rings around triangles that pass through each other (CGAL), and one around those that are
-  /// turned over or thinner than 11 degrees, are smoothed. @return crossings left, all phases
+  /// turned over or thinner than 11 degrees, are smoothed, and more as long as that does not help:
+  /// a slit that opens in some phases alone is bridged. @return crossings left, all phases
   int mend(Cycle& cycle);
 
   [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
 
  private:
+  /// What is wrong in a phase.
+  struct Flaws {
+    std::vector<bool> changed;  ///< triangles that moved since they were looked at
+    std::vector<bool> thin;     ///< or turned over
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> crossings;
+    std::size_t count = 0;
+  };
+
+  void look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const;
+  void smooth_flaws(std::vector<Vec3>& points, int rings, bool stalled, Flaws& flaws) const;
   void find_neighbours();
   [[nodiscard]] std::vector<bool> bad_triangles(const std::vector<Vec3>& points,
                                                 double thin_deg) const;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <span>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/interpolant.h"
@@ -14,6 +16,7 @@ constexpr double kGapMm = 0.01;   // of either surface from the middle
 constexpr double kFarMm = 1.0;    // from the middle: no triangle of a vertex there reaches it
 constexpr double kMostMm = 0.25;  // that a vertex goes at a time
 constexpr int kRounds = 5;
+constexpr double kThinDeg = 11;  // a triangle that would become thinner stays
 
 /// All of them lie beside each other, and in the heart.
 constexpr std::array kInHeart{Structure::LvBlood, Structure::LvMyocardium, Structure::RvBlood,
@@ -87,10 +90,81 @@ void shortest_ways(std::vector<Place>& places, std::vector<double>& way) {
   }
 }
 
+/// Where a vertex's triangles are.
+class Fans {
+ public:
+  Fans(std::size_t vertices, std::span<const Triangle> triangles)
+      : triangles_(triangles), first_(vertices + 1, 0), at_(3 * triangles.size()) {
+    for (const Triangle& t : triangles) {
+      for (const std::uint32_t v : t) ++first_[v + 1];
+    }
+    for (std::size_t v = 0; v < vertices; ++v) first_[v + 1] += first_[v];
+    std::vector<std::uint32_t> filled(first_.begin(), first_.end() - 1);
+    for (std::uint32_t n = 0; n < triangles.size(); ++n) {
+      for (const std::uint32_t v : triangles[n]) at_[filled[v]++] = n;
+    }
+  }
+
+  /// Moves a vertex as far of the way, all, half or a quarter, as turns no triangle far from where
+  /// it was at the start and makes none thin.
+  void move(std::vector<Vec3>& points, const std::vector<Vec3>& start, std::uint32_t v,
+            const Vec3& way) const {
+    const Vec3 from = points[v];
+    for (const double share : {1.0, 0.5, 0.25}) {
+      points[v] = from + share * way;
+      const bool sound =
+          std::all_of(at_.begin() + first_[v], at_.begin() + first_[v + 1],
+                      [&](std::uint32_t n) { return is_sound(triangles_[n], points, start); });
+      if (sound) return;
+    }
+    points[v] = from;
+  }
+
+ private:
+  static bool is_sound(const Triangle& t, const std::vector<Vec3>& points,
+                       const std::vector<Vec3>& start) {
+    constexpr double kTurned = 0.7;  // cosine
+    const auto area = [&](const std::vector<Vec3>& of) -> Vec3 {
+      return (of[t[1]] - of[t[0]]).cross(of[t[2]] - of[t[0]]);
+    };
+    const auto least_deg = [&](const std::vector<Vec3>& of) {
+      return least_angle_deg(of[t[0]], of[t[1]], of[t[2]]);
+    };
+    const Vec3 before = area(start);
+    const Vec3 after = area(points);
+    if (before.dot(after) < kTurned * before.norm() * after.norm()) return false;
+    const double now_deg = least_deg(points);
+    return now_deg > kThinDeg || now_deg >= least_deg(start);
+  }
+
+  std::span<const Triangle> triangles_;
+  std::vector<std::uint32_t> first_;
+  std::vector<std::uint32_t> at_;
+};
+
+/// One of two structures, and what of it comes near the other.
+struct Side {
+  std::vector<std::uint32_t> vertices;  ///< of the first round, all that later ones can move
+  std::vector<std::uint32_t> triangles;
+  bool known = false;
+};
+
 /// @return whether anything moved
-bool draw_back(std::vector<Vec3>& points, const std::vector<Triangle>& triangles,
-               const Middle& middle) {
-  std::vector<bool> near(points.size());
+bool draw_back(std::vector<Vec3>& points, const std::vector<Vec3>& start,
+               const std::vector<Triangle>& triangles, const Fans& fans, const Middle& middle,
+               Side& side) {
+  if (!side.known) {
+    side.known = true;
+    std::vector<bool> near(points.size());
+    for (std::uint32_t v = 0; v < points.size(); ++v) {
+      near[v] = middle.beyond(points[v]) > -kFarMm - kRounds * kMostMm;
+      if (near[v]) side.vertices.push_back(v);
+    }
+    for (std::uint32_t n = 0; n < triangles.size(); ++n) {
+      const Triangle& t = triangles[n];
+      if (near[t[0]] && near[t[1]] && near[t[2]]) side.triangles.push_back(n);
+    }
+  }
   std::vector<Place> places;
   bool any = false;
   const auto demand = [&](double beyond, std::initializer_list<std::uint32_t> corners) {
@@ -102,25 +176,27 @@ bool draw_back(std::vector<Vec3>& points, const std::vector<Triangle>& triangles
     }
     place.need = std::min(beyond, kMostMm);
   };
-  for (std::uint32_t v = 0; v < points.size(); ++v) {
+  std::vector<bool> near(points.size());
+  for (const std::uint32_t v : side.vertices) {
     const double beyond = middle.beyond(points[v]);
     near[v] = beyond > -kFarMm;
     demand(beyond, {v});
   }
-  for (const Triangle& t : triangles) {
+  for (const std::uint32_t n : side.triangles) {
+    const Triangle& t = triangles[n];
     if (!near[t[0]] || !near[t[1]] || !near[t[2]]) continue;
     demand(middle.beyond((points[t[0]] + points[t[1]] + points[t[2]]) / 3), {t[0], t[1], t[2]});
-    for (std::size_t n = 0; n < 3; ++n) {
-      const std::uint32_t a = t[n];
-      const std::uint32_t b = t[(n + 1) % 3];
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t a = t[e];
+      const std::uint32_t b = t[(e + 1) % 3];
       if (a < b) demand(middle.beyond((points[a] + points[b]) / 2), {a, b});
     }
   }
   if (!any) return false;
   std::vector<double> way(points.size(), 0);
   shortest_ways(places, way);
-  for (std::size_t v = 0; v < points.size(); ++v) {
-    if (way[v] > 0) points[v] += std::min(way[v], kMostMm) * middle.back(points[v]);
+  for (const std::uint32_t v : side.vertices) {
+    if (way[v] > 0) fans.move(points, start, v, std::min(way[v], kMostMm) * middle.back(points[v]));
   }
   return true;
 }
@@ -136,23 +212,35 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
     });
     if (field != given.end()) fields.push_back(&*field);
   }
+  std::vector<Fans> fans;
+  for (const FieldCycle* field : fields) {
+    const SurfaceCycle* surface = of(surfaces, field->structure);
+    fans.emplace_back(surface->positions.front().size(), surface->triangles);
+  }
   const std::size_t phases = surfaces.front().positions.size();
   parallel_for(phases, [&](std::size_t p) {
     struct Body {
       SurfaceCycle* surface;
+      const Fans* fans;
       field::Interpolant field;
       std::vector<Vec3> points;
+      std::vector<Vec3> start;
       Eigen::AlignedBox3d box;
     };
     std::vector<Body> bodies;
     for (const FieldCycle* field : fields) {
       SurfaceCycle* surface = of(surfaces, field->structure);
-      Body& body = bodies.emplace_back(
-          Body{surface, {field->distance_mm.grid, field->distance_mm.phases[p]}, {}, {}});
+      Body& body = bodies.emplace_back(Body{surface,
+                                            &fans[bodies.size()],
+                                            {field->distance_mm.grid, field->distance_mm.phases[p]},
+                                            {},
+                                            {},
+                                            {}});
       for (const Vec3f& x : surface->positions[p]) {
         body.points.emplace_back(x.cast<double>());
         body.box.extend(body.points.back());
       }
+      body.start = body.points;
       body.box.min().array() -= kFarMm;
       body.box.max().array() += kFarMm;
     }
@@ -162,6 +250,7 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
       }
       return nullptr;
     };
+    std::map<std::pair<Structure, Structure>, Side> sides;  // what goes back from what
     for (int round = 0; round < kRounds; ++round) {
       bool moved = false;
       const auto part = [&](Structure first, Structure second) {
@@ -172,14 +261,16 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
         // Ventricles are the same whether atria are known or not.
         const bool first_stays = !inside && is_beyond_base(second) && !is_beyond_base(first);
         if (!first_stays) {
-          moved |= draw_back(one->points, one->surface->triangles,
-                             Middle(one->field, other->field, inside ? kWithin : kBeside));
+          moved |= draw_back(one->points, one->start, one->surface->triangles, *one->fans,
+                             Middle(one->field, other->field, inside ? kWithin : kBeside),
+                             sides[{first, second}]);
         }
-        moved |= draw_back(other->points, other->surface->triangles,
+        moved |= draw_back(other->points, other->start, other->surface->triangles, *other->fans,
                            Middle(other->field, one->field,
                                   inside        ? kAround
                                   : first_stays ? kOutsideOf
-                                                : kBeside));
+                                                : kBeside),
+                           sides[{second, first}]);
       };
       for (std::size_t n = 0; n < kInHeart.size(); ++n) {
         for (std::size_t m = n + 1; m < kInHeart.size(); ++m) part(kInHeart[n], kInHeart[m]);

@@ -1,13 +1,10 @@
-// All of CGAL that the room needs, in one file: it takes a minute and gigabytes to compile.
-#include <utility>
-
+// Remeshing with CGAL, in a file of its own: it takes a minute and gigabytes to compile.
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
 
 #include "pipeline/mesh/triangle_mesh.h"
@@ -91,19 +88,6 @@ std::vector<OnTriangle> located(const TriangleMesh& mesh, std::span<const Vec3> 
       const Vec3& c = mesh.points[t[(k + 2) % 3]];
       place.weight[k] = (b - at).cross(c - at).dot(normal) / normal.squaredNorm();
     }
-  }
-  return out;
-}
-
-std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(
-    std::span<const Vec3> points, std::span<const Triangle> triangles) {
-  const SurfaceMesh mesh = to_cgal(points, triangles);
-  std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;
-  pmp::self_intersections(mesh, std::back_inserter(pairs));
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> out;
-  out.reserve(pairs.size());
-  for (const auto& [one, other] : pairs) {
-    out.emplace_back(static_cast<std::uint32_t>(one), static_cast<std::uint32_t>(other));
   }
   return out;
 }

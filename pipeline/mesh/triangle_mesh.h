@@ -82,8 +82,13 @@ struct OnTriangle {
 [[nodiscard]] std::vector<OnTriangle> located(const TriangleMesh& mesh,
                                               std::span<const Vec3> points);
 
-/// Pairs of triangles that meet other than in a shared vertex or edge (exact predicates).
+// self_crossings.cpp (CGAL)
+
+/// Pairs of triangles, ascending, that meet other than in a shared vertex or edge (exact
+/// predicates).
+/// @param among only pairs of which one is of these; empty: all
 [[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(
-    std::span<const Vec3> points, std::span<const Triangle> triangles);
+    std::span<const Vec3> points, std::span<const Triangle> triangles,
+    const std::vector<bool>& among = {});
 
 }  // namespace beatlas::mesh

@@ -94,6 +94,79 @@ TEST(BuildField, CoverageOfVoxelsGivesDistanceWithinATwentiethOfAMillimetre) {
   EXPECT_NEAR(field.volume_ml[0] / kHeart.volume_ml(), 1.0, 0.003);
 }
 
+// The least distance to any triangle, tried one by one.
+double slow_distance(const TriangleSoup& surface, const Vec3& p) {
+  const auto to_side = [&](const Vec3& u, const Vec3& v) {
+    const double length2 = (v - u).squaredNorm();
+    const double share = length2 > 0 ? std::clamp((p - u).dot(v - u) / length2, 0.0, 1.0) : 0.0;
+    return (p - u - share * (v - u)).norm();
+  };
+  double best = std::numeric_limits<double>::infinity();
+  for (const auto& t : surface.triangles) {
+    const Vec3& a = surface.points[t[0]];
+    const Vec3& b = surface.points[t[1]];
+    const Vec3& c = surface.points[t[2]];
+    best = std::min({best, to_side(a, b), to_side(b, c), to_side(c, a)});
+    const Vec3 n = (b - a).cross(c - a).stableNormalized();
+    const double up = n.dot(p - a);
+    const Vec3 q = p - up * n;
+    if (n.dot((b - a).cross(q - a)) > 0 && n.dot((c - b).cross(q - b)) > 0 &&
+        n.dot((a - c).cross(q - c)) > 0) {
+      best = std::min(best, std::abs(up));
+    }
+  }
+  return best;
+}
+
+TEST(BuildField, EverySampleIsAsFarAsTheNearestOfAllTriangles) {
+  // A bent shell of 2.5 mm, a ball in it and a rod beside it: creases, thin walls and medial axes.
+  const Level truth = [](const Vec3& x) {
+    const double shell =
+        std::abs((x - Vec3(2, 0, 0)).cwiseQuotient(Vec3(1, 1.2, 0.8)).norm() - 12) - 1.25;
+    const double ball = (x - Vec3(5, 3, 0)).norm() - 4;
+    const double rod = (x - Vec3(-18, 0, x.z())).norm() - 1.5;
+    return std::min({shell, ball, rod});
+  };
+  const Grid grid = lattice({-24, -20, -16}, {20, 20, 16}, 1.0);
+  const std::vector<float> level = sampled(grid, truth);
+  FieldOptions options;
+  options.inner_mm = 4;
+  options.outer_mm = 8;
+  StageContext context;
+  const FieldCycle field = build_field(one_phase(grid, level), options, context);
+  const TriangleSoup surface = level_surface(grid, level);
+  const Grid& to = field.distance_mm.grid;
+  for (std::size_t n = 0; n < to.count(); n += 13) {
+    const auto i = static_cast<int>(n % static_cast<std::size_t>(to.size[0]));
+    const auto j = static_cast<int>(n / static_cast<std::size_t>(to.size[0]) %
+                                    static_cast<std::size_t>(to.size[1]));
+    const auto k = static_cast<int>(n / to.slice_count());
+    const float got = field.distance_mm.phases[0][n];
+    const double clamp = got < 0 ? options.inner_mm : options.outer_mm;
+    ASSERT_NEAR(std::abs(got), std::min(clamp, slow_distance(surface, to.mm(i, j, k))), 2e-5)
+        << i << ' ' << j << ' ' << k;
+  }
+}
+
+TEST(BuildField, ALevelThatNearlyReachesZeroWithinLeavesNoHole) {
+  // Two layers that are hardly muscle, deep within: between them the cubic swings outside.
+  const Ellipsoid ball{{0, 0, 0}, {14, 14, 14}};
+  const Grid grid = lattice({-20, -20, -20}, {20, 20, 20}, 1.0);
+  std::vector<float> level = sampled(
+      grid, [&](const Vec3& x) { return std::clamp(4 * ball.distance_mm(x), -20.0, 20.0); });
+  const int middle = grid.size[0] / 2;
+  for (int n = 0; n < 98; ++n) {
+    level[grid.offset(middle + n / 49, middle + n / 7 % 7 - 3, middle + n % 7 - 3)] = -0.01F;
+  }
+  FieldOptions options;
+  options.voxel_mm = 0.5;
+  StageContext context;
+  const FieldCycle field = build_field(one_phase(grid, level), options, context);
+  const Errors errors = errors_in_band(
+      field, 0, [&](const Vec3& x) { return ball.distance_mm(x); }, 20.0);
+  EXPECT_EQ(errors.wrong_signs, 0);
+}
+
 TEST(BuildField, DistanceIsRightUpToTheClampAndEndsThere) {
   const Level truth = [](const Vec3& x) { return kHeart.distance_mm(x); };
   const Grid grid = around(kHeart, 1.5);

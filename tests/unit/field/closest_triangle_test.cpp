@@ -50,8 +50,21 @@ TEST(ClosestTriangle, AgreesWithTryingAllTriangles) {
                       slow_distance2(p, soup.points[t[0]], soup.points[t[1]], soup.points[t[2]]));
     }
     const ClosestTriangle::Hit hit = tree.nearest(p, {});
-    ASSERT_NEAR(hit.distance2_mm2, want, 1e-9);  // rounding of coordinates of 10 mm, squared
-    ASSERT_NEAR(tree.distance2_to(p, hit.triangle), want, 1e-9);
+    ASSERT_NEAR(std::sqrt(hit.distance2_mm2), std::sqrt(want), 1e-5);
+    ASSERT_EQ(tree.nearest_of(hit.four, p, {}).distance2_mm2, hit.distance2_mm2);
+  }
+  // Around a place there is the same to find as in the whole.
+  for (int n = 0; n < 50; ++n) {
+    const Vec3 middle = point();
+    const double reach = std::sqrt(tree.nearest(middle, {}).distance2_mm2) + 2.01;
+    ClosestTriangle::Vicinity wide;
+    ClosestTriangle::Vicinity about;
+    tree.gather(middle, 2 * reach, reach, nullptr, wide);
+    tree.gather(middle, reach, 0.3 * reach, &wide, about);
+    for (int m = 0; m < 20; ++m) {
+      const Vec3 p = middle + point().normalized();
+      ASSERT_EQ(tree.nearest(p, {}, about).distance2_mm2, tree.nearest(p, {}).distance2_mm2);
+    }
   }
 }
 
@@ -60,8 +73,8 @@ TEST(ClosestTriangle, GivesTheBoundBackWhenNothingIsNearer) {
   soup.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   soup.triangles = {{0, 1, 2}};
   const ClosestTriangle tree(soup);
-  EXPECT_EQ(tree.nearest({0, 0, 5}, {4.0, 99}).triangle, 99U);
-  EXPECT_EQ(tree.nearest({0, 0, 5}, {25.1, 99}).triangle, 0U);
+  EXPECT_EQ(tree.nearest({0, 0, 5}, {4.0F, 99}).four, 99U);
+  EXPECT_EQ(tree.nearest({0, 0, 5}, {25.1F, 99}).four, 0U);
   EXPECT_TRUE(std::isinf(ClosestTriangle(TriangleSoup{}).nearest({0, 0, 0}, {}).distance2_mm2));
 }
 

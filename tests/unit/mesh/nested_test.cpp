@@ -71,6 +71,26 @@ TEST(PartStructures, ThatShareWallsDoNotCrossAndStayOnTheirFields) {
   }
 }
 
+TEST(PartStructures, TurnsNoTriangleOverWhereTheFieldsContradictEachOther) {
+  // The heart ends 3 mm within its blood on one side: no wall can be parted there.
+  Ventricle made;
+  const auto within = [](double share, const Vec3& x) {
+    return std::max(std::min(closed_form::cup(share, x), blood_of_cup(share, x)),
+                    x.x() - 15 - 2 * std::sin(x.z() / 4));
+  };
+  made.fields[0] = closed_form::beating_field(within, kPhases, {-44, -44, -76}, {44, 44, 38});
+  made.fields[0].structure = Structure::Heart;
+  StageContext context;
+  made.surfaces[0] = mesh_cycle(made.fields[0], {}, context);
+  std::vector<SurfaceCycle> parted = made.surfaces;
+  part_structures(parted, made.fields);
+  EXPECT_NE(parted[0].positions, made.surfaces[0].positions);
+  for (const SurfaceCycle& surface : parted) {
+    SCOPED_TRACE(structure_name(surface.structure));
+    expect_sound(surface);
+  }
+}
+
 TEST(PartStructures, LeavesWhatTouchesNothingAsItIs) {
   Ventricle made;
   made.surfaces.resize(1);  // the heart alone

@@ -1,6 +1,10 @@
+#include <random>
+
 #include <gtest/gtest.h>
 
 #include "pipeline/mesh/mesh.h"
+#include "pipeline/mesh/triangle_mesh.h"
+#include "tests/unit/unit_sphere.h"
 
 namespace beatlas::mesh {
 namespace {
@@ -32,6 +36,63 @@ TEST(MeasureQuality, SeesATipPushedThroughTheOtherSide) {
   const MeshQuality quality = measure_quality(surface);
   EXPECT_TRUE(quality.closed_manifold);
   EXPECT_GT(quality.phases[0].self_intersections, 0);
+}
+
+/// Whether a segment passes through a triangle's inside.
+bool pierces(const Vec3& from, const Vec3& to, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const auto volume = [](const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
+    return (q - p).cross(r - p).dot(s - p);
+  };
+  if ((volume(a, b, c, from) > 0) == (volume(a, b, c, to) > 0)) return false;
+  const bool ab = volume(from, to, a, b) > 0;
+  return ab == (volume(from, to, b, c) > 0) && ab == (volume(from, to, c, a) > 0);
+}
+
+TEST(SelfIntersections, AreThoseThatTryingAllPairsFinds) {
+  const test::UnitSphere sphere = test::unit_sphere(3);
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.15);
+  std::vector<Vec3> points = sphere.points;
+  for (Vec3& x : points) x += Vec3(noise(random), noise(random), noise(random));
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> want;
+  std::vector<bool> among(sphere.triangles.size(), false);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> want_among;
+  for (std::size_t n = 0; n < among.size(); n += 5) among[n] = true;
+  for (std::uint32_t one = 0; one < sphere.triangles.size(); ++one) {
+    for (std::uint32_t other = one + 1; other < sphere.triangles.size(); ++other) {
+      const auto& s = sphere.triangles[one];
+      const auto& t = sphere.triangles[other];
+      const auto has = [](const Triangle& of, std::uint32_t v) {
+        return of[0] == v || of[1] == v || of[2] == v;
+      };
+      const auto crosses = [&](const Triangle& u, const Triangle& v) {
+        for (std::size_t n = 0; n < 3; ++n) {
+          const std::uint32_t a = u[n];
+          const std::uint32_t b = u[(n + 1) % 3];
+          if (has(v, a) || has(v, b)) continue;
+          if (pierces(points[a], points[b], points[v[0]], points[v[1]], points[v[2]])) return true;
+        }
+        return false;
+      };
+      // Two that share an edge meet nowhere else.
+      const int shared = (has(t, s[0]) ? 1 : 0) + (has(t, s[1]) ? 1 : 0) + (has(t, s[2]) ? 1 : 0);
+      if (shared > 1 || !(crosses(s, t) || crosses(t, s))) continue;
+      want.emplace_back(one, other);
+      if (among[one] || among[other]) want_among.emplace_back(one, other);
+    }
+  }
+  ASSERT_GT(want.size(), 100U);
+  EXPECT_EQ(self_intersections(points, sphere.triangles), want);
+  EXPECT_EQ(self_intersections(points, sphere.triangles, among), want_among);
+}
+
+TEST(SelfIntersections, SeeTwoThatLieFlatOnEachOther) {
+  // A corner folded over its neighbour, in one plane.
+  const std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.7, 0}};
+  const std::vector<Triangle> folded{{0, 1, 2}, {1, 0, 3}};
+  EXPECT_EQ(self_intersections(points, folded).size(), 1U);
+  const std::vector<Vec3> open{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, -0.7, 0}};
+  EXPECT_TRUE(self_intersections(open, folded).empty());
 }
 
 TEST(MeasureQuality, AMeshInsideOutHasANegativeVolume) {
