@@ -27,6 +27,19 @@ int fail(const char* message, beatlas::ErrorCode code) {
   return exit_code(code);
 }
 
+/// The option of `command` that the first word of no option looks like; empty if none does.
+std::string meant_option(const CLI::App& command, int argc, char** argv) {
+  std::set<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.insert("--" + name);
+  }
+  for (int at = 2; at < argc; ++at) {
+    const std::string word = std::string(argv[at]).substr(0, std::string(argv[at]).find('='));
+    if (word.starts_with("--") && names.count(word) == 0) return beatlas::nearest_name(word, names);
+  }
+  return "";
+}
+
 int run_command(int argc, char** argv) {
   using namespace beatlas::cli;
   CLI::App app("From ECG-gated cardiac MRI to a beating heart that can be touched.", "beatlas");
@@ -64,6 +77,9 @@ int run_command(int argc, char** argv) {
       std::set<std::string> names;
       for (const CLI::App* command : app.get_subcommands({})) names.insert(command->get_name());
       const std::string meant = beatlas::nearest_name(argv[1], names);
+      if (!meant.empty()) told += "; did you mean " + meant + "?";
+    } else if (!app.get_subcommands().empty()) {
+      const std::string meant = meant_option(*app.get_subcommands().front(), argc, argv);
       if (!meant.empty()) told += "; did you mean " + meant + "?";
     }
     const std::string command =
