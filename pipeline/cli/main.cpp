@@ -45,7 +45,8 @@ std::string meant_option(const CLI::App& app, int argc, char** argv) {
     const std::string word(whole.substr(0, whole.find('=')));
     if (!word.starts_with("--") || names.count(word) != 0) continue;
     const std::string meant = beatlas::nearest_name(word, names);
-    return meant.empty() ? "" : "; by " + word + ", did you mean " + meant + "?";
+    if (meant.empty()) return "";
+    return std::string("; by ").append(word).append(", did you mean ").append(meant).append("?");
   }
   return "";
 }
