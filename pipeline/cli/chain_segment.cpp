@@ -1,7 +1,9 @@
 // The chain's segmentation, its leak alarm and its pictures.
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "pipeline/cli/chain.h"
 #include "pipeline/cli/correction_words.h"
@@ -142,6 +144,11 @@ void Chain::segment() {
                                                              : images.shown_source);
       }
       ask_for_leaks(context);
+      // Labels given stay as they are, whatever a seed says: where they leak, they must be painted.
+      const std::vector<int>& given = corrections.known.phases;
+      for (LeakAlarm& alarm : segmentation_->alarms) {
+        if (std::binary_search(given.begin(), given.end(), alarm.phase)) alarm.seed.reset();
+      }
       leave(Stage::Segment, new_record(Stage::Segment), [&] {
         const double interval_s = exam().stack.frame_interval_s();
         study::FileList files =

@@ -3,6 +3,8 @@
 #include <new>
 #include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -25,6 +27,28 @@ int fail(const char* message, beatlas::ErrorCode code) {
   }
   std::fprintf(stderr, "beatlas: %s\n", beatlas::cli::one_line(message).c_str());
   return exit_code(code);
+}
+
+/// What the first word that looks like an option of the command but is none was meant to be, as the
+/// end of a sentence; empty if there is none, or none is near.
+std::string meant_option(const CLI::App& app, int argc, char** argv) {
+  std::set<std::string> names;
+  for (const CLI::App* command = &app; command != nullptr;) {
+    for (const CLI::Option* option : command->get_options()) {
+      for (const std::string& name : option->get_lnames()) names.insert("--" + name);
+    }
+    const std::vector<CLI::App*> chosen = command->get_subcommands();
+    command = chosen.empty() ? nullptr : chosen.front();
+  }
+  for (int at = 2; at < argc; ++at) {
+    const std::string_view whole = argv[at];
+    const std::string word(whole.substr(0, whole.find('=')));
+    if (!word.starts_with("--") || names.count(word) != 0) continue;
+    const std::string meant = beatlas::nearest_name(word, names);
+    if (meant.empty()) return "";
+    return std::string("; by ").append(word).append(", did you mean ").append(meant).append("?");
+  }
+  return "";
 }
 
 int run_command(int argc, char** argv) {
@@ -65,6 +89,8 @@ int run_command(int argc, char** argv) {
       for (const CLI::App* command : app.get_subcommands({})) names.insert(command->get_name());
       const std::string meant = beatlas::nearest_name(argv[1], names);
       if (!meant.empty()) told += "; did you mean " + meant + "?";
+    } else {
+      told += meant_option(app, argc, argv);
     }
     const std::string command =
         app.get_subcommands().empty() ? "" : " " + app.get_subcommands().front()->get_name();

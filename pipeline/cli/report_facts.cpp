@@ -46,15 +46,18 @@ std::string what_of(const atlas::Item& item) {
   return item.structure + ", " + kind;
 }
 
-std::optional<double> worst_gap(const json& provenance) {
-  std::optional<double> worst;
-  if (!provenance.contains("quality")) return worst;
+void put_worst_gap(const json& provenance, report::ReportPackage& out) {
+  if (!provenance.contains("quality")) return;
   for (const json& entry : provenance["quality"]) {
-    for (const char* key : {"field_volume_gap_percent", "surface_volume_gap_percent"}) {
-      if (entry.contains(key)) worst = std::max(worst.value_or(0), entry[key].get<double>());
+    for (const char* made : {"field", "surface"}) {
+      const std::string key = std::string(made) + "_volume_gap_percent";
+      if (!entry.contains(key) || entry[key].get<double>() < out.worst_gap_percent.value_or(0)) {
+        continue;
+      }
+      out.worst_gap_percent = entry[key].get<double>();
+      out.worst_gap_of = std::string("the ") + made + " of " + entry.value("name", "");
     }
   }
-  return worst;
 }
 
 }  // namespace
@@ -88,7 +91,7 @@ std::optional<report::ReportPackage> packed_facts(const study::Study& study) {
         out.volumes.push_back({*structure, entry.volume_ml});
       }
     }
-    out.worst_gap_percent = worst_gap(manifest.provenance);
+    put_worst_gap(manifest.provenance, out);
     if (contents.contains("checks")) {
       const json& checks = contents["checks"];
       out.checks = checks.at("checks").size();

@@ -86,6 +86,7 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   if (input.package) {
     asked.package = heart_figures(input.package->volumes);
     asked.worst_gap_percent = input.package->worst_gap_percent;
+    asked.worst_gap_of = input.package->worst_gap_of;
     asked.checks = input.package->checks;
     asked.failed_checks = input.package->failed_checks;
   }

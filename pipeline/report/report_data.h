@@ -32,6 +32,7 @@ struct ReportPackage {
   std::vector<ReportItem> items;
   std::vector<VolumeCurve> volumes;  ///< of the distance fields
   std::optional<double> worst_gap_percent;
+  std::string worst_gap_of;                ///< "the surface of heart"
   std::size_t checks = 0;                  ///< that it was put to without the truth
   std::vector<std::string> failed_checks;  ///< a sentence each
 };

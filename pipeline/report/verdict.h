@@ -58,6 +58,7 @@ struct VerdictInput {
   HeartFigures segmentation;
   std::optional<HeartFigures> package;      ///< from its distance fields
   std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
+  std::string worst_gap_of;                 ///< what differs so: "the surface of heart"
   std::size_t checks = 0;  ///< of the package without the truth; 0: it was not looked at
   std::vector<std::string> failed_checks;  ///< those it did not pass, a sentence each
   std::vector<SurfaceFigures> surfaces;

@@ -188,9 +188,11 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
       }
     }
   };
-  // First what the drawn seeds replace, then the seeds, so that no seed erases another.
+  // First what the drawn seeds replace, then the seeds, so that no seed erases another. A ball of
+  // background says what lies there, not that all else around the heart is no longer background.
   std::set<std::tuple<std::size_t, std::size_t, std::uint8_t>> cleared;
   for_each_place([&](const Seed& seed, std::size_t p, std::size_t v) {
+    if (seed.label == kLabelBackground) return;
     const std::size_t k = v / grid.slice_count();
     if (!cleared.emplace(p, k, seed.label).second) return;
     const auto from = images[p].begin() + static_cast<std::ptrdiff_t>(k * grid.slice_count());

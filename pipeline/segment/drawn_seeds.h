@@ -16,9 +16,10 @@ namespace beatlas::segment {
 [[nodiscard]] Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds);
 
 /// Draws a technician's seeds: in their slices and phases they replace the automatic ones of their
-/// label, elsewhere those stay.
-/// A seed marks the voxels whose centres lie in its ball, at least the voxel it lies in; a stroke
-/// those within its radius of its line, at least those that the line crosses, so it has no gaps.
+/// label, elsewhere those stay. Those of background, which is many things, add to the automatic
+/// ones. A seed marks the voxels whose centres lie in its ball, at least the voxel it lies in; a
+/// stroke those within its radius of its line, at least those that the line crosses, so it has no
+/// gaps.
 /// @param grid of the images or a part of it  @throws Error{InvalidInput} as check_seeds does, but
 /// that only a part of a stroke need be in the grid
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);

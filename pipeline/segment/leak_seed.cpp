@@ -70,7 +70,10 @@ std::optional<LeakSeed> seed_under(const LeakAlarm& alarm, const LabelCycle& lab
     to += kStepMm;
   }
   const bool air = alarm.kind == LeakKind::Air;
-  const double leak_mm = air ? 2 * kAirMm : to - from - (muscle ? kMuscleMm : kRestMm);
+  double leak_mm = air ? 2 * kAirMm : to - from - (muscle ? kMuscleMm : kRestMm);
+  // Where nothing else lies so deep, as in a heart without chambers, the leak's own end is not
+  // told.
+  if (to >= kDeepestMm) leak_mm = std::min(leak_mm, 2 * kMostRadiusMm);
   if (leak_mm < kLeastLeakMm) return std::nullopt;
   const Vec3 middle = surface + (from + leak_mm / 2) * in;
   LeakSeed out{kLabelBackground, labels.grid.mm_from_index * middle,

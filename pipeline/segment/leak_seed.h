@@ -9,7 +9,8 @@
 namespace beatlas::segment {
 
 /// Of an alarm on a patch of the heart's surface: background, in the middle of what lies under the
-/// patch beyond the thickness of a wall; under what is as dark as lung, right under the surface.
+/// patch beyond the thickness of a wall; right under the surface where that is as dark as lung, or
+/// where what lies there does not end, as in a heart without chambers.
 /// In every phase, where the place is never blood, and never the LV's muscle but in such a leak.
 /// None where no more than a wall lies there: the surface may be right and only not be seen, and a
 /// seed would eat into the wall.

@@ -4,6 +4,8 @@ WORK_FOLDER is that of stage_test.py; the exam is that of study_test.py's `prepa
 itk_paint.cpp, where ITK is: the library with which 3D Slicer and ITK-SNAP read and write images.
 """
 import json
+import os
+import pathlib
 import shutil
 import subprocess
 import sys
@@ -15,8 +17,8 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 from given_test import LV, MUSCLE, RV, labels_of, study_of
-from stage_test import WORK, beatlas, digest, expect_same, new_folder
-from study_test import EXAM, PACKAGE, SCHEMAS, again, built, states
+from stage_test import PROGRAM, WORK, beatlas, digest, expect_same, new_folder
+from study_test import PACKAGE, SCHEMAS, again, built, states, write_recipe
 
 
 def seeds_of(folder):
@@ -126,6 +128,74 @@ def slip():
     assert all(" at (" in line and "mm LPS, phase 0" in line and "seeds STUDY remove" in line for line in told)
     report = json.loads((folder / "report.json").read_text())
     assert any("seed 1, rest_of_heart" in reason["sentence"] for reason in report["reasons"]), report["reasons"]
+
+
+def ball_in_touch(file, phases=6):
+    """A beating ball of 32 mm as bright as the still body that it touches: no edge parts them. Gives where
+    the ball is, from closed form."""
+    size, step = (56, 56, 30), numpy.array((2.0, 2, 3))
+    place = numpy.moveaxis(numpy.indices(size), 0, -1) * step
+    chance = numpy.random.default_rng(6)
+    images, inside = [], []
+    for phase in range(phases):
+        radius = 32 * (1 - 0.075 * (1 - numpy.cos(2 * numpy.pi * phase / phases)))
+        away = numpy.linalg.norm(place - (55, 55, 43), axis=-1)
+        # A pixel at the boundary is the mean of both sides.
+        image = 100 + 300 * numpy.clip((radius - away) / 2 + 0.5, 0, 1)
+        image[place[..., 1] > 86] = 400
+        images.append(numpy.hypot(image + chance.normal(0, 27, size), chance.normal(0, 27, size)))
+        inside.append(away < radius)
+    stack = nibabel.Nifti1Image(numpy.stack(images, -1).astype(numpy.int16), numpy.diag((-2.0, -2, 3, 1)))
+    stack.header.set_zooms((*step, 0.8 / phases))
+    stack.header.set_xyzt_units("mm", "sec")
+    nibabel.save(stack, file)
+    return numpy.stack(inside, -1)
+
+
+def offered():
+    """The commands that the report offers for a leak, run as they stand, lessen the leak and its alarm."""
+    images, folder, package = WORK / "offered.nii.gz", new_folder("offered"), WORK / "offered.beatlas"
+    truth = ball_in_touch(images)
+    package.unlink(missing_ok=True)
+    # Slices stay where the ball's closed form has them.
+    recipe = WORK / "offered.json"
+    write_recipe(recipe, **{"import": {"align_slices": "off"}})
+    beatlas("build", images, "-o", package, "--study", folder, "--recipe", recipe)
+    voxel_ml = 0.012
+
+    def seen():
+        """Report, ml that leaked, ml that were lost, alarms' sizes by kind."""
+        told = json.loads((folder / "report.json").read_text())
+        heart = labels_of(folder) > 0
+        leaks = [place for place in told["places"] if place["kind"] == "leak"]
+        sizes = {place["alarm"]: place["figure"] for place in leaks if place["structure"] == "heart"}
+        return (leaks, voxel_ml * (heart & ~truth).sum(axis=(0, 1, 2)).max(),
+                voxel_ml * (truth & ~heart).sum(axis=(0, 1, 2)).max(), sizes)
+
+    leaks, leaked_ml, lost_ml, sizes = seen()
+    assert leaked_ml > 20 and lost_ml < 2, (leaked_ml, lost_ml)
+    paths = os.pathsep.join((str(pathlib.Path(PROGRAM).parent), os.environ["PATH"]))
+    for turn in range(2):
+        command = next(place for place in leaks if place["commands"][0].startswith("beatlas seeds"))
+        for words in command["commands"]:
+            subprocess.run(words, shell=True, check=True, cwd=folder, env=dict(os.environ, PATH=paths),
+                           capture_output=True)
+        kind, before = command["alarm"], (leaked_ml, sizes[command["alarm"]])
+        leaks, leaked_ml, lost_ml, sizes = seen()
+        print(f"{kind}: {before[1]} mm2, {before[0]:.1f} ml; then {sizes.get(kind, 0)} mm2, {leaked_ml:.1f} ml; "
+              f"{lost_ml:.1f} ml lost")
+        assert leaked_ml < before[0] - 1 and sizes.get(kind, 0) < before[1], (turn, before, leaked_ml, sizes)
+        assert lost_ml < 2, "a seed in what leaked, not in the heart"
+    told = json.loads((folder / "report.json").read_text())
+    assert any(place["kind"] == "leak" for place in told["before"]["places"])
+
+    # Where labels were given they stay, whatever a seed says: none is offered, but an editor.
+    given = WORK / "offered_labels.nii.gz"
+    shutil.copyfile(folder / "segment" / "labels.nii.gz", given)
+    beatlas("segment", "--study", folder, "--labels", given)
+    told = json.loads(beatlas("report", folder, "--json").stdout)
+    leaks = [place for place in told["places"] if place["kind"] == "leak"]
+    assert leaks and all(place["commands"][0].startswith("itksnap") for place in leaks), leaks
 
 
 def slicer():

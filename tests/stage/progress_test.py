@@ -18,7 +18,8 @@ import time
 import jsonschema
 
 from stage_test import PROGRAM, WORK, beatlas, expect_same, new_folder
-from study_test import EXAM, PACKAGE, RECIPE, SCHEMAS, no_half_files
+from study_stops_test import no_half_files
+from study_test import EXAM, PACKAGE, RECIPE, SCHEMAS
 
 STAGES = ("import", "segment", "pictures", "register", "field", "mesh", "pack")
 # Of processor time, that a busy machine does not lengthen: what stops cleanly within a second.

@@ -210,6 +210,17 @@ def layout():
                 middle = slices // 2
                 assert sheets[0][middle][1] != sheets[1][middle][1], "two moments"
                 assert not driver.find_element(By.ID, "paper").is_displayed()
+                # Tables keep their columns on A4, which is as narrow as a telephone on its side, and none is cut.
+                metrics = {"width": 720, "height": 1040, "deviceScaleFactor": 1, "mobile": False}
+                driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+                driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+                stacked, cut = driver.execute_script("""
+                  for (const e of document.querySelectorAll('details')) e.open = true;
+                  const tables = [...document.querySelectorAll('table')].filter(t => t.offsetParent);
+                  return [tables.filter(t => getComputedStyle(t.tHead).display === 'none').length,
+                          tables.filter(t => t.scrollWidth > t.parentElement.clientWidth + 1).map(t => t.textContent.slice(0, 60))];""")
+                assert stacked == 0 and not cut, (stacked, cut)
+                driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
                 paper = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
                 assert paper[:5] == b"%PDF-" and len(paper) > 100_000, "a page with its pictures"
                 assert len(re.findall(rb"/Type\s*/Page\b", paper)) >= 2

@@ -98,7 +98,7 @@
       section.append(make("ol", {class: "places"}, leaks.map(([place, n]) => make("li", {class: "place leak"},
         make("h3", {}, count(n), make("span", {}, place.title), show_button(place, n)),
         make("p", {class: "small"}, where(place)), make("p", {}, place.sentence),
-        /^beatlas seeds/.test(place.commands[0]) ? null : make("p", {}, "No seed is offered: labels that were painted are kept, and what lies under this surface is no thicker than a wall, so that it may be right and only not be seen. Where it is wrong, paint it:"),
+        /^beatlas seeds/.test(place.commands[0]) ? null : make("p", {}, "No seed is offered: either labels were painted or given here, which stay as they are, or what lies under this surface is no thicker than a wall, so that it may be right and only not be seen. Where it is wrong, paint it:"),
         place.commands.map(command)))));
     }
     if (uncertain.length) {

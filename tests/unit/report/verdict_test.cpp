@@ -77,6 +77,17 @@ TEST(Verdict, RejectsWhatCannotBeUsed) {
   EXPECT_EQ(verdict(findings(input)), Level::Rejected);
 }
 
+TEST(Verdict, TellsWhatDiffersFromTheSegmentation) {
+  VerdictInput input = sound();
+  input.worst_gap_percent = 5.14;
+  input.worst_gap_of = "the surface of aorta";
+  const std::vector<Finding> all = findings(input);
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [](const Finding& finding) { return finding.id == "package"; });
+  ASSERT_NE(found, all.end());
+  EXPECT_EQ(found->said, "largest difference 5.1 % of a volume, the surface of aorta");
+}
+
 TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   const auto doubtful = [](const std::string& id, const auto& spoil) {
     VerdictInput input = sound();

@@ -111,6 +111,14 @@ TEST(DrawSeeds, replace_the_automatic_ones_of_their_label_slice_and_phase_only) 
   EXPECT_EQ(images[0][kOblique.offset(3, 1, 12)], kLabelBackground);
 }
 
+TEST(DrawSeeds, of_background_add_to_the_automatic_ones) {
+  LabelImages images = blank(kOblique, 1);
+  images[0][kOblique.offset(1, 1, 12)] = kLabelBackground;
+  draw_seeds(kOblique, {{kLabelBackground, kOblique.mm(20, 20, 12), 3.0, 0}}, images);
+  EXPECT_EQ(images[0][kOblique.offset(20, 20, 12)], kLabelBackground);
+  EXPECT_EQ(images[0][kOblique.offset(1, 1, 12)], kLabelBackground);
+}
+
 TEST(DrawSeeds, drawn_later_lie_on_earlier_ones) {
   LabelImages images = blank(kOblique, 1);
   const Vec3 at = kOblique.mm(12, 12, 12);

@@ -53,6 +53,19 @@ TEST(SeedUnder, lies_in_the_middle_of_what_is_more_than_a_wall) {
   EXPECT_NEAR(seed->radius_mm, 6, 1e-9);
 }
 
+TEST(SeedUnder, lies_right_under_the_surface_of_a_heart_without_chambers) {
+  LabelCycle labels = disc(20, 9);
+  for (auto& phase : labels.phases) {
+    for (auto& label : phase) {
+      if (label != kLabelBackground) label = kLabelRestOfHeart;
+    }
+  }
+  const auto seed = seed_under(at_left(20, 9), labels);
+  ASSERT_TRUE(seed);
+  EXPECT_NEAR((seed->lps_mm - Vec3(14 + 6, 30, 8)).norm(), 0, 1.5);
+  EXPECT_NEAR(seed->radius_mm, 6, 1e-9);
+}
+
 TEST(SeedUnder, is_of_one_phase_where_the_place_is_muscle_in_another) {
   LabelCycle labels = disc(20, 9);
   labels.phases[2] = disc(0, 25).phases[0];
