@@ -107,7 +107,7 @@ BetweenSlices::Way BetweenSlices::way_at(const Vec3& index, double t) const {
         if (moved.norm() > kMostWayMm) break;
       }
     }
-    if (found > 0) sum /= found;
+    sum /= found;
     way.px[side] = {static_cast<std::int16_t>(std::lround(kUnits * sum.x() / edges[0])),
                     static_cast<std::int16_t>(std::lround(kUnits * sum.y() / edges[1]))};
     way.trust[side] = static_cast<std::uint8_t>(std::lround(255 * found / wanted));
