@@ -64,11 +64,11 @@ std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<Of>& all, dou
 void Chain::surfaces() {
   if (keeps(Stage::Mesh, wanted_of(Stage::Mesh, orders_))) return;
   run(Stage::Mesh, [&](StageContext& context) {
+    const auto make = [&](const FieldCycle& field, StageContext& own) {
+      return mesh::mesh_cycle(field, orders_.recipe.mesh, own);
+    };
     std::vector<SurfaceCycle> made;
-    for (auto& surface :
-         made_of(field_cycles(), kMade, context, [&](const FieldCycle&field, StageContext&own) {
-           return mesh::mesh_cycle(field, orders_.recipe.mesh, own);
-         })) {
+    for (auto& surface : made_of(field_cycles(), kMade, context, make)) {
       made.push_back(std::move(*surface));
     }
     mesh::part_structures(made, field_cycles());
@@ -104,18 +104,18 @@ std::vector<SurfaceCycle> Chain::at_level(const std::vector<SurfaceCycle>& made,
   mesh::MeshOptions options = orders_.recipe.mesh;
   options.edge_mm = edge_mm;
   const std::vector<FieldCycle>& fields = field_cycles();
+  const auto make = [&](const SurfaceCycle& each,
+                        StageContext& own) -> std::optional<SurfaceCycle> {
+    try {
+      return mesh::level_of_detail(each, of(fields, each.structure), options, own);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Quality || finest) throw;
+      own.warn(std::string(error.what()) + "; the package has no such level of it");
+      return std::nullopt;
+    }
+  };
   std::vector<SurfaceCycle> out;
-  for (auto& surface :
-       made_of(made, 1, context,
-               [&](const SurfaceCycle&each, StageContext&own) -> std::optional<SurfaceCycle> {
-                 try {
-                   return mesh::level_of_detail(each, of(fields, each.structure), options, own);
-                 } catch (const Error& error) {
-                   if (error.code() != ErrorCode::Quality || finest) throw;
-                   own.warn(std::string(error.what()) + "; the package has no such level of it");
-                   return std::nullopt;
-                 }
-               })) {
+  for (auto& surface : made_of(made, 1, context, make)) {
     if (surface) out.push_back(std::move(*surface));
   }
   mesh::part_structures(out, field_cycles());

@@ -7,10 +7,10 @@
 namespace beatlas::reg {
 namespace {
 
-constexpr double kGaps = 0.5;        ///< to an empty slice
-constexpr double kLeastGaps = 0.1;   ///< beyond the stack: its last slice shows the structure
-constexpr double kThinAtApex = 0.5;  ///< of the last slice's wall
-constexpr double kAcrossSlices = 0.5;
+constexpr double kGaps = 0.5;          ///< to an empty slice
+constexpr double kLeastGaps = 0.1;     ///< beyond the stack: its last slice shows the structure
+constexpr double kThinAtApex = 0.5;    ///< of the last slice's wall
+constexpr double kAcrossSlices = 0.5;  ///< cosine: an axis that leans more runs along the slices
 
 /// Area of a slice's section, in voxels; 0 where none of them is half covered.
 double section(const Grid& grid, const std::vector<float>& coverage, int k) {
@@ -43,14 +43,6 @@ ApicalEnd end_of(const Grid& grid, const std::vector<float>& coverage, int step,
   return out;
 }
 
-std::vector<float> filled_lv(const CoverageCycle& coverage, std::size_t phase) {
-  std::vector<float> out = coverage.phases.at(Structure::LvMyocardium)[phase];
-  const std::vector<float>& blood = coverage.phases.at(Structure::LvBlood)[phase];
-  std::transform(out.begin(), out.end(), blood.begin(), out.begin(),
-                 [](float a, float b) { return std::min(1.0F, a + b); });
-  return out;
-}
-
 /// Index in the coverage's grid.
 int last_in_stack(const Segmentation& segmentation, int step) {
   return (step > 0 ? segmentation.labels.grid.size[2] - 1 : 0) - segmentation.coverage.first[2];
@@ -62,6 +54,14 @@ bool holds_lv(const CoverageCycle& coverage) {
 }
 
 }  // namespace
+
+std::vector<float> filled_lv(const CoverageCycle& coverage, std::size_t phase) {
+  std::vector<float> out = coverage.phases.at(Structure::LvMyocardium)[phase];
+  const std::vector<float>& blood = coverage.phases.at(Structure::LvBlood)[phase];
+  std::transform(out.begin(), out.end(), blood.begin(), out.begin(),
+                 [](float a, float b) { return std::min(1.0F, a + b); });
+  return out;
+}
 
 int step_to_apex(const Segmentation& segmentation, const std::optional<LongAxis>& axis) {
   const auto cut = segmentation.base_cuts.find(Structure::LvMyocardium);

@@ -4,10 +4,14 @@
 
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "pipeline/core/shapes.h"
 
 namespace beatlas::reg {
+
+/// Coverage of one phase of the LV's blood and muscle together. @pre there are both
+[[nodiscard]] std::vector<float> filled_lv(const CoverageCycle& coverage, std::size_t phase);
 
 /// Beyond its most apical slice a structure closes roundly.
 struct ApicalEnd {

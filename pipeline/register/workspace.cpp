@@ -99,9 +99,6 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
   const bool thick = slice_mm >= kThickSlicesMm;
   const int last_k = segmentation.labels.grid.size[2] - 1;
   const int to_apex = thick ? step_to_apex(segmentation, segmentation.axis) : 0;
-  const auto ends_of = [&](Structure structure, std::size_t phase) {
-    return apical_ends(segmentation, structure, phase, to_apex);
-  };
   std::vector<ShapeCycle> shapes;
   for (const auto& [structure, phases] : coverage.phases) {
     const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
@@ -118,10 +115,7 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
     const bool with_cavity = wall && cavity != coverage.phases.end();
     std::vector<Phase> filled = phases;
     if (with_cavity) {
-      for (std::size_t p = 0; p < filled.size(); ++p) {
-        std::transform(filled[p].begin(), filled[p].end(), cavity->second[p].begin(),
-                       filled[p].begin(), [](float a, float b) { return std::min(1.0F, a + b); });
-      }
+      for (std::size_t p = 0; p < filled.size(); ++p) filled[p] = filled_lv(coverage, p);
     }
     ShapeCycle shape;
     shape.structure = structure;
@@ -142,7 +136,7 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
     const double before = each * static_cast<double>(shapes.size());
     const StageContext part = context.part(before, before + each, structure_name(structure));
     parallel_for(filled.size(), part, "phase", [&](std::size_t p) {
-      const ApicalEnds ends = ends_of(structure, p);
+      const ApicalEnds ends = apical_ends(segmentation, shape.structure, p, to_apex);
       Phase level = level_of(filled[p], structure == Structure::LvBlood ? ends.cavity : ends.wall);
       if (with_cavity) {
         const Phase inner = level_of(cavity->second[p], ends.cavity);
