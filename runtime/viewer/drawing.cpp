@@ -165,6 +165,12 @@ void HeartDrawing::Parts::make_window(vtkRenderWindow* made) {
   window->SetMultiSamples(kSmoothSamples);
   window->AddRenderer(renderer);
   if (options.caption) window->AddRenderer(overlay.marker);
+  // VTK 9.1 leaves the width to height of a new renderer as 1 until its viewport or size differs
+  // from what it finds in memory that it never set: an earlier window's of the same size would do.
+  for (const double right : {0.5, 1.0}) {
+    renderer->SetViewport(0, 0, right, 1);
+    renderer->ComputeAspect();
+  }
   if (options.anaglyph) {
     window->SetStereoTypeToAnaglyph();
     window->StereoRenderOn();
