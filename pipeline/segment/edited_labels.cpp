@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
@@ -15,7 +16,8 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kReachPx = 2;  // an outline is smoothed over one pixel and its neighbours
+constexpr int kReachPx = 2;    // an outline is smoothed over one pixel and its neighbours
+constexpr int kReachThin = 1;  // where a surface runs along thin slices, labels reach into the next
 
 void check_labels(const Segmentation& made, const LabelCycle& labels) {
   if (labels.grid.size != made.labels.grid.size ||
@@ -94,9 +96,10 @@ void enlarge(CoverageCycle& coverage, BoundaryUncertainty& uncertainty, const Gr
   coverage.first = box.first;
 }
 
-/// 1 where labels changed and kReachPx around, in plane; empty if nothing did.
+/// 1 where labels changed and around, as far as that is felt; empty if nothing did.
 std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::uint8_t>& before,
                                        const std::vector<std::uint8_t>& after) {
+  const int slices = grid.spacing_mm()[2] < kThickSlicesMm ? kReachThin : 0;
   std::vector<std::uint8_t> zone;
   std::size_t v = 0;
   for (int k = 0; k < grid.size[2]; ++k) {
@@ -104,11 +107,13 @@ std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::
       for (int i = 0; i < grid.size[0]; ++i, ++v) {
         if (before[v] == after[v]) continue;
         if (zone.empty()) zone.resize(grid.count(), 0);
-        for (int b = std::max(0, j - kReachPx); b <= std::min(grid.size[1] - 1, j + kReachPx);
-             ++b) {
-          for (int a = std::max(0, i - kReachPx); a <= std::min(grid.size[0] - 1, i + kReachPx);
-               ++a) {
-            zone[grid.offset(a, b, k)] = 1;
+        for (int c = std::max(0, k - slices); c <= std::min(grid.size[2] - 1, k + slices); ++c) {
+          for (int b = std::max(0, j - kReachPx); b <= std::min(grid.size[1] - 1, j + kReachPx);
+               ++b) {
+            for (int a = std::max(0, i - kReachPx); a <= std::min(grid.size[0] - 1, i + kReachPx);
+                 ++a) {
+              zone[grid.offset(a, b, c)] = 1;
+            }
           }
         }
       }
