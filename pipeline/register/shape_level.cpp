@@ -6,6 +6,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/register/sub_slices.h"
+
 namespace beatlas::reg {
 
 AxisMap axis_map(const Grid& source, const Grid& lattice, const Affine& workspace_from_lps) {
@@ -225,8 +227,13 @@ void smooth(Phase& level, const Grid& lattice, const Vec3& bend_mm2) {
 
 Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid& lattice,
                           const AxisMap& map) {
-  Phase level = raw_from_coverage(source, coverage, lattice, map);
-  const Vec3 voxel = source.spacing_mm();
+  const int parts = parts_of_slices(source);
+  const SubSlices thin = split_slices(source, coverage, parts);
+  AxisMap thin_map = map;
+  thin_map.scale[2] *= parts;
+  thin_map.shift[2] = (map.shift[2] + 0.5) * parts - 0.5;
+  Phase level = raw_from_coverage(thin.grid, thin.coverage, lattice, thin_map);
+  const Vec3 voxel = thin.grid.spacing_mm();
   smooth(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm) + voxel.cwiseAbs2() / 12);
   return level;
 }

@@ -1,0 +1,119 @@
+#include "pipeline/register/sub_slices.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <opencv2/imgproc.hpp>
+
+namespace beatlas::reg {
+namespace {
+
+constexpr double kLeastPartMm = 1;  ///< of a slice
+constexpr double kMostPartMm = 1.5;
+constexpr double kPatchMm = 2;   ///< Gaussian in plane, of the coverage whose gradient is taken
+constexpr float kMixed = 1e-3F;  ///< less is none, and as near to 1 is all
+constexpr double kLeastSlope = 1e-3;  ///< [1 / mm] of a gradient that is a direction
+constexpr int kHalvings = 24;
+
+double cube(double x) { return x > 0 ? x * x * x : 0; }
+
+/// Smoothed over a patch of the slice and its two neighbours.
+std::vector<float> soft_coverage(const Grid& grid, const std::vector<float>& coverage) {
+  const Vec3 spacing = grid.spacing_mm();
+  std::vector<float> plane(coverage.size());
+  const auto slice = [&](std::vector<float>& of, int k) {
+    return cv::Mat(grid.size[1], grid.size[0], CV_32F, of.data() + grid.offset(0, 0, k));
+  };
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const cv::Mat from(grid.size[1], grid.size[0], CV_32F,
+                       const_cast<float*>(coverage.data()) + grid.offset(0, 0, k));
+    cv::GaussianBlur(from, slice(plane, k), {0, 0}, kPatchMm / spacing[0], kPatchMm / spacing[1],
+                     cv::BORDER_REPLICATE);
+  }
+  std::vector<float> out(coverage.size());
+  for (int k = 0; k < grid.size[2]; ++k) {
+    slice(out, k) = 0.25 * slice(plane, std::max(0, k - 1)) + 0.5 * slice(plane, k) +
+                    0.25 * slice(plane, std::min(grid.size[2] - 1, k + 1));
+  }
+  return out;
+}
+
+}  // namespace
+
+int parts_of_slices(const Grid& grid) {
+  const Vec3 spacing = grid.spacing_mm();
+  const double pixel = std::clamp(std::min(spacing[0], spacing[1]), kLeastPartMm, kMostPartMm);
+  return std::max(1, static_cast<int>(std::lround(spacing[2] / pixel)));
+}
+
+double share_below(const Vec3& normal, const Vec3& half, double offset) {
+  std::array<double, 3> m{};
+  double whole = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    m[a] = std::max(std::abs(normal[axis]) * 2 * half[axis], 1e-4);
+    whole += m[a];
+  }
+  const double at = offset + 0.5 * whole;
+  if (at <= 0) return 0;
+  if (at >= whole) return 1;
+  const double six = cube(at) - cube(at - m[0]) - cube(at - m[1]) - cube(at - m[2]) +
+                     cube(at - m[0] - m[1]) + cube(at - m[0] - m[2]) + cube(at - m[1] - m[2]);
+  return std::clamp(six / (6 * m[0] * m[1] * m[2]), 0.0, 1.0);
+}
+
+SubSlices split_slices(const Grid& grid, const std::vector<float>& coverage, int parts) {
+  SubSlices out{grid, {}};
+  out.grid.size[2] *= parts;
+  out.grid.mm_from_index = grid.mm_from_index * Eigen::Translation3d(0, 0, 0.5 / parts - 0.5) *
+                           Eigen::Scaling(Vec3(1, 1, 1.0 / parts));
+  out.coverage.resize(out.grid.count());
+  const std::vector<float> soft = soft_coverage(grid, coverage);
+  const Vec3 spacing = grid.spacing_mm();
+  const Vec3 half = 0.5 * spacing;
+  const Vec3 half_part(half[0], half[1], half[2] / parts);
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.size[0]),
+                                          grid.slice_count()};
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const std::size_t v = grid.offset(i, j, k);
+        const float share = coverage[v];
+        const Index3 index{i, j, k};
+        Vec3 outward = Vec3::Zero();
+        const bool mixed = share > kMixed && share < 1 - kMixed;
+        if (mixed) {
+          for (std::size_t a = 0; a < 3; ++a) {
+            const auto axis = static_cast<Eigen::Index>(a);
+            const std::size_t before = index[a] > 0 ? v - stride[a] : v;
+            const std::size_t after = index[a] + 1 < grid.size[a] ? v + stride[a] : v;
+            outward[axis] = static_cast<double>(soft[before] - soft[after]) / (2 * spacing[axis]);
+          }
+        }
+        const double slope = outward.norm();
+        if (!mixed || slope < kLeastSlope) {
+          for (int part = 0; part < parts; ++part) {
+            out.coverage[out.grid.offset(i, j, k * parts + part)] = share;
+          }
+          continue;
+        }
+        outward /= slope;
+        double low = -outward.cwiseAbs().dot(half);
+        double high = -low;
+        for (int n = 0; n < kHalvings; ++n) {
+          const double middle = 0.5 * (low + high);
+          (share_below(outward, half, middle) < static_cast<double>(share) ? low : high) = middle;
+        }
+        for (int part = 0; part < parts; ++part) {
+          const double z = spacing[2] * ((part + 0.5) / parts - 0.5);
+          out.coverage[out.grid.offset(i, j, k * parts + part)] = static_cast<float>(
+              share_below(outward, half_part, 0.5 * (low + high) - outward[2] * z));
+        }
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace beatlas::reg
