@@ -9,6 +9,7 @@
 #include "pipeline/core/words.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/mask_surface.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
@@ -195,8 +196,15 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
       follow_paint(grid, after.phases[p], structure, cut.base_step, box.first[2], cut.k[p], zone);
     }
     if (zone.empty()) return;
+    // A body given as a whole is as smooth across slices as in them; a stroke is of its own slice.
+    const bool whole = grid.spacing_mm()[2] < kThickSlicesMm &&
+                       std::all_of(before.phases[p].begin(), before.phases[p].end(),
+                                   [](std::uint8_t label) { return label == kLabelBackground; });
+    const auto coverage_of = [&](const std::vector<std::uint8_t>& mask) {
+      return whole ? smooth_coverage(grid, mask) : outline_coverage(grid, mask);
+    };
     const auto covered = [&](Structure structure) {
-      return outline_coverage(grid, where(after.phases[p], structure));
+      return coverage_of(where(after.phases[p], structure));
     };
     const std::vector<float> blood = covered(Structure::LvBlood);
     for (auto& [structure, phases] : coverage.phases) {
@@ -208,7 +216,7 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
         std::vector<std::uint8_t> ventricle = where(after.phases[p], structure);
         const std::vector<std::uint8_t> cavity = where(after.phases[p], Structure::LvBlood);
         for (std::size_t v = 0; v < ventricle.size(); ++v) ventricle[v] |= cavity[v];
-        outline = outline_coverage(grid, ventricle);
+        outline = coverage_of(ventricle);
         for (std::size_t v = 0; v < outline.size(); ++v) {
           outline[v] = std::max(0.0F, outline[v] - blood[v]);
         }
