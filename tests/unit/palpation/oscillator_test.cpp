@@ -54,8 +54,8 @@ TEST(Oscillator, WithoutMassHasTheClosedStepAndRampResponse) {
   }
 }
 
-TEST(Oscillator, HasTheClosedFormOfEveryMass) {
-  // Hard case 11: 1 ug to 310 g, and springs up to 1e5 N/m: over- and underdamped.
+TEST(Oscillator, HardCase11HasTheClosedFormOfEveryMass) {
+  // 1 ug to 310 g, and springs up to 1e5 N/m: over- and underdamped.
   int complex_poles = 0;
   for (double m : {1e-9, 1e-6, 1.14e-3, 0.01, 0.045, 0.31}) {
     for (double c : {2.0, 51.0, 60.0, 72.0}) {
@@ -102,7 +102,7 @@ TEST(Oscillator, GoesToTheLimitOfNoMass) {
   EXPECT_LT(before, 1e-12);
 }
 
-TEST(Oscillator, GivesTheSameSamplesForStepsOfAnyLength) {
+TEST(Oscillator, HardCase11GivesTheSameSamplesForStepsOfAnyLength) {
   // The force is straight between corners 100 ms apart; samples at the corners.
   const std::vector<double> corners{0, 0.6, 0.4, -0.3, 0.9, 0.9, 0};
   for (double m : {0.0, 1e-9, 1.14e-3, 0.31}) {
@@ -126,7 +126,7 @@ TEST(Oscillator, GivesTheSameSamplesForStepsOfAnyLength) {
   }
 }
 
-TEST(Oscillator, UnforcedNeverGainsEnergy) {
+TEST(Oscillator, HardCase11UnforcedNeverGainsEnergy) {
   for (double m : {0.0, 1e-9, 1e-5, 1.14e-3, 0.045, 0.31}) {
     for (double c : {0.01, 1.0, 60.0}) {
       for (double k : {0.0, 1.0, 75.0, 881.0, 1e5}) {
