@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/core/slices.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
@@ -74,16 +73,28 @@ void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
   }
 }
 
-void keep_connected_rv(ImageCycle<std::uint8_t>& labels) {
-  if (labels.grid.spacing_mm()[2] < kThickSlicesMm) return;
+VoxelCycle keep_connected_rv(ImageCycle<std::uint8_t>& labels) {
+  VoxelCycle apart(labels.phases.size());
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     const std::vector<std::uint8_t> part = largest_part(
         labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == kLabelRvBlood; });
     for (std::size_t v = 0; v < part.size(); ++v) {
-      if (part[v] == 2) phase[v] = kLabelRestOfHeart;
+      if (part[v] != 2) continue;
+      phase[v] = kLabelRestOfHeart;
+      apart[p].push_back(static_cast<std::uint32_t>(v));
     }
   });
+  return apart;
+}
+
+void relabel(const VoxelCycle& voxels, std::uint8_t from, std::uint8_t to,
+             ImageCycle<std::uint8_t>& labels) {
+  for (std::size_t p = 0; p < voxels.size(); ++p) {
+    for (const std::uint32_t v : voxels[p]) {
+      if (labels.phases[p][v] == from) labels.phases[p][v] = to;
+    }
+  }
 }
 
 }  // namespace beatlas::segment

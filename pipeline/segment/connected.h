@@ -2,17 +2,26 @@
 /// What hangs together: a heart is one body, a ventricle one cavity.
 
 #include <cstdint>
+#include <vector>
 
 #include "pipeline/core/exam.h"
 
 namespace beatlas::segment {
 
+/// Of each phase, voxels of the labels' grid.
+using VoxelCycle = std::vector<std::vector<std::uint32_t>>;
+
 /// Keeps in each phase what hangs together with the heart's largest part, through space and time.
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 
 /// Of the right ventricle's blood each phase keeps its largest part; the others are rest of heart:
-/// where the outflow tract comes into a thick slice, no other slice joins it to the ventricle yet.
-/// Nothing in thin slices.
-void keep_connected_rv(ImageCycle<std::uint8_t>& labels);
+/// fat as bright beyond its thin wall, and, where the outflow tract comes into a thick slice, blood
+/// that no other slice joins to the ventricle yet.
+/// @return the voxels of the others
+VoxelCycle keep_connected_rv(ImageCycle<std::uint8_t>& labels);
+
+/// Of these voxels, those of one label get another.
+void relabel(const VoxelCycle& voxels, std::uint8_t from, std::uint8_t to,
+             ImageCycle<std::uint8_t>& labels);
 
 }  // namespace beatlas::segment

@@ -207,7 +207,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (options.papillary == Papillary::Muscle) {
     papillary_muscles_to_wall(images, chambers.levels, labels);
   }
-  keep_connected_rv(labels);
+  const VoxelCycle beyond_wall = keep_connected_rv(labels);
   // What was drawn stays as it was drawn, whatever the tidying thinks of it.
   for (std::size_t p = 0; p < marks.size(); ++p) {
     for (std::size_t v = 0; v < marks[p].size(); ++v) {
@@ -249,8 +249,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   out.axis = ventricle_axis(out, chambers.axis);
   if (options.atria && known.phases.empty() && out.axis) {
     context.progress(0.95, "atria");
+    // Fat beyond the ventricle's wall is as bright as an atrium's blood.
+    relabel(beyond_wall, kLabelRestOfHeart, kLabelRvBlood, labels);
     const std::vector<Structure> found =
         part_atria(calm, chambers.levels, *out.axis, out.end_diastole, labels);
+    relabel(beyond_wall, kLabelRvBlood, kLabelRestOfHeart, labels);
     Covered beyond = cover(images, labels, box, chambers.levels, image_noise, found);
     out.coverage.phases.merge(beyond.coverage.phases);
     out.uncertainty.merge(beyond.uncertainty);

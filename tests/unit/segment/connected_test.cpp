@@ -1,0 +1,68 @@
+/// What hangs together, on made labels.
+#include "pipeline/segment/connected.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "runtime/atlas/structures.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+void fill(ImageCycle<std::uint8_t>& labels, std::size_t phase, const Index3& low,
+          const Index3& high, std::uint8_t label) {
+  for (int k = low[2]; k <= high[2]; ++k) {
+    for (int j = low[1]; j <= high[1]; ++j) {
+      for (int i = low[0]; i <= high[0]; ++i) {
+        labels.phases[phase][labels.grid.offset(i, j, k)] = label;
+      }
+    }
+  }
+}
+
+std::ptrdiff_t count_of(const ImageCycle<std::uint8_t>& labels, std::size_t phase,
+                        std::uint8_t label) {
+  return std::count(labels.phases[phase].begin(), labels.phases[phase].end(), label);
+}
+
+ImageCycle<std::uint8_t> cycle_of(double slice_mm) {
+  ImageCycle<std::uint8_t> labels;
+  labels.grid = made::straight_grid({20, 20, 10}, {1.4, 1.4, slice_mm});
+  labels.phases.assign(2, std::vector<std::uint8_t>(labels.grid.count(), kLabelBackground));
+  return labels;
+}
+
+TEST(Connected, AFilmOfFatBeyondTheWallIsNoVentricle) {
+  for (const double slice_mm : {3.0, 10.0}) {
+    ImageCycle<std::uint8_t> labels = cycle_of(slice_mm);
+    for (std::size_t p = 0; p < 2; ++p) {
+      fill(labels, p, {3, 3, 2}, {14, 14, 8}, kLabelRestOfHeart);
+      fill(labels, p, {6, 6, 4}, {12, 12, 7}, kLabelRvBlood);
+    }
+    // Below the wall of one slice; and beside it, touching by an edge alone.
+    fill(labels, 1, {6, 6, 2}, {10, 8, 2}, kLabelRvBlood);
+    fill(labels, 1, {5, 6, 3}, {5, 12, 3}, kLabelRvBlood);
+    keep_connected_rv(labels);
+    for (std::size_t p = 0; p < 2; ++p) {
+      EXPECT_EQ(count_of(labels, p, kLabelRvBlood), 7 * 7 * 4) << slice_mm;
+      EXPECT_EQ(count_of(labels, p, kLabelRvBlood) + count_of(labels, p, kLabelRestOfHeart),
+                12 * 12 * 7);
+    }
+  }
+}
+
+TEST(Connected, WhatTouchesTheHeartInAnotherPhaseAloneStays) {
+  ImageCycle<std::uint8_t> labels = cycle_of(3);
+  for (std::size_t p = 0; p < 2; ++p) fill(labels, p, {3, 3, 2}, {9, 9, 7}, kLabelRestOfHeart);
+  fill(labels, 0, {10, 5, 4}, {13, 6, 5}, kLabelRestOfHeart);  // joins
+  fill(labels, 1, {12, 5, 4}, {13, 6, 5}, kLabelRestOfHeart);  // joins through time
+  fill(labels, 1, {16, 15, 8}, {17, 16, 9}, kLabelRestOfHeart);
+  keep_connected_heart(labels);
+  EXPECT_EQ(count_of(labels, 0, kLabelRestOfHeart), 7 * 7 * 6 + 4 * 2 * 2);
+  EXPECT_EQ(count_of(labels, 1, kLabelRestOfHeart), 7 * 7 * 6 + 2 * 2 * 2);
+}
+
+}  // namespace
+}  // namespace beatlas::segment
