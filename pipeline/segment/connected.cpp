@@ -88,13 +88,17 @@ VoxelCycle keep_connected_rv(ImageCycle<std::uint8_t>& labels) {
   return apart;
 }
 
-void relabel(const VoxelCycle& voxels, std::uint8_t from, std::uint8_t to,
-             ImageCycle<std::uint8_t>& labels) {
+VoxelCycle relabel(const VoxelCycle& voxels, std::uint8_t from, std::uint8_t to,
+                   ImageCycle<std::uint8_t>& labels) {
+  VoxelCycle changed(voxels.size());
   for (std::size_t p = 0; p < voxels.size(); ++p) {
     for (const std::uint32_t v : voxels[p]) {
-      if (labels.phases[p][v] == from) labels.phases[p][v] = to;
+      if (labels.phases[p][v] != from) continue;
+      labels.phases[p][v] = to;
+      changed[p].push_back(v);
     }
   }
+  return changed;
 }
 
 }  // namespace beatlas::segment

@@ -250,10 +250,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (options.atria && known.phases.empty() && out.axis) {
     context.progress(0.95, "atria");
     // Fat beyond the ventricle's wall is as bright as an atrium's blood.
-    relabel(beyond_wall, kLabelRestOfHeart, kLabelRvBlood, labels);
+    const VoxelCycle fat = relabel(beyond_wall, kLabelRestOfHeart, kLabelRvBlood, labels);
     const std::vector<Structure> found =
         part_atria(calm, chambers.levels, *out.axis, out.end_diastole, labels);
-    relabel(beyond_wall, kLabelRvBlood, kLabelRestOfHeart, labels);
+    (void)relabel(fat, kLabelRvBlood, kLabelRestOfHeart, labels);
     Covered beyond = cover(images, labels, box, chambers.levels, image_noise, found);
     out.coverage.phases.merge(beyond.coverage.phases);
     out.uncertainty.merge(beyond.uncertainty);
