@@ -18,6 +18,7 @@ constexpr double kPatchPx = 2;        ///< Gaussian along the surface
 constexpr double kSteepPx = 1;        ///< up to such a way from outline to outline they suffice
 constexpr double kLevelPx = 3;        ///< and from this on, wider than their band, intensities do
 constexpr float kBeyond = 0.5F;       ///< how far noise may leave the range of coverage
+constexpr float kBrighter = 1.5F;     ///< of the way from outside to inside: something else
 constexpr float kLeastWall = 0.2F;    ///< of the outer voxel of a wall before blood
 constexpr float kLeastInside = 0.2F;  ///< a dark spot was taken in on purpose
 
@@ -127,7 +128,8 @@ class Columns {
         pixels_(each(input.image, part)),
         inner_(pixels_, whole(both(in_, each(input.tells_inner, part))), window),
         outer_(pixels_, whole(both(inverse(in_), each(input.tells_outer, part))), window),
-        soft_(smoothed(in_)) {}
+        soft_(smoothed(in_)),
+        window_(window) {}
 
   [[nodiscard]] Seen seen(int k, const cv::Mat& coverage) const {
     Seen out{coverage.clone(), cv::Mat::zeros(coverage.size(), CV_32F),
@@ -175,6 +177,22 @@ class Columns {
            bare_[at(k)].at<std::uint8_t>(j, i) != 0;
   }
 
+  /// Whether the outside holds, close by, what is neither side: where a thin layer of fat lies
+  /// between muscle and lung a voxel of fat and lung is as grey as muscle.
+  [[nodiscard]] bool other_tissue(int k, int beyond, int j, int i, float from, float to) const {
+    const cv::Rect around =
+        cv::Rect(i - window_.width / 2, j - window_.height / 2, window_.width, window_.height) &
+        cv::Rect({0, 0}, in_[0].size());
+    const float bound = from + kBrighter * (to - from);
+    int seen = 0;
+    for (const int slice : {k, beyond}) {
+      const cv::Mat pixels = pixels_[at(slice)](around);
+      const cv::Mat outside = ~in_[at(slice)](around);
+      seen += cv::countNonZero(outside & (to > from ? pixels > bound : pixels < bound));
+    }
+    return static_cast<float>(seen) >= kLeastCore * static_cast<float>(window_.area());
+  }
+
   /// At a voxel whose neighbour, a `step` on, lies on the other side of the surface.
   void look(int k, int step, int j, int i, Seen& out) const {
     float& weight = out.weight.at<float>(j, i);
@@ -197,7 +215,7 @@ class Columns {
     const float share = share_at(k);
     if (k == k_in && share < kLeastInside) return;
     const float level = levelness(soft_, k, j, i);
-    if (level <= weight) return;
+    if (level <= weight || other_tissue(k_in, k_in - inward, j, i, from, to)) return;
     weight = level;
     out.known.at<float>(j, i) = 1;
     out.share.at<float>(j, i) = share;
@@ -214,6 +232,7 @@ class Columns {
   Level inner_;
   Level outer_;
   Slices soft_;
+  cv::Size window_;
 };
 
 /// The mean of what is known over a patch; where it is curved it stays, for twice a mean less its

@@ -17,10 +17,12 @@ constexpr double kSliceMm = 3;
 constexpr double kOutside = 40;
 constexpr double kMuscle = 340;
 constexpr double kBlood = 1000;
+constexpr double kFat = 1500;
 constexpr double kRadiusMm = 24;
 constexpr double kWallMm = 9;
 
 /// A ball of muscle about blood, in voxels of 1 x 1 x 3 mm; `lowest_mm` from the middle of a slice.
+/// A layer of fat may lie about it.
 struct Ball {
   Grid grid = made::straight_grid({kSize, kSize, kSlices}, {1, 1, kSliceMm});
   std::vector<float> share;
@@ -29,7 +31,7 @@ struct Ball {
   std::vector<std::uint8_t> wall;
   std::vector<std::uint8_t> blood;
 
-  Ball(double lowest_mm, double noise) {
+  Ball(double lowest_mm, double noise, double fat_mm = 0) {
     constexpr int kPlane = 4;
     constexpr int kDeep = 12;
     const Vec3 centre(31.4, 31.7, 3 * kSliceMm + lowest_mm + kRadiusMm);
@@ -41,6 +43,7 @@ struct Ball {
       const auto k = static_cast<int>(v / (kSize * kSize));
       double in = 0;
       double in_blood = 0;
+      double in_fat = 0;
       for (int n = 0; n < kPlane * kPlane * kDeep; ++n) {
         const Vec3 x(i + (n % kPlane + 0.5) / kPlane - 0.5,
                      j + (n / kPlane % kPlane + 0.5) / kPlane - 0.5,
@@ -48,12 +51,15 @@ struct Ball {
         const double r = (x - centre).norm();
         in += r < kRadiusMm;
         in_blood += r < kRadiusMm - kWallMm;
+        in_fat += r >= kRadiusMm && r < kRadiusMm + fat_mm;
       }
       in /= kPlane * kPlane * kDeep;
       in_blood /= kPlane * kPlane * kDeep;
+      in_fat /= kPlane * kPlane * kDeep;
       share.push_back(static_cast<float>(in));
       image.push_back(static_cast<float>(kOutside + (kMuscle - kOutside) * in +
-                                         (kBlood - kMuscle) * in_blood + noise * normal(random)));
+                                         (kBlood - kMuscle) * in_blood +
+                                         (kFat - kOutside) * in_fat + noise * normal(random)));
       // Labels leave out what is hardly more than half full, as outlines that were smoothed do.
       inside.push_back(in >= 0.7);
       blood.push_back(in_blood >= 0.5);
@@ -116,6 +122,18 @@ TEST(AlongSlices, NoiseOfAChannelMovesThePoleByLessThanATenthOfASlice) {
   std::vector<float> coverage = find_boundary(ball.input(kNoise)).coverage;
   (void)cover_along_slices(ball.input(kNoise), kMuscle, coverage);
   EXPECT_LT(std::abs(ball.height_error_mm(coverage).first), 0.1 * kSliceMm);
+}
+
+TEST(AlongSlices, AThinLayerOfFatIsNotTakenForMuscle) {
+  for (const double lowest_mm : {-1.4, -0.7, 0.0, 0.7, 1.4}) {
+    const Ball ball(lowest_mm, 0, 0.5 * kSliceMm);
+    std::vector<float> coverage = find_boundary(ball.input(0)).coverage;
+    const auto [mean_before, most_before] = ball.height_error_mm(coverage);
+    (void)cover_along_slices(ball.input(0), kMuscle, coverage);
+    const auto [mean, most] = ball.height_error_mm(coverage);
+    EXPECT_LT(std::abs(mean), std::abs(mean_before) + 0.01 * kSliceMm) << lowest_mm;
+    EXPECT_LT(most, most_before + 0.01 * kSliceMm) << lowest_mm;
+  }
 }
 
 TEST(AlongSlices, SteepWallsAndWallsWithoutContrastStay) {
