@@ -42,33 +42,12 @@ Vec3 source_index(const Box& box, const Vec3& index) {
 /// Around all labels of the heart; no size if there are none.
 Box box_of(const LabelCycle& labels) {
   const Grid& grid = labels.grid;
-  Index3 low = grid.size;
-  Index3 high{-1, -1, -1};
-  for (const std::vector<std::uint8_t>& phase : labels.phases) {
-    std::size_t at = 0;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      for (int j = 0; j < grid.size[1]; ++j) {
-        for (int i = 0; i < grid.size[0]; ++i, ++at) {
-          if (phase[at] == kLabelBackground) continue;
-          const Index3 here{i, j, k};
-          for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], here[a]);
-            high[a] = std::max(high[a], here[a]);
-          }
-        }
-      }
-    }
-  }
-  Box box;
-  if (high[0] < 0) return box;
-  const Vec3 spacing = grid.spacing_mm();
+  Index3 room{};
   for (std::size_t a = 0; a < 3; ++a) {
-    const int room =
-        std::max(2, static_cast<int>(std::ceil(kRoomMm / spacing[static_cast<int>(a)])));
-    box.first[a] = std::max(0, low[a] - room);
-    box.size[a] = std::min(grid.size[a] - 1, high[a] + room) - box.first[a] + 1;
+    const double step_mm = grid.spacing_mm()[static_cast<int>(a)];
+    room[a] = std::max(2, static_cast<int>(std::ceil(kRoomMm / step_mm)));
   }
-  return box;
+  return with_room(grid, box_around(grid, labels.phases), room);
 }
 
 /// A Gaussian of kLumpMm in all directions.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/segment/box.h"
+
 namespace beatlas::segment {
 namespace {
 
@@ -45,45 +47,9 @@ void transform_line(float* line, std::size_t stride, int n, double step_mm, std:
 
 bool is_set(std::uint8_t value) { return value != 0; }
 
-/// A part of a grid.
-struct Part {
-  Index3 first{0, 0, 0};
-  Index3 size{0, 0, 0};
-};
-
-/// The least part that holds the mask; no size if there is none.
-Part part_around(const Grid& grid, const std::vector<std::uint8_t>& mask) {
-  Index3 low = grid.size;
-  Index3 high{-1, -1, -1};
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      const std::uint8_t* row = mask.data() + grid.offset(0, j, k);
-      const std::uint8_t* end = row + grid.size[0];
-      const std::uint8_t* first = std::find_if(row, end, is_set);
-      if (first == end) continue;
-      const std::uint8_t* last = end - 1;
-      while (!is_set(*last)) --last;
-      low = {std::min(low[0], static_cast<int>(first - row)), std::min(low[1], j),
-             std::min(low[2], k)};
-      high = {std::max(high[0], static_cast<int>(last - row)), std::max(high[1], j), k};
-    }
-  }
-  if (high[2] < 0) return {};
-  return {low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
-}
-
-Part widened(const Grid& grid, const Part& part, const Index3& room) {
-  Part out;
-  for (std::size_t a = 0; a < 3; ++a) {
-    out.first[a] = std::max(0, part.first[a] - room[a]);
-    out.size[a] = std::min(grid.size[a], part.first[a] + part.size[a] + room[a]) - out.first[a];
-  }
-  return out;
-}
-
 /// distance_map of a part of the mask, into that part of `out`.
 void map_part(const Grid& grid, const std::vector<std::uint8_t>& mask, bool across_slices,
-              const Part& part, std::vector<float>& out) {
+              const Box& part, std::vector<float>& out) {
   const Grid part_grid = grid.part(part.first, part.size);
   const auto columns = static_cast<std::ptrdiff_t>(part.size[0]);
   const auto for_each_row = [&](const auto& visit) {
@@ -143,8 +109,8 @@ std::vector<float> distance_map(const Grid& grid, const std::vector<std::uint8_t
 std::vector<float> distance_near(const Grid& grid, const std::vector<std::uint8_t>& mask,
                                  bool across_slices, double reach_mm) {
   constexpr float kFar = 0.5F * kNoDistance;
-  const Part around = part_around(grid, mask);
-  if (around.size[2] == 0) return std::vector<float>(mask.size(), kNoDistance);
+  const Box around = box_around(grid, mask);
+  if (around.empty()) return std::vector<float>(mask.size(), kNoDistance);
   std::vector<float> out(mask.size(), kFar);
   Index3 room{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -159,20 +125,20 @@ std::vector<float> distance_near(const Grid& grid, const std::vector<std::uint8_
       std::fill(out.begin() + from, out.begin() + to, kNoDistance);
     }
   }
-  map_part(grid, mask, across_slices, widened(grid, around, room), out);
+  map_part(grid, mask, across_slices, with_room(grid, around, room), out);
   return out;
 }
 
 std::vector<float> depth_within(const Grid& grid, const std::vector<std::uint8_t>& mask,
                                 bool across_slices) {
   std::vector<float> out(mask.size(), 0);
-  const Part around = part_around(grid, mask);
-  if (around.size[2] == 0) return out;
+  const Box around = box_around(grid, mask);
+  if (around.empty()) return out;
   std::vector<std::uint8_t> outside(mask.size());
   std::transform(mask.begin(), mask.end(), outside.begin(),
                  [](std::uint8_t value) { return is_set(value) ? 0 : 1; });
   // What lies just beyond the part is outside, and nearer than all that lies farther.
-  map_part(grid, outside, across_slices, widened(grid, around, {1, 1, 1}), out);
+  map_part(grid, outside, across_slices, with_room(grid, around, {1, 1, 1}), out);
   return out;
 }
 

@@ -128,13 +128,6 @@ const char* looks_wrong(std::uint8_t label, double level, const TissueLevels& le
   return nullptr;
 }
 
-Index3 index_of(const Grid& grid, std::size_t v) {
-  const auto nx = static_cast<std::size_t>(grid.size[0]);
-  const std::size_t in_slice = v % grid.slice_count();
-  return {static_cast<int>(in_slice % nx), static_cast<int>(in_slice / nx),
-          static_cast<int>(v / grid.slice_count())};
-}
-
 }  // namespace
 
 void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases) {
@@ -153,21 +146,12 @@ void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases) {
 Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
   Box out = box;
   std::erase_if(seeds, [&](const Seed& seed) {
-    Index3 low = grid.size;
-    Index3 high{-1, -1, -1};
-    bool reaches = false;
-    for (const std::size_t v : voxels_of(grid, seed)) {
-      const Index3 at = index_of(grid, v);
-      bool inside = true;
-      for (std::size_t a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], at[a]);
-        high[a] = std::max(high[a], at[a]);
-        inside = inside && at[a] >= box.first[a] && at[a] < box.first[a] + box.size[a];
-      }
-      reaches = reaches || inside;
+    const std::vector<std::size_t> voxels = voxels_of(grid, seed);
+    if (seed.label == kLabelBackground) {
+      return std::none_of(voxels.begin(), voxels.end(),
+                          [&](std::size_t v) { return box.contains(index_of(grid, v)); });
     }
-    if (seed.label == kLabelBackground) return !reaches;
-    out = widened(grid, out, low, high);
+    out = widened(grid, out, box_around_voxels(grid, voxels));
     return false;
   });
   return out;

@@ -38,25 +38,7 @@ void check_labels(const Segmentation& made, const LabelCycle& labels) {
 /// The smallest box that holds the part with coverage and, with a margin, every heart label.
 Box box_of(const CoverageCycle& coverage, const LabelCycle& labels) {
   const Grid& grid = labels.grid;
-  const Box box{coverage.first, coverage.grid.size};
-  Index3 low = grid.size;
-  Index3 high{-1, -1, -1};
-  for (const auto& phase : labels.phases) {
-    std::size_t v = 0;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      for (int j = 0; j < grid.size[1]; ++j) {
-        for (int i = 0; i < grid.size[0]; ++i, ++v) {
-          if (phase[v] == kLabelBackground) continue;
-          const Index3 at{i, j, k};
-          for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], at[a]);
-            high[a] = std::max(high[a], at[a]);
-          }
-        }
-      }
-    }
-  }
-  return widened(grid, box, low, high);
+  return widened(grid, {coverage.first, coverage.grid.size}, box_around(grid, labels.phases));
 }
 
 /// The same coverage on a larger part of the grid.

@@ -7,8 +7,9 @@
 
 namespace beatlas::segment {
 
-/// All phases known: the labels are taken as they are, with coverage from their own smoothed
-/// outlines (see with_edited_labels) and, in thick slices, flat ends on the base's side. Some
+/// All phases known: the labels are taken as they are, with coverage of the smooth
+/// body that they could be of or, in thick slices, of their smoothed outlines and flat ends on the
+/// base's side (see with_edited_labels). Some
 /// known: those stay as given, the others grow in competition from seeds that the known ones,
 /// `seeds` and the images give; labels that no known phase has are made in none.
 /// @param known on the exam's grid, see labels_on_grid

@@ -69,24 +69,7 @@ std::array<bool, kLabels> labels_of(const KnownLabels& known) {
 }  // namespace
 
 Box box_with_labels(const Grid& grid, const Box& box, const KnownLabels& known) {
-  Index3 low = grid.size;
-  Index3 high{-1, -1, -1};
-  for (const Mask& phase : known.labels.phases) {
-    std::size_t v = 0;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      for (int j = 0; j < grid.size[1]; ++j) {
-        for (int i = 0; i < grid.size[0]; ++i, ++v) {
-          if (phase[v] == kLabelBackground) continue;
-          const Index3 at{i, j, k};
-          for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], at[a]);
-            high[a] = std::max(high[a], at[a]);
-          }
-        }
-      }
-    }
-  }
-  return widened(grid, box, low, high);
+  return widened(grid, box, box_around(grid, known.labels.phases));
 }
 
 KnownLabels crop(const KnownLabels& known, const Box& box) {

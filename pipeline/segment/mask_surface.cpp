@@ -8,8 +8,9 @@
 
 #include "pipeline/register/sub_slices.h"
 #include "pipeline/segment/boundary.h"
+#include "pipeline/segment/box.h"
+#include "pipeline/segment/chambers.h"
 #include "pipeline/segment/distance_map.h"
-#include "pipeline/segment/tissue.h"
 
 namespace beatlas::segment {
 namespace {
@@ -34,22 +35,20 @@ constexpr double kLeastSlope = 1e-3;
 /// 1 in voxels of the mask with one of the others among the 26 around.
 Mask rim_of(const Grid& grid, const Mask& mask) {
   Mask rim(mask.size());
-  const auto at = [&](Mask& of, int k) {
-    return cv::Mat(grid.size[1], grid.size[0], CV_8U, of.data() + grid.offset(0, 0, k));
-  };
   Mask reached(mask.size());  // all around, in plane
   Mask others(mask.size());
   std::transform(mask.begin(), mask.end(), others.begin(),
                  [](std::uint8_t value) { return static_cast<std::uint8_t>(value == 0); });
   const cv::Mat square = cv::Mat::ones(3, 3, CV_8U);
   for (int k = 0; k < grid.size[2]; ++k) {
-    cv::dilate(at(others, k), at(reached, k), square, {-1, -1}, 1, cv::BORDER_CONSTANT, 0);
+    cv::dilate(slice_of(grid, others, k), slice_of(grid, reached, k), square, {-1, -1}, 1,
+               cv::BORDER_CONSTANT, 0);
   }
   for (int k = 0; k < grid.size[2]; ++k) {
-    cv::Mat out = at(rim, k);
-    at(reached, k).copyTo(out);
-    if (k > 0) out |= at(reached, k - 1);
-    if (k + 1 < grid.size[2]) out |= at(reached, k + 1);
+    cv::Mat out = slice_of(grid, rim, k);
+    slice_of(grid, reached, k).copyTo(out);
+    if (k > 0) out |= slice_of(grid, reached, k - 1);
+    if (k + 1 < grid.size[2]) out |= slice_of(grid, reached, k + 1);
   }
   for (std::size_t v = 0; v < rim.size(); ++v) {
     rim[v] = static_cast<std::uint8_t>(rim[v] != 0 && mask[v] != 0);
@@ -78,33 +77,8 @@ std::vector<float> rough_distance(const Grid& grid, const Mask& inside) {
   return out;
 }
 
-/// From the first voxel of the mask to its last; no size without one.
-Box box_around(const Grid& grid, const Mask& mask) {
-  Index3 low = grid.size;
-  Index3 high{-1, -1, -1};
-  std::size_t v = 0;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++v) {
-        if (mask[v] == 0) continue;
-        const Index3 at{i, j, k};
-        for (std::size_t a = 0; a < 3; ++a) {
-          low[a] = std::min(low[a], at[a]);
-          high[a] = std::max(high[a], at[a]);
-        }
-      }
-    }
-  }
-  if (high[2] < 0) return {};
-  return {low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
-}
-
 double width_mm(const Grid& grid) {
   return std::clamp(kWidthByEdge * grid.spacing_mm().maxCoeff(), kLeastWidthMm, kMostWidthMm);
-}
-
-cv::Mat slice_of(const Grid& grid, std::vector<float>& values, int k) {
-  return {grid.size[1], grid.size[0], CV_32F, values.data() + grid.offset(0, 0, k)};
 }
 
 /// Gaussian in space, in place.
@@ -261,7 +235,7 @@ std::vector<float> coverage_here(const Grid& grid, const Mask& inside) {
 std::vector<float> smooth_coverage(const Grid& grid, const std::vector<std::uint8_t>& inside) {
   std::vector<float> out(inside.size());
   const Box box = box_around(grid, inside);
-  if (box.size[2] == 0) return out;
+  if (box.empty()) return out;
   // With room for the distance to go on as it does; what a grid cuts goes on beyond it.
   Index3 room{};
   Index3 size{};

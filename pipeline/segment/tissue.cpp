@@ -155,22 +155,6 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
   return stats;
 }
 
-Box widened(const Grid& grid, const Box& box, const Index3& low, const Index3& high) {
-  constexpr double kMarginMm = 20;
-  Box out;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const int margin =
-        static_cast<int>(std::ceil(kMarginMm / grid.spacing_mm()[static_cast<int>(a)]));
-    int first = box.first[a];
-    int last = first + box.size[a] - 1;
-    if (low[a] < first) first = std::max(0, low[a] - margin);
-    if (high[a] > last) last = std::min(grid.size[a] - 1, high[a] + margin);
-    out.first[a] = first;
-    out.size[a] = last - first + 1;
-  }
-  return out;
-}
-
 Box find_moving_box(const Grid& grid, const TemporalStats& stats) {
   const Vec3 spacing = grid.spacing_mm();
   const double top = quantile_of(stats.swing, 0.998);

@@ -3,14 +3,9 @@
 
 #include "pipeline/core/exam.h"
 #include "pipeline/core/stage_context.h"
+#include "pipeline/segment/box.h"
 
 namespace beatlas::segment {
-
-/// A box of voxels, `first` included, `size` voxels.
-struct Box {
-  Index3 first{0, 0, 0};
-  Index3 size{0, 0, 0};
-};
 
 /// Statistics of each voxel over the cycle, on the cine's grid or a part of it.
 struct TemporalStats {
@@ -34,9 +29,6 @@ struct TemporalStats {
 /// The box around what moves at the heart rate, with a margin.
 /// @throws Error{InvalidInput} if nothing in the images moves more than their noise.
 [[nodiscard]] Box find_moving_box(const Grid& grid, const TemporalStats& stats);
-
-/// The box made to hold the voxels from `low` to `high`, with a margin on the sides that move.
-[[nodiscard]] Box widened(const Grid& grid, const Box& box, const Index3& low, const Index3& high);
 
 /// The part of a cine, or of its labels, in a box. T: float, std::uint8_t.
 template <class T>
