@@ -11,16 +11,17 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kWindowMm = 7;       ///< half width of the window that tells a side's level
-constexpr int kWindowSlices = 3;      ///< from the surface on
-constexpr float kLeastCore = 0.03F;   ///< share of the window that has to tell a level
-constexpr double kPatchPx = 2;        ///< Gaussian along the surface
-constexpr double kSteepPx = 1;        ///< up to such a way from outline to outline they suffice
-constexpr double kLevelPx = 3;        ///< and from this on, wider than their band, intensities do
-constexpr float kBeyond = 0.5F;       ///< how far noise may leave the range of coverage
-constexpr float kBrighter = 1.5F;     ///< of the way from outside to inside: something else
-constexpr float kLeastWall = 0.2F;    ///< of the outer voxel of a wall before blood
-constexpr float kLeastInside = 0.2F;  ///< a dark spot was taken in on purpose
+constexpr double kWindowMm = 7;        ///< half width of the window that tells a side's level
+constexpr int kWindowSlices = 3;       ///< from the surface on
+constexpr float kLeastCore = 0.03F;    ///< share of the window that has to tell a level
+constexpr double kPatchPx = 2;         ///< Gaussian along the surface
+constexpr double kSteepPx = 1;         ///< up to such a way from outline to outline they suffice
+constexpr double kLevelPx = 3;         ///< and from this on, wider than their band, intensities do
+constexpr float kLeastSquare = 1e-6F;  ///< of a difference from a patch's mean
+constexpr float kBeyond = 0.5F;        ///< how far noise may leave the range of coverage
+constexpr float kBrighter = 1.5F;      ///< of the way from outside to inside: something else
+constexpr float kLeastWall = 0.2F;     ///< of the outer voxel of a wall before blood
+constexpr float kLeastInside = 0.2F;   ///< a dark spot was taken in on purpose
 
 using Slices = std::vector<cv::Mat>;
 
@@ -110,6 +111,7 @@ float levelness(const Slices& soft, int k, int j, int i) {
 /// What one slice shows of the surface above and below it.
 struct Seen {
   cv::Mat share;   ///< coverage, in voxels beside the surface what their intensity says
+  cv::Mat noise;   ///< variance of what was read
   cv::Mat weight;  ///< 0..1, by how much that counts
   cv::Mat known;   ///< 0 in voxels beside a surface that intensities do not show, else 1
   cv::Mat within;  ///< slice of the voxel on the inner side
@@ -122,6 +124,7 @@ class Columns {
           const cv::Size& window)
       : grid_(input.grid),
         contrast_(input.contrast),
+        noise_(static_cast<float>(input.noise)),
         tissue_level_(static_cast<float>(tissue_level)),
         in_(each(input.inside, part)),
         bare_(input.bare != nullptr ? each(*input.bare, part) : Slices{}),
@@ -133,6 +136,7 @@ class Columns {
 
   [[nodiscard]] Seen seen(int k, const cv::Mat& coverage) const {
     Seen out{coverage.clone(), cv::Mat::zeros(coverage.size(), CV_32F),
+             cv::Mat::zeros(coverage.size(), CV_32F),
              cv::Mat(coverage.size(), CV_32F, cv::Scalar(1)),
              cv::Mat::zeros(coverage.size(), CV_32S)};
     for (int j = 0; j < coverage.rows; ++j) {
@@ -219,12 +223,14 @@ class Columns {
     weight = level;
     out.known.at<float>(j, i) = 1;
     out.share.at<float>(j, i) = share;
+    out.noise.at<float>(j, i) = noise_ * noise_ / ((to - from) * (to - from));
     out.within.at<std::int32_t>(j, i) = k_in;
     out.any = true;
   }
 
   const Grid& grid_;
   double contrast_;
+  float noise_;
   float tissue_level_;
   Slices in_;
   Slices bare_;
@@ -235,16 +241,26 @@ class Columns {
   cv::Size window_;
 };
 
+cv::Mat blurred(const cv::Mat& image) {
+  cv::Mat out;
+  cv::GaussianBlur(image, out, {0, 0}, kPatchPx, kPatchPx, cv::BORDER_ISOLATED);
+  return out;
+}
+
 /// The mean of what is known over a patch; where it is curved it stays, for twice a mean less its
-/// own mean has no second moment.
-cv::Mat patch_mean(const cv::Mat& share, const cv::Mat& known) {
-  const auto blurred = [](const cv::Mat& image) {
-    cv::Mat out;
-    cv::GaussianBlur(image, out, {0, 0}, kPatchPx, kPatchPx, cv::BORDER_ISOLATED);
-    return out;
+/// own mean has no second moment. What voxels differ from it by more than by their noise is theirs
+/// (Lee, Digital image enhancement and noise filtering by use of local statistics, IEEE PAMI 1980).
+cv::Mat without_noise(const Seen& seen) {
+  const cv::Mat weight = cv::max(blurred(seen.known), 1e-6F);
+  const auto mean_of = [&](const cv::Mat& image) -> cv::Mat {
+    return blurred(image.mul(seen.known)) / weight;
   };
-  const cv::Mat once = blurred(share.mul(known)) / cv::max(blurred(known), 1e-6F);
-  return cv::min(cv::max(2 * once - blurred(once), 0.0F), 1.0F);
+  const cv::Mat once = mean_of(seen.share);
+  const cv::Mat mean = 2 * once - blurred(once);
+  const cv::Mat off = (seen.share - mean).mul(seen.known);
+  const cv::Mat square = cv::max(mean_of(off.mul(off)), kLeastSquare);
+  const cv::Mat own = cv::max(1 - mean_of(seen.noise) / square, 0.0F);
+  return cv::min(cv::max(mean + own.mul(off), 0.0F), 1.0F);
 }
 
 }  // namespace
@@ -265,13 +281,13 @@ std::vector<Settled> cover_along_slices(const BoundaryInput& input, double tissu
     cv::Mat out = slice_of(grid, coverage, k)(part);
     const Seen seen = columns.seen(k, out);
     if (!seen.any) continue;
-    const cv::Mat mean = patch_mean(seen.share, seen.known);
+    const cv::Mat share = without_noise(seen);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
         const float weight = seen.weight.at<float>(j, i);
         if (weight == 0) continue;
         float& covered = out.at<float>(j, i);
-        covered += weight * (mean.at<float>(j, i) - covered);
+        covered += weight * (share.at<float>(j, i) - covered);
         const auto offset = [&](int slice) {
           return static_cast<std::uint32_t>(grid.offset(part.x + i, part.y + j, slice));
         };
