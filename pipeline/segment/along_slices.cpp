@@ -131,6 +131,7 @@ class Columns {
         pixels_(each(input.image, part)),
         inner_(pixels_, whole(both(in_, each(input.tells_inner, part))), window),
         outer_(pixels_, whole(both(inverse(in_), each(input.tells_outer, part))), window),
+        beyond_(each(input.tells_outer, part)),
         soft_(smoothed(in_)),
         window_(window) {}
 
@@ -176,6 +177,9 @@ class Columns {
   [[nodiscard]] bool inside(int k, int j, int i) const {
     return in_[at(k)].at<std::uint8_t>(j, i) != 0;
   }
+  [[nodiscard]] bool tells_outer(int k, int j, int i) const {
+    return beyond_[at(k)].at<std::uint8_t>(j, i) != 0;
+  }
   [[nodiscard]] bool is_bare(int k, int j, int i) const {
     return !bare_.empty() && k >= 0 && k < grid_.size[2] &&
            bare_[at(k)].at<std::uint8_t>(j, i) != 0;
@@ -204,10 +208,12 @@ class Columns {
     const int k_in = inside(k, j, i) ? k : k + step;
     const int inward = inside(k, j, i) ? -step : step;
     if (is_bare(k_in, j, i)) return;
+    const int k_out = k_in - 2 * inward;
+    if (k_out < 0 || k_out >= grid_.size[2] || !tells_outer(k_out, j, i)) return;
     float from = 0;
     float to = 0;
     if (!inner_.mean(k_in + inward, inward, j, i, to)) to = tissue_level_;
-    if (!outer_.mean(k_in - 2 * inward, -inward, j, i, from) || std::abs(to - from) <= contrast_) {
+    if (!outer_.mean(k_out, -inward, j, i, from) || std::abs(to - from) <= contrast_) {
       return;
     }
     const auto share_at = [&](int slice) {
@@ -237,6 +243,7 @@ class Columns {
   Slices pixels_;
   Level inner_;
   Level outer_;
+  Slices beyond_;
   Slices soft_;
   cv::Size window_;
 };

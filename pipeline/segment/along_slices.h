@@ -17,8 +17,10 @@ struct Settled {
 /// An outline in plane tells nothing of a surface that runs along the slices: there a slice's
 /// voxels are all alike, part in and part out, and coverage is what they hold of either side's
 /// level. The more level the surface the more counts what is read off the intensities, a mean over
-/// a patch of the slice. Where it is steep, where levels do not differ, where blood comes to the
-/// surface without a wall and where another tissue is close by outside, nothing changes.
+/// a patch of the slice and what a voxel differs from it beyond its noise. Where it is steep, where
+/// levels do not differ, where blood comes to the surface without a wall, where another tissue is
+/// close by outside and where two slices beyond lies what may not tell the outer level (a mouth, a
+/// wall as thin as a slice), nothing changes.
 /// @param input of the boundary, slices thinner than kThickSlicesMm
 /// @param tissue_level > 0, of the structure in the images as a whole: serves where no whole voxel
 /// of it is near

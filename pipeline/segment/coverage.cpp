@@ -22,10 +22,15 @@ constexpr double kSeamMm = 4;  ///< from the RV's wall, where labels of both are
 /// the cavity ends at its valve there is no wall to share with.
 void share_wall(const Grid& grid, const std::vector<std::uint8_t>& labels,
                 const std::vector<float>& blood, std::vector<float>& myocardium) {
+  const auto is_wall = [&](int i, int j, int k) {
+    return labels[grid.offset(i, j, k)] == kLabelLvMyocardium;
+  };
   const auto beside_wall = [&](int i, int j, int k) {
+    if (k > 0 && is_wall(i, j, k - 1)) return true;
+    if (k + 1 < grid.size[2] && is_wall(i, j, k + 1)) return true;
     for (int b = std::max(0, j - 1); b <= std::min(grid.size[1] - 1, j + 1); ++b) {
       for (int a = std::max(0, i - 1); a <= std::min(grid.size[0] - 1, i + 1); ++a) {
-        if (labels[grid.offset(a, b, k)] == kLabelLvMyocardium) return true;
+        if (is_wall(a, b, k)) return true;
       }
     }
     return false;
@@ -105,6 +110,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
   const bool thin = images.grid.spacing_mm()[2] < kThickSlicesMm;
   const double contrast = std::max(2.5 * noise, 0.08 * (levels.blood - levels.muscle));
   for (const Structure structure : structures) {
+    const bool cavity = structure == Structure::LvBlood || structure == Structure::RvBlood;
     std::vector<std::vector<float>>& phases = out.phases[structure];
     phases.resize(n);
     std::vector<std::vector<BoundaryPoint>>& points = made.uncertainty[structure];
@@ -139,6 +145,23 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
       Boundary found = find_boundary(input);
       if (thin && structure == Structure::Heart && levels.muscle > 0) {
         settled[p] = cover_along_slices(input, levels.muscle, found.coverage);
+      } else if (thin && cavity) {
+        // Papillary muscles were taken in on purpose; they do not tell the blood's level.
+        std::vector<std::uint8_t> blood = inside;
+        std::vector<std::uint8_t> wall = outer;
+        for (std::size_t v = 0; v < wall.size(); ++v) {
+          if (images.phases[p][v] < levels.threshold) blood[v] = 0;
+          if (images.phases[p][v] >= muscle) wall[v] = 0;
+        }
+        const BoundaryInput floor{.grid = images.grid,
+                                  .image = images.phases[p],
+                                  .inside = inside,
+                                  .tells_inner = blood,
+                                  .tells_outer = wall,
+                                  .contrast = contrast,
+                                  .noise = noise};
+        const bool right = structure == Structure::RvBlood;
+        (void)cover_along_slices(floor, right ? levels.rv_blood : levels.blood, found.coverage);
       }
       phases[p] = std::move(found.coverage);
       points[p] = std::move(found.points);

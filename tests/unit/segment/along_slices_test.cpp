@@ -30,6 +30,7 @@ struct Ball {
   std::vector<std::uint8_t> inside;
   std::vector<std::uint8_t> wall;
   std::vector<std::uint8_t> blood;
+  std::vector<float> blood_share;
 
   Ball(double lowest_mm, double noise, double fat_mm = 0) {
     constexpr int kPlane = 4;
@@ -63,6 +64,7 @@ struct Ball {
       // Labels leave out what is hardly more than half full, as outlines that were smoothed do.
       inside.push_back(in >= 0.7);
       blood.push_back(in_blood >= 0.5);
+      blood_share.push_back(static_cast<float>(in_blood));
       wall.push_back(in >= 0.7 && image.back() < 0.5 * (kMuscle + kBlood));
     }
   }
@@ -77,6 +79,18 @@ struct Ball {
             .bare = &blood,
             .contrast = 50,
             .noise = noise};
+  }
+
+  /// Of the blood within the wall.
+  [[nodiscard]] BoundaryInput cavity(const std::vector<std::uint8_t>& outer) const {
+    static const std::vector<std::uint8_t> anything(grid.count(), 1);
+    return {.grid = grid,
+            .image = image,
+            .inside = blood,
+            .tells_inner = anything,
+            .tells_outer = outer,
+            .contrast = 50,
+            .noise = 0};
   }
 
   /// Mean and largest error [mm] of the surface's height within 12 mm of the pole, where it rises
@@ -134,6 +148,58 @@ TEST(AlongSlices, AThinLayerOfFatIsNotTakenForMuscle) {
     EXPECT_LT(std::abs(mean), std::abs(mean_before) + 0.01 * kSliceMm) << lowest_mm;
     EXPECT_LT(most, most_before + 0.01 * kSliceMm) << lowest_mm;
   }
+}
+
+TEST(AlongSlices, AFloorOfBloodIsKnownOnlyWhereAWallLiesUnderIt) {
+  for (const double lowest_mm : {-1.4, 0.0, 1.4}) {
+    const Ball ball(lowest_mm, 0);
+    // The mean height error of the cavity's pole, within 6 mm where it is level.
+    const auto off_mm = [&](const std::vector<float>& coverage) {
+      double sum = 0;
+      int count = 0;
+      for (int j = 26; j <= 37; ++j) {
+        for (int i = 26; i <= 37; ++i, ++count) {
+          for (int k = 0; k < kSlices / 2; ++k) {
+            const std::size_t v = ball.grid.offset(i, j, k);
+            sum += kSliceMm * (coverage[v] - ball.blood_share[v]);
+          }
+        }
+      }
+      return sum / count;
+    };
+    const std::vector<float> before = find_boundary(ball.cavity(ball.wall)).coverage;
+    std::vector<float> coverage = before;
+    EXPECT_FALSE(cover_along_slices(ball.cavity(ball.wall), kBlood, coverage).empty());
+    EXPECT_LT(std::abs(off_mm(coverage)), 0.05 * kSliceMm) << lowest_mm;
+    EXPECT_LT(std::abs(off_mm(coverage)), std::abs(off_mm(before))) << lowest_mm;
+    // Where only what stands around the floor is wall, it is a mouth.
+    std::vector<std::uint8_t> ring = ball.wall;
+    std::vector<std::size_t> mouth;
+    for (int k = 0; k < kSlices / 2; ++k) {
+      for (int j = 25; j <= 38; ++j) {
+        for (int i = 25; i <= 38; ++i) {
+          mouth.push_back(ball.grid.offset(i, j, k));
+          ring[mouth.back()] = 0;
+        }
+      }
+    }
+    coverage = before;
+    (void)cover_along_slices(ball.cavity(ring), kBlood, coverage);
+    for (const std::size_t v : mouth) ASSERT_EQ(coverage[v], before[v]) << lowest_mm;
+  }
+}
+
+TEST(AlongSlices, WithoutNoiseASlantIsAsSharpAsItsVoxels) {
+  const Ball ball(0.3, 0);
+  std::vector<float> coverage = find_boundary(ball.input(0)).coverage;
+  double square = 0;
+  int count = 0;
+  for (const Settled& at : cover_along_slices(ball.input(0), kMuscle, coverage)) {
+    const double off = coverage[at.voxel] - ball.share[at.voxel];
+    square += off * off;
+    ++count;
+  }
+  EXPECT_LT(std::sqrt(square / count), 0.045);
 }
 
 TEST(AlongSlices, SteepWallsAndWallsWithoutContrastStay) {
