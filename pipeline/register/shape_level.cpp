@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <opencv2/imgproc.hpp>
-
+#include "pipeline/register/smooth_level.h"
 #include "pipeline/register/sub_slices.h"
 
 namespace beatlas::reg {
@@ -32,10 +31,6 @@ float sample_plane(const float* slice, int nx, int ny, double i, double j) {
 
 namespace {
 
-/// [mm] standard deviation of the smoothing, which keeps wavelengths from twice that on. On `adult`
-/// at SNR 20 the LV cavity's normals are 2.3 degrees off on average with 3, 2.1 with 3.6, where the
-/// RV's thin edges begin to suffer.
-constexpr double kSmoothMm = 3.0;
 constexpr float kFar = 20.0F;  ///< [mm] level where there is nothing
 
 /// Cubic convolution (Keys 1981, a = -1/2) along one axis: four neighbours and their weights for
@@ -186,47 +181,10 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
   return level;
 }
 
-/// Takes noise and the voxels' steps off: a Gaussian G, less a share of its bend along each axis. G
-/// alone draws a curved surface inward by half of sigma^2 times the sum of its curvatures; an edge
-/// that saturates to both sides stays where it is under (1 - sigma^2 nabla^2) G, a level that is
-/// linear across it under half of that share.
-/// @param bend_mm2 share of the second derivative that is taken off
-void smooth(Phase& level, const Grid& lattice, const Vec3& bend_mm2) {
-  const double edge_mm = lattice.spacing_mm()[0];
-  const double sigma = kSmoothMm / edge_mm;
-  for (int z = 0; z < lattice.size[2]; ++z) {
-    cv::Mat slice(lattice.size[1], lattice.size[0], CV_32F, level.data() + lattice.offset(0, 0, z));
-    cv::GaussianBlur(slice, slice, {0, 0}, sigma, sigma, cv::BORDER_REPLICATE);
-  }
-  cv::Mat columns(lattice.size[2], static_cast<int>(lattice.slice_count()), CV_32F, level.data());
-  const int radius = std::max(1, static_cast<int>(std::ceil(4 * sigma)));
-  const cv::Mat kernel = cv::getGaussianKernel(2 * radius + 1, sigma, CV_32F);
-  cv::Mat out;
-  cv::sepFilter2D(columns, out, CV_32F, cv::Mat::ones(1, 1, CV_32F), kernel, {-1, -1}, 0,
-                  cv::BORDER_REPLICATE);
-  const Phase blurred(out.ptr<float>(), out.ptr<float>() + level.size());
-  const Vec3 share = bend_mm2 / (edge_mm * edge_mm);
-  for (int z = 0; z < lattice.size[2]; ++z) {
-    for (int y = 0; y < lattice.size[1]; ++y) {
-      for (int x = 0; x < lattice.size[0]; ++x) {
-        const std::size_t v = lattice.offset(x, y, z);
-        const auto second = [&](int n, int size, std::size_t stride) {
-          return n > 0 && n + 1 < size ? blurred[v - stride] - 2 * blurred[v] + blurred[v + stride]
-                                       : 0.0F;
-        };
-        level[v] = blurred[v] - static_cast<float>(
-                                    share[0] * second(x, lattice.size[0], 1) +
-                                    share[1] * second(y, lattice.size[1], lattice.offset(0, 1, 0)) +
-                                    share[2] * second(z, lattice.size[2], lattice.slice_count()));
-      }
-    }
-  }
-}
-
 }  // namespace
 
 Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid& lattice,
-                          const AxisMap& map) {
+                          const AxisMap& map, Creases creases) {
   const int parts = parts_of_slices(source);
   const SubSlices thin = split_slices(source, coverage, parts);
   AxisMap thin_map = map;
@@ -234,7 +192,11 @@ Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid&
   thin_map.shift[2] = (map.shift[2] + 0.5) * parts - 0.5;
   Phase level = raw_from_coverage(thin.grid, thin.coverage, lattice, thin_map);
   const Vec3 voxel = thin.grid.spacing_mm();
-  smooth(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm) + voxel.cwiseAbs2() / 12);
+  if (creases == Creases::Keep) {
+    smooth_between_creases(level, lattice, voxel);
+  } else {
+    smooth_evenly(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm) + voxel.cwiseAbs2() / 12);
+  }
   return level;
 }
 
@@ -242,7 +204,7 @@ Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
                         const Grid& lattice, const AxisMap& map, int open_step,
                         const ApicalEnd& apex) {
   Phase level = raw_from_slices(source, distances, lattice, map, open_step, apex);
-  smooth(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm / 2));
+  smooth_evenly(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm / 2));
   return level;
 }
 

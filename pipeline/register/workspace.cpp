@@ -127,19 +127,21 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
     const BaseCut* cut = found_cut == segmentation.base_cuts.end() ? nullptr : &found_cut->second;
     const double first_k = coverage.first[2];
 
-    const auto level_of = [&](const Phase& part, const ApicalEnd& apex) {
+    const auto level_of = [&](const Phase& part, const ApicalEnd& apex, Creases creases) {
       return thick ? level_from_slices(coverage.grid, slice_distances(coverage.grid, part), lattice,
                                        map, cut != nullptr ? cut->base_step : 0, apex)
-                   : level_from_coverage(coverage.grid, part, lattice, map);
+                   : level_from_coverage(coverage.grid, part, lattice, map, creases);
     };
     const auto each = 1.0 / static_cast<double>(coverage.phases.size());
     const double before = each * static_cast<double>(shapes.size());
     const StageContext part = context.part(before, before + each, structure_name(structure));
     parallel_for(filled.size(), part, "phase", [&](std::size_t p) {
       const ApicalEnds ends = apical_ends(segmentation, shape.structure, p, to_apex);
-      Phase level = level_of(filled[p], structure == Structure::LvBlood ? ends.cavity : ends.wall);
+      // Between the LV's wall and the RV's runs a seam of labels.
+      Phase level = level_of(filled[p], structure == Structure::LvBlood ? ends.cavity : ends.wall,
+                             wall ? Creases::Round : Creases::Keep);
       if (with_cavity) {
-        const Phase inner = level_of(cavity->second[p], ends.cavity);
+        const Phase inner = level_of(cavity->second[p], ends.cavity, Creases::Keep);
         std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
                        [](float outside, float inside) { return std::max(outside, -inside); });
       }
