@@ -121,14 +121,18 @@ std::vector<bool> CycleFit::loosened(const std::vector<bool>& bad, int rings) co
     if (!bad[n]) continue;
     for (const std::uint32_t v : triangles_[n]) loose[v] = true;
   }
+  grow(loose, rings);
+  return loose;
+}
+
+void CycleFit::grow(std::vector<bool>& vertices, int rings) const {
   for (int ring = 0; ring < rings; ++ring) {
-    const std::vector<bool> inner = loose;
+    const std::vector<bool> inner = vertices;
     for (std::size_t v = 0; v < ring_.size(); ++v) {
       if (!inner[v]) continue;
-      for (const std::uint32_t n : ring_[v]) loose[n] = true;
+      for (const std::uint32_t n : ring_[v]) vertices[n] = true;
     }
   }
-  return loose;
 }
 
 int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
@@ -200,6 +204,54 @@ int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
   return flips;
 }
 
+void CycleFit::bridge(std::vector<Vec3>& points, std::size_t phase) const {
+  constexpr double kOffEdges = 0.5;   // from the surface: left behind
+  constexpr double kMostShare = 0.1;  // of the mesh; more is no slit
+  constexpr int kRings = 6;
+  constexpr int kTimes = 40;
+  constexpr int kPatience = 4;  // times without getting better
+  constexpr int kSweeps = 10;
+  std::size_t fewest = points.size();
+  int best = 0;
+  for (int time = 0; time < kTimes && time <= best + kPatience; ++time) {
+    std::vector<bool> off(points.size());
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      off[v] = std::abs(phases_[phase].value(points[v])) > kOffEdges * edge_mm_;
+    }
+    const auto count = static_cast<std::size_t>(std::count(off.begin(), off.end(), true));
+    if (count == 0 ||
+        static_cast<double>(count) > kMostShare * static_cast<double>(points.size())) {
+      return;
+    }
+    if (count < fewest) {
+      fewest = count;
+      best = time;
+    }
+    std::vector<bool> loose = off;
+    grow(loose, kRings);
+    // Large triangles draw: else those of a deep slit would shrink to a point.
+    std::vector<double> area(points.size(), 0);
+    for (const Triangle& t : triangles_) {
+      const double own = doubled_area(points, t).norm();
+      for (const std::uint32_t v : t) area[v] += own;
+    }
+    const std::vector<Vec3> normals = vertex_normals(points, triangles_);
+    for (int sweep = 1; sweep <= kSweeps; ++sweep) {
+      for (std::size_t v = 0; v < points.size(); ++v) {
+        if (!loose[v]) continue;
+        Vec3 sum = Vec3::Zero();
+        double drawn = 0;
+        for (const std::uint32_t n : ring_[v]) {
+          sum += area[n] * points[n];
+          drawn += area[n];
+        }
+        if (drawn > 0) points[v] = sum / drawn;
+        if (!off[v] || sweep == kSweeps) points[v] = on_surface(points[v], normals[v], phase);
+      }
+    }
+  }
+}
+
 void CycleFit::settle(Cycle& cycle) {
   constexpr int kRounds = 40;
   constexpr int kFlipEvery = 4;
@@ -211,6 +263,7 @@ void CycleFit::settle(Cycle& cycle) {
     for (std::size_t v = 0; v < cycle[p].size(); ++v) {
       cycle[p][v] = on_surface(cycle[p][v], normals[v], p);
     }
+    bridge(cycle[p], p);
   });
   Cycle best = cycle;
   std::vector<Triangle> best_triangles = triangles_;

@@ -7,7 +7,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/interpolant.h"
 #include "pipeline/mesh/cycle_fit.h"
-#include "pipeline/mesh/simple_topology.h"
+#include "pipeline/mesh/cycle_topology.h"
 #include "pipeline/mesh/triangle_mesh.h"
 #include "runtime/base/error.h"
 
@@ -38,9 +38,7 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& give
   const std::size_t phases = surface.positions.size();
   FieldCycle field = given;
   if (options.handles == Handles::Close) {
-    parallel_for(phases, [&](std::size_t p) {
-      (void)make_ball(field.distance_mm.grid, field.distance_mm.phases[p]);
-    });
+    (void)make_balls(field.distance_mm.grid, field.distance_mm.phases, context.part(0, 0.2));
   }
   std::vector<field::Interpolant> zero;
   zero.reserve(phases);

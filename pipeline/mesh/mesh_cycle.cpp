@@ -9,8 +9,8 @@
 #include "pipeline/field/surface.h"
 #include "pipeline/mesh/carry.h"
 #include "pipeline/mesh/cycle_fit.h"
+#include "pipeline/mesh/cycle_topology.h"
 #include "pipeline/mesh/mesh.h"
-#include "pipeline/mesh/simple_topology.h"
 #include "pipeline/mesh/triangle_mesh.h"
 #include "runtime/base/error.h"
 
@@ -85,10 +85,8 @@ TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& s
 /// Every phase's surface made one sphere; tells what was done.
 void close_handles(FieldCycle& field, const StageContext& context) {
   const std::size_t phases = field.distance_mm.phases.size();
-  std::vector<Repair> repairs(phases);
-  parallel_for(phases, context.part(0, 0.15), "handles of phase", [&](std::size_t p) {
-    repairs[p] = make_ball(field.distance_mm.grid, field.distance_mm.phases[p]);
-  });
+  const std::vector<Repair> repairs =
+      make_balls(field.distance_mm.grid, field.distance_mm.phases, context.part(0, 0.15));
   std::size_t mended = 0;
   std::size_t changed = 0;
   std::size_t most = 0;

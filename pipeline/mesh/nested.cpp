@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <span>
 
 #include "pipeline/core/parallel.h"
@@ -16,7 +15,10 @@ constexpr double kGapMm = 0.01;   // of either surface from the middle
 constexpr double kFarMm = 1.0;    // from the middle: no triangle of a vertex there reaches it
 constexpr double kMostMm = 0.25;  // that a vertex goes at a time
 constexpr int kRounds = 5;
-constexpr double kThinDeg = 11;  // a triangle that would become thinner stays
+constexpr int kMoreRounds = 12;      // for what crosses all the same
+constexpr double kMoreMm = 0.05;     // that its vertices go beyond the middle, a round
+constexpr double kThinDeg = 11;      // a triangle that would become thinner stays
+constexpr double kMoreThinDeg = 20;  // the same of what crosses all the same
 
 /// All of them lie beside each other, and in the heart.
 constexpr std::array kInHeart{Structure::LvBlood, Structure::LvMyocardium, Structure::RvBlood,
@@ -90,6 +92,11 @@ void shortest_ways(std::vector<Place>& places, std::vector<double>& way) {
   }
 }
 
+void sort_unique(std::vector<std::uint32_t>& all) {
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+}
+
 /// Where a vertex's triangles are.
 class Fans {
  public:
@@ -105,16 +112,27 @@ class Fans {
     }
   }
 
+  /// The triangles of some vertices, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> around(
+      const std::vector<std::uint32_t>& vertices) const {
+    std::vector<std::uint32_t> out;
+    for (const std::uint32_t v : vertices) {
+      out.insert(out.end(), at_.begin() + first_[v], at_.begin() + first_[v + 1]);
+    }
+    sort_unique(out);
+    return out;
+  }
+
   /// Moves a vertex as far of the way, all, half or a quarter, as turns no triangle far from where
   /// it was at the start and makes none thin.
   void move(std::vector<Vec3>& points, const std::vector<Vec3>& start, std::uint32_t v,
-            const Vec3& way) const {
+            const Vec3& way, double thin_deg) const {
     const Vec3 from = points[v];
     for (const double share : {1.0, 0.5, 0.25}) {
       points[v] = from + share * way;
-      const bool sound =
-          std::all_of(at_.begin() + first_[v], at_.begin() + first_[v + 1],
-                      [&](std::uint32_t n) { return is_sound(triangles_[n], points, start); });
+      const bool sound = std::all_of(
+          at_.begin() + first_[v], at_.begin() + first_[v + 1],
+          [&](std::uint32_t n) { return is_sound(triangles_[n], points, start, thin_deg); });
       if (sound) return;
     }
     points[v] = from;
@@ -122,7 +140,7 @@ class Fans {
 
  private:
   static bool is_sound(const Triangle& t, const std::vector<Vec3>& points,
-                       const std::vector<Vec3>& start) {
+                       const std::vector<Vec3>& start, double thin_deg) {
     constexpr double kTurned = 0.7;  // cosine
     const auto area = [&](const std::vector<Vec3>& of) -> Vec3 {
       return (of[t[1]] - of[t[0]]).cross(of[t[2]] - of[t[0]]);
@@ -134,7 +152,7 @@ class Fans {
     const Vec3 after = area(points);
     if (before.dot(after) < kTurned * before.norm() * after.norm()) return false;
     const double now_deg = least_deg(points);
-    return now_deg > kThinDeg || now_deg >= least_deg(start);
+    return now_deg > thin_deg || now_deg >= least_deg(start);
   }
 
   std::span<const Triangle> triangles_;
@@ -142,29 +160,53 @@ class Fans {
   std::vector<std::uint32_t> at_;
 };
 
-/// One of two structures, and what of it comes near the other.
+/// Of one of two structures: what comes near the other.
 struct Side {
-  std::vector<std::uint32_t> vertices;  ///< of the first round, all that later ones can move
+  std::vector<std::uint32_t> vertices;
   std::vector<std::uint32_t> triangles;
+  std::vector<double> more;  ///< [vertex] [mm] that it has to go beyond the middle
   bool known = false;
 };
 
-/// @return whether anything moved
-bool draw_back(std::vector<Vec3>& points, const std::vector<Vec3>& start,
-               const std::vector<Triangle>& triangles, const Fans& fans, const Middle& middle,
-               Side& side) {
-  if (!side.known) {
-    side.known = true;
-    std::vector<bool> near(points.size());
-    for (std::uint32_t v = 0; v < points.size(); ++v) {
-      near[v] = middle.beyond(points[v]) > -kFarMm - kRounds * kMostMm;
-      if (near[v]) side.vertices.push_back(v);
-    }
-    for (std::uint32_t n = 0; n < triangles.size(); ++n) {
-      const Triangle& t = triangles[n];
-      if (near[t[0]] && near[t[1]] && near[t[2]]) side.triangles.push_back(n);
-    }
+void look_around(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles,
+                 const Middle& middle, Side& side) {
+  if (side.known) return;
+  side.known = true;
+  side.more.assign(points.size(), 0);
+  std::vector<bool> near(points.size());
+  for (std::uint32_t v = 0; v < points.size(); ++v) {
+    near[v] = middle.beyond(points[v]) > -kFarMm - kRounds * kMostMm;
+    if (near[v]) side.vertices.push_back(v);
   }
+  for (std::uint32_t n = 0; n < triangles.size(); ++n) {
+    const Triangle& t = triangles[n];
+    if (near[t[0]] && near[t[1]] && near[t[2]]) side.triangles.push_back(n);
+  }
+}
+
+/// A structure in one phase.
+struct Body {
+  SurfaceCycle* surface;
+  const Fans* fans;
+  field::Interpolant field;
+  std::vector<Vec3> points;
+  std::vector<Vec3> start;
+  Eigen::AlignedBox3d box;      ///< and what lies near it
+  Eigen::AlignedBox3d changed;  ///< triangles that moved since crossings were looked for
+
+  [[nodiscard]] Structure structure() const { return surface->structure; }
+  [[nodiscard]] const std::vector<Triangle>& triangles() const { return surface->triangles; }
+  [[nodiscard]] Eigen::AlignedBox3d box_of(const Triangle& t) const {
+    return Eigen::AlignedBox3d(points[t[0]]).extend(points[t[1]]).extend(points[t[2]]);
+  }
+};
+
+/// @param vertices and @param triangles that may demand and move
+/// @return whether anything moved
+bool draw_back(Body& body, const Middle& middle, const std::vector<std::uint32_t>& vertices,
+               const std::vector<std::uint32_t>& triangles, const std::vector<double>& more,
+               double thin_deg) {
+  const std::vector<Vec3>& points = body.points;
   std::vector<Place> places;
   bool any = false;
   const auto demand = [&](double beyond, std::initializer_list<std::uint32_t> corners) {
@@ -177,29 +219,186 @@ bool draw_back(std::vector<Vec3>& points, const std::vector<Vec3>& start,
     place.need = std::min(beyond, kMostMm);
   };
   std::vector<bool> near(points.size());
-  for (const std::uint32_t v : side.vertices) {
-    const double beyond = middle.beyond(points[v]);
+  for (const std::uint32_t v : vertices) {
+    const double beyond = middle.beyond(points[v]) + more[v];
     near[v] = beyond > -kFarMm;
     demand(beyond, {v});
   }
-  for (const std::uint32_t n : side.triangles) {
-    const Triangle& t = triangles[n];
+  for (const std::uint32_t n : triangles) {
+    const Triangle& t = body.triangles()[n];
     if (!near[t[0]] || !near[t[1]] || !near[t[2]]) continue;
-    demand(middle.beyond((points[t[0]] + points[t[1]] + points[t[2]]) / 3), {t[0], t[1], t[2]});
+    const double most = std::max({more[t[0]], more[t[1]], more[t[2]]});
+    demand(middle.beyond((points[t[0]] + points[t[1]] + points[t[2]]) / 3) + most,
+           {t[0], t[1], t[2]});
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t a = t[e];
       const std::uint32_t b = t[(e + 1) % 3];
-      if (a < b) demand(middle.beyond((points[a] + points[b]) / 2), {a, b});
+      if (a > b) continue;
+      demand(middle.beyond((points[a] + points[b]) / 2) + std::max(more[a], more[b]), {a, b});
     }
   }
   if (!any) return false;
   std::vector<double> way(points.size(), 0);
   shortest_ways(places, way);
-  for (const std::uint32_t v : side.vertices) {
-    if (way[v] > 0) fans.move(points, start, v, std::min(way[v], kMostMm) * middle.back(points[v]));
+  for (const std::uint32_t v : vertices) {
+    if (!(way[v] > 0)) continue;
+    body.fans->move(body.points, body.start, v, std::min(way[v], kMostMm) * middle.back(points[v]),
+                    thin_deg);
   }
   return true;
 }
+
+/// All structures of one phase.
+class Phase {
+ public:
+  explicit Phase(std::vector<Body> bodies) : bodies_(std::move(bodies)) {
+    for (std::size_t n = 0; n < kInHeart.size(); ++n) {
+      for (std::size_t m = n + 1; m < kInHeart.size(); ++m) add_pair(kInHeart[n], kInHeart[m]);
+    }
+    for (const Structure structure : kInHeart) add_pair(structure, Structure::Heart);
+  }
+
+  void part() {
+    for (int round = 0; round < kRounds; ++round) {
+      bool moved = false;
+      for (Pair& pair : pairs_) {
+        for (Half& half : pair.halves) moved |= part(half);
+      }
+      if (!moved) break;
+    }
+    for (Body& body : bodies_) body.changed = body.box;
+    for (int round = 0; round < kMoreRounds && part_crossings(); ++round) {
+    }
+  }
+
+  [[nodiscard]] const std::vector<Body>& bodies() const { return bodies_; }
+
+ private:
+  /// What goes back from what.
+  struct Half {
+    Body* body;
+    Middle middle;
+    bool stays;  ///< ventricles are the same whether atria are known or not
+    Side side;
+  };
+  struct Pair {
+    std::array<Half, 2> halves;
+  };
+
+  Body* body_of(Structure structure) {
+    for (Body& body : bodies_) {
+      if (body.structure() == structure) return &body;
+    }
+    return nullptr;
+  }
+
+  void add_pair(Structure first, Structure second) {
+    Body* one = body_of(first);
+    Body* other = body_of(second);
+    if (one == nullptr || other == nullptr || !one->box.intersects(other->box)) return;
+    const bool inside = second == Structure::Heart;
+    const bool stays = !inside && is_beyond_base(second) && !is_beyond_base(first);
+    const Bound& bound = inside ? kAround : stays ? kOutsideOf : kBeside;
+    pairs_.push_back(
+        {{Half{one, Middle(one->field, other->field, inside ? kWithin : kBeside), stays, {}},
+          Half{other, Middle(other->field, one->field, bound), false, {}}}});
+  }
+
+  static bool part(Half& half) {
+    look_around(half.body->points, half.body->triangles(), half.middle, half.side);
+    return !half.stays && draw_back(*half.body, half.middle, half.side.vertices,
+                                    half.side.triangles, half.side.more, kThinDeg);
+  }
+
+  /// What crosses all the same goes back farther, with the triangles around.
+  /// @return whether anything crossed
+  bool part_crossings() {
+    struct Found {
+      Half* half;
+      std::vector<std::uint32_t> vertices;
+    };
+    std::vector<Found> found;
+    for (Pair& pair : pairs_) {
+      auto& [one, other] = pair.halves;
+      const auto near = [&](const Half& half) {
+        std::vector<Triangle> out;
+        for (const std::uint32_t n : half.side.triangles) {
+          const Triangle& t = half.body->triangles()[n];
+          const Eigen::AlignedBox3d box = half.body->box_of(t);
+          if (box.intersects(one.body->changed) || box.intersects(other.body->changed)) {
+            out.push_back(t);
+          }
+        }
+        return out;
+      };
+      Found own{&one, {}};
+      Found its{&other, {}};
+      for (const auto& [a, b] :
+           crossings(one.body->points, near(one), other.body->points, near(other))) {
+        own.vertices.insert(own.vertices.end(), a.begin(), a.end());
+        its.vertices.insert(its.vertices.end(), b.begin(), b.end());
+      }
+      if (own.vertices.empty()) continue;
+      if (!one.stays) found.push_back(std::move(own));
+      found.push_back(std::move(its));
+    }
+    for (Body& body : bodies_) body.changed.setEmpty();
+    for (Found& each : found) {
+      Half& half = *each.half;
+      sort_unique(each.vertices);
+      for (const std::uint32_t v : each.vertices) half.side.more[v] += kMoreMm;
+      const std::vector<std::uint32_t> triangles = half.body->fans->around(each.vertices);
+      std::vector<std::uint32_t> vertices;
+      for (const std::uint32_t n : triangles) {
+        for (const std::uint32_t v : half.body->triangles()[n]) vertices.push_back(v);
+      }
+      sort_unique(vertices);
+      const std::vector<std::uint32_t> around = half.body->fans->around(vertices);
+      std::vector<Vec3> before;
+      for (const std::uint32_t v : vertices) before.push_back(half.body->points[v]);
+      (void)draw_back(*half.body, half.middle, vertices, triangles, half.side.more, kMoreThinDeg);
+      keep_apart(*half.body, around, vertices, before);
+      for (const std::uint32_t n : around) {
+        half.body->changed.extend(half.body->box_of(half.body->triangles()[n]));
+      }
+    }
+    return !found.empty();
+  }
+
+  /// Takes moves back that made a surface pass through itself.
+  /// @param moved triangles @param vertices that moved, ascending @param before where they were
+  static void keep_apart(Body& body, const std::vector<std::uint32_t>& moved,
+                         const std::vector<std::uint32_t>& vertices,
+                         const std::vector<Vec3>& before) {
+    Eigen::AlignedBox3d box;
+    for (const std::uint32_t n : moved) box.extend(body.box_of(body.triangles()[n]));
+    std::vector<Triangle> near;
+    std::vector<bool> among;
+    for (std::uint32_t n = 0; n < body.triangles().size(); ++n) {
+      const Triangle& t = body.triangles()[n];
+      if (!box.intersects(body.box_of(t))) continue;
+      near.push_back(t);
+      among.push_back(std::binary_search(moved.begin(), moved.end(), n));
+    }
+    for (bool again = true; again;) {
+      again = false;
+      for (const auto& [a, b] : self_intersections(body.points, near, among)) {
+        for (const std::uint32_t n : {a, b}) {
+          for (const std::uint32_t v : near[n]) {
+            const auto at = std::lower_bound(vertices.begin(), vertices.end(), v);
+            if (at == vertices.end() || *at != v) continue;
+            const Vec3& was = before[static_cast<std::size_t>(at - vertices.begin())];
+            again = again || body.points[v] != was;
+            body.points[v] = was;
+          }
+        }
+      }
+    }
+  }
+
+  std::vector<Body> bodies_;
+  std::vector<Pair> pairs_;
+};
 
 }  // namespace
 
@@ -219,20 +418,13 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
   }
   const std::size_t phases = surfaces.front().positions.size();
   parallel_for(phases, [&](std::size_t p) {
-    struct Body {
-      SurfaceCycle* surface;
-      const Fans* fans;
-      field::Interpolant field;
-      std::vector<Vec3> points;
-      std::vector<Vec3> start;
-      Eigen::AlignedBox3d box;
-    };
     std::vector<Body> bodies;
     for (const FieldCycle* field : fields) {
       SurfaceCycle* surface = of(surfaces, field->structure);
       Body& body = bodies.emplace_back(Body{surface,
                                             &fans[bodies.size()],
                                             {field->distance_mm.grid, field->distance_mm.phases[p]},
+                                            {},
                                             {},
                                             {},
                                             {}});
@@ -244,41 +436,9 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
       body.box.min().array() -= kFarMm;
       body.box.max().array() += kFarMm;
     }
-    const auto body_of = [&](Structure structure) -> Body* {
-      for (Body& body : bodies) {
-        if (body.surface->structure == structure) return &body;
-      }
-      return nullptr;
-    };
-    std::map<std::pair<Structure, Structure>, Side> sides;  // what goes back from what
-    for (int round = 0; round < kRounds; ++round) {
-      bool moved = false;
-      const auto part = [&](Structure first, Structure second) {
-        Body* one = body_of(first);
-        Body* other = body_of(second);
-        if (one == nullptr || other == nullptr || !one->box.intersects(other->box)) return;
-        const bool inside = second == Structure::Heart;
-        // Ventricles are the same whether atria are known or not.
-        const bool first_stays = !inside && is_beyond_base(second) && !is_beyond_base(first);
-        if (!first_stays) {
-          moved |= draw_back(one->points, one->start, one->surface->triangles, *one->fans,
-                             Middle(one->field, other->field, inside ? kWithin : kBeside),
-                             sides[{first, second}]);
-        }
-        moved |= draw_back(other->points, other->start, other->surface->triangles, *other->fans,
-                           Middle(other->field, one->field,
-                                  inside        ? kAround
-                                  : first_stays ? kOutsideOf
-                                                : kBeside),
-                           sides[{second, first}]);
-      };
-      for (std::size_t n = 0; n < kInHeart.size(); ++n) {
-        for (std::size_t m = n + 1; m < kInHeart.size(); ++m) part(kInHeart[n], kInHeart[m]);
-      }
-      for (const Structure structure : kInHeart) part(structure, Structure::Heart);
-      if (!moved) break;
-    }
-    for (Body& body : bodies) {
+    Phase phase(std::move(bodies));
+    phase.part();
+    for (const Body& body : phase.bodies()) {
       for (std::size_t v = 0; v < body.points.size(); ++v) {
         body.surface->positions[p][v] = body.points[v].cast<float>();
       }

@@ -203,4 +203,30 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(
   return out;
 }
 
+std::vector<std::pair<Triangle, Triangle>> crossings(std::span<const Vec3> points,
+                                                     std::span<const Triangle> triangles,
+                                                     std::span<const Vec3> other_points,
+                                                     std::span<const Triangle> other_triangles) {
+  std::vector<std::pair<Triangle, Triangle>> out;
+  if (triangles.empty() || other_triangles.empty()) return out;
+  std::vector<Vec3> corners;
+  std::vector<Triangle> all;
+  const auto add = [&](std::span<const Vec3> of, const Triangle& t) {
+    const auto first = static_cast<std::uint32_t>(corners.size());
+    for (const std::uint32_t v : t) corners.push_back(of[v]);
+    all.push_back({first, first + 1, first + 2});
+  };
+  for (const Triangle& t : triangles) add(points, t);
+  for (const Triangle& t : other_triangles) add(other_points, t);
+  const auto own = static_cast<std::uint32_t>(triangles.size());
+  Cells(corners, all).each_pair({}, [&](std::uint32_t a, std::uint32_t b) {
+    const auto [low, high] = std::minmax(a, b);
+    if (low >= own || high < own) return;
+    if (Pair(corners, all[low], all[high]).crosses()) {
+      out.emplace_back(triangles[low], other_triangles[high - own]);
+    }
+  });
+  return out;
+}
+
 }  // namespace beatlas::mesh

@@ -2,144 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <queue>
 #include <utility>
 
+#include "pipeline/mesh/simple_points.h"
+
 namespace beatlas::mesh {
 namespace {
-
-constexpr std::size_t kNeighbours = 14;
-constexpr std::uint32_t kAll = (1U << kNeighbours) - 1;
-
-/// The steps to a sample's neighbours: to the other corners of a cube that lie along a monotone
-/// path, and back.
-constexpr std::array<Index3, kNeighbours> make_steps() {
-  std::array<Index3, kNeighbours> out{};
-  for (int bits = 1; bits < 8; ++bits) {
-    const Index3 ahead{bits & 1, bits >> 1 & 1, bits >> 2 & 1};
-    out[static_cast<std::size_t>(bits - 1)] = ahead;
-    out[static_cast<std::size_t>(bits + 6)] = {-ahead[0], -ahead[1], -ahead[2]};
-  }
-  return out;
-}
-constexpr std::array<Index3, kNeighbours> kSteps = make_steps();
-
-/// Which neighbours are neighbours of each other: the edges of the sphere around a sample.
-constexpr std::array<std::uint32_t, kNeighbours> make_links() {
-  std::array<std::uint32_t, kNeighbours> out{};
-  for (std::size_t a = 0; a < kNeighbours; ++a) {
-    for (std::size_t b = 0; b < kNeighbours; ++b) {
-      for (const Index3& step : kSteps) {
-        if (kSteps[a][0] + step[0] == kSteps[b][0] && kSteps[a][1] + step[1] == kSteps[b][1] &&
-            kSteps[a][2] + step[2] == kSteps[b][2]) {
-          out[a] |= 1U << b;
-        }
-      }
-    }
-  }
-  return out;
-}
-constexpr std::array<std::uint32_t, kNeighbours> kLinks = make_links();
-
-bool is_one_piece(std::uint32_t members) {
-  if (members == 0) return false;
-  std::uint32_t reached = members & (~members + 1);
-  for (std::uint32_t fresh = reached; fresh != 0;) {
-    std::uint32_t next = 0;
-    for (; fresh != 0; fresh &= fresh - 1) {
-      next |= kLinks[static_cast<std::size_t>(std::countr_zero(fresh))];
-    }
-    fresh = next & members & ~reached;
-    reached |= fresh;
-  }
-  return reached == members;
-}
-
-class Lattice {
- public:
-  explicit Lattice(const Grid& grid) : size_(grid.size) {
-    for (std::size_t n = 0; n < kNeighbours; ++n) {
-      offset_[n] = static_cast<std::ptrdiff_t>(kSteps[n][0]) +
-                   size_[0] * (kSteps[n][1] + static_cast<std::ptrdiff_t>(size_[1]) * kSteps[n][2]);
-    }
-  }
-  [[nodiscard]] std::size_t count() const {
-    return static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
-           static_cast<std::size_t>(size_[2]);
-  }
-  [[nodiscard]] Index3 at(std::size_t index) const {
-    const auto nx = static_cast<std::size_t>(size_[0]);
-    const auto ny = static_cast<std::size_t>(size_[1]);
-    return {static_cast<int>(index % nx), static_cast<int>(index / nx % ny),
-            static_cast<int>(index / nx / ny)};
-  }
-  [[nodiscard]] bool on_border(const Index3& at) const {
-    for (std::size_t n = 0; n < 3; ++n) {
-      if (at[n] == 0 || at[n] == size_[n] - 1) return true;
-    }
-    return false;
-  }
-  /// Calls visit(neighbour's number, index) for those within the lattice.
-  template <class Visit>
-  void around(std::size_t index, const Visit& visit) const {
-    const Index3 here = at(index);
-    const bool inner = !on_border(here);
-    for (std::size_t n = 0; n < kNeighbours; ++n) {
-      if (!inner) {
-        bool within = true;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const int to = here[axis] + kSteps[n][axis];
-          within = within && to >= 0 && to < size_[axis];
-        }
-        if (!within) continue;
-      }
-      visit(n, static_cast<std::size_t>(static_cast<std::ptrdiff_t>(index) + offset_[n]));
-    }
-  }
-
- private:
-  Index3 size_;
-  std::array<std::ptrdiff_t, kNeighbours> offset_{};
-};
-
-using Mask = std::vector<std::uint8_t>;
-
-Mask inside_of(const std::vector<float>& samples) {
-  Mask out(samples.size());
-  for (std::size_t n = 0; n < samples.size(); ++n) out[n] = samples[n] < 0 ? 1 : 0;
-  return out;
-}
-
-/// A piece of the samples of one side.
-struct Piece {
-  std::vector<std::size_t> samples;
-  bool at_border = false;
-};
-
-std::vector<Piece> pieces_of(const Lattice& lattice, const Mask& inside, std::uint8_t side) {
-  Mask seen(inside.size());
-  std::vector<Piece> out;
-  for (std::size_t start = 0; start < inside.size(); ++start) {
-    if (seen[start] != 0 || inside[start] != side) continue;
-    Piece piece;
-    piece.samples.push_back(start);
-    seen[start] = 1;
-    for (std::size_t n = 0; n < piece.samples.size(); ++n) {
-      const std::size_t here = piece.samples[n];
-      piece.at_border = piece.at_border || lattice.on_border(lattice.at(here));
-      lattice.around(here, [&](std::size_t, std::size_t to) {
-        if (seen[to] != 0 || inside[to] != side) return;
-        seen[to] = 1;
-        piece.samples.push_back(to);
-      });
-    }
-    out.push_back(std::move(piece));
-  }
-  return out;
-}
 
 /// V - E + F - T of the simplices that are wholly inside. Those whose lowest corner is a sample:
 /// 1, 7, 12 and 6, along chains of corners of the cube above it.
@@ -227,11 +98,7 @@ std::vector<std::size_t> not_reached(const Lattice& lattice, const Mask& inside,
     const std::size_t index = queue.top().index;
     queue.pop();
     waits[index] = 0;
-    std::uint32_t own = side == 0 ? kAll : 0;  // beyond the lattice is outside
-    lattice.around(index, [&](std::size_t n, std::size_t to) {
-      if ((grown[to] != 0) != (((own >> n) & 1U) != 0)) own ^= 1U << n;
-    });
-    if (!is_one_piece(own) || !is_one_piece(kAll & ~own)) continue;
+    if (!lattice.is_simple(grown, index, side == 0)) continue;  // beyond the lattice is outside
     add(index);
     ++reached;
   }
@@ -274,42 +141,6 @@ void cluster(const Grid& grid, const Lattice& lattice, const std::vector<float>&
   }
 }
 
-void flip(Mask& inside, const std::vector<std::size_t>& samples) {
-  for (const std::size_t n : samples) inside[n] ^= 1U;
-}
-
-/// Gives samples the side they are to have and eases those around.
-void apply(const Grid& grid, const Lattice& lattice, const Mask& inside,
-           std::vector<float>& samples) {
-  constexpr double kHalfWidth = 0.3;  // of a sample
-  constexpr int kReach = 2;
-  const double voxel_mm = grid.spacing_mm().x();
-  std::vector<float> out = samples;
-  for (std::size_t n = 0; n < samples.size(); ++n) {
-    if ((samples[n] < 0) == (inside[n] != 0)) continue;
-    const double sign = inside[n] != 0 ? -1.0 : 1.0;
-    const Index3 here = lattice.at(n);
-    for (int dk = -kReach; dk <= kReach; ++dk) {
-      for (int dj = -kReach; dj <= kReach; ++dj) {
-        for (int di = -kReach; di <= kReach; ++di) {
-          if (!grid.contains(here[0] + di, here[1] + dj, here[2] + dk)) continue;
-          const std::size_t to = grid.offset(here[0] + di, here[1] + dj, here[2] + dk);
-          const auto eased = static_cast<float>(
-              sign * voxel_mm * (kHalfWidth - std::sqrt(di * di + dj * dj + dk * dk)));
-          out[to] = sign > 0 ? std::max(out[to], eased) : std::min(out[to], eased);
-        }
-      }
-    }
-  }
-  // Where a cut and a filling are neighbours each has what it was made for.
-  for (std::size_t n = 0; n < out.size(); ++n) {
-    const auto least = static_cast<float>(kHalfWidth * voxel_mm);
-    if (inside[n] != 0 && !(out[n] < 0)) out[n] = -least;
-    if (inside[n] == 0 && out[n] < 0) out[n] = least;
-  }
-  samples = std::move(out);
-}
-
 BodyTopology topology_of(const Grid& grid, const Lattice& lattice, const Mask& inside) {
   BodyTopology out;
   out.pieces = static_cast<int>(pieces_of(lattice, inside, 1).size());
@@ -331,17 +162,7 @@ Repair make_ball(const Grid& grid, std::vector<float>& samples) {
   out.before = topology_of(grid, lattice, inside);
   if (out.before.is_ball() || out.before.pieces == 0) return out;
 
-  std::vector<Piece> pieces = pieces_of(lattice, inside, 1);
-  const auto largest = std::max_element(
-      pieces.begin(), pieces.end(),
-      [](const Piece& a, const Piece& b) { return a.samples.size() < b.samples.size(); });
-  for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
-    if (piece != largest) flip(inside, piece->samples);
-  }
-  for (const Piece& piece : pieces_of(lattice, inside, 0)) {
-    if (!piece.at_border) flip(inside, piece.samples);
-  }
-
+  keep_one_body(lattice, inside);
   BodyTopology now = topology_of(grid, lattice, inside);
   while (now.handles > 0) {
     std::vector<Change> changes;
@@ -376,10 +197,7 @@ Repair make_ball(const Grid& grid, std::vector<float>& samples) {
     now = topology_of(grid, lattice, inside);
   }
   out.left_handles = now.handles;
-  for (std::size_t n = 0; n < samples.size(); ++n) {
-    out.changed += (samples[n] < 0) != (inside[n] != 0) ? 1 : 0;
-  }
-  apply(grid, lattice, inside, samples);
+  out.changed = change_sides(grid, inside, samples);
   return out;
 }
 

@@ -91,4 +91,9 @@ struct OnTriangle {
     std::span<const Vec3> points, std::span<const Triangle> triangles,
     const std::vector<bool>& among = {});
 
+/// Triangles of one mesh and of another that meet, each pair once.
+[[nodiscard]] std::vector<std::pair<Triangle, Triangle>> crossings(
+    std::span<const Vec3> points, std::span<const Triangle> triangles,
+    std::span<const Vec3> other_points, std::span<const Triangle> other_triangles);
+
 }  // namespace beatlas::mesh

@@ -1,0 +1,98 @@
+#pragma once
+/// What simple_topology.cpp and cycle_topology.cpp share: masks on the Freudenthal triangulation of
+/// a lattice, where each sample has 14 neighbours.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/core/grid.h"
+
+namespace beatlas::mesh {
+
+constexpr std::size_t kNeighbours = 14;
+
+/// The steps to a sample's neighbours: to the other corners of a cube that lie along a monotone
+/// path, and back.
+constexpr std::array<Index3, kNeighbours> make_steps() {
+  std::array<Index3, kNeighbours> out{};
+  for (int bits = 1; bits < 8; ++bits) {
+    const Index3 ahead{bits & 1, bits >> 1 & 1, bits >> 2 & 1};
+    out[static_cast<std::size_t>(bits - 1)] = ahead;
+    out[static_cast<std::size_t>(bits + 6)] = {-ahead[0], -ahead[1], -ahead[2]};
+  }
+  return out;
+}
+inline constexpr std::array<Index3, kNeighbours> kSteps = make_steps();
+
+/// 1 for each sample that is inside.
+using Mask = std::vector<std::uint8_t>;
+[[nodiscard]] Mask inside_of(const std::vector<float>& samples);
+/// Changes the side of some samples.
+void flip(Mask& inside, const std::vector<std::size_t>& samples);
+
+class Lattice {
+ public:
+  explicit Lattice(const Grid& grid) : size_(grid.size) {
+    for (std::size_t n = 0; n < kNeighbours; ++n) {
+      offset_[n] = static_cast<std::ptrdiff_t>(kSteps[n][0]) +
+                   size_[0] * (kSteps[n][1] + static_cast<std::ptrdiff_t>(size_[1]) * kSteps[n][2]);
+    }
+  }
+  [[nodiscard]] Index3 at(std::size_t index) const {
+    const auto nx = static_cast<std::size_t>(size_[0]);
+    const auto ny = static_cast<std::size_t>(size_[1]);
+    return {static_cast<int>(index % nx), static_cast<int>(index / nx % ny),
+            static_cast<int>(index / nx / ny)};
+  }
+  [[nodiscard]] bool on_border(const Index3& at) const {
+    for (std::size_t n = 0; n < 3; ++n) {
+      if (at[n] == 0 || at[n] == size_[n] - 1) return true;
+    }
+    return false;
+  }
+  /// Calls visit(neighbour's number, index) for those within the lattice.
+  template <class Visit>
+  void around(std::size_t index, const Visit& visit) const {
+    const Index3 here = at(index);
+    const bool inner = !on_border(here);
+    for (std::size_t n = 0; n < kNeighbours; ++n) {
+      if (!inner) {
+        bool within = true;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const int to = here[axis] + kSteps[n][axis];
+          within = within && to >= 0 && to < size_[axis];
+        }
+        if (!within) continue;
+      }
+      visit(n, static_cast<std::size_t>(static_cast<std::ptrdiff_t>(index) + offset_[n]));
+    }
+  }
+  /// Whether a sample may change side and inside and outside stay what they are: both are one
+  /// piece around it (Bertrand 1994).
+  /// @param beyond whether what lies beyond the lattice is set
+  [[nodiscard]] bool is_simple(const Mask& set, std::size_t index, bool beyond) const;
+
+ private:
+  Index3 size_;
+  std::array<std::ptrdiff_t, kNeighbours> offset_{};
+};
+
+/// A piece of the samples of one side.
+struct Piece {
+  std::vector<std::size_t> samples;
+  bool at_border = false;
+};
+[[nodiscard]] std::vector<Piece> pieces_of(const Lattice& lattice, const Mask& inside,
+                                           std::uint8_t side);
+
+/// Leaves the piece of the most samples and fills its hollows.
+void keep_one_body(const Lattice& lattice, Mask& inside);
+
+/// Gives samples the side that they have in the mask and eases those around, so that a cut is about
+/// 0.6 of a sample wide.
+/// @return how many changed side
+std::size_t change_sides(const Grid& grid, const Mask& inside, std::vector<float>& samples);
+
+}  // namespace beatlas::mesh
