@@ -114,6 +114,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
       std::vector<std::uint8_t> inner = inside;
       std::vector<std::uint8_t> outer(inside.size(), 1);
       std::vector<std::uint8_t> bare;
+      std::vector<std::uint8_t> walls;
       if (structure == Structure::Heart && levels.muscle > 0) {
         // Under the outer surface lies muscle; blood behind a thin wall must not tell its level.
         for (std::size_t v = 0; v < inner.size(); ++v) {
@@ -126,7 +127,8 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
             });
       } else if (structure != Structure::LvMyocardium) {
         // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
-        outer = where(labels.phases[p], Structure::Heart);
+        walls = where(labels.phases[p], Structure::Heart);
+        outer = walls;
       }
       const BoundaryInput input{.grid = images.grid,
                                 .image = images.phases[p],
@@ -137,8 +139,21 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
                                 .contrast = contrast,
                                 .noise = noise};
       Boundary found = find_boundary(input);
-      if (thin && structure == Structure::Heart && levels.muscle > 0) {
-        settled[p] = cover_along_slices(input, levels.muscle, found.coverage);
+      if (thin && levels.muscle > 0) {
+        if (structure == Structure::Heart) {
+          settled[p] = cover_along_slices(input, {.inner_level = levels.muscle}, found.coverage);
+        } else if (structure == Structure::LvBlood || structure == Structure::RvBlood) {
+          // Nor must the other ventricle's blood, which this looks as far as.
+          for (std::size_t v = 0; v < outer.size(); ++v) {
+            outer[v] = static_cast<std::uint8_t>(outer[v] && images.phases[p][v] < muscle);
+          }
+          (void)cover_along_slices(
+              input,
+              {.inner_level = structure == Structure::LvBlood ? levels.blood : levels.rv_blood,
+               .outer_level = levels.muscle,
+               .walls = &walls},
+              found.coverage);
+        }
       }
       phases[p] = std::move(found.coverage);
       points[p] = std::move(found.points);

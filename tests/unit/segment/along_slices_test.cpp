@@ -107,7 +107,7 @@ TEST(AlongSlices, APoleIsKnownToATenthOfASliceWhereverItLiesInOne) {
     const Ball ball(lowest_mm, 0);
     std::vector<float> coverage = find_boundary(ball.input(0)).coverage;
     const auto [mean_before, most_before] = ball.height_error_mm(coverage);
-    EXPECT_FALSE(cover_along_slices(ball.input(0), kMuscle, coverage).empty());
+    EXPECT_FALSE(cover_along_slices(ball.input(0), {.inner_level = kMuscle}, coverage).empty());
     const auto [mean, most] = ball.height_error_mm(coverage);
     EXPECT_LT(std::abs(mean), 0.05 * kSliceMm) << lowest_mm;
     EXPECT_LT(most, 0.3 * kSliceMm) << lowest_mm;
@@ -120,7 +120,7 @@ TEST(AlongSlices, NoiseOfAChannelMovesThePoleByLessThanATenthOfASlice) {
   constexpr double kNoise = 50;  // SNR 20 of blood
   const Ball ball(0.5, kNoise);
   std::vector<float> coverage = find_boundary(ball.input(kNoise)).coverage;
-  (void)cover_along_slices(ball.input(kNoise), kMuscle, coverage);
+  (void)cover_along_slices(ball.input(kNoise), {.inner_level = kMuscle}, coverage);
   EXPECT_LT(std::abs(ball.height_error_mm(coverage).first), 0.1 * kSliceMm);
 }
 
@@ -129,7 +129,7 @@ TEST(AlongSlices, AThinLayerOfFatIsNotTakenForMuscle) {
     const Ball ball(lowest_mm, 0, 0.5 * kSliceMm);
     std::vector<float> coverage = find_boundary(ball.input(0)).coverage;
     const auto [mean_before, most_before] = ball.height_error_mm(coverage);
-    (void)cover_along_slices(ball.input(0), kMuscle, coverage);
+    (void)cover_along_slices(ball.input(0), {.inner_level = kMuscle}, coverage);
     const auto [mean, most] = ball.height_error_mm(coverage);
     EXPECT_LT(std::abs(mean), std::abs(mean_before) + 0.01 * kSliceMm) << lowest_mm;
     EXPECT_LT(most, most_before + 0.01 * kSliceMm) << lowest_mm;
@@ -140,7 +140,7 @@ TEST(AlongSlices, SteepWallsAndWallsWithoutContrastStay) {
   const Ball ball(0.3, 0);
   const std::vector<float> before = find_boundary(ball.input(0)).coverage;
   std::vector<float> coverage = before;
-  (void)cover_along_slices(ball.input(0), kMuscle, coverage);
+  (void)cover_along_slices(ball.input(0), {.inner_level = kMuscle}, coverage);
   const int equator = 3 + static_cast<int>(kRadiusMm / kSliceMm);
   for (std::size_t v = ball.grid.offset(0, 0, equator); v < ball.grid.offset(0, 0, equator + 1);
        ++v) {
@@ -149,7 +149,7 @@ TEST(AlongSlices, SteepWallsAndWallsWithoutContrastStay) {
   BoundaryInput flat = ball.input(0);
   flat.contrast = kMuscle - kOutside + 1;
   coverage = before;
-  EXPECT_TRUE(cover_along_slices(flat, kMuscle, coverage).empty());
+  EXPECT_TRUE(cover_along_slices(flat, {.inner_level = kMuscle}, coverage).empty());
   EXPECT_EQ(coverage, before);
 }
 
