@@ -7,16 +7,17 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/segment/chambers.h"
+#include "pipeline/segment/magnitude.h"
+#include "pipeline/segment/side_levels.h"
 
 namespace beatlas::segment {
 namespace {
 
 constexpr double kWindowMm = 7;        ///< half width of the window that tells a side's level
 constexpr int kWindowSlices = 3;       ///< from the surface on
-constexpr float kLeastCore = 0.03F;    ///< share of the window that has to tell a level
 constexpr double kPatchPx = 2;         ///< Gaussian along the surface
-constexpr double kSteepPx = 1;         ///< up to such a way from outline to outline they suffice
-constexpr double kLevelPx = 3;         ///< and from this on, wider than their band, intensities do
+constexpr double kSteepPx = 2;         ///< up to such a way from outline to outline they suffice
+constexpr double kLevelPx = 4;         ///< and from this on, wider than their band, intensities do
 constexpr float kLeastSquare = 1e-6F;  ///< of a difference from a patch's mean
 constexpr float kBeyond = 0.5F;        ///< how far noise may leave the range of coverage
 constexpr float kBrighter = 1.5F;      ///< of the way from outside to inside: something else
@@ -27,50 +28,17 @@ using Slices = std::vector<cv::Mat>;
 
 std::size_t at(int n) { return static_cast<std::size_t>(n); }
 
-/// Sums over a window of each slice.
-struct Level {
-  Slices sum;
-  Slices weight;
-
-  Level(const Slices& pixels, const Slices& mask, const cv::Size& window) {
-    for (std::size_t k = 0; k < pixels.size(); ++k) {
-      cv::Mat indicator;
-      mask[k].convertTo(indicator, CV_32F, 1.0 / 255.0);
-      cv::Mat of_pixels;
-      cv::boxFilter(pixels[k].mul(indicator), of_pixels, CV_32F, window, {-1, -1}, true,
-                    cv::BORDER_ISOLATED);
-      cv::boxFilter(indicator, indicator, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
-      sum.push_back(of_pixels);
-      weight.push_back(indicator);
-    }
+/// Mean over a window, from slice k on, away by `step`. @return whether it is told
+bool mean_beyond(const WindowSums& sums, int k, int step, int j, int i, float& out) {
+  float all = 0;
+  float share = 0;
+  for (int n = 0; n < kWindowSlices; ++n, k += step) {
+    if (k < 0 || k >= static_cast<int>(sums.pixels.size())) break;
+    all += sums.pixels[at(k)].at<float>(j, i);
+    share += sums.weight[at(k)].at<float>(j, i);
   }
-
-  /// From slice k on, away by `step`. @return whether it is told
-  bool mean(int k, int step, int j, int i, float& out) const {
-    float all = 0;
-    float share = 0;
-    for (int n = 0; n < kWindowSlices; ++n, k += step) {
-      if (k < 0 || k >= static_cast<int>(sum.size())) break;
-      all += sum[at(k)].at<float>(j, i);
-      share += weight[at(k)].at<float>(j, i);
-    }
-    out = all / std::max(share, 1e-6F);
-    return share >= kLeastCore;
-  }
-};
-
-/// Voxels of the mask whose neighbours, across slices as well, are of it too.
-Slices whole(const Slices& mask) {
-  const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
-  Slices out;
-  for (std::size_t k = 0; k < mask.size(); ++k) {
-    cv::Mat eroded;
-    cv::erode(mask[k], eroded, cross, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
-    if (k > 0) eroded &= mask[k - 1];
-    if (k + 1 < mask.size()) eroded &= mask[k + 1];
-    out.push_back(eroded);
-  }
-  return out;
+  out = all / std::max(share, 1e-6F);
+  return share >= kLeastCore;
 }
 
 /// The mask's own smooth surface: its gradient tells how level it is.
@@ -111,35 +79,39 @@ float levelness(const Slices& soft, int k, int j, int i) {
 /// What one slice shows of the surface above and below it.
 struct Seen {
   cv::Mat share;   ///< coverage, in voxels beside the surface what their intensity says
-  cv::Mat noise;   ///< variance of what was read
   cv::Mat weight;  ///< 0..1, by how much that counts
   cv::Mat known;   ///< 0 in voxels beside a surface that intensities do not show, else 1
   cv::Mat within;  ///< slice of the voxel on the inner side
+  cv::Mat inner;   ///< levels of either side, where weight is not 0
+  cv::Mat outer;
   bool any = false;
 };
 
 class Columns {
  public:
-  Columns(const BoundaryInput& input, double tissue_level, const cv::Rect& part,
+  Columns(const BoundaryInput& input, const Sides& sides, const cv::Rect& part,
           const cv::Size& window)
       : grid_(input.grid),
         contrast_(input.contrast),
-        noise_(static_cast<float>(input.noise)),
-        tissue_level_(static_cast<float>(tissue_level)),
+        inner_level_(static_cast<float>(sides.inner_level)),
+        outer_level_(static_cast<float>(sides.outer_level)),
         in_(each(input.inside, part)),
+        walls_(sides.walls != nullptr ? each(*sides.walls, part) : Slices{}),
+        tells_outer_(each(input.tells_outer, part)),
         bare_(input.bare != nullptr ? each(*input.bare, part) : Slices{}),
         pixels_(each(input.image, part)),
-        inner_(pixels_, whole(both(in_, each(input.tells_inner, part))), window),
-        outer_(pixels_, whole(both(inverse(in_), each(input.tells_outer, part))), window),
-        beyond_(each(input.tells_outer, part)),
+        inner_(pixels_, whole_voxels(both(in_, each(input.tells_inner, part))), window),
+        outer_(pixels_, whole_voxels(both(inverse(in_), tells_outer_)), window),
         soft_(smoothed(in_)),
         window_(window) {}
 
   [[nodiscard]] Seen seen(int k, const cv::Mat& coverage) const {
-    Seen out{coverage.clone(), cv::Mat::zeros(coverage.size(), CV_32F),
+    Seen out{coverage.clone(),
              cv::Mat::zeros(coverage.size(), CV_32F),
              cv::Mat(coverage.size(), CV_32F, cv::Scalar(1)),
-             cv::Mat::zeros(coverage.size(), CV_32S)};
+             cv::Mat::zeros(coverage.size(), CV_32S),
+             cv::Mat::zeros(coverage.size(), CV_32F),
+             cv::Mat::zeros(coverage.size(), CV_32F)};
     for (int j = 0; j < coverage.rows; ++j) {
       for (int i = 0; i < coverage.cols; ++i) {
         for (const int step : {-1, 1}) {
@@ -177,12 +149,19 @@ class Columns {
   [[nodiscard]] bool inside(int k, int j, int i) const {
     return in_[at(k)].at<std::uint8_t>(j, i) != 0;
   }
-  [[nodiscard]] bool tells_outer(int k, int j, int i) const {
-    return beyond_[at(k)].at<std::uint8_t>(j, i) != 0;
-  }
   [[nodiscard]] bool is_bare(int k, int j, int i) const {
     return !bare_.empty() && k >= 0 && k < grid_.size[2] &&
            bare_[at(k)].at<std::uint8_t>(j, i) != 0;
+  }
+
+  /// Whether the cavity that ends before slice k has a wall there.
+  [[nodiscard]] bool is_walled(int k, int inward, int j, int i) const {
+    if (walls_.empty()) return true;
+    const auto of = [&](const Slices& masks, int slice) {
+      return slice >= 0 && slice < grid_.size[2] && masks[at(slice)].at<std::uint8_t>(j, i) != 0;
+    };
+    return of(walls_, k) &&
+           (of(tells_outer_, k) || of(tells_outer_, k - inward) || !of(walls_, k - inward));
   }
 
   /// Whether the outside holds, close by, what is neither side: where a thin layer of fat lies
@@ -207,15 +186,15 @@ class Columns {
     if (weight == 0) out.known.at<float>(j, i) = 0;
     const int k_in = inside(k, j, i) ? k : k + step;
     const int inward = inside(k, j, i) ? -step : step;
-    if (is_bare(k_in, j, i)) return;
-    const int k_out = k_in - 2 * inward;
-    if (k_out < 0 || k_out >= grid_.size[2] || !tells_outer(k_out, j, i)) return;
+    if (is_bare(k_in, j, i) || !is_walled(k_in - inward, inward, j, i)) return;
     float from = 0;
     float to = 0;
-    if (!inner_.mean(k_in + inward, inward, j, i, to)) to = tissue_level_;
-    if (!outer_.mean(k_out, -inward, j, i, from) || std::abs(to - from) <= contrast_) {
-      return;
+    if (!mean_beyond(inner_, k_in + inward, inward, j, i, to)) to = inner_level_;
+    if (!mean_beyond(outer_, k_in - 2 * inward, -inward, j, i, from)) {
+      if (!(outer_level_ > 0)) return;
+      from = outer_level_;
     }
+    if (std::abs(to - from) <= contrast_) return;
     const auto share_at = [&](int slice) {
       const float share = (pixels_[at(slice)].at<float>(j, i) - from) / (to - from);
       return std::clamp(share, -kBeyond, 1 + kBeyond);
@@ -229,21 +208,23 @@ class Columns {
     weight = level;
     out.known.at<float>(j, i) = 1;
     out.share.at<float>(j, i) = share;
-    out.noise.at<float>(j, i) = noise_ * noise_ / ((to - from) * (to - from));
     out.within.at<std::int32_t>(j, i) = k_in;
+    out.inner.at<float>(j, i) = to;
+    out.outer.at<float>(j, i) = from;
     out.any = true;
   }
 
   const Grid& grid_;
   double contrast_;
-  float noise_;
-  float tissue_level_;
+  float inner_level_;
+  float outer_level_;
   Slices in_;
+  Slices walls_;
+  Slices tells_outer_;
   Slices bare_;
   Slices pixels_;
-  Level inner_;
-  Level outer_;
-  Slices beyond_;
+  WindowSums inner_;
+  WindowSums outer_;
   Slices soft_;
   cv::Size window_;
 };
@@ -255,24 +236,40 @@ cv::Mat blurred(const cv::Mat& image) {
 }
 
 /// The mean of what is known over a patch; where it is curved it stays, for twice a mean less its
-/// own mean has no second moment. What voxels differ from it by more than by their noise is theirs
-/// (Lee, Digital image enhancement and noise filtering by use of local statistics, IEEE PAMI 1980).
-cv::Mat without_noise(const Seen& seen) {
+/// own mean has no second moment. What noise hides of a share is added, by the share that a patch
+/// shows: that of a voxel is noise itself. What voxels differ from the mean by more than by noise
+/// is theirs (Lee, Digital image enhancement and noise filtering by use of local statistics, IEEE
+/// PAMI 1980).
+cv::Mat without_noise(const Seen& seen, double noise) {
   const cv::Mat weight = cv::max(blurred(seen.known), 1e-6F);
   const auto mean_of = [&](const cv::Mat& image) -> cv::Mat {
     return blurred(image.mul(seen.known)) / weight;
   };
-  const cv::Mat once = mean_of(seen.share);
+  cv::Mat once = mean_of(seen.share);
+  cv::Mat share = seen.share.clone();
+  cv::Mat variance = cv::Mat::zeros(share.size(), CV_32F);
+  for (int j = 0; j < share.rows; ++j) {
+    for (int i = 0; i < share.cols; ++i) {
+      if (seen.weight.at<float>(j, i) == 0) continue;
+      const float inner = seen.inner.at<float>(j, i);
+      const float outer = seen.outer.at<float>(j, i);
+      const Mixture mixture(inner, outer, static_cast<float>(noise));
+      share.at<float>(j, i) += mixture.missing(std::clamp(once.at<float>(j, i), 0.0F, 1.0F));
+      const float of_share = static_cast<float>(noise) / (inner - outer);
+      variance.at<float>(j, i) = of_share * of_share;
+    }
+  }
+  once = mean_of(share);
   const cv::Mat mean = 2 * once - blurred(once);
-  const cv::Mat off = (seen.share - mean).mul(seen.known);
+  const cv::Mat off = (share - mean).mul(seen.known);
   const cv::Mat square = cv::max(mean_of(off.mul(off)), kLeastSquare);
-  const cv::Mat own = cv::max(1 - mean_of(seen.noise) / square, 0.0F);
+  const cv::Mat own = cv::max(1 - mean_of(variance) / square, 0.0F);
   return cv::min(cv::max(mean + own.mul(off), 0.0F), 1.0F);
 }
 
 }  // namespace
 
-std::vector<Settled> cover_along_slices(const BoundaryInput& input, double tissue_level,
+std::vector<Settled> cover_along_slices(const BoundaryInput& input, const Sides& sides,
                                         std::vector<float>& coverage) {
   std::vector<Settled> settled;
   const Grid& grid = input.grid;
@@ -283,12 +280,12 @@ std::vector<Settled> cover_along_slices(const BoundaryInput& input, double tissu
   cv::Rect part;
   for (int k = 0; k < grid.size[2]; ++k) part |= rect_around(slice_of(grid, input.inside, k), room);
   if (part.empty()) return settled;
-  const Columns columns(input, tissue_level, part, window);
+  const Columns columns(input, sides, part, window);
   for (int k = 0; k < grid.size[2]; ++k) {
     cv::Mat out = slice_of(grid, coverage, k)(part);
     const Seen seen = columns.seen(k, out);
     if (!seen.any) continue;
-    const cv::Mat share = without_noise(seen);
+    const cv::Mat share = without_noise(seen, input.noise);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
         const float weight = seen.weight.at<float>(j, i);

@@ -7,61 +7,31 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/core/slices.h"
 #include "pipeline/segment/chambers.h"
+#include "pipeline/segment/magnitude.h"
+#include "pipeline/segment/side_levels.h"
 
 namespace beatlas::segment {
 namespace {
 
 constexpr float kBandPx = 2.0F;        ///< where intensity is asked, on both sides
-constexpr double kAlongPx = 1.5;       ///< Gaussian along the outline
+constexpr double kAlongPx = 2.0;       ///< Gaussian along the outline
 constexpr float kMostShiftPx = 1.25F;  ///< labels are no farther off than this
+constexpr int kFits = 2;
+constexpr double kOfFits = 2;          ///< of a mean's variance: two fits are sharper, levels noisy
+constexpr float kMostStepPx = 0.5F;    ///< of a fit
+constexpr float kMostLeanPx = 4.0F;    ///< from slice to slice; more is another surface's
+constexpr float kLeastLeanPx = 0.05F;  ///< less is none
+constexpr float kMostOff = 0.5F;       ///< of the levels' difference: it shows something else
+constexpr float kMostNoise = 3.0F;     ///< standard deviations; unless it is noise
+constexpr float kLeastInside = 0.2F;   ///< a dark spot was taken in on purpose
 constexpr float kLeastAlong = 0.02F;   ///< outline, weighted, that has to be told of a place
 constexpr double kUntoldPx = 0.625;    ///< standard deviation where no intensity tells the place
 constexpr double kOfMisfit = 1.0;      ///< [px2] of the place's variance, for the misfit's
 constexpr double kFloorPx = 0.05;      ///< what no fit tells of
-constexpr float kLeastCore = 0.03F;    ///< share of the window that has to tell a level
+constexpr double kFloorOfLean = 0.03;  ///< the same, of what the outline moves between slices
 constexpr double kLeastAcross = 0.35;  ///< a surface along the slices is known by its neighbours
-constexpr double kLeastBareMm = 8;     ///< a shorter stretch without a wall is a wall not resolved
-constexpr double kThinMm = 2.2;        ///< from blood to the outside: no wall is as thin
-constexpr double kWindowMm = 3.5;      ///< half width of the window that tells a side's level
-
-/// Mean of `image` over the voxels of `mask` in a window around each pixel; `weight` gets how
-/// many there were, as a share of the window.
-cv::Mat masked_mean(const cv::Mat& image, const cv::Mat& mask, const cv::Size& window,
-                    cv::Mat& weight) {
-  cv::Mat indicator;
-  mask.convertTo(indicator, CV_32F, 1.0 / 255.0);
-  cv::Mat sum;
-  cv::boxFilter(image.mul(indicator), sum, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
-  cv::boxFilter(indicator, weight, CV_32F, window, {-1, -1}, true, cv::BORDER_ISOLATED);
-  return sum / cv::max(weight, 1e-6);
-}
-
-/// Where `bare` comes to the surface of `in` by itself, along kLeastBareMm and more, and a band's
-/// width around it. Its mixed voxels look like a wall of one pixel, thinner than any wall if pixels
-/// are small.
-cv::Mat bare_surface(const cv::Mat& in, const cv::Mat& bare, double pixel_mm) {
-  cv::Mat rim;
-  const int thin_px = std::max(1, static_cast<int>(kThinMm / pixel_mm));
-  cv::dilate(~in, rim,
-             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * thin_px + 1, 2 * thin_px + 1}),
-             {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  rim &= bare;
-  cv::Mat ids;
-  cv::Mat stats;
-  cv::Mat centroids;
-  const int count = cv::connectedComponentsWithStats(rim, ids, stats, centroids, 8);
-  cv::Mat longer = cv::Mat::zeros(in.size(), CV_8U);
-  for (int id = 1; id < count; ++id) {
-    const double length_px =
-        std::hypot(stats.at<int>(id, cv::CC_STAT_WIDTH), stats.at<int>(id, cv::CC_STAT_HEIGHT));
-    if (length_px * pixel_mm >= kLeastBareMm) longer |= ids == id;
-  }
-  const int reach = static_cast<int>(std::ceil(kBandPx)) + 1;
-  cv::dilate(longer, longer,
-             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1}));
-  return longer;
-}
 
 /// Signed distance [pixels] to the outline of a mask, negative inside, smoothed a little: the
 /// outline of pixels is a staircase, that of a heart is not.
@@ -90,6 +60,29 @@ std::vector<cv::Mat> outline_distances_px(const Grid& grid, const std::vector<st
   return out;
 }
 
+/// Coverage of a pixel, and how fast it falls with the distance to the outline.
+struct Ramp {
+  float coverage = 0;
+  float slope = 0;
+};
+/// @param distance_px of the pixel's middle  @param lean_px that the outline moves from slice to
+/// slice: what a thick voxel holds is a mean over as wide a strip
+Ramp ramp(float distance_px, float lean_px) {
+  const auto upright = [](float d) { return std::clamp(0.5F - d, 0.0F, 1.0F); };
+  if (lean_px < kLeastLeanPx) {
+    return {upright(distance_px), std::abs(distance_px) < 0.5F ? 1.0F : 0.0F};
+  }
+  // Integral of `upright`.
+  const auto sum = [](float d) {
+    const float u = std::clamp(d, -0.5F, 0.5F);
+    return std::min(d, -0.5F) + 0.5F + 0.5F * (u - u * u) + 0.375F;
+  };
+  const float from = distance_px - 0.5F * lean_px;
+  const float to = distance_px + 0.5F * lean_px;
+  return {std::clamp((sum(to) - sum(from)) / lean_px, 0.0F, 1.0F),
+          (upright(from) - upright(to)) / lean_px};
+}
+
 /// What a way in the plane of a slice, across the outline, is along the surface's normal: the
 /// outline's way from slice to slice tells how the surface leans.
 double along_normal(const std::vector<cv::Mat>& distances_px, int k, int j, int i,
@@ -107,6 +100,170 @@ double along_normal(const std::vector<cv::Mat>& distances_px, int k, int j, int 
   if (steps == 0) return 1;
   const double lean = static_cast<double>(above.value_or(here) - below.value_or(here)) / steps;
   return std::max(kLeastAcross, 1 / std::hypot(1.0, lean * pixel_per_slice));
+}
+
+/// What one slice shows of a boundary.
+struct Edge {
+  cv::Mat pixels;
+  SideLevels sides;
+  cv::Mat drawn_px;  ///< distance to the labels' outline; empty: the slice has none
+  cv::Mat found_px;  ///< and to where intensities move it
+  cv::Mat along;     ///< how much told that
+  cv::Mat variance;  ///< of what the shift is made of, by the image's noise
+
+  /// 0 as outside, 1 as inside.
+  [[nodiscard]] float measured(int j, int i) const {
+    const float outer = sides.outer.at<float>(j, i);
+    return (pixels.at<float>(j, i) - outer) / difference(j, i);
+  }
+  [[nodiscard]] float difference(int j, int i) const {
+    return sides.inner.at<float>(j, i) - sides.outer.at<float>(j, i);
+  }
+  [[nodiscard]] bool told(int j, int i) const { return sides.told.at<std::uint8_t>(j, i) != 0; }
+  [[nodiscard]] bool far(int j, int i) const {
+    return std::abs(drawn_px.at<float>(j, i)) > kBandPx + kMostShiftPx;
+  }
+};
+
+cv::Mat mean_along(const cv::Mat& image) {
+  cv::Mat out;
+  cv::GaussianBlur(image, out, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
+  return out;
+}
+
+/// Geometry first: coverage g of the mask's own smooth outline. Intensity then tells by how much
+/// that outline must move: across the boundary the excess of measured coverage over g adds up to
+/// the shift, in pixels. Averaged along the outline, so that noise and single odd pixels cancel.
+void move_by_excess(Edge& edge) {
+  const cv::Size size = edge.pixels.size();
+  cv::Mat geometric = 0.5F - edge.drawn_px;
+  geometric = cv::min(cv::max(geometric, 0.0F), 1.0F);
+  cv::Mat excess = cv::Mat::zeros(size, CV_32F);
+  cv::Mat trusted = cv::Mat::zeros(size, CV_32F);
+  for (int j = 0; j < size.height; ++j) {
+    for (int i = 0; i < size.width; ++i) {
+      const float d = edge.drawn_px.at<float>(j, i);
+      if (std::abs(d) > kBandPx || !edge.told(j, i)) continue;
+      const float measured = std::clamp(edge.measured(j, i), 0.0F, 1.0F);
+      // A dark spot inside was taken in on purpose (papillary muscle): it says nothing.
+      if (d < 0 && measured < kLeastInside) continue;
+      trusted.at<float>(j, i) = 1;
+      excess.at<float>(j, i) = measured - geometric.at<float>(j, i);
+    }
+  }
+  cv::Mat dx;
+  cv::Mat dy;
+  cv::Sobel(geometric, dx, CV_32F, 1, 0, 1, 0.5);
+  cv::Sobel(geometric, dy, CV_32F, 0, 1, 1, 0.5);
+  cv::Mat length;
+  cv::magnitude(dx, dy, length);
+  const cv::Mat moved = mean_along(excess);
+  const cv::Mat along = mean_along(length.mul(trusted));
+  edge.found_px = edge.drawn_px.clone();
+  for (int j = 0; j < size.height; ++j) {
+    for (int i = 0; i < size.width; ++i) {
+      const float weight = along.at<float>(j, i);
+      if (edge.far(j, i) || weight <= kLeastAlong) continue;
+      edge.found_px.at<float>(j, i) -=
+          std::clamp(moved.at<float>(j, i) / weight, -kMostShiftPx, kMostShiftPx);
+    }
+  }
+}
+
+/// Then a step toward where the voxels that the outline crosses show on average what they are
+/// expected to, noise and all. Levels a little off and noise beside the outline, which weigh in the
+/// excess, hardly do here. Weights fall to 0 with the distance, for voxels that a step takes in
+/// must not jolt it; they cost a tenth more noise than least squares.
+void move_by_fit(const cv::Mat& lean_px, double noise, Edge& edge) {
+  const cv::Size size = edge.pixels.size();
+  const auto sigma = static_cast<float>(noise);
+  cv::Mat moved = cv::Mat::zeros(size, CV_32F);
+  cv::Mat moves = cv::Mat::zeros(size, CV_32F);
+  edge.variance = cv::Mat::zeros(size, CV_32F);
+  for (int j = 0; j < size.height; ++j) {
+    for (int i = 0; i < size.width; ++i) {
+      if (!edge.told(j, i)) continue;
+      const float d = edge.found_px.at<float>(j, i);
+      const float lean = lean_px.at<float>(j, i);
+      const float weight = 1 - std::abs(d) / (1 + 0.5F * lean);
+      if (!(weight > 0)) continue;
+      const Ramp at = ramp(d, lean);
+      const Mixture mixture(edge.sides.inner.at<float>(j, i), edge.sides.outer.at<float>(j, i),
+                            sigma);
+      const float off = edge.measured(j, i) - (at.coverage - mixture.missing(at.coverage));
+      const float noise_here = std::abs(sigma / edge.difference(j, i));
+      if (std::abs(off) > std::max(kMostOff, kMostNoise * noise_here)) continue;
+      moved.at<float>(j, i) = weight * off;
+      moves.at<float>(j, i) = weight * at.slope;
+      edge.variance.at<float>(j, i) = weight * weight * noise_here * noise_here;
+    }
+  }
+  moved = mean_along(moved);
+  edge.along = mean_along(moves);
+  for (int j = 0; j < size.height; ++j) {
+    for (int i = 0; i < size.width; ++i) {
+      const float told = edge.along.at<float>(j, i);
+      if (edge.far(j, i) || told <= kLeastAlong) continue;
+      const float step = std::clamp(moved.at<float>(j, i) / told, -kMostStepPx, kMostStepPx);
+      const float drawn = edge.drawn_px.at<float>(j, i);
+      float& d = edge.found_px.at<float>(j, i);
+      d = std::clamp(d - step, drawn - kMostShiftPx, drawn + kMostShiftPx);
+    }
+  }
+}
+
+/// By how many pixels outlines move from slice to slice; none between thick ones, which stand
+/// alone.
+std::vector<cv::Mat> leans_px(const Grid& grid, const std::vector<Edge>& edges) {
+  std::vector<cv::Mat> out(edges.size());
+  const bool thin = grid.spacing_mm()[2] < kThickSlicesMm;
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    if (edges[k].drawn_px.empty()) continue;
+    const std::size_t below = k > 0 && !edges[k - 1].drawn_px.empty() ? k - 1 : k;
+    const std::size_t above = k + 1 < edges.size() && !edges[k + 1].drawn_px.empty() ? k + 1 : k;
+    out[k] = cv::Mat::zeros(edges[k].drawn_px.size(), CV_32F);
+    if (!thin || above == below) continue;
+    out[k] = cv::abs(edges[above].found_px - edges[below].found_px) *
+             (1.0 / static_cast<double>(above - below));
+    out[k] = cv::min(out[k], kMostLeanPx);
+  }
+  return out;
+}
+
+/// Standard deviation [pixels] of the outline in plane, where `coverage` is neither 0 nor 1.
+cv::Mat deviations_px(const Edge& edge, const cv::Mat& lean_px, const cv::Mat& coverage,
+                      double noise) {
+  cv::Mat misfit = cv::Mat::zeros(coverage.size(), CV_32F);
+  for (int j = 0; j < coverage.rows; ++j) {
+    for (int i = 0; i < coverage.cols; ++i) {
+      if (std::abs(edge.drawn_px.at<float>(j, i)) > kBandPx || !edge.told(j, i)) continue;
+      const float measured = std::clamp(edge.measured(j, i), 0.0F, 1.0F);
+      const float off = measured - coverage.at<float>(j, i);
+      // What is beyond a level counts as that level, noise and all.
+      const float noise_here =
+          measured > 0 && measured < 1 ? static_cast<float>(noise) / edge.difference(j, i) : 0;
+      misfit.at<float>(j, i) = off * off - noise_here * noise_here;
+    }
+  }
+  misfit = mean_along(misfit);
+  // The square of a Gaussian is a narrower one.
+  constexpr double kNarrowPx = kAlongPx / std::numbers::sqrt2;
+  constexpr double kOfSquare = kOfFits / (4 * std::numbers::pi * kAlongPx * kAlongPx);
+  cv::Mat variance;
+  cv::GaussianBlur(edge.variance, variance, {0, 0}, kNarrowPx, kNarrowPx, cv::BORDER_ISOLATED);
+  cv::Mat out(coverage.size(), CV_32F, cv::Scalar(kUntoldPx));
+  for (int j = 0; j < coverage.rows; ++j) {
+    for (int i = 0; i < coverage.cols; ++i) {
+      const double weight = edge.along.at<float>(j, i);
+      if (weight <= kLeastAlong) continue;
+      const double by_noise = kOfSquare * variance.at<float>(j, i) / (weight * weight);
+      const double by_fit = kOfMisfit * std::max(0.0F, misfit.at<float>(j, i)) / weight;
+      const double floor =
+          std::hypot(kFloorPx, kFloorOfLean * static_cast<double>(lean_px.at<float>(j, i)));
+      out.at<float>(j, i) = static_cast<float>(std::sqrt(by_noise + by_fit + floor * floor));
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -131,131 +288,50 @@ Boundary find_boundary(const BoundaryInput& input) {
   found.coverage.resize(input.image.size());
   const Vec3 spacing = grid.spacing_mm();
   const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
-  const cv::Size window(2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[0]))) + 1,
-                        2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[1]))) + 1);
-  const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
   // The band along the outlines, what its levels are told by, and what its distance is smoothed by.
-  const int room = 16 + std::max(window.width, window.height);
+  const int room = 16 + level_reach_px(grid);
   cv::Rect part;
   for (int k = 0; k < grid.size[2]; ++k) part |= rect_around(slice_of(grid, input.inside, k), room);
   if (part.empty()) return found;
-  const std::vector<cv::Mat> distances_px = outline_distances_px(grid, input.inside, part);
+  const std::vector<cv::Mat> drawn_px = outline_distances_px(grid, input.inside, part);
+  const LevelFinder finder(input, part);
+  std::vector<Edge> edges(drawn_px.size());
   for (int k = 0; k < grid.size[2]; ++k) {
-    const cv::Mat pixels = slice_of(grid, input.image, k)(part);
-    const cv::Mat in = slice_of(grid, input.inside, k)(part) != 0;
-    const cv::Mat told = slice_of(grid, input.tells_inner, k)(part) != 0;
-    const cv::Mat told_outer = slice_of(grid, input.tells_outer, k)(part) != 0;
     cv::Mat out = slice_of(grid, found.coverage, k)(part);
+    const cv::Mat in = slice_of(grid, input.inside, k)(part) != 0;
     in.convertTo(out, CV_32F, 1.0 / 255.0);
-    if (distances_px[static_cast<std::size_t>(k)].empty()) continue;
-
-    // Levels are told by voxels that are whole: one pixel or more off the boundary; thin walls
-    // have none, there the boundary's own inner pixels must do.
-    cv::Mat core;
-    cv::erode(in, core, cross, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
-    core &= told;
-    cv::Mat grown;
-    cv::dilate(in, grown, cross);
-    cv::Mat inner_weight;
-    cv::Mat inner = masked_mean(pixels, core, window, inner_weight);
-    cv::Mat thin_weight;
-    const cv::Mat thin = masked_mean(pixels, in & told, window, thin_weight);
-    thin.copyTo(inner, inner_weight < kLeastCore);
-    if (input.bare != nullptr) {
-      const cv::Mat bare = slice_of(grid, *input.bare, k)(part) != 0;
-      cv::Mat bare_core;
-      cv::erode(bare, bare_core, cross, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-      cv::Mat bare_weight;
-      const cv::Mat mean = masked_mean(pixels, bare_core, window, bare_weight);
-      const cv::Mat tells = bare_surface(in, bare, pixel_mm) & (bare_weight >= kLeastCore);
-      mean.copyTo(inner, tells);
-      thin_weight.setTo(cv::Scalar(1), tells);
+    Edge& edge = edges[static_cast<std::size_t>(k)];
+    edge.drawn_px = drawn_px[static_cast<std::size_t>(k)];
+    if (edge.drawn_px.empty()) continue;
+    edge.pixels = slice_of(grid, input.image, k)(part);
+    edge.sides = finder.levels(k);
+    move_by_excess(edge);
+  }
+  for (int fit = 0; fit < kFits; ++fit) {
+    const std::vector<cv::Mat> leans = leans_px(grid, edges);
+    for (std::size_t k = 0; k < edges.size(); ++k) {
+      if (!edges[k].drawn_px.empty()) move_by_fit(leans[k], input.noise, edges[k]);
     }
-    cv::Mat outer_weight;
-    cv::Mat outer = masked_mean(pixels, ~grown & told_outer, window, outer_weight);
-    cv::Mat any_weight;
-    const cv::Mat any = masked_mean(pixels, ~grown, window, any_weight);
-    const cv::Mat few = outer_weight < kLeastCore;
-    any.copyTo(outer, few);
-    any_weight.copyTo(outer_weight, few);
-
-    // Geometry first: coverage g of the mask's own smooth outline. Intensity then tells by how much
-    // that outline must move: across the boundary the excess of measured coverage over g adds up to
-    // the shift, in pixels. Averaged along the outline, so that noise and single odd pixels cancel.
-    const cv::Mat& distance_px = distances_px[static_cast<std::size_t>(k)];
-    cv::Mat geometric = 0.5F - distance_px;
-    geometric = cv::min(cv::max(geometric, 0.0F), 1.0F);
-    cv::Mat excess = cv::Mat::zeros(out.size(), CV_32F);
-    cv::Mat trusted = cv::Mat::zeros(out.size(), CV_32F);
-    cv::Mat variance = cv::Mat::zeros(out.size(), CV_32F);  // of `excess`, by the image's noise
+  }
+  const std::vector<cv::Mat> leans = leans_px(grid, edges);
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const Edge& edge = edges[static_cast<std::size_t>(k)];
+    if (edge.drawn_px.empty()) continue;
+    const cv::Mat& lean = leans[static_cast<std::size_t>(k)];
+    cv::Mat out = slice_of(grid, found.coverage, k)(part);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
-        const float d = distance_px.at<float>(j, i);
-        if (std::abs(d) > kBandPx) continue;
-        const float difference = inner.at<float>(j, i) - outer.at<float>(j, i);
-        if (thin_weight.at<float>(j, i) <= 0 || outer_weight.at<float>(j, i) <= 0.02F ||
-            std::abs(difference) <= input.contrast) {
-          continue;
-        }
-        const float measured =
-            std::clamp((pixels.at<float>(j, i) - outer.at<float>(j, i)) / difference, 0.0F, 1.0F);
-        // A dark spot inside was taken in on purpose (papillary muscle): it says nothing.
-        if (d < 0 && measured < 0.2F) continue;
-        trusted.at<float>(j, i) = 1;
-        excess.at<float>(j, i) = measured - geometric.at<float>(j, i);
-        // What is beyond a level counts as that level, noise and all.
-        const float noise_here = static_cast<float>(input.noise) / difference;
-        variance.at<float>(j, i) = measured > 0 && measured < 1 ? noise_here * noise_here : 0.0F;
+        if (edge.far(j, i)) continue;
+        out.at<float>(j, i) = ramp(edge.found_px.at<float>(j, i), lean.at<float>(j, i)).coverage;
       }
     }
-    cv::Mat dx;
-    cv::Mat dy;
-    cv::Sobel(geometric, dx, CV_32F, 1, 0, 1, 0.5);
-    cv::Sobel(geometric, dy, CV_32F, 0, 1, 1, 0.5);
-    cv::Mat length;
-    cv::magnitude(dx, dy, length);
-    cv::Mat moved;
-    cv::Mat along;
-    cv::GaussianBlur(excess, moved, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
-    cv::GaussianBlur(length.mul(trusted), along, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
-    cv::Mat shift_px = cv::Mat::zeros(out.size(), CV_32F);
-    cv::Mat misfit = cv::Mat::zeros(out.size(), CV_32F);
-    for (int j = 0; j < out.rows; ++j) {
-      for (int i = 0; i < out.cols; ++i) {
-        const float d = distance_px.at<float>(j, i);
-        if (std::abs(d) > kBandPx + kMostShiftPx) continue;
-        const float weight = along.at<float>(j, i);
-        const float shift = weight > kLeastAlong ? std::clamp(moved.at<float>(j, i) / weight,
-                                                              -kMostShiftPx, kMostShiftPx)
-                                                 : 0.0F;
-        shift_px.at<float>(j, i) = shift;
-        const float covered = std::clamp(0.5F - d + shift, 0.0F, 1.0F);
-        out.at<float>(j, i) = covered;
-        if (trusted.at<float>(j, i) > 0) {
-          const float off = excess.at<float>(j, i) + geometric.at<float>(j, i) - covered;
-          misfit.at<float>(j, i) = off * off;
-        }
-      }
-    }
-
-    // The square of a Gaussian is a narrower one.
-    constexpr double kNarrowPx = kAlongPx / std::numbers::sqrt2;
-    constexpr double kOfSquare = 1 / (4 * std::numbers::pi * kAlongPx * kAlongPx);
-    misfit -= variance;
-    cv::GaussianBlur(variance, variance, {0, 0}, kNarrowPx, kNarrowPx, cv::BORDER_ISOLATED);
-    cv::GaussianBlur(misfit, misfit, {0, 0}, kAlongPx, kAlongPx, cv::BORDER_ISOLATED);
+    const cv::Mat deviations = deviations_px(edge, lean, out, input.noise);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
         const float covered = out.at<float>(j, i);
         if (!(covered > 0 && covered < 1)) continue;
-        const double weight = along.at<float>(j, i);
-        double sigma_px = kUntoldPx;
-        if (weight > kLeastAlong) {
-          const double by_noise = kOfSquare * variance.at<float>(j, i) / (weight * weight);
-          const double by_fit = kOfMisfit * std::max(0.0F, misfit.at<float>(j, i)) / weight;
-          sigma_px = std::sqrt(by_noise + by_fit + kFloorPx * kFloorPx);
-        }
-        sigma_px *= along_normal(distances_px, k, j, i, pixel_mm / spacing[2]);
+        const double sigma_px = static_cast<double>(deviations.at<float>(j, i)) *
+                                along_normal(drawn_px, k, j, i, pixel_mm / spacing[2]);
         found.points.push_back({static_cast<std::uint32_t>(grid.offset(part.x + i, part.y + j, k)),
                                 static_cast<float>(sigma_px * pixel_mm)});
       }

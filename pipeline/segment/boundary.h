@@ -27,9 +27,11 @@ struct BoundaryInput {
   /// heart's open base has no wall before it. May be null.
   const std::vector<std::uint8_t>* bare = nullptr;
   double contrast = 0;  ///< least difference of the two levels that is trusted
-  double noise = 0;     ///< standard deviation of the intensities
+  double noise = 0;     ///< standard deviation of the intensities where they are not dark
 };
 
+/// Intensities are magnitudes, see magnitude.h. In slices thinner than kThickSlicesMm a voxel holds
+/// a mean over as much as the outline moves from slice to slice, and so does coverage.
 /// Where levels do not differ the boundary runs between the voxels, smoothed.
 /// A point's standard deviation is that of the shift by which intensities moved the outline there:
 /// the image's noise, carried through that shift (it averages along the outline, so it lies below

@@ -110,7 +110,6 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
   const bool thin = images.grid.spacing_mm()[2] < kThickSlicesMm;
   const double contrast = std::max(2.5 * noise, 0.08 * (levels.blood - levels.muscle));
   for (const Structure structure : structures) {
-    const bool cavity = structure == Structure::LvBlood || structure == Structure::RvBlood;
     std::vector<std::vector<float>>& phases = out.phases[structure];
     phases.resize(n);
     std::vector<std::vector<BoundaryPoint>>& points = made.uncertainty[structure];
@@ -120,6 +119,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
       std::vector<std::uint8_t> inner = inside;
       std::vector<std::uint8_t> outer(inside.size(), 1);
       std::vector<std::uint8_t> bare;
+      std::vector<std::uint8_t> walls;
       if (structure == Structure::Heart && levels.muscle > 0) {
         // Under the outer surface lies muscle; blood behind a thin wall must not tell its level.
         for (std::size_t v = 0; v < inner.size(); ++v) {
@@ -132,7 +132,8 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
             });
       } else if (structure != Structure::LvMyocardium) {
         // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
-        outer = where(labels.phases[p], Structure::Heart);
+        walls = where(labels.phases[p], Structure::Heart);
+        outer = walls;
       }
       const BoundaryInput input{.grid = images.grid,
                                 .image = images.phases[p],
@@ -143,25 +144,24 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
                                 .contrast = contrast,
                                 .noise = noise};
       Boundary found = find_boundary(input);
-      if (thin && structure == Structure::Heart && levels.muscle > 0) {
-        settled[p] = cover_along_slices(input, levels.muscle, found.coverage);
-      } else if (thin && cavity) {
-        // Papillary muscles were taken in on purpose; they do not tell the blood's level.
-        std::vector<std::uint8_t> blood = inside;
-        std::vector<std::uint8_t> wall = outer;
-        for (std::size_t v = 0; v < wall.size(); ++v) {
-          if (images.phases[p][v] < levels.threshold) blood[v] = 0;
-          if (images.phases[p][v] >= muscle) wall[v] = 0;
+      if (thin && levels.muscle > 0) {
+        if (structure == Structure::Heart) {
+          settled[p] = cover_along_slices(input, {.inner_level = levels.muscle}, found.coverage);
+        } else if (structure == Structure::LvBlood || structure == Structure::RvBlood) {
+          // Nor must the other ventricle's blood, which this looks as far as, nor papillary
+          // muscles, taken in on purpose, the blood's.
+          for (std::size_t v = 0; v < outer.size(); ++v) {
+            const float pixel = images.phases[p][v];
+            outer[v] = static_cast<std::uint8_t>(outer[v] && pixel < muscle);
+            inner[v] = static_cast<std::uint8_t>(inner[v] && pixel >= levels.threshold);
+          }
+          (void)cover_along_slices(
+              input,
+              {.inner_level = structure == Structure::LvBlood ? levels.blood : levels.rv_blood,
+               .outer_level = levels.muscle,
+               .walls = &walls},
+              found.coverage);
         }
-        const BoundaryInput floor{.grid = images.grid,
-                                  .image = images.phases[p],
-                                  .inside = inside,
-                                  .tells_inner = blood,
-                                  .tells_outer = wall,
-                                  .contrast = contrast,
-                                  .noise = noise};
-        const bool right = structure == Structure::RvBlood;
-        (void)cover_along_slices(floor, right ? levels.rv_blood : levels.blood, found.coverage);
       }
       phases[p] = std::move(found.coverage);
       points[p] = std::move(found.points);

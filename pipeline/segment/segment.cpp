@@ -123,6 +123,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                                               options.tricuspid_excursion_mm, context);
   Chambers chambers = ground.chambers;
   const double image_noise = ground.noise;
+  // About the heart most voxels change as it beats, which looks like noise; of a whole image few
+  // do.
+  const double still_noise = std::min(image_noise, noise_level(stack));
   LabelImages seeds = ground.automatic;
   seed_known(images, known, chambers.found_lv(), chambers.levels, seeds);
   draw_seeds(images.grid, drawn, seeds);
@@ -222,8 +225,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
   Covered covered = ends.lv || ends.rv
                         ? cover(images, continued_to_base(images, chambers, ends, labels), box,
-                                chambers.levels, image_noise)
-                        : cover(images, labels, box, chambers.levels, image_noise);
+                                chambers.levels, still_noise)
+                        : cover(images, labels, box, chambers.levels, still_noise);
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
   out.warnings = doubts;
@@ -254,7 +257,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     const std::vector<Structure> found =
         part_atria(calm, chambers.levels, *out.axis, out.end_diastole, labels);
     (void)relabel(fat, kLabelRvBlood, kLabelRestOfHeart, labels);
-    Covered beyond = cover(images, labels, box, chambers.levels, image_noise, found);
+    Covered beyond = cover(images, labels, box, chambers.levels, still_noise, found);
     out.coverage.phases.merge(beyond.coverage.phases);
     out.uncertainty.merge(beyond.uncertainty);
     put_back(labels, box, out.labels);

@@ -121,7 +121,7 @@ TEST(AlongSlices, APoleIsKnownToATenthOfASliceWhereverItLiesInOne) {
     const Ball ball(lowest_mm, 0);
     std::vector<float> coverage = find_boundary(ball.input(0)).coverage;
     const auto [mean_before, most_before] = ball.height_error_mm(coverage);
-    EXPECT_FALSE(cover_along_slices(ball.input(0), kMuscle, coverage).empty());
+    EXPECT_FALSE(cover_along_slices(ball.input(0), {.inner_level = kMuscle}, coverage).empty());
     const auto [mean, most] = ball.height_error_mm(coverage);
     EXPECT_LT(std::abs(mean), 0.05 * kSliceMm) << lowest_mm;
     EXPECT_LT(most, 0.3 * kSliceMm) << lowest_mm;
@@ -134,7 +134,7 @@ TEST(AlongSlices, NoiseOfAChannelMovesThePoleByLessThanATenthOfASlice) {
   constexpr double kNoise = 50;  // SNR 20 of blood
   const Ball ball(0.5, kNoise);
   std::vector<float> coverage = find_boundary(ball.input(kNoise)).coverage;
-  (void)cover_along_slices(ball.input(kNoise), kMuscle, coverage);
+  (void)cover_along_slices(ball.input(kNoise), {.inner_level = kMuscle}, coverage);
   EXPECT_LT(std::abs(ball.height_error_mm(coverage).first), 0.1 * kSliceMm);
 }
 
@@ -143,7 +143,7 @@ TEST(AlongSlices, AThinLayerOfFatIsNotTakenForMuscle) {
     const Ball ball(lowest_mm, 0, 0.5 * kSliceMm);
     std::vector<float> coverage = find_boundary(ball.input(0)).coverage;
     const auto [mean_before, most_before] = ball.height_error_mm(coverage);
-    (void)cover_along_slices(ball.input(0), kMuscle, coverage);
+    (void)cover_along_slices(ball.input(0), {.inner_level = kMuscle}, coverage);
     const auto [mean, most] = ball.height_error_mm(coverage);
     EXPECT_LT(std::abs(mean), std::abs(mean_before) + 0.01 * kSliceMm) << lowest_mm;
     EXPECT_LT(most, most_before + 0.01 * kSliceMm) << lowest_mm;
@@ -167,9 +167,10 @@ TEST(AlongSlices, AFloorOfBloodIsKnownOnlyWhereAWallLiesUnderIt) {
       }
       return sum / count;
     };
+    const Sides sides{.inner_level = kBlood, .outer_level = kMuscle, .walls = &ball.inside};
     const std::vector<float> before = find_boundary(ball.cavity(ball.wall)).coverage;
     std::vector<float> coverage = before;
-    EXPECT_FALSE(cover_along_slices(ball.cavity(ball.wall), kBlood, coverage).empty());
+    EXPECT_FALSE(cover_along_slices(ball.cavity(ball.wall), sides, coverage).empty());
     EXPECT_LT(std::abs(off_mm(coverage)), 0.05 * kSliceMm) << lowest_mm;
     EXPECT_LT(std::abs(off_mm(coverage)), std::abs(off_mm(before))) << lowest_mm;
     // Where only what stands around the floor is wall, it is a mouth.
@@ -184,7 +185,7 @@ TEST(AlongSlices, AFloorOfBloodIsKnownOnlyWhereAWallLiesUnderIt) {
       }
     }
     coverage = before;
-    (void)cover_along_slices(ball.cavity(ring), kBlood, coverage);
+    (void)cover_along_slices(ball.cavity(ring), sides, coverage);
     for (const std::size_t v : mouth) ASSERT_EQ(coverage[v], before[v]) << lowest_mm;
   }
 }
@@ -194,7 +195,7 @@ TEST(AlongSlices, WithoutNoiseASlantIsAsSharpAsItsVoxels) {
   std::vector<float> coverage = find_boundary(ball.input(0)).coverage;
   double square = 0;
   int count = 0;
-  for (const Settled& at : cover_along_slices(ball.input(0), kMuscle, coverage)) {
+  for (const Settled& at : cover_along_slices(ball.input(0), {.inner_level = kMuscle}, coverage)) {
     const double off = coverage[at.voxel] - ball.share[at.voxel];
     square += off * off;
     ++count;
@@ -206,7 +207,7 @@ TEST(AlongSlices, SteepWallsAndWallsWithoutContrastStay) {
   const Ball ball(0.3, 0);
   const std::vector<float> before = find_boundary(ball.input(0)).coverage;
   std::vector<float> coverage = before;
-  (void)cover_along_slices(ball.input(0), kMuscle, coverage);
+  (void)cover_along_slices(ball.input(0), {.inner_level = kMuscle}, coverage);
   const int equator = 3 + static_cast<int>(kRadiusMm / kSliceMm);
   for (std::size_t v = ball.grid.offset(0, 0, equator); v < ball.grid.offset(0, 0, equator + 1);
        ++v) {
@@ -215,7 +216,7 @@ TEST(AlongSlices, SteepWallsAndWallsWithoutContrastStay) {
   BoundaryInput flat = ball.input(0);
   flat.contrast = kMuscle - kOutside + 1;
   coverage = before;
-  EXPECT_TRUE(cover_along_slices(flat, kMuscle, coverage).empty());
+  EXPECT_TRUE(cover_along_slices(flat, {.inner_level = kMuscle}, coverage).empty());
   EXPECT_EQ(coverage, before);
 }
 

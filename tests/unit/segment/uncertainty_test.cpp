@@ -17,6 +17,24 @@ struct Off {
   double sigma_mm = 0;
 };
 
+/// In-plane distance [pixels] of a voxel's middle to the outline that covers so much of it, which
+/// moves by lean_px from one side of the slice to the other.
+double outline_px(double coverage, double lean_px) {
+  double low = -0.5 * (1 + lean_px);
+  double high = -low;
+  for (int n = 0; n < 40; ++n) {
+    const double middle = 0.5 * (low + high);
+    double mean = 0;
+    constexpr int kParts = 50;
+    for (int part = 0; part < kParts; ++part) {
+      const double at = middle + lean_px * ((part + 0.5) / kParts - 0.5);
+      mean += std::clamp(0.5 - at, 0.0, 1.0) / kParts;
+    }
+    (mean > coverage ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 /// Of boundary points that are 4 mm or more from creases and base planes, every `stride`th.
 std::vector<Off> offs(const Segmentation& found, const phantom::Phantom& phantom,
                       Structure structure, std::size_t stride) {
@@ -33,12 +51,19 @@ std::vector<Off> offs(const Segmentation& found, const phantom::Phantom& phantom
       const auto j = static_cast<int>(v % grid.slice_count() / nx);
       const auto k = static_cast<int>(v / grid.slice_count());
       if (i < 1 || j < 1 || i + 1 >= grid.size[0] || j + 1 >= grid.size[1]) continue;
+      if (std::abs(covered[v] - 0.5F) > 0.3F) continue;  // the rest hardly tells a place
       const double gx = covered[v + 1] - covered[v - 1];
       const double gy = covered[v + nx] - covered[v - nx];
       const double length = std::hypot(gx, gy);
-      if (length < 0.2) continue;  // outlines that touch
-      // Coverage falls by one in a pixel.
-      const double inward = 0.5 - covered[v];
+      if (length < 0.1) continue;  // outlines that touch
+      const Vec3 normal = frame->nearest(structure, grid.mm(i, j, k)).outward;
+      const Vec3 spacing = grid.spacing_mm();
+      const Vec3 across = (grid.mm(0, 0, 1) - grid.mm(0, 0, 0)).normalized();
+      const double leaning = std::abs(normal.dot(across));
+      const double lean_px =
+          leaning / std::sqrt(std::max(1e-4, 1 - leaning * leaning)) * spacing[2] / spacing[0];
+      if (lean_px > 2) continue;  // there intensities tell how far a slice is covered
+      const double inward = outline_px(covered[v], lean_px);
       const Vec3 at = grid.mm(i + inward * gx / length, j + inward * gy / length, k);
       const auto base =
           static_cast<double>(std::min(found.axis->lv_base_mm[p], found.axis->rv_base_mm[p]));
@@ -72,6 +97,7 @@ void expect_calibrated(const std::string& preset, double snr, std::size_t stride
   const made::ImagedPhantom imaged(spec);
   const Segmentation found = segment_exam(imaged.exam, {}, {}, context);
   ASSERT_TRUE(found.axis);
+  std::vector<Off> all;
   for (const Wanted& want : wanted) {
     std::vector<Off> list = offs(found, imaged.phantom, want.structure, stride);
     ASSERT_GT(list.size(), 300U);
@@ -89,28 +115,28 @@ void expect_calibrated(const std::string& preset, double snr, std::size_t stride
     EXPECT_LT(ratio, want.most_rms) << name;
     EXPECT_GT(median, 0.6) << name;
     EXPECT_LT(median, want.most_median) << name;
-    if (want.structure == Structure::Heart) continue;  // errs most where its wall is thinnest
-    // What says it is uncertain is: the third with the largest sigma errs more than the other two.
-    std::sort(list.begin(), list.end(),
-              [](const Off& a, const Off& b) { return a.sigma_mm < b.sigma_mm; });
-    const auto split = list.begin() + static_cast<std::ptrdiff_t>(2 * list.size() / 3);
-    EXPECT_GT(rms({split, list.end()}, [](const Off& o) { return o.error_mm; }),
-              1.1 * rms({list.begin(), split}, [](const Off& o) { return o.error_mm; }))
-        << name;
+    all.insert(all.end(), list.begin(), list.end());
   }
+  if (wanted.size() < 2) return;  // within the LV noise is the same everywhere
+  // What says it is uncertain is: the third with the largest sigma errs more than the other two.
+  std::sort(all.begin(), all.end(),
+            [](const Off& a, const Off& b) { return a.sigma_mm < b.sigma_mm; });
+  const auto split = all.begin() + static_cast<std::ptrdiff_t>(2 * all.size() / 3);
+  EXPECT_GT(rms({split, all.end()}, [](const Off& o) { return o.error_mm; }),
+            1.1 * rms({all.begin(), split}, [](const Off& o) { return o.error_mm; }));
 }
 
 // The cavities' errors are those of the noise. The outside errs by more than noise makes: its wall
 // over the RV is thinner than two voxels of 2 mm, and fat, lung and liver lie on it.
 TEST(Calibration, small) {
-  expect_calibrated("small", 20, 5,
+  expect_calibrated("small", 20, 2,
                     {{Structure::LvBlood, 1.3, 1.2},
                      {Structure::RvBlood, 1.4, 1.3},
                      {Structure::Heart, 1.8, 1.6}});
 }
 
 TEST(Calibration, small_with_much_noise) {
-  expect_calibrated("small", 10, 5, {{Structure::LvBlood, 1.4, 1.3}});
+  expect_calibrated("small", 10, 2, {{Structure::LvBlood, 1.4, 1.3}});
 }
 
 }  // namespace
