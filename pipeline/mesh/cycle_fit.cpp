@@ -217,7 +217,7 @@ void CycleFit::leave_slits(Cycle& cycle) const {
 void CycleFit::leave_slits(std::vector<Vec3>& points, std::size_t phase) const {
   constexpr double kOffEdges = 0.5;   // from the surface: left behind
   constexpr double kMostShare = 0.1;  // of the mesh; more is no slit
-  constexpr int kRings = 6;
+  constexpr int kRings = 5;
   constexpr int kTimes = 40;
   constexpr int kPatience = 4;  // times without getting better
   constexpr int kSweeps = 10;
