@@ -204,10 +204,20 @@ int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
   return flips;
 }
 
-void CycleFit::bridge(std::vector<Vec3>& points, std::size_t phase) const {
+void CycleFit::leave_slits(Cycle& cycle) const {
+  parallel_for(cycle.size(), [&](std::size_t p) {
+    const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
+    for (std::size_t v = 0; v < cycle[p].size(); ++v) {
+      cycle[p][v] = on_surface(cycle[p][v], normals[v], p);
+    }
+    leave_slits(cycle[p], p);
+  });
+}
+
+void CycleFit::leave_slits(std::vector<Vec3>& points, std::size_t phase) const {
   constexpr double kOffEdges = 0.5;   // from the surface: left behind
   constexpr double kMostShare = 0.1;  // of the mesh; more is no slit
-  constexpr int kRings = 6;
+  constexpr int kRings = 5;
   constexpr int kTimes = 40;
   constexpr int kPatience = 4;  // times without getting better
   constexpr int kSweeps = 10;
@@ -263,7 +273,6 @@ void CycleFit::settle(Cycle& cycle) {
     for (std::size_t v = 0; v < cycle[p].size(); ++v) {
       cycle[p][v] = on_surface(cycle[p][v], normals[v], p);
     }
-    bridge(cycle[p], p);
   });
   Cycle best = cycle;
   std::vector<Triangle> best_triangles = triangles_;

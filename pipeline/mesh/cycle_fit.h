@@ -24,8 +24,12 @@ class CycleFit {
   /// phases stay as they are.
   void calm(Cycle& cycle) const;
 
-  /// Puts every vertex on its phases' surfaces, out of slits that are open in other phases alone.
-  /// Then, as long as a triangle is turned over or
+  /// Puts every vertex on its phases' surfaces. Where a slit or pocket of other phases is closed
+  /// and left some farther off than half an edge, the mesh around is evened out, by area, until
+  /// they are out of it: on the surface, or on a membrane across what is left of the slit.
+  void leave_slits(Cycle& cycle) const;
+
+  /// Puts every vertex on its phases' surfaces. Then, as long as a triangle is turned over or
   /// thinner than 20 degrees in some phase and it helps: one ring around it is evened out in every
   /// phase, and edges are flipped where that makes the worst triangle of all phases better.
   void settle(Cycle& cycle);
@@ -55,9 +59,7 @@ class CycleFit {
   [[nodiscard]] std::vector<bool> loosened(const std::vector<bool>& bad, int rings) const;
   /// The neighbours of vertices too, so many times.
   void grow(std::vector<bool>& vertices, int rings) const;
-  /// Where a slit closed over vertices and left them off the surface, the mesh around is evened out
-  /// until they are out of it: on the surface, or on a membrane across what is left of the slit.
-  void bridge(std::vector<Vec3>& points, std::size_t phase) const;
+  void leave_slits(std::vector<Vec3>& points, std::size_t phase) const;
   [[nodiscard]] Vec3 middle_of_ring(const std::vector<Vec3>& points, std::size_t v) const;
   [[nodiscard]] Vec3 on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase) const;
   /// @return how many edges were flipped

@@ -182,10 +182,12 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
   }
   CycleFit fit(mesh.triangles, surface, options.edge_mm);
   context.progress(0.5, "fit to all phases");
+  fit.leave_slits(cycle);
   fit.settle(cycle);
   context.progress(0.65, "motion along the surface");
   fit.calm(cycle);
   context.progress(0.75, "fit to all phases again");
+  fit.leave_slits(cycle);
   fit.settle(cycle);
   context.progress(0.85, "thin triangles and crossings");
   if (const int left = fit.mend(cycle); left > 0) {

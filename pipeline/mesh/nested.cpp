@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "pipeline/core/parallel.h"
@@ -17,6 +18,7 @@ constexpr double kMostMm = 0.25;  // that a vertex goes at a time
 constexpr int kRounds = 5;
 constexpr int kMoreRounds = 12;      // for what crosses all the same
 constexpr double kMoreMm = 0.05;     // that its vertices go beyond the middle, a round
+constexpr double kClearMm = 0.03;    // and once more when nothing crosses
 constexpr double kThinDeg = 11;      // a triangle that would become thinner stays
 constexpr double kMoreThinDeg = 20;  // the same of what crosses all the same
 
@@ -78,7 +80,10 @@ struct Place {
 /// dual of the quadratic programme, one demand after the other (Hildreth 1957).
 void shortest_ways(std::vector<Place>& places, std::vector<double>& way) {
   constexpr int kSweeps = 25;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  constexpr double kDoneMm = 1e-4;
+  double most = 1;
+  for (int sweep = 0; sweep < kSweeps && most > kDoneMm; ++sweep) {
+    most = 0;
     for (Place& place : places) {
       double gone = 0;
       for (int n = 0; n < place.count; ++n) gone += way[place.vertex[static_cast<std::size_t>(n)]];
@@ -87,6 +92,7 @@ void shortest_ways(std::vector<Place>& places, std::vector<double>& way) {
       for (int n = 0; n < place.count; ++n) {
         way[place.vertex[static_cast<std::size_t>(n)]] += (pushed - place.pushed) / place.count;
       }
+      most = std::max(most, std::abs(pushed - place.pushed) / place.count);
       place.pushed = pushed;
     }
   }
@@ -164,15 +170,19 @@ class Fans {
 struct Side {
   std::vector<std::uint32_t> vertices;
   std::vector<std::uint32_t> triangles;
-  std::vector<double> more;  ///< [vertex] [mm] that it has to go beyond the middle
   bool known = false;
+  /// What was found of them last, how far beyond the middle [mm]: of those that moved since, and of
+  /// their triangles, it is asked again.
+  std::vector<double> vertex_beyond;
+  std::vector<std::array<double, 4>> triangle_beyond;  ///< its middle, its edges' from corner 0 on
+  std::vector<bool> asked;                             ///< [triangle]
+  int seen = -1;                                       ///< moves of the body then
 };
 
 void look_around(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles,
                  const Middle& middle, Side& side) {
   if (side.known) return;
   side.known = true;
-  side.more.assign(points.size(), 0);
   std::vector<bool> near(points.size());
   for (std::uint32_t v = 0; v < points.size(); ++v) {
     near[v] = middle.beyond(points[v]) > -kFarMm - kRounds * kMostMm;
@@ -193,6 +203,8 @@ struct Body {
   std::vector<Vec3> start;
   Eigen::AlignedBox3d box;      ///< and what lies near it
   Eigen::AlignedBox3d changed;  ///< triangles that moved since crossings were looked for
+  std::vector<int> moved;       ///< [vertex] at which of the body's moves last
+  int moves = 0;
 
   [[nodiscard]] Structure structure() const { return surface->structure; }
   [[nodiscard]] const std::vector<Triangle>& triangles() const { return surface->triangles; }
@@ -201,10 +213,10 @@ struct Body {
   }
 };
 
-/// @param vertices and @param triangles that may demand and move
+/// @param side what of the body may demand and move
+/// @param more [vertex] [mm] that it has to go beyond the middle
 /// @return whether anything moved
-bool draw_back(Body& body, const Middle& middle, const std::vector<std::uint32_t>& vertices,
-               const std::vector<std::uint32_t>& triangles, const std::vector<double>& more,
+bool draw_back(Body& body, const Middle& middle, Side& side, const std::vector<double>& more,
                double thin_deg) {
   const std::vector<Vec3>& points = body.points;
   std::vector<Place> places;
@@ -218,30 +230,42 @@ bool draw_back(Body& body, const Middle& middle, const std::vector<std::uint32_t
     }
     place.need = std::min(beyond, kMostMm);
   };
+  const auto stale = [&](std::uint32_t v) { return body.moved[v] > side.seen; };
   std::vector<bool> near(points.size());
-  for (const std::uint32_t v : vertices) {
-    const double beyond = middle.beyond(points[v]) + more[v];
+  side.vertex_beyond.resize(side.vertices.size());
+  for (std::size_t k = 0; k < side.vertices.size(); ++k) {
+    const std::uint32_t v = side.vertices[k];
+    if (stale(v)) side.vertex_beyond[k] = middle.beyond(points[v]);
+    const double beyond = side.vertex_beyond[k] + more[v];
     near[v] = beyond > -kFarMm;
     demand(beyond, {v});
   }
-  for (const std::uint32_t n : triangles) {
-    const Triangle& t = body.triangles()[n];
-    if (!near[t[0]] || !near[t[1]] || !near[t[2]]) continue;
-    const double most = std::max({more[t[0]], more[t[1]], more[t[2]]});
-    demand(middle.beyond((points[t[0]] + points[t[1]] + points[t[2]]) / 3) + most,
-           {t[0], t[1], t[2]});
+  side.triangle_beyond.resize(side.triangles.size());
+  side.asked.resize(side.triangles.size(), false);
+  for (std::size_t k = 0; k < side.triangles.size(); ++k) {
+    const Triangle& t = body.triangles()[side.triangles[k]];
+    const bool fresh = side.asked[k] && !stale(t[0]) && !stale(t[1]) && !stale(t[2]);
+    side.asked[k] = near[t[0]] && near[t[1]] && near[t[2]];
+    if (!side.asked[k]) continue;
+    std::array<double, 4>& beyond = side.triangle_beyond[k];
+    if (!fresh) beyond[0] = middle.beyond((points[t[0]] + points[t[1]] + points[t[2]]) / 3);
+    demand(beyond[0] + std::max({more[t[0]], more[t[1]], more[t[2]]}), {t[0], t[1], t[2]});
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t a = t[e];
       const std::uint32_t b = t[(e + 1) % 3];
       if (a > b) continue;
-      demand(middle.beyond((points[a] + points[b]) / 2) + std::max(more[a], more[b]), {a, b});
+      if (!fresh) beyond[e + 1] = middle.beyond((points[a] + points[b]) / 2);
+      demand(beyond[e + 1] + std::max(more[a], more[b]), {a, b});
     }
   }
+  side.seen = body.moves;
   if (!any) return false;
   std::vector<double> way(points.size(), 0);
   shortest_ways(places, way);
-  for (const std::uint32_t v : vertices) {
+  ++body.moves;
+  for (const std::uint32_t v : side.vertices) {
     if (!(way[v] > 0)) continue;
+    body.moved[v] = body.moves;
     body.fans->move(body.points, body.start, v, std::min(way[v], kMostMm) * middle.back(points[v]),
                     thin_deg);
   }
@@ -267,7 +291,12 @@ class Phase {
       if (!moved) break;
     }
     for (Body& body : bodies_) body.changed = body.box;
-    for (int round = 0; round < kMoreRounds && part_crossings(); ++round) {
+    bool cleared = false;
+    for (int round = 0; round < kMoreRounds; ++round) {
+      if (part_crossings()) continue;
+      if (cleared) break;
+      cleared = true;
+      clear();
     }
   }
 
@@ -280,6 +309,7 @@ class Phase {
     Middle middle;
     bool stays;  ///< ventricles are the same whether atria are known or not
     Side side;
+    std::vector<double> more;  ///< see draw_back
   };
   struct Pair {
     std::array<Half, 2> halves;
@@ -300,14 +330,14 @@ class Phase {
     const bool stays = !inside && is_beyond_base(second) && !is_beyond_base(first);
     const Bound& bound = inside ? kAround : stays ? kOutsideOf : kBeside;
     pairs_.push_back(
-        {{Half{one, Middle(one->field, other->field, inside ? kWithin : kBeside), stays, {}},
-          Half{other, Middle(other->field, one->field, bound), false, {}}}});
+        {{Half{one, Middle(one->field, other->field, inside ? kWithin : kBeside), stays, {}, {}},
+          Half{other, Middle(other->field, one->field, bound), false, {}, {}}}});
   }
 
   static bool part(Half& half) {
     look_around(half.body->points, half.body->triangles(), half.middle, half.side);
-    return !half.stays && draw_back(*half.body, half.middle, half.side.vertices,
-                                    half.side.triangles, half.side.more, kThinDeg);
+    if (half.more.empty()) half.more.assign(half.body->points.size(), 0);
+    return !half.stays && draw_back(*half.body, half.middle, half.side, half.more, kThinDeg);
   }
 
   /// What crosses all the same goes back farther, with the triangles around.
@@ -344,25 +374,43 @@ class Phase {
     }
     for (Body& body : bodies_) body.changed.setEmpty();
     for (Found& each : found) {
-      Half& half = *each.half;
       sort_unique(each.vertices);
-      for (const std::uint32_t v : each.vertices) half.side.more[v] += kMoreMm;
-      const std::vector<std::uint32_t> triangles = half.body->fans->around(each.vertices);
-      std::vector<std::uint32_t> vertices;
-      for (const std::uint32_t n : triangles) {
-        for (const std::uint32_t v : half.body->triangles()[n]) vertices.push_back(v);
-      }
-      sort_unique(vertices);
-      const std::vector<std::uint32_t> around = half.body->fans->around(vertices);
-      std::vector<Vec3> before;
-      for (const std::uint32_t v : vertices) before.push_back(half.body->points[v]);
-      (void)draw_back(*half.body, half.middle, vertices, triangles, half.side.more, kMoreThinDeg);
-      keep_apart(*half.body, around, vertices, before);
-      for (const std::uint32_t n : around) {
-        half.body->changed.extend(half.body->box_of(half.body->triangles()[n]));
-      }
+      push(*each.half, each.vertices, kMoreMm);
     }
     return !found.empty();
+  }
+
+  /// So much farther from the middle than before. @param crossing vertices, ascending
+  static void push(Half& half, const std::vector<std::uint32_t>& crossing, double mm) {
+    for (const std::uint32_t v : crossing) half.more[v] += mm;
+    Side side;
+    side.triangles = half.body->fans->around(crossing);
+    for (const std::uint32_t n : side.triangles) {
+      for (const std::uint32_t v : half.body->triangles()[n]) side.vertices.push_back(v);
+    }
+    sort_unique(side.vertices);
+    const std::vector<std::uint32_t> around = half.body->fans->around(side.vertices);
+    std::vector<Vec3> before;
+    for (const std::uint32_t v : side.vertices) before.push_back(half.body->points[v]);
+    (void)draw_back(*half.body, half.middle, side, half.more, kMoreThinDeg);
+    keep_apart(*half.body, around, side.vertices, before);
+    for (const std::uint32_t n : around) {
+      half.body->changed.extend(half.body->box_of(half.body->triangles()[n]));
+    }
+  }
+
+  /// What no longer crosses may still touch, and would cross again in a package's counts.
+  void clear() {
+    for (Pair& pair : pairs_) {
+      for (Half& half : pair.halves) {
+        if (half.stays) continue;
+        std::vector<std::uint32_t> crossed;
+        for (std::uint32_t v = 0; v < half.more.size(); ++v) {
+          if (half.more[v] > 0) crossed.push_back(v);
+        }
+        if (!crossed.empty()) push(half, crossed, kClearMm);
+      }
+    }
   }
 
   /// Takes moves back that made a surface pass through itself.
@@ -427,12 +475,14 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
                                             {},
                                             {},
                                             {},
+                                            {},
                                             {}});
       for (const Vec3f& x : surface->positions[p]) {
         body.points.emplace_back(x.cast<double>());
         body.box.extend(body.points.back());
       }
       body.start = body.points;
+      body.moved.assign(body.points.size(), 0);
       body.box.min().array() -= kFarMm;
       body.box.max().array() += kFarMm;
     }

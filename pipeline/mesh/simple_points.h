@@ -19,8 +19,8 @@ constexpr std::array<Index3, kNeighbours> make_steps() {
   std::array<Index3, kNeighbours> out{};
   for (int bits = 1; bits < 8; ++bits) {
     const Index3 ahead{bits & 1, bits >> 1 & 1, bits >> 2 & 1};
-    out[static_cast<std::size_t>(bits - 1)] = ahead;
-    out[static_cast<std::size_t>(bits + 6)] = {-ahead[0], -ahead[1], -ahead[2]};
+    out[static_cast<std::size_t>(bits) - 1] = ahead;
+    out[static_cast<std::size_t>(bits) + 6] = {-ahead[0], -ahead[1], -ahead[2]};
   }
   return out;
 }
