@@ -336,8 +336,11 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
                      cv::BORDER_CONSTANT, cv::Scalar(0));
     const cv::Mat solid = opened | lv_blood | rv_blood;
     heart = close_mask(solid, 3.0, pixel_mm);
-    // Grooves between the chambers are filled with muscle, not with fat.
-    if (across) heart &= solid | (slice_of(grid, image, k) <= levels.threshold);
+    // Grooves between the chambers are filled with muscle, not with fat or lung.
+    if (across) {
+      const cv::Mat pixels = slice_of(grid, image, k);
+      heart &= solid | ((pixels > levels.dark) & (pixels <= levels.threshold));
+    }
     const cv::Mat filled = fill_holes(heart);
     heart = across ? filled & ~lung_between(filled & ~heart, slice_of(grid, image, k), levels.dark)
                    : filled;
