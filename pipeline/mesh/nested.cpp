@@ -16,6 +16,7 @@ constexpr double kGapMm = 0.01;   // of either surface from the middle
 constexpr double kFarMm = 1.0;    // from the middle: no triangle of a vertex there reaches it
 constexpr double kMostMm = 0.25;  // that a vertex goes at a time
 constexpr int kRounds = 5;
+constexpr double kMostOffMm = 1.25;  // from its own surface: farther it would be another shape
 constexpr int kMoreRounds = 12;      // for what crosses all the same
 constexpr double kMoreMm = 0.05;     // that its vertices go beyond the middle, a round
 constexpr double kClearMm = 0.03;    // and once more when nothing crosses
@@ -265,9 +266,12 @@ bool draw_back(Body& body, const Middle& middle, Side& side, const std::vector<d
   ++body.moves;
   for (const std::uint32_t v : side.vertices) {
     if (!(way[v] > 0)) continue;
+    const Vec3 from = points[v];
     body.moved[v] = body.moves;
-    body.fans->move(body.points, body.start, v, std::min(way[v], kMostMm) * middle.back(points[v]),
+    body.fans->move(body.points, body.start, v, std::min(way[v], kMostMm) * middle.back(from),
                     thin_deg);
+    const double off_mm = std::abs(body.field.value(points[v]));
+    if (off_mm > kMostOffMm && off_mm > std::abs(body.field.value(from))) body.points[v] = from;
   }
   return true;
 }
