@@ -16,6 +16,7 @@ constexpr double kGapMm = 0.01;   // of either surface from the middle
 constexpr double kFarMm = 1.0;    // from the middle: no triangle of a vertex there reaches it
 constexpr double kMostMm = 0.25;  // that a vertex goes at a time
 constexpr int kRounds = 5;
+constexpr double kFarFromOwnMm = 4;  // of what goes back alone
 constexpr double kMostOffMm = 1.25;  // from its own surface: farther it would be another shape
 constexpr int kMoreRounds = 12;      // for what crosses all the same
 constexpr double kMoreMm = 0.05;     // that its vertices go beyond the middle, a round
@@ -216,9 +217,10 @@ struct Body {
 
 /// @param side what of the body may demand and move
 /// @param more [vertex] [mm] that it has to go beyond the middle
+/// @param most_off_mm that a vertex may get off its own surface
 /// @return whether anything moved
 bool draw_back(Body& body, const Middle& middle, Side& side, const std::vector<double>& more,
-               double thin_deg) {
+               double thin_deg, double most_off_mm) {
   const std::vector<Vec3>& points = body.points;
   std::vector<Place> places;
   bool any = false;
@@ -271,7 +273,7 @@ bool draw_back(Body& body, const Middle& middle, Side& side, const std::vector<d
     body.fans->move(body.points, body.start, v, std::min(way[v], kMostMm) * middle.back(from),
                     thin_deg);
     const double off_mm = std::abs(body.field.value(points[v]));
-    if (off_mm > kMostOffMm && off_mm > std::abs(body.field.value(from))) body.points[v] = from;
+    if (off_mm > most_off_mm && off_mm > std::abs(body.field.value(from))) body.points[v] = from;
   }
   return true;
 }
@@ -287,20 +289,23 @@ class Phase {
   }
 
   void part() {
-    for (int round = 0; round < kRounds; ++round) {
-      bool moved = false;
-      for (Pair& pair : pairs_) {
-        for (Half& half : pair.halves) moved |= part(half);
+    // Ventricles are the same whether atria are known or not.
+    for (std::vector<Pair>* pairs : {&ventricles_, &beyond_base_}) {
+      for (int round = 0; round < kRounds; ++round) {
+        bool moved = false;
+        for (Pair& pair : *pairs) {
+          for (Half& half : pair.halves) moved |= part(half);
+        }
+        if (!moved) break;
       }
-      if (!moved) break;
-    }
-    for (Body& body : bodies_) body.changed = body.box;
-    bool cleared = false;
-    for (int round = 0; round < kMoreRounds; ++round) {
-      if (part_crossings()) continue;
-      if (cleared) break;
-      cleared = true;
-      clear();
+      for (Body& body : bodies_) body.changed = body.box;
+      bool cleared = false;
+      for (int round = 0; round < kMoreRounds; ++round) {
+        if (part_crossings(*pairs)) continue;
+        if (cleared) break;
+        cleared = true;
+        clear(*pairs);
+      }
     }
   }
 
@@ -311,7 +316,8 @@ class Phase {
   struct Half {
     Body* body;
     Middle middle;
-    bool stays;  ///< ventricles are the same whether atria are known or not
+    bool stays;          ///< the other goes back alone
+    double most_off_mm;  ///< see draw_back
     Side side;
     std::vector<double> more;  ///< see draw_back
   };
@@ -333,26 +339,38 @@ class Phase {
     const bool inside = second == Structure::Heart;
     const bool stays = !inside && is_beyond_base(second) && !is_beyond_base(first);
     const Bound& bound = inside ? kAround : stays ? kOutsideOf : kBeside;
-    pairs_.push_back(
-        {{Half{one, Middle(one->field, other->field, inside ? kWithin : kBeside), stays, {}, {}},
-          Half{other, Middle(other->field, one->field, bound), false, {}, {}}}});
+    const bool apart = is_beyond_base(first) || is_beyond_base(second);
+    (apart ? beyond_base_ : ventricles_)
+        .push_back({{Half{one,
+                          Middle(one->field, other->field, inside ? kWithin : kBeside),
+                          stays,
+                          kMostOffMm,
+                          {},
+                          {}},
+                     Half{other,
+                          Middle(other->field, one->field, bound),
+                          false,
+                          stays ? kFarFromOwnMm : kMostOffMm,
+                          {},
+                          {}}}});
   }
 
   static bool part(Half& half) {
     look_around(half.body->points, half.body->triangles(), half.middle, half.side);
     if (half.more.empty()) half.more.assign(half.body->points.size(), 0);
-    return !half.stays && draw_back(*half.body, half.middle, half.side, half.more, kThinDeg);
+    return !half.stays &&
+           draw_back(*half.body, half.middle, half.side, half.more, kThinDeg, half.most_off_mm);
   }
 
   /// What crosses all the same goes back farther, with the triangles around.
   /// @return whether anything crossed
-  bool part_crossings() {
+  bool part_crossings(std::vector<Pair>& pairs) {
     struct Found {
       Half* half;
       std::vector<std::uint32_t> vertices;
     };
     std::vector<Found> found;
-    for (Pair& pair : pairs_) {
+    for (Pair& pair : pairs) {
       auto& [one, other] = pair.halves;
       const auto near = [&](const Half& half) {
         std::vector<Triangle> out;
@@ -396,7 +414,7 @@ class Phase {
     const std::vector<std::uint32_t> around = half.body->fans->around(side.vertices);
     std::vector<Vec3> before;
     for (const std::uint32_t v : side.vertices) before.push_back(half.body->points[v]);
-    (void)draw_back(*half.body, half.middle, side, half.more, kMoreThinDeg);
+    (void)draw_back(*half.body, half.middle, side, half.more, kMoreThinDeg, half.most_off_mm);
     keep_apart(*half.body, around, side.vertices, before);
     for (const std::uint32_t n : around) {
       half.body->changed.extend(half.body->box_of(half.body->triangles()[n]));
@@ -404,8 +422,8 @@ class Phase {
   }
 
   /// What no longer crosses may still touch, and would cross again in a package's counts.
-  void clear() {
-    for (Pair& pair : pairs_) {
+  static void clear(std::vector<Pair>& pairs) {
+    for (Pair& pair : pairs) {
       for (Half& half : pair.halves) {
         if (half.stays) continue;
         std::vector<std::uint32_t> crossed;
@@ -449,7 +467,8 @@ class Phase {
   }
 
   std::vector<Body> bodies_;
-  std::vector<Pair> pairs_;
+  std::vector<Pair> ventricles_;   ///< among them, and with the heart
+  std::vector<Pair> beyond_base_;  ///< with atria and vessels
 };
 
 }  // namespace

@@ -17,8 +17,9 @@ namespace beatlas::mesh {
 /// back alone, out of the other's own distance. What crosses all the same (between those places, or
 /// where fields contradict each other) goes farther, with the triangles around
 /// it, until it does not. Nothing else moves, and no vertex farther than 1.25 mm from its own
-/// surface nor so far that it turned a triangle by more than 45 degrees or made one thinner than
-/// 11: there they may still cross. The same bits for any number of threads.
+/// surface (4 mm of what goes back alone) nor so far that it turned a triangle by more than 45
+/// degrees or made one thinner than 11: there they may still cross. Ventricles are parted first,
+/// and are the same whether atria are known or not. The same bits for any number of threads.
 /// @param surfaces of one level of detail  @param fields of their structures, the same phases;
 /// structures of which either is missing are left as they are
 void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<FieldCycle>& fields);

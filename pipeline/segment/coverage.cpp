@@ -163,6 +163,11 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
               found.coverage);
         }
       }
+      // What intensities along slices settled may be whole or empty now.
+      std::erase_if(found.points, [&](const BoundaryPoint& point) {
+        const float share = found.coverage[point.voxel];
+        return !(share > 0 && share < 1);
+      });
       phases[p] = std::move(found.coverage);
       points[p] = std::move(found.points);
     });
