@@ -371,7 +371,8 @@ class Phase {
     };
     std::vector<Found> found;
     for (Pair& pair : pairs) {
-      auto& [one, other] = pair.halves;
+      Half& one = pair.halves[0];
+      Half& other = pair.halves[1];
       const auto near = [&](const Half& half) {
         std::vector<Triangle> out;
         for (const std::uint32_t n : half.side.triangles) {
