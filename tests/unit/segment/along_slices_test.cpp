@@ -83,11 +83,10 @@ struct Ball {
 
   /// Of the blood within the wall.
   [[nodiscard]] BoundaryInput cavity(const std::vector<std::uint8_t>& outer) const {
-    static const std::vector<std::uint8_t> anything(grid.count(), 1);
     return {.grid = grid,
             .image = image,
             .inside = blood,
-            .tells_inner = anything,
+            .tells_inner = blood,
             .tells_outer = outer,
             .contrast = 50,
             .noise = 0};
