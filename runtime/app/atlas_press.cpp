@@ -14,7 +14,6 @@
 namespace beatlas::app {
 namespace {
 
-constexpr double kTickS = 1e-3;
 constexpr double kApartMm = 3;  // centres nearer to each other tell no direction
 constexpr double kStepMm = 0.5;
 

@@ -14,8 +14,6 @@
 namespace beatlas::app {
 namespace {
 
-constexpr double kMmPerM = 1000;
-
 double thread_cpu_us() noexcept {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

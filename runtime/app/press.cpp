@@ -21,9 +21,6 @@ using plot::Plot;
 using plot::plots_svg;
 using plot::PlotSeries;
 
-constexpr double kTickS = 1e-3;
-constexpr double kMmPerM = 1000;
-
 // A slow heart is given time: at least one beat from end-diastole to end-diastole before the press,
 // and as many while it is held as a heart of 60 a minute has in the time that was asked for.
 PressScript with_whole_beats(PressScript script, double beat_s) {

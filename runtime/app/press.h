@@ -12,6 +12,8 @@
 
 namespace beatlas::app {
 
+inline constexpr double kTickS = 1e-3;  ///< of a scripted press
+
 /// Natural beats, then the finger goes in on half a cosine, stays, and comes out the same way.
 struct PressScript {
   double depth_mm = 8;     ///< 0..10, below the wall of end-diastole

@@ -4,6 +4,7 @@
 
 #include "runtime/atlas/leaf_terms.h"
 #include "runtime/atlas/manifest.h"
+#include "runtime/atlas/payload_check.h"
 #include "runtime/atlas/zstd_frame.h"
 
 namespace beatlas::atlas {
@@ -11,29 +12,22 @@ namespace {
 
 constexpr int kMaxBlocksAlongAxis = 4096;
 constexpr double kMaxClampSteps = 32765;  // FieldPayload::clamp_count must fit
-constexpr const char* kRebuild = "; build the package again";
 
 enum BlockState : std::uint8_t { kStateOutside = 0, kStateInside = 1, kStateLeaf = 2 };
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw_invalid("field " + what + kRebuild);
-}
-
-bool within(double value, double low, double high) { return value >= low && value <= high; }
-
 void check_header(const FieldPayload& field) {
   for (int axis = 0; axis < 3; ++axis) {
-    require(within(field.origin_mm[axis], -1e5, 1e5), "has no finite origin");
+    require(within(field.origin_mm[axis], -1e5, 1e5), "field has no finite origin");
     const int count = field.block_count[static_cast<std::size_t>(axis)];
-    require(count >= 1 && count <= kMaxBlocksAlongAxis, "has a block count out of range");
+    require(count >= 1 && count <= kMaxBlocksAlongAxis, "field has a block count out of range");
   }
-  require(within(field.voxel_mm, 0.01, 100), "has a voxel size out of range");
-  require(within(field.step_mm, 1e-6, 10), "has a step out of range");
-  require(field.inner_mm > 0 && field.inner_mm <= 1000, "has an inner clamp out of range");
-  require(field.outer_mm > 0 && field.outer_mm <= 1000, "has an outer clamp out of range");
+  require(within(field.voxel_mm, 0.01, 100), "field has a voxel size out of range");
+  require(within(field.step_mm, 1e-6, 10), "field has a step out of range");
+  require(field.inner_mm > 0 && field.inner_mm <= 1000, "field has an inner clamp out of range");
+  require(field.outer_mm > 0 && field.outer_mm <= 1000, "field has an outer clamp out of range");
   require(std::max(field.inner_mm, field.outer_mm) / field.step_mm <= kMaxClampSteps,
-          "has a step too small for its clamps");
-  require(field.phases >= 1 && field.phases <= kMaxPhases, "has a phase count out of range");
+          "field has a step too small for its clamps");
+  require(field.phases >= 1 && field.phases <= kMaxPhases, "field has a phase count out of range");
 }
 
 std::uint64_t block_total(const FieldPayload& field) {
@@ -46,24 +40,24 @@ std::uint64_t block_total(const FieldPayload& field) {
 
 void check_field(const FieldPayload& field) {
   check_header(field);
-  require(field.blocks.size() == block_total(field), "has a block table of a wrong size");
+  require(field.blocks.size() == block_total(field), "field has a block table of a wrong size");
   std::int32_t next_leaf = 0;
   for (std::int32_t block : field.blocks) {
     if (block == FieldPayload::kOutside || block == FieldPayload::kInside) continue;
-    require(block == next_leaf, "has its leaves out of order");
+    require(block == next_leaf, "field has its leaves out of order");
     ++next_leaf;
   }
   require(static_cast<std::uint64_t>(next_leaf) * FieldPayload::kBlockSamples *
                   static_cast<std::uint64_t>(field.phases) ==
               field.coefficients.size(),
-          "has another number of coefficients than its blocks say");
+          "field has another number of coefficients than its blocks say");
 }
 
 FieldPayload decode_field(ByteView entry, Structure structure) {
   const Bytes bytes = zstd_unpack(entry);
   ByteReader reader(bytes);
   reader.expect_magic(kFieldMagic);
-  require(reader.get<std::uint32_t>() == kFieldVersion, "is of an unknown version");
+  require(reader.get<std::uint32_t>() == kFieldVersion, "field is of an unknown version");
   FieldPayload field;
   field.structure = structure;
   const auto bounded = [&reader](std::uint32_t limit) {
@@ -82,7 +76,7 @@ FieldPayload decode_field(ByteView entry, Structure structure) {
   const auto quantum_mm = reader.get<double>();
   counts.apart = reader.get<std::uint32_t>();
   check_header(field);
-  require(within(quantum_mm, 1e-6, 10), "has a quantum out of range");
+  require(within(quantum_mm, 1e-6, 10), "field has a quantum out of range");
 
   // Every count is at most what it counts in bytes, so no product below can overflow.
   const std::uint64_t blocks = block_total(field);
@@ -91,21 +85,21 @@ FieldPayload decode_field(ByteView entry, Structure structure) {
   const auto phases = static_cast<std::uint64_t>(field.phases);
   require(blocks <= rest && counts.leaves <= rest &&
               blocks + least_term_bytes(counts.leaves, phases) <= rest,
-          "has counts that its size contradicts");
+          "field has counts that its size contradicts");
   require(kLeafBytes * counts.leaves * phases <= plausible_bytes(entry.size()),
-          "claims more coefficients than are plausible for its size");
+          "field claims more coefficients than are plausible for its size");
 
   field.blocks.reserve(static_cast<std::size_t>(blocks));
   std::int32_t leaf_at = 0;
   for (std::byte state : reader.take(static_cast<std::size_t>(blocks))) {
     const auto value = std::to_integer<std::uint8_t>(state);
-    require(value <= kStateLeaf, "has an unknown block state");
+    require(value <= kStateLeaf, "field has an unknown block state");
     field.blocks.push_back(value == kStateLeaf     ? leaf_at++
                            : value == kStateInside ? FieldPayload::kInside
                                                    : FieldPayload::kOutside);
   }
   require(static_cast<std::size_t>(leaf_at) == counts.leaves,
-          "has another number of leaves than its blocks say");
+          "field has another number of leaves than its blocks say");
   const LeafTerms terms(reader, counts, "field");
   field.coefficients.resize(counts.leaves * FieldPayload::kBlockSamples *
                             static_cast<std::size_t>(field.phases));

@@ -94,7 +94,7 @@ Affine required_affine(JsonObject& object, const std::string& key) {
   return affine;
 }
 
-void require(bool ok, const std::string& path, const std::string& what) {
+void require_at(bool ok, const std::string& path, const std::string& what) {
   if (!ok) throw_invalid(path + " " + what);
 }
 
@@ -103,8 +103,8 @@ StructureEntry structure_from_json(const json& entry, const std::string& path, i
   StructureEntry structure;
   structure.name = required_text(object, "name");
   const auto known = structure_from_name(structure.name);
-  require(known && (format_version >= 5 || !is_beyond_base(*known)), path + "/name",
-          "is not a structure this format knows");
+  require_at(known && (format_version >= 5 || !is_beyond_base(*known)), path + "/name",
+             "is not a structure this format knows");
   structure.volume_ml = required_numbers(object, "volume_ml", 1, kMaxPhases, 0, 1e6);
   object.finish();
   return structure;
@@ -114,32 +114,32 @@ Item item_from_json(const json& entry, const std::string& path, int format_versi
   JsonObject object(entry, path);
   Item item;
   item.kind = required_text(object, "kind");
-  require(is_kind(item.kind), path + "/kind",
-          "must be field, surface, motion, surface_map or volume");
-  require(item.kind != kMapKind || format_version >= 4, path + "/kind",
-          "is not of this format version");
+  require_at(is_kind(item.kind), path + "/kind",
+             "must be field, surface, motion, surface_map or volume");
+  require_at(item.kind != kMapKind || format_version >= 4, path + "/kind",
+             "is not of this format version");
   item.structure = required_text(object, "structure");
   const auto structure = structure_from_name(item.structure);
-  require(structure.has_value(), path + "/structure", "is not a structure this format knows");
+  require_at(structure.has_value(), path + "/structure", "is not a structure this format knows");
   if (object.has("level")) {
-    require(format_version >= 5 && has_levels(item.kind), path + "/level",
-            "is not of this kind or format version");
+    require_at(format_version >= 5 && has_levels(item.kind), path + "/level",
+               "is not of this kind or format version");
     item.level = required_int(object, "level", 1, kMaxSurfaceLevels - 1);
   }
   item.path = required_text(object, "path");
-  require(item.kind != kVolumeKind || *structure == Structure::Heart, path + "/structure",
-          "must be heart for a volume");
-  require(kind_exists(item.kind, *structure), path + "/structure",
-          "must be lv_blood or lv_myocardium for a surface_map");
+  require_at(item.kind != kVolumeKind || *structure == Structure::Heart, path + "/structure",
+             "must be heart for a volume");
+  require_at(kind_exists(item.kind, *structure), path + "/structure",
+             "must be lv_blood or lv_myocardium for a surface_map");
   const std::string expected = item_path(item.kind, *structure, item.level);
-  require(item.path == expected, path + "/path", "must be " + expected);
+  require_at(item.path == expected, path + "/path", "must be " + expected);
   const json& bytes = object.at("bytes");
-  require(bytes.is_number_unsigned(), path + "/bytes", "must be a whole number, at least 0");
+  require_at(bytes.is_number_unsigned(), path + "/bytes", "must be a whole number, at least 0");
   item.bytes = bytes.get<std::uint64_t>();
   item.sha256 = required_text(object, "sha256");
-  require(item.sha256.size() == 64 &&
-              item.sha256.find_first_not_of("0123456789abcdef") == std::string::npos,
-          path + "/sha256", "must be 64 lower-case hexadecimal digits");
+  require_at(item.sha256.size() == 64 &&
+                 item.sha256.find_first_not_of("0123456789abcdef") == std::string::npos,
+             path + "/sha256", "must be 64 lower-case hexadecimal digits");
   object.finish();
   return item;
 }
@@ -147,18 +147,18 @@ Item item_from_json(const json& entry, const std::string& path, int format_versi
 void check_version(const json& document) {
   if (!document.is_object()) throw_invalid("atlas.json must be a JSON object");
   const auto format = document.find("format");
-  require(format != document.end() && format->is_string() && *format == std::string(kFormatName),
-          "/format",
-          std::string("must be \"").append(kFormatName).append("\"; this is no package"));
+  require_at(format != document.end() && format->is_string() && *format == std::string(kFormatName),
+             "/format",
+             std::string("must be \"").append(kFormatName).append("\"; this is no package"));
   const auto version = document.find("format_version");
-  require(version != document.end() && version->is_number_integer(), "/format_version",
-          "must be a whole number");
+  require_at(version != document.end() && version->is_number_integer(), "/format_version",
+             "must be a whole number");
   if (version->get<double>() > kFormatVersion) {
     throw_invalid("format version " + version->dump() + " is newer than version " +
                   std::to_string(kFormatVersion) +
                   ", the newest this program reads; update beatlas");
   }
-  require(version->get<double>() >= 1, "/format_version", "must be at least 1");
+  require_at(version->get<double>() >= 1, "/format_version", "must be at least 1");
   if (version->get<double>() < kOldestFormatVersion) {
     throw_invalid("format version " + version->dump() + " is older than version " +
                   std::to_string(kOldestFormatVersion) +
@@ -171,7 +171,7 @@ void read_source(JsonObject& parent, Manifest& manifest) {
   const auto size = required_numbers(source, "size", 3, 3, 0, 65535);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     manifest.source_size[axis] = static_cast<int>(size[axis]);
-    require(manifest.source_size[axis] == size[axis], "/source/size", "must hold whole numbers");
+    require_at(manifest.source_size[axis] == size[axis], "/source/size", "must hold whole numbers");
   }
   manifest.source_lps_from_index = required_affine(source, "lps_from_index");
   source.finish();
@@ -187,12 +187,12 @@ Manifest manifest_from_json(const json& document) {
   manifest.format_version =
       required_int(object, "format_version", kOldestFormatVersion, kFormatVersion);
   manifest.scene = required_text(object, "scene");
-  require(is_scene(manifest.scene), "/scene", "must be palpation, anatomy or full");
+  require_at(is_scene(manifest.scene), "/scene", "must be palpation, anatomy or full");
   manifest.rr_interval_s = required_number(object, "rr_interval_s", 0.02, 20);
   manifest.frame_times_s = required_numbers(object, "frame_times_s", 1, kMaxFrames, -100, 100);
   manifest.workspace_from_lps = required_affine(object, "workspace_from_lps");
   const Eigen::Matrix3d rotation = manifest.workspace_from_lps.linear();
-  require(
+  require_at(
       (rotation.transpose() * rotation).isIdentity(kRigidTolerance) && rotation.determinant() > 0,
       "/workspace_from_lps", "must be rigid: lengths and handedness are never changed");
   read_source(object, manifest);
@@ -207,9 +207,9 @@ Manifest manifest_from_json(const json& document) {
     manifest.structures.push_back(
         structure_from_json(structures[i], path, manifest.format_version));
     const StructureEntry& entry = manifest.structures.back();
-    require(names.insert(entry.name).second, path + "/name", "must not be given twice");
-    require(static_cast<int>(entry.volume_ml.size()) == manifest.phase_count(), path + "/volume_ml",
-            "must have as many phases as that of the first structure");
+    require_at(names.insert(entry.name).second, path + "/name", "must not be given twice");
+    require_at(static_cast<int>(entry.volume_ml.size()) == manifest.phase_count(),
+               path + "/volume_ml", "must have as many phases as that of the first structure");
   }
   manifest.end_diastole = required_int(object, "end_diastole", 0, manifest.phase_count() - 1);
   manifest.end_systole = required_int(object, "end_systole", 0, manifest.phase_count() - 1);
@@ -218,8 +218,9 @@ Manifest manifest_from_json(const json& document) {
     manifest.surface_edges_mm =
         required_numbers(object, "surface_edges_mm", 0, kMaxSurfaceLevels, 0.1, 100);
     const std::vector<double>& edges = manifest.surface_edges_mm;
-    require(std::adjacent_find(edges.begin(), edges.end(), std::greater_equal<>()) == edges.end(),
-            "/surface_edges_mm", "must rise");
+    require_at(
+        std::adjacent_find(edges.begin(), edges.end(), std::greater_equal<>()) == edges.end(),
+        "/surface_edges_mm", "must rise");
   }
   std::set<std::string> paths;
   const json& items = required_array(object, "items", 0, kMaxItems);
@@ -227,14 +228,14 @@ Manifest manifest_from_json(const json& document) {
     const std::string path = "/items/" + std::to_string(i);
     manifest.items.push_back(item_from_json(items[i], path, manifest.format_version));
     const Item& item = manifest.items.back();
-    require(paths.insert(item.path).second, path + "/path", "must not be given twice");
-    require(names.count(item.structure) == 1, path + "/structure",
-            "must be one of those listed under structures");
-    require(item.level == 0 || item.level < static_cast<int>(manifest.surface_edges_mm.size()),
-            path + "/level", "must be one of surface_edges_mm");
+    require_at(paths.insert(item.path).second, path + "/path", "must not be given twice");
+    require_at(names.count(item.structure) == 1, path + "/structure",
+               "must be one of those listed under structures");
+    require_at(item.level == 0 || item.level < static_cast<int>(manifest.surface_edges_mm.size()),
+               path + "/level", "must be one of surface_edges_mm");
   }
   manifest.provenance = object.at("provenance");
-  require(manifest.provenance.is_object(), "/provenance", "must be a JSON object");
+  require_at(manifest.provenance.is_object(), "/provenance", "must be a JSON object");
   object.finish();
   return manifest;
 }

@@ -4,14 +4,11 @@
 #include <numbers>
 
 #include "runtime/atlas/manifest.h"
+#include "runtime/atlas/payload_check.h"
 #include "runtime/atlas/zstd_frame.h"
 
 namespace beatlas::atlas {
 namespace {
-
-void require(bool ok, const std::string& what) {
-  if (!ok) throw_invalid("surface map " + what + "; build the package again");
-}
 
 /// Differences of `count` counts, from their two planes of bytes.
 std::vector<std::uint16_t> read_differences(ByteReader& reader, std::size_t count) {
@@ -32,7 +29,7 @@ std::vector<float> read_places(ByteReader& reader, std::size_t vertices) {
   std::uint16_t before = 0;
   for (const std::uint16_t difference : read_differences(reader, vertices)) {
     before = static_cast<std::uint16_t>(before + difference);
-    require(before <= kMapParts, "has a place beyond the long axis");
+    require(before <= kMapParts, "surface map has a place beyond the long axis");
     out.push_back(static_cast<float>(before) / kMapParts);
   }
   return out;
@@ -77,18 +74,21 @@ void check_surface_map(const SurfaceMapPayload& map) {
       return value >= 0 && static_cast<double>(value) <= most;
     });
   };
-  require(vertices > 0 && !map.thickness_mm.empty(), "is empty");
-  require(map.thickness_mm.size() <= static_cast<std::size_t>(kMaxPhases), "has too many phases");
+  require(vertices > 0 && !map.thickness_mm.empty(), "surface map is empty");
+  require(map.thickness_mm.size() <= static_cast<std::size_t>(kMaxPhases),
+          "surface map has too many phases");
   require(map.long_axis.size() == vertices && map.angle_rad.size() == vertices,
-          "has lists of different lengths");
-  require(within(map.long_axis, 1), "has a place beyond the long axis");
-  require(within(map.angle_rad, 2 * std::numbers::pi + 1e-6), "has an angle out of range");
+          "surface map has lists of different lengths");
+  require(within(map.long_axis, 1), "surface map has a place beyond the long axis");
+  require(within(map.angle_rad, 2 * std::numbers::pi + 1e-6),
+          "surface map has an angle out of range");
   for (const std::uint8_t segment : map.segment) {
-    require(segment >= 1 && segment <= kMapSegments, "has a segment that is none of 17");
+    require(segment >= 1 && segment <= kMapSegments,
+            "surface map has a segment that is none of 17");
   }
   for (const std::vector<float>& phase : map.thickness_mm) {
-    require(phase.size() == vertices, "has phases of different lengths");
-    require(within(phase, kThickestMm), "has a thickness out of range");
+    require(phase.size() == vertices, "surface map has phases of different lengths");
+    require(within(phase, kThickestMm), "surface map has a thickness out of range");
   }
 }
 
@@ -96,16 +96,16 @@ SurfaceMapPayload decode_surface_map(ByteView entry, Structure structure) {
   const Bytes bytes = zstd_unpack(entry);
   ByteReader reader(bytes);
   reader.expect_magic(kMapMagic);
-  require(reader.get<std::uint32_t>() == kMapVersion, "is of an unknown version");
+  require(reader.get<std::uint32_t>() == kMapVersion, "surface map is of an unknown version");
   const std::uint64_t vertices = reader.get<std::uint32_t>();
   const std::uint64_t phases = reader.get<std::uint32_t>();
   const auto step_mm = reader.get<double>();
   require(phases >= 1 && phases <= static_cast<std::uint64_t>(kMaxPhases),
-          "has a phase count out of range");
-  require(step_mm >= 1e-4 && step_mm <= 1, "has a step out of range");
+          "surface map has a phase count out of range");
+  require(step_mm >= 1e-4 && step_mm <= 1, "surface map has a step out of range");
   // < 2^32 * 2^12: what follows is there, so nothing larger than the entry is allocated for.
   require(reader.remaining() == vertices * (5 + 2 * phases),
-          "has counts that its size contradicts");
+          "surface map has counts that its size contradicts");
   SurfaceMapPayload map;
   map.structure = structure;
   map.segment.resize(vertices);

@@ -6,6 +6,7 @@
 #include <draco/compression/entropy/symbol_decoding.h>
 
 #include "runtime/atlas/manifest.h"
+#include "runtime/atlas/payload_check.h"
 #include "runtime/atlas/surface_classes.h"
 #include "runtime/atlas/surface_order.h"
 #include "runtime/atlas/zstd_frame.h"
@@ -17,10 +18,6 @@ namespace {
 constexpr float kMaxPositionMm = 1e5F;
 constexpr std::uint16_t kDracoVersion = 0x0202;  // bitstream 2.2
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw_invalid("surface " + what + "; build the package again");
-}
-
 /// Counts of the classes, each front to back.
 class CountReader {
  public:
@@ -30,7 +27,7 @@ class CountReader {
     reader.get_many(counts.data(), counts.size());
     std::uint64_t sum = 0;
     for (const std::uint32_t count : counts) sum += count;
-    require(sum == total, "motion has counts that its size contradicts");
+    require(sum == total, "surface motion has counts that its size contradicts");
     const ByteView rest = reader.take(reader.remaining());
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(rest.data()), rest.size(), kDracoVersion);
@@ -42,14 +39,15 @@ class CountReader {
         sound = draco::DecodeSymbols(counts[n], 1, &buffer, codes_[n].data());
       } catch (const std::exception&) {  // a size that its own decoder refuses
       }
-      require(sound, "motion is damaged");
+      require(sound, "surface motion is damaged");
     }
-    require(buffer.remaining_size() == 0, "motion is longer than it says");
+    require(buffer.remaining_size() == 0, "surface motion is longer than it says");
   }
 
   [[nodiscard]] std::int64_t next(std::size_t of_class) {
     std::vector<std::uint32_t>& codes = codes_[of_class];
-    require(at_[of_class] < codes.size(), "motion has counts in another class than it says");
+    require(at_[of_class] < codes.size(),
+            "surface motion has counts in another class than it says");
     const std::uint32_t code = codes[at_[of_class]++];
     return static_cast<std::int64_t>(code >> 1U) ^ -static_cast<std::int64_t>(code & 1U);
   }
@@ -71,22 +69,23 @@ struct MotionHeader {
 MotionHeader read_header(ByteReader& reader) {
   MotionHeader out;
   reader.expect_magic(kMotionMagic);
-  require(reader.get<std::uint32_t>() == kMotionVersion, "motion is of an unknown version");
+  require(reader.get<std::uint32_t>() == kMotionVersion, "surface motion is of an unknown version");
   out.vertices = reader.get<std::uint32_t>();
   out.triangles = reader.get<std::uint32_t>();
   out.phases = reader.get<std::uint32_t>();
   const auto joined = reader.get<std::uint32_t>();
   out.step_mm = reader.get<double>();
   require(out.phases >= 1 && out.phases <= static_cast<std::uint32_t>(kMaxPhases),
-          "has a phase count out of range");
-  require(out.step_mm >= 1e-6 && out.step_mm <= 10, "motion has a step out of range");
+          "surface has a phase count out of range");
+  require(out.step_mm >= 1e-6 && out.step_mm <= 10, "surface motion has a step out of range");
   require(joined <= reader.remaining() / sizeof(JoinedPoints::value_type),
-          "motion has counts that its size contradicts");
+          "surface motion has counts that its size contradicts");
   out.joined.resize(joined);
   reader.get_many(out.joined.data(), out.joined.size());
   out.scales.resize(kMotionKinds * (out.phases - 1));
   reader.get_many(out.scales.data(), out.scales.size());
-  for (const std::uint16_t scale : out.scales) require(scale > 0, "motion has a scale of 0");
+  for (const std::uint16_t scale : out.scales)
+    require(scale > 0, "surface motion has a scale of 0");
   return out;
 }
 
@@ -113,24 +112,27 @@ void MotionBasis::analyse(const Vec3* displacement_mm, Vec3* terms) const noexce
 void check_surface(const SurfacePayload& surface) {
   require(!surface.positions.empty() && !surface.positions.front().empty() &&
               !surface.triangles.empty(),
-          "is empty");
-  require(surface.positions.size() <= static_cast<std::size_t>(kMaxPhases), "has too many phases");
-  require(surface.triangles.size() <= kMaxTriangles, "has too many triangles");
+          "surface is empty");
+  require(surface.positions.size() <= static_cast<std::size_t>(kMaxPhases),
+          "surface has too many phases");
+  require(surface.triangles.size() <= kMaxTriangles, "surface has too many triangles");
   const std::size_t vertices = surface.positions.front().size();
-  require(vertices <= 3 * surface.triangles.size(), "has a vertex that no triangle uses");
+  require(vertices <= 3 * surface.triangles.size(), "surface has a vertex that no triangle uses");
   for (const auto& phase : surface.positions) {
-    require(phase.size() == vertices, "has phases of different vertex counts");
+    require(phase.size() == vertices, "surface has phases of different vertex counts");
     for (const Vec3f& position : phase) {
-      require((position.array().abs() <= kMaxPositionMm).all(), "has a vertex at no finite place");
+      require((position.array().abs() <= kMaxPositionMm).all(),
+              "surface has a vertex at no finite place");
     }
   }
   std::vector<bool> used(vertices, false);
   for (const auto& [a, b, c] : surface.triangles) {
-    require(a < vertices && b < vertices && c < vertices, "has a triangle of unknown vertices");
-    require(a != b && b != c && c != a, "has a triangle that uses a vertex twice");
+    require(a < vertices && b < vertices && c < vertices,
+            "surface has a triangle of unknown vertices");
+    require(a != b && b != c && c != a, "surface has a triangle that uses a vertex twice");
     used[a] = used[b] = used[c] = true;
   }
-  for (bool is_used : used) require(is_used, "has a vertex that no triangle uses");
+  for (bool is_used : used) require(is_used, "surface has a vertex that no triangle uses");
 }
 
 SurfacePayload decode_surface(ByteView drc, ByteView motion, Structure structure) {
@@ -142,7 +144,7 @@ SurfacePayload decode_surface(ByteView drc, ByteView motion, Structure structure
   // < 2^32 * 2^10 * 2^6
   require(vertices * (phases * sizeof(Vec3f) + modes * 3 * sizeof(std::uint32_t)) <=
               plausible_bytes(drc.size() + motion.size()),
-          "claims more positions than are plausible for its size");
+          "surface claims more positions than are plausible for its size");
   const BaseSurface base = join_points(
       decode_base(drc, vertices + header.joined.size(), header.triangles), header.joined);
   CountReader counts(reader, vertices * modes * 3);

@@ -5,6 +5,7 @@
 
 #include "runtime/atlas/leaf_terms.h"
 #include "runtime/atlas/manifest.h"
+#include "runtime/atlas/payload_check.h"
 #include "runtime/atlas/zstd_frame.h"
 
 namespace beatlas::atlas {
@@ -12,28 +13,23 @@ namespace {
 
 constexpr double kMostCountsAQuantum = 1e7;  // sums of terms stay far within a float
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw_invalid("volume " + what + "; build the package again");
-}
-
-bool within(double value, double low, double high) { return value >= low && value <= high; }
-
 void check_header(const VolumePayload& volume) {
   for (const int size : volume.size) {
-    require(size >= 1 && size <= kMaxVolumeEdge, "has a size out of range");
+    require(size >= 1 && size <= kMaxVolumeEdge, "volume has a size out of range");
   }
-  require(volume.phases >= 1 && volume.phases <= kMaxPhases, "has a phase count out of range");
+  require(volume.phases >= 1 && volume.phases <= kMaxPhases,
+          "volume has a phase count out of range");
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
       require(within(volume.workspace_from_index.matrix()(row, column), -1e6, 1e6),
-              "has no finite place");
+              "volume has no finite place");
     }
   }
   require(std::abs(volume.workspace_from_index.linear().determinant()) >= 1e-9,
-          "has voxels without extent");
-  require(within(volume.offset, -1e9, 1e9), "has an offset out of range");
-  require(within(volume.step, 1e-9, 1e9), "has a step out of range");
-  require(within(volume.noise, 0, 1e9), "has a noise out of range");
+          "volume has voxels without extent");
+  require(within(volume.offset, -1e9, 1e9), "volume has an offset out of range");
+  require(within(volume.step, 1e-9, 1e9), "volume has a step out of range");
+  require(within(volume.noise, 0, 1e9), "volume has a noise out of range");
 }
 
 std::uint64_t block_total(const VolumePayload& volume) {
@@ -51,14 +47,14 @@ void check_volume(const VolumePayload& volume) {
   require(block_total(volume) * FieldPayload::kBlockSamples *
                   static_cast<std::uint64_t>(volume.phases) ==
               volume.counts.size(),
-          "has another number of samples than its size says");
+          "volume has another number of samples than its size says");
 }
 
 VolumePayload decode_volume(ByteView entry) {
   const Bytes bytes = zstd_unpack(entry);
   ByteReader reader(bytes);
   reader.expect_magic(kVolumeMagic);
-  require(reader.get<std::uint32_t>() == kVolumeVersion, "is of an unknown version");
+  require(reader.get<std::uint32_t>() == kVolumeVersion, "volume is of an unknown version");
   VolumePayload volume;
   const auto bounded = [&reader](std::uint32_t limit) {
     return static_cast<int>(std::min(reader.get<std::uint32_t>(), limit + 1));
@@ -79,16 +75,16 @@ VolumePayload decode_volume(ByteView entry) {
   counts.phases = volume.phases;
   check_header(volume);
   require(quantum > 0 && quantum / volume.step <= kMostCountsAQuantum,
-          "has a quantum out of range");
+          "volume has a quantum out of range");
 
   // At most 2^27 blocks of 2^10 phases: no product below can overflow.
   const std::uint64_t blocks = block_total(volume);
   const auto phases = static_cast<std::uint64_t>(volume.phases);
   require(least_term_bytes(blocks, phases) <= reader.remaining(),
-          "has counts that its size contradicts");
+          "volume has counts that its size contradicts");
   const std::uint64_t samples = blocks * FieldPayload::kBlockSamples * phases;
   require(sizeof(std::int16_t) * samples <= plausible_bytes(entry.size()),
-          "claims more samples than are plausible for its size");
+          "volume claims more samples than are plausible for its size");
   counts.leaves = static_cast<std::size_t>(blocks);
   const LeafTerms terms(reader, counts, "volume");
   volume.counts.resize(static_cast<std::size_t>(samples));

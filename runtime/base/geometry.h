@@ -16,6 +16,8 @@ using Vec3f = Eigen::Vector3f;
 using Affine = Eigen::Affine3d;  ///< `a_from_b * point_in_b`
 using Index3 = std::array<int, 3>;
 
+inline constexpr double kMmPerM = 1000;
+
 /// Paper A's workspace: 256 x 256 x 64 voxels of 1 x 1 x 3 mm, origin at its corner.
 inline constexpr Index3 kWorkspaceSize{256, 256, 64};
 inline constexpr std::array<double, 3> kWorkspaceSpacingMm{1.0, 1.0, 3.0};

@@ -17,8 +17,8 @@ std::vector<std::string> libraries(const std::string& library) {
 }
 
 // dhd: x towards the user, y right, z up. Ours: right, up, towards the user.
-Vec3 ours(const Vec3& dhd) { return {dhd.y(), dhd.z(), dhd.x()}; }
-Vec3 dhds(const Vec3& our) { return {our.z(), our.x(), our.y()}; }
+Vec3 from_dhd(const Vec3& dhd) { return {dhd.y(), dhd.z(), dhd.x()}; }
+Vec3 to_dhd(const Vec3& our) { return {our.z(), our.x(), our.y()}; }
 
 }  // namespace
 
@@ -68,12 +68,12 @@ RunReport ForceDimensionDevice::run(const ServoFn& servo, std::stop_token stop) 
     state.valid = dhd_.dhdGetPosition(&x[0], &x[1], &x[2], id_) >= 0 &&
                   dhd_.dhdGetLinearVelocity(&v[0], &v[1], &v[2], id_) >= 0 && x.allFinite() &&
                   v.allFinite();
-    if (state.valid) last_m = ours(x);
+    if (state.valid) last_m = from_dhd(x);
     state.position_m = last_m;
-    state.velocity_m_s = state.valid ? ours(v) : Vec3::Zero();
+    state.velocity_m_s = state.valid ? from_dhd(v) : Vec3::Zero();
     state.buttons = dhd_.dhdGetButton(0, id_) > 0 ? 1 : 0;
     const Vec3 wanted_n = servo(state);
-    const Vec3 force_n = state.valid && wanted_n.allFinite() ? dhds(wanted_n) : Vec3::Zero();
+    const Vec3 force_n = state.valid && wanted_n.allFinite() ? to_dhd(wanted_n) : Vec3::Zero();
     const bool sent = dhd_.dhdSetForce(force_n.x(), force_n.y(), force_n.z(), id_) >= 0;
     report = pacer.report();
     if (state.valid && sent) sound_s = state.time_s;

@@ -22,8 +22,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kLongestId = 64;
 
 // Haply: x right, y away, z up. Ours: right, up, towards the user.
-Vec3 ours(const Vec3& haply) { return {haply.x(), haply.z(), -haply.y()}; }
-Vec3 haplys(const Vec3& our) { return {our.x(), -our.z(), our.y()}; }
+Vec3 from_haply(const Vec3& haply) { return {haply.x(), haply.z(), -haply.y()}; }
+Vec3 to_haply(const Vec3& our) { return {our.x(), -our.z(), our.y()}; }
 
 bool read_vector(JsonScan& in, Vec3& out) noexcept {
   unsigned found = 0;
@@ -138,14 +138,14 @@ bool HaplyDevice::read_state(std::string_view frame, DeviceState& state) const n
     return key == "inverse3" ? value.array(one_device) : value.skip();
   });
   if (!sound || !found || !in.at_end()) return false;
-  state.position_m = ours(position);
-  state.velocity_m_s = ours(velocity);
+  state.position_m = from_haply(position);
+  state.velocity_m_s = from_haply(velocity);
   return true;
 }
 
 bool HaplyDevice::send_force(const Vec3& force_n, bool first) noexcept {
   std::array<char, 512> text;
-  const Vec3 f = force_n.allFinite() ? haplys(force_n) : Vec3::Zero();
+  const Vec3 f = force_n.allFinite() ? to_haply(force_n) : Vec3::Zero();
   const int size = std::snprintf(
       text.data(), text.size(),
       "{%s\"inverse3\":[{\"device_id\":\"%s\",\"commands\":{\"set_cursor_force\":{\"values\":"

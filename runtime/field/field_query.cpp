@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/field/blocks.h"
 #include "runtime/field/spline_lanes.h"
 
 namespace beatlas::field {
@@ -14,9 +15,6 @@ namespace {
 using atlas::FieldPayload;
 
 constexpr double kShortestDirection = 0.05;  // |gradient|; about 1 wherever there is one surface
-constexpr int kEdge = FieldPayload::kBlockEdge;
-
-std::size_t at(int n) { return static_cast<std::size_t>(n); }
 
 double share_of_beat(double beats) {
   constexpr double kExact = 9e15;  // beyond, a double has no fraction

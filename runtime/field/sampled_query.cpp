@@ -5,13 +5,12 @@
 #include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/field/blocks.h"
 
 namespace beatlas::field {
 namespace {
 
 using atlas::FieldPayload;
-
-constexpr int kEdge = FieldPayload::kBlockEdge;
 
 float time_sum(const std::array<float, 4>& weights, const std::array<float, 4>& values) {
   return (weights[0] * values[0] + weights[1] * values[1]) +
@@ -157,7 +156,6 @@ SampledQuery::Stored SampledQuery::stored(int i, int j, int k) const noexcept {
   if (bx >= field.block_count[0] || by >= field.block_count[1] || bz >= field.block_count[2]) {
     return out;
   }
-  const auto at = [](int n) { return static_cast<std::size_t>(n); };
   const std::int32_t entry =
       field
           .blocks[at(bx) + at(field.block_count[0]) * (at(by) + at(field.block_count[1]) * at(bz))];

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/field/blocks.h"
 #include "runtime/field/spline_lanes.h"
 
 namespace beatlas::field {
@@ -14,11 +15,8 @@ namespace {
 
 using atlas::FieldPayload;
 
-constexpr int kEdge = FieldPayload::kBlockEdge;
 // Summing a sample in time costs about a sixtieth of what it saves a point.
 constexpr std::size_t kSamplesAPoint = 64;
-
-std::size_t at(int n) { return static_cast<std::size_t>(n); }
 
 int block_of(int sample) { return (sample + kEdge) / kEdge - 1; }  // sample >= -kEdge
 

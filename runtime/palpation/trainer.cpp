@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kGlideS = 0.25;
 constexpr double kDeepestM = 0.03;
-constexpr double kMmPerM = 1000;
 constexpr double kLargestDentShare = 0.8;  // of the ventricle's side
 constexpr double kCm3PerMl = 1;
 
