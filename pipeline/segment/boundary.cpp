@@ -10,6 +10,7 @@
 #include "pipeline/core/slices.h"
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/magnitude.h"
+#include "pipeline/segment/outline.h"
 #include "pipeline/segment/side_levels.h"
 
 namespace beatlas::segment {
@@ -22,7 +23,6 @@ constexpr int kFits = 2;
 constexpr double kOfFits = 2;          ///< of a mean's variance: two fits are sharper, levels noisy
 constexpr float kMostStepPx = 0.5F;    ///< of a fit
 constexpr float kMostLeanPx = 4.0F;    ///< from slice to slice; more is another surface's
-constexpr float kLeastLeanPx = 0.05F;  ///< less is none
 constexpr float kMostOff = 0.5F;       ///< of the levels' difference: it shows something else
 constexpr float kMostNoise = 3.0F;     ///< standard deviations; unless it is noise
 constexpr float kLeastInside = 0.2F;   ///< a dark spot was taken in on purpose
@@ -32,19 +32,6 @@ constexpr double kOfMisfit = 1.0;      ///< [px2] of the place's variance, for t
 constexpr double kFloorPx = 0.05;      ///< what no fit tells of
 constexpr double kFloorOfLean = 0.03;  ///< the same, of what the outline moves between slices
 constexpr double kLeastAcross = 0.35;  ///< a surface along the slices is known by its neighbours
-
-/// Signed distance [pixels] to the outline of a mask, negative inside, smoothed a little: the
-/// outline of pixels is a staircase, that of a heart is not.
-cv::Mat outline_distance_px(const cv::Mat& mask) {
-  cv::Mat inward;
-  cv::Mat outward;
-  cv::distanceTransform(mask, inward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  cv::distanceTransform(~mask, outward, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  cv::Mat distance = outward - inward;
-  distance.forEach<float>([](float& d, const int*) { d -= std::copysign(0.5F, d); });
-  cv::GaussianBlur(distance, distance, {0, 0}, 1.0);
-  return distance;
-}
 
 /// outline_distance_px of a part of every slice; empty where it lies inside or outside as a whole.
 std::vector<cv::Mat> outline_distances_px(const Grid& grid, const std::vector<std::uint8_t>& inside,
@@ -58,29 +45,6 @@ std::vector<cv::Mat> outline_distances_px(const Grid& grid, const std::vector<st
     }
   }
   return out;
-}
-
-/// Coverage of a pixel, and how fast it falls with the distance to the outline.
-struct Ramp {
-  float coverage = 0;
-  float slope = 0;
-};
-/// @param distance_px of the pixel's middle  @param lean_px that the outline moves from slice to
-/// slice: what a thick voxel holds is a mean over as wide a strip
-Ramp ramp(float distance_px, float lean_px) {
-  const auto upright = [](float d) { return std::clamp(0.5F - d, 0.0F, 1.0F); };
-  if (lean_px < kLeastLeanPx) {
-    return {upright(distance_px), std::abs(distance_px) < 0.5F ? 1.0F : 0.0F};
-  }
-  // Integral of `upright`.
-  const auto sum = [](float d) {
-    const float u = std::clamp(d, -0.5F, 0.5F);
-    return std::min(d, -0.5F) + 0.5F + 0.5F * (u - u * u) + 0.375F;
-  };
-  const float from = distance_px - 0.5F * lean_px;
-  const float to = distance_px + 0.5F * lean_px;
-  return {std::clamp((sum(to) - sum(from)) / lean_px, 0.0F, 1.0F),
-          (upright(from) - upright(to)) / lean_px};
 }
 
 /// What a way in the plane of a slice, across the outline, is along the surface's normal: the

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <numeric>
+#include <optional>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
@@ -15,6 +16,8 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kMuscleShare = 0.5;  ///< of the way from muscle to the threshold to blood
+
+constexpr int kReachPx = 4;  ///< from beside an edge to what it bounds
 
 constexpr double kSeamMm = 4;  ///< from the RV's wall, where labels of both are mixed
 
@@ -46,6 +49,42 @@ void share_wall(const Grid& grid, const std::vector<std::uint8_t>& labels,
       }
     }
   }
+}
+
+/// The first voxel of the mask in ever wider squares around a voxel of its slice.
+std::optional<std::uint32_t> nearest_inside(const Grid& grid,
+                                            const std::vector<std::uint8_t>& inside,
+                                            std::uint32_t voxel) {
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  const auto i = static_cast<int>(voxel % nx);
+  const auto j = static_cast<int>(voxel % grid.slice_count() / nx);
+  const auto k = static_cast<int>(voxel / grid.slice_count());
+  for (int reach = 0; reach <= kReachPx; ++reach) {
+    for (int b = std::max(0, j - reach); b <= std::min(grid.size[1] - 1, j + reach); ++b) {
+      for (int a = std::max(0, i - reach); a <= std::min(grid.size[0] - 1, i + reach); ++a) {
+        if (std::max(std::abs(a - i), std::abs(b - j)) != reach) continue;
+        const std::size_t v = grid.offset(a, b, k);
+        if (inside[v] != 0) return static_cast<std::uint32_t>(v);
+      }
+    }
+  }
+  return {};
+}
+
+/// Coverage and uncertainty of voxels beside an edge that is known.
+void put_edges(const std::vector<FatEdge>& edges, Boundary& boundary) {
+  std::vector<BoundaryPoint> points;
+  for (const FatEdge& edge : edges) {
+    boundary.coverage[edge.voxel] = edge.coverage;
+    if (edge.coverage > 0 && edge.coverage < 1) points.push_back({edge.voxel, edge.sigma_mm});
+  }
+  const auto before = [](const BoundaryPoint& a, const BoundaryPoint& b) {
+    return a.voxel < b.voxel;
+  };
+  std::vector<BoundaryPoint> all;
+  std::set_union(points.begin(), points.end(), boundary.points.begin(), boundary.points.end(),
+                 std::back_inserter(all), before);
+  boundary.points = std::move(all);
 }
 
 /// Whether a voxel is of the LV's wall, and off the seam where the RV's wall leaves it.
@@ -96,6 +135,7 @@ std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels, Structu
 
 Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
               const Box& box, const TissueLevels& levels, double noise,
+              const std::vector<std::vector<FatEdge>>& under_fat,
               const std::vector<Structure>& structures) {
   // Voxels that are muscle and nothing else: under a thin wall most are half blood.
   const double muscle = std::min(
@@ -144,9 +184,18 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
                                 .contrast = contrast,
                                 .noise = noise};
       Boundary found = find_boundary(input);
+      if (structure == Structure::Heart && !under_fat.empty()) {
+        put_edges(under_fat[p], found);
+        for (const FatEdge& edge : under_fat[p]) {
+          const auto within = nearest_inside(images.grid, inside, edge.voxel);
+          if (within) settled[p].push_back({edge.voxel, *within});
+        }
+      }
       if (thin && levels.muscle > 0) {
         if (structure == Structure::Heart) {
-          settled[p] = cover_along_slices(input, {.inner_level = levels.muscle}, found.coverage);
+          const std::vector<Settled> along =
+              cover_along_slices(input, {.inner_level = levels.muscle}, found.coverage);
+          settled[p].insert(settled[p].end(), along.begin(), along.end());
         } else if (structure == Structure::LvBlood || structure == Structure::RvBlood) {
           // Nor must the other ventricle's blood, which this looks as far as, nor papillary
           // muscles, taken in on purpose, the blood's.

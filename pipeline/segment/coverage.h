@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pipeline/core/shapes.h"
+#include "pipeline/segment/fat_layer.h"
 #include "pipeline/segment/ring.h"
 #include "pipeline/segment/tissue.h"
 
@@ -21,8 +22,10 @@ struct Covered {
 };
 
 /// @param images, labels the part of the exam in `box`; @param noise its standard deviation
+/// @param under_fat [phase] or empty: voxels of the heart's edge that are known already
 [[nodiscard]] Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
                             const Box& box, const TissueLevels& levels, double noise,
+                            const std::vector<std::vector<FatEdge>>& under_fat = {},
                             const std::vector<Structure>& structures = {kVentricular.begin(),
                                                                         kVentricular.end()});
 

@@ -14,6 +14,7 @@
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/denoise.h"
 #include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/segment/fat_layer.h"
 #include "pipeline/segment/groundwork.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
@@ -76,6 +77,16 @@ ImageCycle<float> evenly_lit(ImageCycle<float> images, const SegmentOptions& opt
   if (!options.even_shading) return images;
   const TemporalStats stats = temporal_stats(images);
   return without_shading(images, find_shading(images.grid, stats));
+}
+
+/// Where a stroke was drawn, or the pool is drawn on beyond the base, the heart has another edge.
+void keep_where_alike(const LabelImages& labels, const ImageCycle<std::uint8_t>& whole,
+                      std::vector<std::vector<FatEdge>>& edges) {
+  for (std::size_t p = 0; p < edges.size(); ++p) {
+    std::erase_if(edges[p], [&](const FatEdge& edge) {
+      return (labels[p][edge.voxel] != 0) != (whole.phases[p][edge.voxel] != 0);
+    });
+  }
 }
 
 /// Labels of the box into those of the whole grid.
@@ -211,6 +222,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     papillary_muscles_to_wall(images, chambers.levels, labels);
   }
   const VoxelCycle beyond_wall = keep_connected_rv(labels);
+  std::vector<std::uint8_t> stay(images.phases.size(), 0);
+  for (const int p : known.phases) stay[static_cast<std::size_t>(p)] = 1;
+  std::vector<std::vector<FatEdge>> under_fat =
+      strip_fat_layer(images, image_noise, chambers.levels, stay, labels);
+  const LabelImages stripped = labels.phases;
   // What was drawn stays as it was drawn, whatever the tidying thinks of it.
   for (std::size_t p = 0; p < marks.size(); ++p) {
     for (std::size_t v = 0; v < marks[p].size(); ++v) {
@@ -223,10 +239,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   context.progress(0.85, "boundaries within voxels");
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  Covered covered = ends.lv || ends.rv
-                        ? cover(images, continued_to_base(images, chambers, ends, labels), box,
-                                chambers.levels, still_noise)
-                        : cover(images, labels, box, chambers.levels, still_noise);
+  const ImageCycle<std::uint8_t> whole =
+      ends.lv || ends.rv ? continued_to_base(images, chambers, ends, labels) : labels;
+  keep_where_alike(stripped, whole, under_fat);
+  Covered covered = cover(images, whole, box, chambers.levels, still_noise, under_fat);
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
   out.warnings = doubts;
@@ -257,7 +273,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     const std::vector<Structure> found =
         part_atria(calm, chambers.levels, *out.axis, out.end_diastole, labels);
     (void)relabel(fat, kLabelRvBlood, kLabelRestOfHeart, labels);
-    Covered beyond = cover(images, labels, box, chambers.levels, still_noise, found);
+    Covered beyond = cover(images, labels, box, chambers.levels, still_noise, {}, found);
     out.coverage.phases.merge(beyond.coverage.phases);
     out.uncertainty.merge(beyond.uncertainty);
     put_back(labels, box, out.labels);
