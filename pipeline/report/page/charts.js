@@ -13,7 +13,8 @@ const Charts = (() => {
   }
 
   function curves() {
-    const shown = ["lv_blood", "rv_blood", "lv_myocardium"].filter((name) => summary.volumes_ml[name]);
+    const chambers = ["lv_blood", "rv_blood", "lv_myocardium"].filter((name) => summary.volumes_ml[name]);
+    const shown = chambers.length > 0 ? chambers : ["heart"];  // where no chamber was recognised
     const box = {width: 580, height: 350, left: 46, right: 88, top: 26, bottom: 40};
     const all = shown.flatMap((name) => summary.volumes_ml[name]);
     const marks = ticks(Math.max(...all) * 1.05, 5);
