@@ -156,8 +156,9 @@ Layers agreed(const Profiles& profiles, const Layers& found) {
     }
     if (near.size() <= static_cast<std::size_t>(kAgree)) continue;
     const auto middle = [&](double FatLayer::*of) {
-      std::vector<double> values;
-      for (const FatLayer& layer : near) values.push_back(layer.*of);
+      std::vector<double> values(near.size());
+      std::transform(near.begin(), near.end(), values.begin(),
+                     [&](const FatLayer& layer) { return layer.*of; });
       std::nth_element(values.begin(),
                        values.begin() + static_cast<std::ptrdiff_t>(near.size() / 2), values.end());
       return values[near.size() / 2];

@@ -87,11 +87,13 @@ struct Made {
     std::vector<float> clean(grid.count());
     for (std::size_t v = 0; v < grid.count(); ++v) {
       const auto i = static_cast<double>(v % 72);
-      const auto j = static_cast<double>(v / 72 % 72);
+      const auto j = static_cast<double>((v / 72) % 72);
       double sum = 0;
       for (int a = 0; a < kFine * kFine; ++a) {
-        const double x = i - 35.5 + (a % kFine + 0.5) / kFine - 0.5;
-        const double y = j - 35.5 + (a / kFine + 0.5) / kFine - 0.5;
+        const int across = a % kFine;
+        const int along = a / kFine;
+        const double x = i - 35.5 + (across + 0.5) / kFine - 0.5;
+        const double y = j - 35.5 + (along + 0.5) / kFine - 0.5;
         const double r = std::hypot(x, y);
         const double fat = most_fat_mm * 0.5 * (1 + x / std::max(r, 1e-9));
         sum += r < kCavityMm ? kBlood : r < kWallMm ? kMuscle : r < kWallMm + fat ? kFat : kLung;
