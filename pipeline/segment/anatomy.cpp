@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/segment/connected.h"
 #include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/known_outlines.h"
 
@@ -233,6 +234,9 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       slice.setTo(cv::Scalar(kLabelRvBlood), rv);
     }
   }
+
+  // Liver or fat hardly darker than blood is none of the ventricle, and gets no wall.
+  if (across) (void)keep_connected_rv(grid, labels);
 
   // The LV's apex is the heart's: between thick slices nothing else carries labels past it.
   if (!across) {
