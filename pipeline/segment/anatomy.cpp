@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/segment/connected.h"
 #include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/known_outlines.h"
 
@@ -25,6 +26,8 @@ constexpr double kAtriaBelowMm = 10;  ///< how far atria bulge down beside the v
 constexpr double kFatMm = 4.5;        ///< radius that no layer of fat on the heart holds
 constexpr double kGivenSigmaPx = 1;   ///< takes the steps of pixels from a given outline
 constexpr double kRvWallMm = 4.0;     ///< thickest RV wall where no outer edge shows
+constexpr double kLeastRing = 0.5;    ///< of the rays that meet muscle: less is no ventricle
+constexpr double kVesselShare = 0.1;  ///< of an atrium, the least section of a vessel beside it
 constexpr double kFarOutsideMm = 30;  ///< farther from an outline is as far
 
 cv::Mat fill_holes(const cv::Mat& mask) {
@@ -199,6 +202,15 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     return ring.walled_share >= 0.3 ? ring.median_wall_mm() : chambers.wall_mm;
   };
 
+  // Whether blood shows no ring of muscle in a thick slice: beyond the base lie an atrium and the
+  // aorta's root, which is the smaller of two pools.
+  const auto opens = [&](int k) {
+    const auto at = std::find_if(chambers.lv.begin(), chambers.lv.end(),
+                                 [&](const LvSlice& s) { return s.k == k; });
+    return !across && at != chambers.lv.end() &&
+           at->rings[static_cast<std::size_t>(phase)].muscle_share() < kLeastRing;
+  };
+
   // Blood: what the competition carried into dark voxels is wall; papillary muscles are cavity.
   for (int k = 0; k < grid.size[2]; ++k) {
     cv::Mat slice = slice_of(grid, labels, k);
@@ -208,7 +220,7 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
     slice.setTo(cv::Scalar(kLabelLvMyocardium), slice == kLabelLvBlood);
     if (cv::countNonZero(lv) > 0) {
       cv::morphologyEx(lv, lv, cv::MORPH_OPEN, disc(0.8, pixel_mm));
-      lv = keep_large(lv, 0.3);
+      lv = keep_large(lv, opens(k) ? kVesselShare : 0.3);
     }
     lv |= slice_of(grid, drawn, k) == kLabelLvBlood;
     if (cv::countNonZero(lv) > 0) {
@@ -233,6 +245,9 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       slice.setTo(cv::Scalar(kLabelRvBlood), rv);
     }
   }
+
+  // Liver or fat hardly darker than blood is none of the ventricle, and gets no wall.
+  if (across) (void)keep_connected_rv(grid, labels);
 
   // The LV's apex is the heart's: between thick slices nothing else carries labels past it.
   if (!across) {

@@ -73,18 +73,22 @@ void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
   }
 }
 
+std::vector<std::uint32_t> keep_connected_rv(const Grid& grid, std::vector<std::uint8_t>& labels) {
+  std::vector<std::uint32_t> apart;
+  const std::vector<std::uint8_t> part =
+      largest_part(grid, 1, [&](std::size_t, std::size_t v) { return labels[v] == kLabelRvBlood; });
+  for (std::size_t v = 0; v < part.size(); ++v) {
+    if (part[v] != 2) continue;
+    labels[v] = kLabelRestOfHeart;
+    apart.push_back(static_cast<std::uint32_t>(v));
+  }
+  return apart;
+}
+
 VoxelCycle keep_connected_rv(ImageCycle<std::uint8_t>& labels) {
   VoxelCycle apart(labels.phases.size());
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    std::vector<std::uint8_t>& phase = labels.phases[p];
-    const std::vector<std::uint8_t> part = largest_part(
-        labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == kLabelRvBlood; });
-    for (std::size_t v = 0; v < part.size(); ++v) {
-      if (part[v] != 2) continue;
-      phase[v] = kLabelRestOfHeart;
-      apart[p].push_back(static_cast<std::uint32_t>(v));
-    }
-  });
+  parallel_for(labels.phases.size(),
+               [&](std::size_t p) { apart[p] = keep_connected_rv(labels.grid, labels.phases[p]); });
   return apart;
 }
 

@@ -20,6 +20,9 @@ void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 /// @return the voxels of the others
 VoxelCycle keep_connected_rv(ImageCycle<std::uint8_t>& labels);
 
+/// The same in one phase.
+std::vector<std::uint32_t> keep_connected_rv(const Grid& grid, std::vector<std::uint8_t>& labels);
+
 /// Of these voxels, those of one label get another. @return those
 VoxelCycle relabel(const VoxelCycle& voxels, std::uint8_t from, std::uint8_t to,
                    ImageCycle<std::uint8_t>& labels);

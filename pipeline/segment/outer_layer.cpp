@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include <opencv2/imgproc.hpp>
 
@@ -173,6 +174,46 @@ void smooth_cut(cv::Mat& slice, const cv::Mat& wall, const cv::Point2d& pixel_mm
   slice.setTo(cv::Scalar(kLabelBackground), wall & (distance >= 0));
 }
 
+/// By slice: the middle of the LV, about which directions are [pixels]; none without a cavity.
+using Middles = std::vector<std::optional<cv::Point2d>>;
+
+Middles middles_of(const Grid& grid, const std::vector<std::uint8_t>& phase) {
+  Middles out(static_cast<std::size_t>(grid.size[2]));
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const cv::Mat slice = slice_of(grid, phase, static_cast<int>(k));
+    const cv::Mat blood = slice == kLabelLvBlood;
+    if (cv::countNonZero(blood) == 0) continue;
+    const cv::Moments shape = cv::moments(blood | (slice == kLabelLvMyocardium), true);
+    out[k] = cv::Point2d(shape.m10 / shape.m00, shape.m01 / shape.m00);
+  }
+  return out;
+}
+
+/// The nearest slice that has a middle; without any, none.
+std::optional<int> nearest_middle(const Middles& middles, int k) {
+  const auto slices = static_cast<int>(middles.size());
+  for (int off = 0; off < slices; ++off) {
+    for (const int at : {k - off, k + off}) {
+      if (at >= 0 && at < slices && middles[static_cast<std::size_t>(at)]) return at;
+    }
+  }
+  return std::nullopt;
+}
+
+/// Beyond the cavity's last slice too little muscle is left to tell where it ends: it ends as far
+/// from the cavity as in the slice before.
+void carry_past_cavity(const Middles& middles, cv::Mat& ends) {
+  const auto carry = [&](int k, int from) {
+    if (middles[static_cast<std::size_t>(k)]) return;
+    for (int a = 0; a < kRays; ++a) {
+      float& end = ends.at<float>(k, a);
+      end = std::min(end, ends.at<float>(from, a));
+    }
+  };
+  for (int k = 1; k < ends.rows; ++k) carry(k, k - 1);
+  for (int k = ends.rows - 2; k >= 0; --k) carry(k, k + 1);
+}
+
 }  // namespace
 
 void strip_outer_layer(const ImageCycle<float>& images, double noise, const Chambers& chambers,
@@ -192,14 +233,15 @@ void strip_outer_layer(const ImageCycle<float>& images, double noise, const Cham
     // Of each voxel of the free wall: its direction, -1 elsewhere.
     std::vector<std::int8_t> ray(phase.size(), -1);
     Profiles profiles(grid.size[2]);
+    const Middles middles = middles_of(grid, phase);
     double radius_mm = 0;
     double voxels = 0;
     for (int k = 0; k < grid.size[2]; ++k) {
       const cv::Mat slice = slice_of(grid, phase, k);
       const cv::Mat lv = (slice == kLabelLvBlood) | (slice == kLabelLvMyocardium);
-      const cv::Moments shape = cv::moments(lv, true);
-      if (!(shape.m00 > 0)) continue;
-      const cv::Point2d middle(shape.m10 / shape.m00, shape.m01 / shape.m00);
+      const std::optional<int> nearest = nearest_middle(middles, k);
+      if (!nearest || cv::countNonZero(lv) == 0) continue;
+      const cv::Point2d middle = *middles[static_cast<std::size_t>(*nearest)];
       cv::Mat shared = (slice == kLabelRvBlood) | (slice == kLabelRestOfHeart);
       cv::dilate(shared, shared, disc(kBesideMm, pixel_mm));
       const cv::Rect part = rect_around(lv, 0);
@@ -234,6 +276,7 @@ void strip_outer_layer(const ImageCycle<float>& images, double noise, const Cham
       }
     }
     ends = agreed(ends);
+    if (across) carry_past_cavity(middles, ends);
     for (int k = 0; k < grid.size[2]; ++k) {
       cv::Mat slice = slice_of(grid, phase, k);
       const cv::Mat wall = slice == kLabelLvMyocardium;

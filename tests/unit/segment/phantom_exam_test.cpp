@@ -267,6 +267,27 @@ TEST(ClinicalPhantom, with_atria_in_view_keeps_the_ventricles_to_their_side_of_t
               {Structure::RvBlood, 0.93, 0.88, 0.06},
               {Structure::LvMyocardium, 0.88, 0.85, 0.15},
               {Structure::Heart, 0.94, 0.93, 0.10}});
+  // The slice that the LV reaches in diastole alone shows an atrium in systole, and beside it the
+  // aorta's root, which is of the heart.
+  constexpr int kBaseSlice = 11;
+  const Grid& grid = result.labels.grid;
+  for (int p = 0; p < spec.phases; ++p) {
+    const auto frame = made.phantom.frame(made.phantom.phase_time_s(p));
+    double of_root = 0;
+    double of_heart = 0;
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        if (!frame->contains(Structure::Aorta, grid.mm(i, j, kBaseSlice))) continue;
+        of_root += 1;
+        of_heart +=
+            result.labels.phases[static_cast<std::size_t>(p)][grid.offset(i, j, kBaseSlice)] !=
+                    kLabelBackground
+                ? 1
+                : 0;
+      }
+    }
+    EXPECT_GT(of_heart, 0.7 * of_root) << "phase " << p;  // a corner may be mixed with lung
+  }
 }
 
 }  // namespace
