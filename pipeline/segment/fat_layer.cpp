@@ -21,6 +21,8 @@ namespace {
 constexpr int kRoomPx = 8;                ///< around the heart
 constexpr float kNearPx = 6;              ///< so far outside fat is looked for
 constexpr float kWithinPx = 4;            ///< and so far inside: labels may hold it
+constexpr double kBlurPx = 0.7;           ///< Gaussian before fat's level is looked for
+constexpr double kOfBlur = 0.4;           ///< of the noise that it leaves: 1 / (2 sqrt(pi) blur)
 constexpr double kBrighter = 3;           ///< standard deviations over blood
 constexpr double kLeastShare = 0.005;     ///< of voxels there that are bright, or there is no fat
 constexpr double kFatQuantile = 0.9;      ///< of bright ones: most are mixed with something darker
@@ -66,18 +68,21 @@ std::optional<double> fat_around(const ImageCycle<float>& images, double noise,
                                  int phase) {
   const Grid& grid = images.grid;
   const auto p = static_cast<std::size_t>(phase);
-  const auto bright = static_cast<float>(levels.blood + kBrighter * noise);
+  const double left = kOfBlur * noise;
+  const auto bright = static_cast<float>(levels.blood + kBrighter * left);
   std::vector<float> values;
   std::size_t seen = 0;
   for (const Slice& slice : slices_of(grid, images.phases[p], labels.phases[p])) {
     if (slice.distance_px.empty()) continue;
+    cv::Mat calm;
+    cv::GaussianBlur(slice.pixels, calm, {0, 0}, kBlurPx);
     for (int j = 0; j < slice.pixels.rows; ++j) {
       for (int i = 0; i < slice.pixels.cols; ++i) {
         const float d = slice.distance_px.at<float>(j, i);
         if (d < -kWithinPx || d > kNearPx) continue;
         if (is_blood(slice.labels.at<std::uint8_t>(j, i))) continue;
         ++seen;
-        const float value = slice.pixels.at<float>(j, i);
+        const float value = calm.at<float>(j, i);
         if (value > bright) values.push_back(value);
       }
     }
@@ -86,7 +91,7 @@ std::optional<double> fat_around(const ImageCycle<float>& images, double noise,
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(
                                        kFatQuantile * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
-  return static_cast<double>(*at) - kOfNoise * noise;
+  return static_cast<double>(*at) - kOfNoise * left;
 }
 
 /// Sums over the pixels beside one outline, by place along it and distance from it.
