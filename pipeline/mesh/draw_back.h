@@ -19,7 +19,8 @@ struct Bound {
   double other = 0;
 };
 
-inline constexpr double kGapMm = 0.01;  ///< of either surface from the middle
+/// [mm] of either surface from the middle: both together more than a package rounds.
+inline constexpr double kGapMm = 0.015;
 
 /// How far a place is beyond what bounds it.
 class Middle {
