@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 #include <system_error>
-#include <utility>
 
 #include "pipeline/formats/nifti.h"
 #include "pipeline/ingest/shown_path.h"
@@ -22,7 +22,7 @@ constexpr auto kSuffix = ".nii.gz";
 constexpr float kRounding = 1e-4F;        ///< beyond 0..1, as a scaled image may have it
 constexpr double kPlaceTolerance = 0.01;  ///< [voxels]
 
-ImageCycle<float> without_rim(ImageCycle<float> images) {
+ImageCycle<float> without_rim(const ImageCycle<float>& images) {
   std::vector<std::uint8_t> covered(images.grid.count());
   for (const std::vector<float>& image : images.phases) {
     for (std::size_t v = 0; v < image.size(); ++v) covered[v] |= image[v] > 0 ? 1 : 0;
@@ -44,7 +44,7 @@ study::GivenImages read_one(const fs::path& file) {
       share = std::clamp(share, 0.0F, 1.0F);
     }
   }
-  out.images = without_rim(std::move(images));
+  out.images = without_rim(images);
   out.file_sha256 = study::sha256_of_file(file);
   out.sha256 = study::given_sha256(out.images);
   return out;
