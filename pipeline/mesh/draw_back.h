@@ -19,8 +19,7 @@ struct Bound {
   double other = 0;
 };
 
-/// [mm] of either surface from the middle: both together more than a package rounds.
-inline constexpr double kGapMm = 0.015;
+inline constexpr double kGapMm = 0.01;  ///< of either surface from the middle
 
 /// How far a place is beyond what bounds it.
 class Middle {

@@ -10,14 +10,13 @@
 namespace beatlas::mesh {
 namespace {
 
-constexpr double kFarFromOwnMm = 4;   // of what goes back alone
-constexpr double kMostOffMm = 1.25;   // from its own surface: farther it would be another shape
-constexpr double kRoundingMm = 0.01;  // of a vertex in a package
-constexpr int kMoreRounds = 24;       // for what crosses all the same
-constexpr double kMoreMm = 0.05;      // that its vertices go beyond the middle, a round
-constexpr double kClearMm = 0.03;     // and once more when nothing crosses
-constexpr double kThinDeg = 11;       // a triangle that would become thinner stays
-constexpr double kMoreThinDeg = 20;   // the same of what crosses all the same
+constexpr double kFarFromOwnMm = 4;  // of what goes back alone
+constexpr double kMostOffMm = 1.25;  // from its own surface: farther it would be another shape
+constexpr int kMoreRounds = 12;      // for what crosses all the same
+constexpr double kMoreMm = 0.05;     // that its vertices go beyond the middle, a round
+constexpr double kClearMm = 0.03;    // and once more when nothing crosses
+constexpr double kThinDeg = 11;      // a triangle that would become thinner stays
+constexpr double kMoreThinDeg = 20;  // the same of what crosses all the same
 
 /// All of them lie beside each other, and in the heart.
 constexpr std::array kInHeart{Structure::LvBlood, Structure::LvMyocardium, Structure::RvBlood,
@@ -120,21 +119,7 @@ class Phase {
            draw_back(*half.body, half.middle, half.side, half.more, kThinDeg, half.most_off_mm);
   }
 
-  /// The points of a body, those of the triangles as far ahead as rounding in a package may bring
-  /// both bodies together.
-  static std::vector<Vec3> ahead(const Half& half, const std::vector<Triangle>& triangles) {
-    std::vector<std::uint32_t> vertices;
-    for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
-    sort_unique(vertices);
-    std::vector<Vec3> points = half.body->points;
-    for (const std::uint32_t v : vertices) {
-      points[v] -= 2 * kRoundingMm * half.middle.back(half.body->points[v]);
-    }
-    return points;
-  }
-
-  /// What crosses all the same, or would when it is rounded, goes back farther, with the triangles
-  /// around.
+  /// What crosses all the same goes back farther, with the triangles around.
   /// @return whether anything crossed
   bool part_crossings(std::vector<Pair>& pairs) {
     struct Found {
@@ -158,9 +143,8 @@ class Phase {
       };
       Found own{&one, {}};
       Found its{&other, {}};
-      const std::vector<Triangle> ones = near(one);
       for (const auto& [a, b] :
-           crossings(ahead(one, ones), ones, other.body->points, near(other))) {
+           crossings(one.body->points, near(one), other.body->points, near(other))) {
         own.vertices.insert(own.vertices.end(), a.begin(), a.end());
         its.vertices.insert(its.vertices.end(), b.begin(), b.end());
       }

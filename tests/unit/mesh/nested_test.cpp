@@ -1,7 +1,5 @@
 #include "pipeline/mesh/nested.h"
 
-#include <random>
-
 #include <gtest/gtest.h>
 
 #include "pipeline/assess/surface_checks.h"
@@ -77,23 +75,6 @@ TEST(PartStructures, ThatShareWallsDoNotCrossAndStayOnTheirFields) {
     EXPECT_LT(after.mean_mm, before.mean_mm + 0.02);
     EXPECT_LT(std::abs(after.bias_mm), 0.05);
   }
-}
-
-TEST(PartStructures, LeavesWhatAPackageRounds) {
-  const Ventricle& made = ventricle();
-  std::vector<SurfaceCycle> parted = made.surfaces;
-  part_structures(parted, made.fields);
-  // Every vertex 0.01 mm off, as far as a package may bring it, whatever the way.
-  std::mt19937 random(5);
-  std::normal_distribution<float> any;
-  for (SurfaceCycle& surface : parted) {
-    for (auto& phase : surface.positions) {
-      for (Vec3f& x : phase) {
-        x += 0.01F * Vec3f(any(random), any(random), any(random)).normalized();
-      }
-    }
-  }
-  EXPECT_EQ(Ventricle::crossings(parted), 0U);
 }
 
 TEST(PartStructures, TurnsNoTriangleOverWhereTheFieldsContradictEachOther) {
