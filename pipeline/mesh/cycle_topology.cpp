@@ -12,7 +12,7 @@ namespace beatlas::mesh {
 namespace {
 
 /// Each costs a way around the cycle, so that all would cost the square of its phases.
-constexpr std::size_t kMostTried = 16;
+constexpr std::size_t kMostTried = 32;
 
 /// A phase's samples and what its body would be, handles and all.
 struct Wanted {
