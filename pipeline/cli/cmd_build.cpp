@@ -65,6 +65,10 @@ int build(const Arguments& arguments) {
     if (arguments.corrections.labels.empty()) {
       orders.labels = std::move(before.labels);
       orders.labels_from = std::move(before.labels_from);
+      if (arguments.corrections.coverage.empty()) {
+        orders.coverage = std::move(before.coverage);
+        orders.coverage_from = std::move(before.coverage_from);
+      }
     }
   }
   apply(arguments.words, orders.recipe.import);

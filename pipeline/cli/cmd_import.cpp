@@ -38,6 +38,7 @@ std::pair<Exam, std::vector<std::filesystem::path>> exam_of_surfaces(const std::
   labels.sha256 = study::given_sha256(labels.images, labels.phases);
   orders.labels = std::move(labels);
   orders.labels_from = "the key surfaces";
+  orders.coverage.clear();
   return {std::move(seen.exam), std::move(keys.files)};
 }
 

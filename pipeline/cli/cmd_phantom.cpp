@@ -3,12 +3,14 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/coverage_words.h"
 #include "pipeline/cli/phantom_words.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/phantom_mark.h"
 #include "pipeline/formats/dicom_writer.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/phantom/render.h"
+#include "pipeline/phantom/true_coverage.h"
 #include "pipeline/phantom/truth.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -22,6 +24,7 @@ struct Arguments {
   std::shared_ptr<PhantomWords> phantom = std::make_shared<PhantomWords>();
   std::string output;
   std::string format = "dicom";
+  bool coverage = false;
 };
 
 /// Writes the images and tells their place.
@@ -47,6 +50,15 @@ fs::path write_images(const fs::path& folder, const std::string& format,
   return folder / "dicom";
 }
 
+/// One image a structure, as --coverage reads them.
+void write_coverage(const fs::path& folder, const CoverageCycle& coverage, double interval_s) {
+  study::make_folder(folder);
+  for (const auto& [structure, phases] : coverage.phases) {
+    formats::write_nifti(folder / coverage_file_name(structure), {coverage.grid, phases},
+                         interval_s, formats::NiftiStorage::UInt16Fraction);
+  }
+}
+
 int make_phantom(const Arguments& arguments) {
   const phantom::PhantomSpec spec = phantom_spec(*arguments.phantom);
   const phantom::Phantom phantom(spec);
@@ -63,12 +75,19 @@ int make_phantom(const Arguments& arguments) {
   phantom::Rendering rendering;
   console.stage("phantom",
                 [&](StageContext& context) { rendering = phantom::render(phantom, context); });
+  CoverageCycle coverage;
+  if (arguments.coverage) {
+    console.stage("coverage", [&](StageContext& context) {
+      coverage = phantom::true_coverage(phantom, context);
+    });
+  }
   const double interval_s = spec.rr_interval_s / spec.phases;
   fs::path images;
   console.stage("write", [&](StageContext&) {
     images = write_images(folder, arguments.format, phantom, rendering.cine);
     // Beside the images and not among them, so that the exam's folder holds images only.
     formats::write_nifti_labels(folder / "truth_labels.nii.gz", rendering.labels, interval_s);
+    if (arguments.coverage) write_coverage(folder / "truth_coverage", coverage, interval_s);
     study::write_json(folder / "truth.json", phantom::truth_json(phantom));
   });
   print_data(images.string() + "\n");
@@ -96,6 +115,9 @@ void add_phantom(CLI::App& app, Run& run) {
                    "4-D NIfTI")
       ->check(CLI::IsMember({"dicom", "dicom-volume", "dicom-enhanced", "nifti"}))
       ->capture_default_str();
+  command->add_flag("--coverage", arguments->coverage,
+                    "Also write truth_coverage/: the exact share of every voxel in each structure, "
+                    "which 'beatlas build --labels truth_labels.nii.gz --coverage' takes");
   add_phantom_words(*command, arguments->phantom);
   add_common(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return make_phantom(*arguments); }; });

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/cli/coverage_words.h"
 #include "pipeline/cli/label_names.h"
 #include "pipeline/cli/markups.h"
 #include "pipeline/cli/seeds.h"
@@ -229,6 +230,14 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
       ->type_name("PHASE,...");
   command
       .add_option(
+          "--coverage", words.coverage,
+          "Of the labels of all phases that --labels names: a folder of images "
+          "coverage_STRUCTURE.nii.gz, the share 0..1 of each voxel of the images, or of a "
+          "part of them, in heart, lv_blood, rv_blood, lv_myocardium, la_blood, ra_blood or "
+          "aorta; none: no longer")
+      ->type_name("DIR");
+  command
+      .add_option(
           "--label-map", words.label_map,
           "What the numbers of a label image are: acdc (1 RV, 2 myocardium, 3 LV), mms (1 "
           "LV, 2 myocardium, 3 RV), or as in 3=lv_blood,7=background; else 1 RV blood, 2 "
@@ -247,6 +256,13 @@ void take_corrections(const CorrectionWords& words, Orders& orders) {
   if (!labels && !words.labels_phases.empty()) {
     refuse_words("--labels-phases tells of a file that --labels must name");
   }
+  const bool coverage = image_named(words.coverage);
+  if (coverage && !labels) {
+    refuse_words("--coverage tells of the labels that --labels must name");
+  }
+  if (coverage && !words.labels_phases.empty()) {
+    refuse_words("--coverage goes with labels of every phase; leave --labels-phases out");
+  }
   if (!words.label_map.empty()) {
     if (!labels && !(seeds && formats::format_of(words.seeds))) {
       refuse_words("--label-map tells of a label image that --labels or --seeds must name");
@@ -255,11 +271,18 @@ void take_corrections(const CorrectionWords& words, Orders& orders) {
   }
   if (!words.seeds.empty()) take_seeds(words, orders);
   if (!words.labels.empty()) take_labels(words, orders);
+  if (words.labels.empty() && words.coverage.empty()) return;
+  // Other labels have coverage of their own, or none.
+  orders.coverage.clear();
+  orders.coverage_from = words.coverage;
+  if (!coverage) return;
+  orders.coverage_from = ingest::shown_path(words.coverage);
+  orders.coverage = read_coverage(words.coverage);
 }
 
 Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext& context) {
   const Cine& stack = exam.stack;
-  Corrections out{orders.seeds, {}};
+  Corrections out{orders.seeds, {}, {}};
   try {
     segment::check_seeds(out.seeds, stack.grid(), stack.phase_count());
     if (orders.painted) {
@@ -284,6 +307,19 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
   } catch (const Error& error) {
     throw error.with_context(orders.labels_from);
   }
+  if (orders.coverage.empty()) return out;
+  try {
+    if (move) {
+      throw_invalid(
+          "coverage cannot be moved with slices that import moved back; give what was drawn on the "
+          "study's own images, and say so: /segment/labels_drawn_on aligned in a recipe");
+    }
+    for (const auto& [structure, given] : orders.coverage) {
+      out.coverage[structure] = on_voxels_of(given.images, structure, stack.grid());
+    }
+  } catch (const Error& error) {
+    throw error.with_context(orders.coverage_from);
+  }
   return out;
 }
 
@@ -299,7 +335,8 @@ Segmentation segment_with(const Exam& exam, const Corrections& corrections,
   if (all && !corrections.seeds.empty()) {
     context.warn("the seeds are not used: the labels given are of every phase");
   }
-  return segment::segment_with_labels(exam, corrections.known, corrections.seeds, options, context);
+  return segment::segment_with_labels(exam, corrections.known, corrections.seeds, options, context,
+                                      corrections.coverage);
 }
 
 }  // namespace beatlas::cli

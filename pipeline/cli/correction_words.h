@@ -1,5 +1,6 @@
 #pragma once
-/// What a technician marked or segmented elsewhere: --seeds, --labels and what explains them.
+/// What a technician marked or segmented elsewhere: --seeds, --labels, --coverage and what explains
+/// them.
 
 #include <optional>
 #include <string>
@@ -8,6 +9,7 @@
 #include "pipeline/cli/orders.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/stage_context.h"
+#include "pipeline/segment/given_coverage.h"
 
 namespace CLI {
 class App;
@@ -21,10 +23,11 @@ struct CorrectionWords {
   std::optional<double> seeds_radius_mm;
   std::string labels;  ///< the same
   std::string labels_phases;
+  std::string coverage;  ///< a folder, or "none"; empty: not given
   std::string label_map;
 };
 
-/// Adds --seeds, --seeds-phase, --seeds-radius, --labels, --labels-phases, --label-map.
+/// Adds --seeds, --seeds-phase, --seeds-radius, --labels, --labels-phases, --coverage, --label-map.
 void add_correction_words(CLI::App& command, CorrectionWords& words);
 
 /// Reads what the words name into `orders`; what they do not name stays as it is.
@@ -35,6 +38,7 @@ void take_corrections(const CorrectionWords& words, Orders& orders);
 struct Corrections {
   std::vector<segment::Seed> seeds;  ///< drawn and painted
   segment::KnownLabels known;
+  segment::GivenCoverage coverage;
 };
 /// Labels are moved with the exam's slices unless the recipe says otherwise; seeds lie where the
 /// study's images show them.

@@ -15,6 +15,11 @@ namespace {
 constexpr auto kSeeds = "seeds";
 constexpr auto kPainted = "painted";
 constexpr auto kLabels = "labels";
+constexpr auto kCoverage = "coverage_";  // of a structure
+
+std::string coverage_key(Structure structure) {
+  return kCoverage + std::string(structure_name(structure));
+}
 
 /// Where labels came from, by hash alone.
 nlohmann::json told_of(const study::GivenLabels& given) {
@@ -51,7 +56,18 @@ Orders orders_of(const study::Study& study) {
   };
   given(kPainted, out.painted);
   given(kLabels, out.labels);
+  for (const Structure structure : kAllStructures) {
+    const std::string key = coverage_key(structure);
+    if (!study.given().contains(key)) continue;
+    try {
+      out.coverage[structure] =
+          study::read_given_images(study.folder(), study.given().at(key), "/given/" + key);
+    } catch (const Error& error) {
+      throw study::said_of(index, error);
+    }
+  }
   out.labels_from = index + ": /given/labels";
+  out.coverage_from = index + ": /given";
   if (out.painted) out.seeds_from = index + ": /given/painted";
   return out;
 }
@@ -62,6 +78,9 @@ void keep_orders(const Orders& orders, study::Study& study) {
   nlohmann::json given = nlohmann::json::object();
   if (orders.painted) given[kPainted] = study::write_given(study.folder(), *orders.painted);
   if (orders.labels) given[kLabels] = study::write_given(study.folder(), *orders.labels);
+  for (const auto& [structure, images] : orders.coverage) {
+    given[coverage_key(structure)] = study::write_given(study.folder(), images);
+  }
   study::clear_given(study.folder(), {study.given(), given});
   study.set_given(std::move(given));
 }
@@ -77,6 +96,12 @@ study::Wanted wanted_of(Stage stage, const Orders& orders) {
   }
   if (stage == Stage::Segment && orders.painted) out.options[kPainted] = told_of(*orders.painted);
   if (stage == Stage::Segment && orders.labels) out.options[kLabels] = told_of(*orders.labels);
+  if (stage == Stage::Segment) {
+    for (const auto& [structure, images] : orders.coverage) {
+      out.options[coverage_key(structure)] = {{"sha256", images.sha256},
+                                              {"file_sha256", images.file_sha256}};
+    }
+  }
   return out;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// What the stages are run with: from the command's words, else from the study.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct Orders {
   std::string seeds_from;                     ///< where they are written, for messages
   std::optional<study::GivenLabels> labels;   ///< a segmentation from elsewhere
   std::string labels_from;
+  std::map<Structure, study::GivenImages> coverage;  ///< of those labels
+  std::string coverage_from;
   bool discard_edits = false;  ///< make anew what was edited by hand
 };
 

@@ -78,7 +78,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.choice("flicker", recipe.field.flicker, kFlicker);
   visit.section("mesh");
   visit.option("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
-  visit.option("reference_phase", recipe.mesh.reference_phase, 0, 1023);
+  visit.option("reference_phase", recipe.mesh.reference_phase, -1, 1023);
   visit.choice("handles", recipe.mesh.handles, kHandles);
   visit.section("pack");
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);

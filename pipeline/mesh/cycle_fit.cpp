@@ -10,9 +10,11 @@
 namespace beatlas::mesh {
 namespace {
 
-constexpr double kMaxStepMm = 1.0;  // of a projection
-constexpr double kThinDeg = 20;     // triangles below it are evened out on the surface
-constexpr double kTooThinDeg = 11;  // and off it
+constexpr double kMaxStepMm = 1.0;    // of a projection
+constexpr double kThinDeg = 20;       // triangles below it are evened out on the surface
+constexpr double kTooThinDeg = 11;    // and off it
+constexpr double kLeastDeg = 10;      // of any, when a package has rounded its vertices, too
+constexpr double kRoundingMm = 0.01;  // of a vertex in a package
 
 /// Cosine of a triangle's smallest angle: that opposite its shortest side. 1 if degenerate.
 double least_angle_cosine(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -105,12 +107,20 @@ void CycleFit::calm(Cycle& cycle) const {
   }
 }
 
-std::vector<bool> CycleFit::bad_triangles(const std::vector<Vec3>& points, double thin_deg) const {
-  const double thin_cosine = std::cos(thin_deg * std::numbers::pi / 180.0);
+std::vector<bool> CycleFit::bad_triangles(const std::vector<Vec3>& points, double thin_deg,
+                                          double rounding_mm) const {
+  constexpr double kRad = std::numbers::pi / 180.0;
   std::vector<bool> bad = flipped_triangles(points, triangles_);
   for (std::size_t n = 0; n < triangles_.size(); ++n) {
-    const Triangle& t = triangles_[n];
-    if (least_angle_cosine(points[t[0]], points[t[1]], points[t[2]]) > thin_cosine) bad[n] = true;
+    const Vec3& a = points[triangles_[n][0]];
+    const Vec3& b = points[triangles_[n][1]];
+    const Vec3& c = points[triangles_[n][2]];
+    // The long sides of a thin triangle are alike; both their ends may go across.
+    const double longest =
+        std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+    const double turned = rounding_mm > 0 ? 2 * rounding_mm / std::max(longest, rounding_mm) : 0;
+    const double thin = std::max(thin_deg * kRad, kLeastDeg * kRad + turned);
+    if (least_angle_cosine(a, b, c) > std::cos(thin)) bad[n] = true;
   }
   return bad;
 }
@@ -279,7 +289,7 @@ void CycleFit::settle(Cycle& cycle) {
   std::size_t fewest = phases * triangles_.size() + 1;
   for (int round = 0; round <= kRounds; ++round) {
     std::vector<std::vector<bool>> bad_at(phases);
-    parallel_for(phases, [&](std::size_t p) { bad_at[p] = bad_triangles(cycle[p], kThinDeg); });
+    parallel_for(phases, [&](std::size_t p) { bad_at[p] = bad_triangles(cycle[p], kThinDeg, 0); });
     std::vector<bool> bad(triangles_.size(), false);
     std::size_t count = 0;
     for (const std::vector<bool>& at : bad_at) {
@@ -372,7 +382,7 @@ int CycleFit::mend(Cycle& cycle) {
 
 void CycleFit::look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const {
   if (std::none_of(flaws.changed.begin(), flaws.changed.end(), [](bool v) { return v; })) return;
-  flaws.thin = bad_triangles(points, kTooThinDeg);
+  flaws.thin = bad_triangles(points, kTooThinDeg, kRoundingMm);
   std::erase_if(flaws.crossings, [&](const auto& pair) {
     return flaws.changed[pair.first] || flaws.changed[pair.second];
   });

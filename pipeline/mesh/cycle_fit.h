@@ -36,7 +36,8 @@ class CycleFit {
 
   /// What settle could not do on the surfaces is done off them, in the phase that needs it: two
   /// rings around triangles that pass through each other (CGAL), and one around those that are
-  /// turned over or thinner than 11 degrees, are smoothed, and more as long as that does not help:
+  /// turned over or so thin that a package's rounding could bring them below 10 degrees, are
+  /// smoothed, and more as long as that does not help:
   /// a slit that opens in some phases alone is bridged. @return crossings left, all phases
   int mend(Cycle& cycle);
 
@@ -54,8 +55,8 @@ class CycleFit {
   void look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const;
   void smooth_flaws(std::vector<Vec3>& points, int rings, bool stalled, Flaws& flaws) const;
   void find_neighbours();
-  [[nodiscard]] std::vector<bool> bad_triangles(const std::vector<Vec3>& points,
-                                                double thin_deg) const;
+  [[nodiscard]] std::vector<bool> bad_triangles(const std::vector<Vec3>& points, double thin_deg,
+                                                double rounding_mm) const;
   [[nodiscard]] std::vector<bool> loosened(const std::vector<bool>& bad, int rings) const;
   /// The neighbours of vertices too, so many times.
   void grow(std::vector<bool>& vertices, int rings) const;

@@ -11,6 +11,9 @@
 namespace beatlas::mesh {
 namespace {
 
+/// Each costs a way around the cycle, so that all would cost the square of its phases.
+constexpr std::size_t kMostTried = 32;
+
 /// A phase's samples and what its body would be, handles and all.
 struct Wanted {
   const std::vector<float>* samples = nullptr;
@@ -114,8 +117,13 @@ std::vector<Repair> make_balls(const Grid& grid, std::vector<std::vector<float>>
   for (const Repair& repair : out) fewest = std::min(fewest, repair.before.handles);
   std::vector<Mask> balls(count);
   std::vector<double> cost(count, std::numeric_limits<double>::infinity());
-  parallel_for(count, context.part(0.4, 1), "from phase", [&](std::size_t p) {
-    if (out[p].before.handles > fewest) return;
+  std::vector<std::size_t> candidates;
+  for (std::size_t p = 0; p < count; ++p) {
+    if (out[p].before.handles == fewest) candidates.push_back(p);
+  }
+  const std::size_t tried = std::min(candidates.size(), kMostTried);
+  parallel_for(tried, context.part(0.4, 1), "from phase", [&](std::size_t n) {
+    const std::size_t p = candidates[n * candidates.size() / tried];
     balls[p] = wanted[p].body;
     if (fewest > 0) {
       std::vector<float> samples = phases[p];

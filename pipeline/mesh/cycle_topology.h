@@ -13,9 +13,10 @@ namespace beatlas::mesh {
 /// through itself. One phase is made a ball, see make_ball; that body becomes the next phase's by
 /// points that leave its topology as it is, surest first (homotopic deformation; Bertrand 1994, Han
 /// et al. 2003), and so on in both directions. What cannot be reached is where a handle was closed,
-/// or a piece or a hollow that the phase alone has. Of all phases of the fewest handles that one is
-/// the first of which least is changed; where both ways meet and disagree counts once a phase.
-/// Deterministic, the same bits for any number of threads.
+/// or a piece or a hollow that the phase alone has. Of the phases of the fewest handles, or of
+/// 32 spread among them where there are more, that one is the first of which least is changed;
+/// where both ways meet and disagree counts once a phase. Deterministic, the same bits for any
+/// number of threads.
 /// @param phases distances on `grid`, clamped or not; a cycle of balls stays as it is
 /// @return what was done to each phase
 std::vector<Repair> make_balls(const Grid& grid, std::vector<std::vector<float>>& phases,

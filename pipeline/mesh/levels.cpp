@@ -46,7 +46,7 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& give
     zero.emplace_back(field.distance_mm.grid, samples);
   }
 
-  const auto reference = static_cast<std::size_t>(options.reference_phase);
+  const auto reference = static_cast<std::size_t>(std::max(0, options.reference_phase));
   const TriangleMesh from{as_double(surface.positions[reference]), surface.triangles};
   const TriangleMesh mesh = remeshed(from, options.edge_mm);
   constexpr std::size_t kFewestTriangles = 32;

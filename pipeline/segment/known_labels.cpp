@@ -4,6 +4,8 @@
 #include <functional>
 #include <string>
 
+#include "pipeline/core/words.h"
+#include "pipeline/segment/coverage.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/valves.h"
@@ -42,20 +44,33 @@ int base_step_of(const LabelCycle& labels) {
 }
 
 /// Of labels that are known in every phase.
-Segmentation as_they_are(const LabelCycle& labels, StageContext& context) {
+Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage,
+                         StageContext& context) {
   const Grid& grid = labels.grid;
   Segmentation made;
   made.labels.grid = grid;
   made.labels.phases.assign(labels.phases.size(), Mask(grid.count(), kLabelBackground));
   const Box middle{{grid.size[0] / 2, grid.size[1] / 2, grid.size[2] / 2}, {1, 1, 1}};
-  const Box box = box_with_labels(grid, middle, {labels, {}});
+  Box box = box_with_labels(grid, middle, {labels, {}});
+  for (const auto& [structure, part] : coverage) {
+    box = widened(grid, box, {part.first, part.share.grid.size});
+  }
   made.coverage.first = box.first;
   made.coverage.grid = grid.part(box.first, box.size);
   const int step = base_step_of(labels);
   if (grid.spacing_mm()[2] >= kThickSlicesMm && step != 0) {
     made.base_cuts = flat_base_cuts(labels, step);
   }
-  return with_other_labels(std::move(made), labels, context);
+  made = with_other_labels(std::move(made), labels, context);
+  if (coverage.empty()) return made;
+  take_given_coverage(coverage, made);
+  find_ends(made);
+  for (const auto& [structure, phases] : made.coverage.phases) {
+    if (coverage.count(structure) != 0) continue;
+    context.warn("no coverage of " + std::string(structure_name(structure)) +
+                 " was given; its labels tell where its surface runs");
+  }
+  return made;
 }
 
 }  // namespace
@@ -85,11 +100,16 @@ void check_known(const KnownLabels& known, const Grid& grid, int phases) {
 
 Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
                                  const std::vector<Seed>& seeds, const SegmentOptions& options,
-                                 StageContext& context) {
+                                 StageContext& context, const GivenCoverage& coverage) {
   const int phases = exam.stack.phase_count();
   check_known(given, exam.stack.grid(), phases);
   if (given.phases.size() == static_cast<std::size_t>(phases)) {
-    return as_they_are(given.labels, context);
+    return as_they_are(given.labels, coverage, context);
+  }
+  if (!coverage.empty()) {
+    throw_invalid("coverage goes with labels of every phase, and " +
+                  counted(given.phases.size(), "phase") + " of " + std::to_string(phases) +
+                  " are labelled; leave the coverage out");
   }
   // Atria of some phases alone cannot be told from the rest of the heart in the others.
   KnownLabels known = given;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "pipeline/segment/given_coverage.h"
 #include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {
@@ -13,12 +14,15 @@ namespace beatlas::segment {
 /// known: those stay as given, the others grow in competition from seeds that the known ones,
 /// `seeds` and the images give; labels that no known phase has are made in none.
 /// @param known on the exam's grid, see labels_on_grid
+/// @param coverage of labels of all phases: it tells where in its voxels a structure's surface
+/// runs; empty: the labels alone tell
 /// @throws Error{InvalidInput} as check_known; as segment_exam where phases have to be grown; if a
-/// structure is there in some phases and not in others.
+/// structure is there in some phases and not in others; as take_given_coverage; if there is
+/// coverage and not every phase is known.
 [[nodiscard]] Segmentation segment_with_labels(const Exam& exam, const KnownLabels& known,
                                                const std::vector<Seed>& seeds,
-                                               const SegmentOptions& options,
-                                               StageContext& context);
+                                               const SegmentOptions& options, StageContext& context,
+                                               const GivenCoverage& coverage = {});
 
 /// @throws Error{InvalidInput} if phases are not ascending phases of the exam, one a label image,
 /// or if a phase has no heart.

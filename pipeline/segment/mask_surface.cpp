@@ -25,8 +25,9 @@ constexpr double kShiftByWidth = 0.75;   ///< Gaussian: places so near are shift
 constexpr double kWindowByWidth = 0.75;  ///< to each side in plane, and a slice: signs must agree
 constexpr double kReach = 4;             ///< of a Gaussian, in its widths
 constexpr double kRoom = 5;              ///< around a mask, likewise
-constexpr int kRounds = 10;
-constexpr float kToMiddle = 0.5F;     ///< share of the way to the middle of what signs leave open
+constexpr int kRounds = 12;
+/// Share of the way to the middle of what signs leave open; above 1, for smoothing takes some back.
+constexpr float kToMiddle = 1.4F;
 constexpr float kLeastOpenMm = 0.3F;  ///< less counts no more than this
 constexpr double kAstrayMm = 0.06;    ///< still asked for by signs: no smooth body is there
 constexpr float kFarMm = 100;         ///< more than any distance of use

@@ -20,6 +20,7 @@ using nlohmann::json;
 namespace {
 
 constexpr auto kFolder = "given";
+constexpr int kMostImages = 10000;
 
 bool is_sha256(const std::string& text) {
   return text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
@@ -27,6 +28,29 @@ bool is_sha256(const std::string& text) {
 
 /// By content, so that one is never written over another that study.json still tells of.
 std::string name_of(const std::string& sha256) { return sha256.substr(0, 16) + ".nii.gz"; }
+
+/// Of the grid of images.
+std::string told(const Grid& grid) {
+  std::string text;
+  for (const int size : grid.size) text += std::to_string(size) + "\n";
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      const double value = grid.mm_from_index.matrix()(row, column);
+      text += std::to_string(std::bit_cast<std::uint64_t>(value)) + "\n";
+    }
+  }
+  return text;
+}
+
+/// Of the voxels.
+template <class T>
+std::string told(const std::vector<std::vector<T>>& images) {
+  std::string text;
+  for (const std::vector<T>& image : images) {
+    text += sha256_hex(std::as_bytes(std::span(image))) + "\n";
+  }
+  return text;
+}
 
 std::string read_sha256(JsonObject& object, const std::string& key) {
   std::string text;
@@ -39,18 +63,15 @@ std::string read_sha256(JsonObject& object, const std::string& key) {
 
 std::string given_sha256(const LabelCycle& images, const std::vector<int>& phases) {
   std::string text = "beatlas given labels 1\n";
-  for (const int size : images.grid.size) text += std::to_string(size) + "\n";
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      const double value = images.grid.mm_from_index.matrix()(row, column);
-      text += std::to_string(std::bit_cast<std::uint64_t>(value)) + "\n";
-    }
-  }
+  text += told(images.grid);
   for (const int phase : phases) text += std::to_string(phase) + " ";
   text += "\n";
-  for (const std::vector<std::uint8_t>& image : images.phases) {
-    text += sha256_hex(std::as_bytes(std::span(image))) + "\n";
-  }
+  text += told(images.phases);
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+std::string given_sha256(const ImageCycle<float>& images) {
+  const std::string text = "beatlas given images 1\n" + told(images.grid) + told(images.phases);
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 
@@ -68,6 +89,19 @@ json write_given(const fs::path& study, const GivenLabels& given) {
           {"phases", given.phases}};
 }
 
+json write_given(const fs::path& study, const GivenImages& given) {
+  const fs::path file = study / kFolder / name_of(given.sha256);
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) {
+    make_folder(study / kFolder);
+    write_images(file, given.images, given.images.grid, 0);
+  }
+  return {{"sha256", given.sha256},
+          {"file_sha256", given.file_sha256},
+          {"grid", grid_to_json(given.images.grid)},
+          {"images", given.images.phase_count()}};
+}
+
 GivenLabels read_given(const fs::path& study, const json& value, const std::string& path) {
   JsonObject object(value, path);
   GivenLabels out;
@@ -76,7 +110,7 @@ GivenLabels read_given(const fs::path& study, const json& value, const std::stri
   const Grid grid = grid_from_json(object.at("grid"), path + "/grid");
   int images = 0;
   (void)object.at("images");
-  object.read("images", images, 1, 10000);
+  object.read("images", images, 1, kMostImages);
   object.read("phases", out.phases, -1, 1023);
   object.finish();
   const fs::path file = study / kFolder / name_of(out.sha256);
@@ -89,6 +123,30 @@ GivenLabels read_given(const fs::path& study, const json& value, const std::stri
   if (!whole) {
     throw_invalid(file.string() +
                   " is gone or is not what was given; give the labels or the painting again");
+  }
+  return out;
+}
+
+GivenImages read_given_images(const fs::path& study, const json& value, const std::string& path) {
+  JsonObject object(value, path);
+  GivenImages out;
+  out.sha256 = read_sha256(object, "sha256");
+  out.file_sha256 = read_sha256(object, "file_sha256");
+  const Grid grid = grid_from_json(object.at("grid"), path + "/grid");
+  int images = 0;
+  (void)object.at("images");
+  object.read("images", images, 1, kMostImages);
+  object.finish();
+  const fs::path file = study / kFolder / name_of(out.sha256);
+  std::error_code ignored;
+  bool whole = fs::is_regular_file(file, ignored);
+  if (whole) {
+    out.images = read_images(file, {grid, grid, images});
+    whole = given_sha256(out.images) == out.sha256;
+  }
+  if (!whole) {
+    throw_invalid(file.string() +
+                  " is gone or is not what was given; give the labels and their coverage again");
   }
   return out;
 }

@@ -227,6 +227,104 @@ def labels():
     assert (labels_of(led) == automatic).all()
 
 
+def coverage():
+    """Labels with the exact shares of voxels beside them: the surfaces lie where the shares say."""
+    image, true = truth()
+    exact = WORK / "given_exact"
+    shutil.rmtree(exact, ignore_errors=True)
+    beatlas("phantom", "-o", exact, "--preset", "small", "--without", "all", "--format", "nifti",
+            "--coverage")
+    assert digest(exact / "truth_labels.nii.gz") == digest(PHANTOM / "truth_labels.nii.gz")
+    shares = exact / "truth_coverage"
+    names = ("heart", "lv_blood", "lv_myocardium", "rv_blood")
+    assert sorted(file.name for file in shares.iterdir()) == [f"coverage_{n}.nii.gz" for n in names]
+    labels = ("--labels", exact / "truth_labels.nii.gz")
+    package, folder = WORK / "given_coverage.beatlas", new_folder("given_coverage")
+    beatlas("build", exact / "cine.nii.gz", "-o", package, "--study", folder, "--no-report",
+            "--scene", "palpation", *labels, "--coverage", shares)
+    found = json.loads(beatlas("validate", package, "--truth", exact, "--json").stdout)
+    heart = [p for s in found["structures"] if s["name"] == "heart" for p in s["phases"]]
+    mean, bias = (numpy.mean([p[key] for p in heart]) for key in ("mean_mm", "bias_mm"))
+    print(f"heart: mean {mean:.3f} mm, bias {bias:+.3f} mm")
+    # Voxels of 2 x 2 x 4 mm; the labels alone give 0.13.
+    assert mean < 0.05 and abs(bias) < 0.03, (mean, bias)
+
+    # The study keeps them, tells of them by hash, and reads its own files as well as the phantom's.
+    told = options(folder)
+    assert all(len(told[f"coverage_{n}"]["sha256"]) == 64 for n in names), told
+    assert "truth_coverage" not in (folder / "study.json").read_text()
+    before = digest(folder / "segment" / "coverage_heart.nii.gz")
+    moved = WORK / "given_moved"
+    shutil.rmtree(moved, ignore_errors=True)
+    shares.rename(moved)
+    assert "nothing has changed" in segment(folder)
+    segment(folder, "--discard-edits")
+    assert digest(folder / "segment" / "coverage_heart.nii.gz") == before
+    other = study_of("given_coverage_again")
+    segment(other, *labels, "--coverage", folder / "segment")
+    assert digest(other / "segment" / "coverage_heart.nii.gz") == before
+
+    # Slices and columns in another order are the same voxels.
+    turned = WORK / "given_turned"
+    shutil.rmtree(turned, ignore_errors=True)
+    turned.mkdir()
+    for name in names:
+        own = nibabel.load(moved / f"coverage_{name}.nii.gz")
+        affine = own.affine.copy()
+        affine[:3, 3] += affine[:3, 1:3] @ (numpy.array(own.shape[1:3]) - 1)
+        affine[:3, 1:3] *= -1
+        values = numpy.float32(own.dataobj)[:, ::-1, ::-1]
+        nibabel.save(nibabel.Nifti1Image(values, affine), turned / f"coverage_{name}.nii.gz")
+    again = study_of("given_coverage_turned")
+    segment(again, *labels, "--coverage", turned)
+    one, two = (nibabel.load(f / "segment" / "coverage_heart.nii.gz").get_fdata()
+                for f in (folder, again))
+    assert numpy.abs(one - two).max() < 1e-6
+
+    # Each mistake is one sentence.
+    def refused(change, *words, code=3):
+        bad = WORK / "given_bad"
+        shutil.rmtree(bad, ignore_errors=True)
+        shutil.copytree(moved, bad)
+        change(bad)
+        return segment(again, *(words or (*labels, "--coverage", bad)), code=code)
+
+    def saved(name, data, affine=None):
+        def change(bad):
+            own = nibabel.load(moved / "coverage_heart.nii.gz")
+            values = data(numpy.float32(own.dataobj)) if data else numpy.float32(own.dataobj)
+            nibabel.save(nibabel.Nifti1Image(values, own.affine if affine is None else affine(own.affine)),
+                         bad / name)
+        return change
+
+    def shifted(by):
+        return lambda affine: affine + numpy.outer(affine[:, 0] * by, (0, 0, 0, 1))
+
+    heart = "coverage_heart.nii.gz"
+    for change, told in (
+            (saved(heart, lambda v: v * 100), "share of a voxel, 0 to 1"),
+            (saved(heart, lambda v: v * 0), "covers nothing"),
+            (saved(heart, lambda v: v[..., :3]), "holds 3 images"),
+            (saved(heart, None, shifted(0.5)), "between the images' voxels"),
+            (saved(heart, None, shifted(80)), "reaches beyond the images"),
+            (saved(heart, None, shifted(5)), "tell the opposite of"),
+            (saved("coverage_aorta.nii.gz", None), "the labels hold none of it"),
+            (saved("coverage_spleen.nii.gz", None), "its name ends with no structure"),
+            (lambda bad: (bad / heart).write_text("hello"), "coverage_heart.nii.gz"),
+            (lambda bad: [file.unlink() for file in bad.iterdir()], "holds no coverage_")):
+        said = refused(change)
+        assert said.startswith("beatlas: ") and told in said, (told, said)
+    ok = lambda bad: None
+    said = refused(ok, *labels, "--coverage", WORK / "no_such_folder")
+    assert "no folder that can be read" in said, said
+    assert "--labels must name" in refused(ok, "--coverage", moved, code=2)
+    said = refused(ok, *labels, "--coverage", moved, "--labels-phases", "0,3", code=2)
+    assert "every phase" in said, said
+    # Other labels have none of it, and it can be given up alone.
+    segment(again, "--coverage", "none")
+    assert "coverage_heart" not in options(again) and "labels" in options(again)
+
+
 def wrong():
     """Each mistake is one sentence that says what to do, and the study stays as it was."""
     image, true = truth()

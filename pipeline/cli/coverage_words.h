@@ -1,0 +1,27 @@
+#pragma once
+/// The shares of voxels that came with labels from elsewhere: the folder that --coverage names.
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "pipeline/segment/given_coverage.h"
+#include "pipeline/study/given_files.h"
+
+namespace beatlas::cli {
+
+/// "coverage_STRUCTURE.nii.gz", as in the study's segment/.
+[[nodiscard]] std::string coverage_file_name(Structure structure);
+
+/// The folder's images of these names, without the empty rim around what they cover.
+/// @throws Error{InvalidInput} if there is none, if one is called after no structure, is no image,
+/// holds values beyond 0..1 or covers nothing.
+[[nodiscard]] std::map<Structure, study::GivenImages> read_coverage(
+    const std::filesystem::path& folder);
+
+/// The images as a part of a grid, whose voxels they must be, in whatever order.
+/// @throws Error{InvalidInput} if they lie between its voxels or beyond it.
+[[nodiscard]] segment::PartCoverage on_voxels_of(const ImageCycle<float>& images,
+                                                 Structure structure, const Grid& grid);
+
+}  // namespace beatlas::cli
