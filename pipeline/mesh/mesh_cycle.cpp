@@ -275,7 +275,7 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
     }
     std::vector<Vec3f>& points = out.positions.emplace_back();
     points.reserve(made.cycle[p].size());
-    for (const Vec3& x : made.cycle[p]) points.push_back(x.cast<float>());
+    for (const Vec3& x : made.cycle[p]) points.emplace_back(x.cast<float>());
   }
   if (off > 0) {
     context.warn("the mesh of " + name_of(field) + " lies off its surface in " +

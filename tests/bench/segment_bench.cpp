@@ -153,7 +153,7 @@ class UnseenShift {
     Eigen::MatrixXd left(grid.size[2], 3);
     Eigen::MatrixXd line(grid.size[2], 2);
     for (int n = 0; n < grid.size[2]; ++n) {
-      const auto k = static_cast<std::size_t>(coverage.first[2] + n);
+      const auto k = static_cast<std::size_t>(coverage.first[2]) + static_cast<std::size_t>(n);
       const auto& found = scene.exam.slice_shifts_mm;
       const Vec2 undone = found.empty() ? Vec2(0, 0) : found[k];
       const auto axis = [&](int a) { return grid.mm_from_index.linear().col(a).normalized(); };
@@ -262,6 +262,7 @@ struct PumpError {
 /// Of the LV: the largest volume, and the share of it that leaves.
 PumpError pump_error(const Scene& scene, const Segmentation& result) {
   std::vector<double> truth;
+  truth.reserve(scene.exam.stack.images.phases.size());
   for (int p = 0; p < scene.exam.stack.phase_count(); ++p) {
     truth.push_back(scene.phantom.volume_ml(Structure::LvBlood, scene.phantom.phase_time_s(p)));
   }

@@ -1,6 +1,7 @@
 /// Coverage from elsewhere beside labels of every phase.
 #include "pipeline/segment/given_coverage.h"
 
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -40,9 +41,9 @@ struct Ball {
         for (int i = 0; i < grid.size[0]; ++i) {
           int inside = 0;
           for (int n = 0; n < kParts * kParts * kParts; ++n) {
-            const Vec3 off((n % kParts + 0.5) / kParts - 0.5,
-                           (n / kParts % kParts + 0.5) / kParts - 0.5,
-                           (n / kParts / kParts + 0.5) / kParts - 0.5);
+            const std::array step{n % kParts, (n / kParts) % kParts, n / (kParts * kParts)};
+            const Vec3 off =
+                Vec3(step[0], step[1], step[2]) / kParts + Vec3::Constant(0.5 / kParts - 0.5);
             inside += in(grid.mm(i + off[0], j + off[1], k + off[2])) ? 1 : 0;
           }
           const bool centre_in = in(grid.mm(i, j, k));
