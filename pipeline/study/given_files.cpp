@@ -59,6 +59,21 @@ std::string read_sha256(JsonObject& object, const std::string& key) {
   return text;
 }
 
+/// Writes the images unless they stand there already. @return what study.json tells of them
+template <class Given, class Write>
+json write_once(const fs::path& study, const Given& given, Write write) {
+  const fs::path file = study / kFolder / name_of(given.sha256);
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) {
+    make_folder(study / kFolder);
+    write(file, given.images, given.images.grid, 0);
+  }
+  return {{"sha256", given.sha256},
+          {"file_sha256", given.file_sha256},
+          {"grid", grid_to_json(given.images.grid)},
+          {"images", given.images.phase_count()}};
+}
+
 }  // namespace
 
 std::string given_sha256(const LabelCycle& images, const std::vector<int>& phases) {
@@ -76,30 +91,13 @@ std::string given_sha256(const ImageCycle<float>& images) {
 }
 
 json write_given(const fs::path& study, const GivenLabels& given) {
-  const fs::path file = study / kFolder / name_of(given.sha256);
-  std::error_code ignored;
-  if (!fs::is_regular_file(file, ignored)) {
-    make_folder(study / kFolder);
-    write_labels(file, given.images, given.images.grid, 0);
-  }
-  return {{"sha256", given.sha256},
-          {"file_sha256", given.file_sha256},
-          {"grid", grid_to_json(given.images.grid)},
-          {"images", given.images.phase_count()},
-          {"phases", given.phases}};
+  json told = write_once(study, given, write_labels);
+  told["phases"] = given.phases;
+  return told;
 }
 
 json write_given(const fs::path& study, const GivenImages& given) {
-  const fs::path file = study / kFolder / name_of(given.sha256);
-  std::error_code ignored;
-  if (!fs::is_regular_file(file, ignored)) {
-    make_folder(study / kFolder);
-    write_images(file, given.images, given.images.grid, 0);
-  }
-  return {{"sha256", given.sha256},
-          {"file_sha256", given.file_sha256},
-          {"grid", grid_to_json(given.images.grid)},
-          {"images", given.images.phase_count()}};
+  return write_once(study, given, write_images);
 }
 
 GivenLabels read_given(const fs::path& study, const json& value, const std::string& path) {
