@@ -1,16 +1,11 @@
 #pragma once
-/// The share of a voxel's box on one side of a plane.
+/// The share of a voxel's box on one side of a plane, as an image with blur shows it.
 
 #include "runtime/base/geometry.h"
 
 namespace beatlas::phantom {
 
-/// Share of the box centre +- half_mm (edges along the axes) on the inner side of a plane at
-/// signed distance `distance_mm` from the centre (negative: the centre is inside) with unit normal
-/// `outward`. Closed form (volume of a cut cube, Scardovelli & Zaleski 2000), error below 1e-5.
-[[nodiscard]] double box_share(const Vec3& half_mm, double distance_mm, const Vec3& outward);
-
-/// The same for a box blurred by a Gaussian of standard deviations sigma_mm along the axes, any of
+/// box_share of a box blurred by a Gaussian of standard deviations sigma_mm along the axes, any of
 /// which, as any edge, may be 0.
 ///
 /// Along the normal n the blur is one Gaussian of variance sum n_i^2 sigma_i^2 and the box a sum of

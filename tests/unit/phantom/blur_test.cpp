@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/core/box_share.h"
 #include "pipeline/phantom/share.h"
 #include "tests/unit/phantom/scanner_images.h"
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/core/box_share.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/phantom/cover.h"
 #include "pipeline/phantom/noise.h"

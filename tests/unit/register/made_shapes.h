@@ -5,8 +5,8 @@
 #include <functional>
 #include <numbers>
 
+#include "pipeline/core/box_share.h"
 #include "pipeline/core/shapes.h"
-#include "pipeline/phantom/cover.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::reg::made {
@@ -57,8 +57,7 @@ inline std::vector<float> ball_coverage(const Grid& grid, const Vec3& centre_lps
               const Vec3 x = grid.mm(i + (a + 0.5) / parts[0] - 0.5, j + (b + 0.5) / parts[1] - 0.5,
                                      k + (c + 0.5) / parts[2] - 0.5) -
                              centre_lps;
-              sum +=
-                  phantom::box_share(half, x.norm() - radius_mm, axes.transpose() * x.normalized());
+              sum += box_share(half, x.norm() - radius_mm, axes.transpose() * x.normalized());
             }
           }
         }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "pipeline/phantom/cover.h"
 #include "pipeline/phantom/render.h"
 #include "pipeline/register/workspace.h"
 #include "tests/unit/register/made_shapes.h"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/phantom/cover.h"
+#include "pipeline/core/box_share.h"
 
 namespace beatlas::segment::made {
 
@@ -78,7 +78,7 @@ double BeatingEllipsoid::share(const Grid& grid, int i, int j, int k, int phase,
   if (distance < -half.norm() - 1) return 1;
   const Vec3 outward_lps = lps_from_axes * gradient.normalized();
   const Eigen::Matrix3d axes = grid.mm_from_index.linear().colwise().normalized();
-  return phantom::box_share(half, distance, axes.transpose() * outward_lps);
+  return box_share(half, distance, axes.transpose() * outward_lps);
 }
 
 Exam ellipsoid_exam(const Grid& grid, const BeatingEllipsoid& body, int phases, double inside,
