@@ -298,11 +298,8 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
     }
   };
   find_ends();
-  const auto area_at_end = [&](const Candidate& c) {
-    return c.rings[static_cast<std::size_t>(out.end_diastole)].area_mm2;
-  };
-  // The base is where the ventricle is wide, the apex where it is narrow.
-  out.base_step = area_at_end(chain.back()) >= area_at_end(chain.front()) ? 1 : -1;
+  out.base_step = side_of_base(chain, out.end_diastole);
+  drop_others(chain, out.base_step, out.end_diastole);
   extend_chain(chain, s, out.levels, -out.base_step, out.end_diastole);
   find_ends();
 

@@ -11,13 +11,20 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kMinPoolMm = 3.0;          ///< inscribed radius of a pool worth looking at
-constexpr double kMinApicalPoolMm = 1.2;    ///< the same near the apex, among trabeculae
-constexpr double kMinWalledShare = 0.5;     ///< of the rays: a ring of muscle
-constexpr double kSureWalledShare = 0.65;   ///< needed in the surest slice
+constexpr double kMostWidening = 1.5;      ///< of the pool from slice to slice toward the apex
+constexpr double kLeastBeat = 0.2;         ///< of the ventricle's own, relative to a pool's size
+constexpr double kLeastChange = 0.05;      ///< of a pool's area: an LV that ejects a tenth has that
+constexpr double kMinPoolMm = 3.0;         ///< inscribed radius of a pool worth looking at
+constexpr double kMinApicalPoolMm = 1.2;   ///< the same near the apex, among trabeculae
+constexpr double kMinWalledShare = 0.5;    ///< of the rays: a ring of muscle
+constexpr double kSureWalledShare = 0.65;  ///< needed in the surest slice
 constexpr double kMinExtendedShare = 0.25;  ///< with a visible outer edge, on the way to the apex
 constexpr double kLvWallMm = 8.0;           ///< thinner median walls count less
 constexpr double kLargeAreaMm2 = 1200.0;    ///< larger pools count no more
+
+double area_of(const Candidate& c, int phase) {
+  return c.rings[static_cast<std::size_t>(phase)].area_mm2;
+}
 
 /// A pool's centre, moved to the centroid of its polygon.
 cv::Point2d recentre(const Ring& ring, const cv::Point2d& centre, const cv::Point2d& pixel_mm) {
@@ -58,7 +65,7 @@ Candidate rate(const Setting& s, int k, cv::Point2d centre, const TissueLevels& 
   // is neither round nor thick.
   c.score = c.walled_share * roundness * roundness * roundness * thickness *
             std::min(1.0, change / 0.3) * std::sqrt(std::min(largest, kLargeAreaMm2));
-  if (c.walled_share < kMinWalledShare || change < 0.1 || roundness < 0.5) c.score = 0;
+  if (c.walled_share < kMinWalledShare || change < kLeastChange || roundness < 0.5) c.score = 0;
   return c;
 }
 
@@ -191,6 +198,63 @@ void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueL
       chain.insert(chain.begin(), std::move(next));
     }
   }
+}
+
+std::vector<double> beats(const std::vector<Candidate>& chain) {
+  std::vector<double> out(chain.size(), 0);
+  const std::size_t phases = chain.empty() ? 0 : chain.front().rings.size();
+  std::vector<double> all(phases, 0);
+  for (const Candidate& c : chain) {
+    for (std::size_t p = 0; p < phases; ++p) all[p] += c.score * c.rings[p].area_mm2;
+  }
+  const auto count = static_cast<double>(phases);
+  const double mean = std::accumulate(all.begin(), all.end(), 0.0) / count;
+  double square = 0;
+  for (const double area : all) square += (area - mean) * (area - mean);
+  for (std::size_t n = 0; n < chain.size(); ++n) {
+    double product = 0;
+    double own = 0;
+    for (std::size_t p = 0; p < phases; ++p) {
+      product += (all[p] - mean) * chain[n].rings[p].area_mm2;
+      own += chain[n].rings[p].area_mm2 / count;
+    }
+    if (square > 0 && own > 0) out[n] = product / square * mean / own;
+  }
+  return out;
+}
+
+int side_of_base(const std::vector<Candidate>& chain, int end_diastole) {
+  const std::vector<double> beat = beats(chain);
+  double sum = 0;
+  double mean_k = 0;
+  double mean_area = 0;
+  const auto weight = [&](std::size_t n) { return beat[n] >= kLeastBeat ? chain[n].score : 0; };
+  for (std::size_t n = 0; n < chain.size(); ++n) {
+    sum += weight(n);
+    mean_k += weight(n) * chain[n].k;
+    mean_area += weight(n) * area_of(chain[n], end_diastole);
+  }
+  double widens = 0;
+  for (std::size_t n = 0; n < chain.size(); ++n) {
+    widens += weight(n) * (chain[n].k - mean_k / sum) *
+              (area_of(chain[n], end_diastole) - mean_area / sum);
+  }
+  return widens >= 0 ? 1 : -1;
+}
+
+void drop_others(std::vector<Candidate>& chain, int base_step, int end_diastole) {
+  if (base_step < 0) std::reverse(chain.begin(), chain.end());  // from the apex to the base
+  while (chain.size() > 2 &&
+         area_of(chain[0], end_diastole) > kMostWidening * area_of(chain[1], end_diastole) &&
+         chain[0].score < chain[1].score) {
+    chain.erase(chain.begin());
+  }
+  std::vector<double> beat = beats(chain);
+  while (chain.size() > 2 && beat.back() < kLeastBeat && beat[beat.size() - 2] < kLeastBeat) {
+    chain.pop_back();
+    beat.pop_back();
+  }
+  if (base_step < 0) std::reverse(chain.begin(), chain.end());
 }
 
 double chain_score(const std::vector<Candidate>& chain) {

@@ -45,6 +45,21 @@ struct Candidate {
 void extend_chain(std::vector<Candidate>& chain, const Setting& s, const TissueLevels& heart_levels,
                   int step, int reference_phase);
 
+/// By how much each pool of the chain shrinks with all of them, 1: by the same share; about 0 or
+/// less: it fills as the ventricle empties, so that it is an atrium, or a slice that the valve's
+/// plane passes through.
+[[nodiscard]] std::vector<double> beats(const std::vector<Candidate>& chain);
+
+/// The ventricle is wide toward the base and narrow toward the apex: on which side of the chain it
+/// widens, by all pools that beat as ventricles do, the sure ones more than others.
+/// @return +1: the base lies at the chain's back, -1: at its front
+[[nodiscard]] int side_of_base(const std::vector<Candidate>& chain, int end_diastole);
+
+/// What the chain goes on into at either end: a wider pool, rated lower, beyond the apex, and at
+/// the base atria and vessels, all but one pool that fills as the ventricle empties: that is where
+/// the valve's plane passes.
+void drop_others(std::vector<Candidate>& chain, int base_step, int end_diastole);
+
 [[nodiscard]] double chain_score(const std::vector<Candidate>& chain);
 
 /// Of the pools of a chain in one phase [mm2].
