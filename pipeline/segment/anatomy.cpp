@@ -28,6 +28,7 @@ constexpr double kGivenSigmaPx = 1;   ///< takes the steps of pixels from a give
 constexpr double kRvWallMm = 4.0;     ///< thickest RV wall where no outer edge shows
 constexpr double kLeastRing = 0.5;    ///< of the rays that meet muscle: less is no ventricle
 constexpr double kVesselShare = 0.1;  ///< of an atrium, the least section of a vessel beside it
+constexpr double kGapShare = 0.5;     ///< of a gap, as dark as lung or as bright as fat
 constexpr double kFarOutsideMm = 30;  ///< farther from an outline is as far
 
 cv::Mat fill_holes(const cv::Mat& mask) {
@@ -37,17 +38,21 @@ cv::Mat fill_holes(const cv::Mat& mask) {
   return cv::Mat(framed != 128)(cv::Rect(1, 1, mask.cols, mask.rows)).clone();
 }
 
-/// Of what filling adds, the parts that hold lung: gaps between chambers that a slice cuts all
-/// round.
-cv::Mat lung_between(const cv::Mat& added, const cv::Mat& pixels, double dark) {
+/// Of what filling adds, the parts that hold lung or fat: gaps between chambers that a slice cuts
+/// all round.
+cv::Mat gaps_between(const cv::Mat& added, const cv::Mat& pixels, const TissueLevels& levels) {
   cv::Mat ids;
+  cv::Mat foreign;
   const int count = cv::connectedComponents(added, ids, 4);
-  cv::Mat lung = cv::Mat::zeros(added.size(), CV_8U);
+  cv::bitwise_or(pixels<levels.dark, pixels> levels.fat, foreign);
+  cv::Mat gaps = cv::Mat::zeros(added.size(), CV_8U);
   for (int id = 1; id < count; ++id) {
     const cv::Mat part = ids == id;
-    if (cv::mean(pixels, part)[0] < dark) lung |= part;
+    if (cv::mean(pixels, part)[0] < levels.dark || cv::mean(foreign, part)[0] > kGapShare * 255) {
+      gaps |= part;
+    }
   }
-  return lung;
+  return gaps;
 }
 
 /// Closing that does not bleed over the image's border.
@@ -357,8 +362,8 @@ void tidy_phase(const Grid& grid, const std::vector<float>& image, const Chamber
       heart &= solid | ((pixels > levels.dark) & (pixels <= levels.threshold));
     }
     const cv::Mat filled = fill_holes(heart);
-    heart = across ? filled & ~lung_between(filled & ~heart, slice_of(grid, image, k), levels.dark)
-                   : filled;
+    heart =
+        across ? filled & ~gaps_between(filled & ~heart, slice_of(grid, image, k), levels) : filled;
     slice.setTo(cv::Scalar(kLabelBackground), heart == 0);
     slice.setTo(cv::Scalar(kLabelRestOfHeart), heart & (slice == kLabelBackground));
   }

@@ -97,10 +97,13 @@ bool in_lv(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_
   const Vec3 spacing = grid.spacing_mm();
   const int across = static_cast<int>(std::lround(kSeamMm / spacing[0]));
   const int along = static_cast<int>(std::lround(kSeamMm / spacing[1]));
-  for (int b = std::max(0, j - along); b <= std::min(grid.size[1] - 1, j + along); ++b) {
-    for (int a = std::max(0, i - across); a <= std::min(grid.size[0] - 1, i + across); ++a) {
-      const std::uint8_t label = labels[grid.offset(a, b, k)];
-      if (label == kLabelRvBlood || label == kLabelRestOfHeart) return false;
+  const int through = static_cast<int>(kSeamMm / spacing[2]);
+  for (int c = std::max(0, k - through); c <= std::min(grid.size[2] - 1, k + through); ++c) {
+    for (int b = std::max(0, j - along); b <= std::min(grid.size[1] - 1, j + along); ++b) {
+      for (int a = std::max(0, i - across); a <= std::min(grid.size[0] - 1, i + across); ++a) {
+        const std::uint8_t label = labels[grid.offset(a, b, c)];
+        if (label == kLabelRvBlood || label == kLabelRestOfHeart) return false;
+      }
     }
   }
   return true;
@@ -184,13 +187,6 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
                                 .contrast = contrast,
                                 .noise = noise};
       Boundary found = find_boundary(input);
-      if (structure == Structure::Heart && !under_fat.empty()) {
-        put_edges(under_fat[p], found);
-        for (const FatEdge& edge : under_fat[p]) {
-          const auto within = nearest_inside(images.grid, inside, edge.voxel);
-          if (within) settled[p].push_back({edge.voxel, *within});
-        }
-      }
       if (thin && levels.muscle > 0) {
         if (structure == Structure::Heart) {
           const std::vector<Settled> along =
@@ -210,6 +206,15 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
                .outer_level = levels.muscle,
                .walls = &walls},
               found.coverage);
+        }
+      }
+      if (structure == Structure::Heart && !under_fat.empty()) {
+        put_edges(under_fat[p], found);
+        for (const FatEdge& edge : under_fat[p]) {
+          const auto within = edge.within != FatEdge::kNowhere
+                                  ? std::optional(edge.within)
+                                  : nearest_inside(images.grid, inside, edge.voxel);
+          if (within) settled[p].push_back({edge.voxel, *within});
         }
       }
       // What intensities along slices settled may be whole or empty now.

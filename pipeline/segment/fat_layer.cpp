@@ -303,7 +303,7 @@ class SliceFat {
         if (std::abs(d) > kBandPx) continue;
         out.edges.push_back({static_cast<std::uint32_t>(grid_.offset(
                                  slice_.part.x + i, slice_.part.y + j, static_cast<int>(k_))),
-                             ramp(d, leans[at]).coverage,
+                             FatEdge::kNowhere, ramp(d, leans[at]).coverage,
                              pixel_mm * static_cast<float>(layer->edge_sigma_px)});
       }
     }
@@ -320,29 +320,35 @@ class SliceFat {
 
 }  // namespace
 
-std::vector<std::vector<FatEdge>> strip_fat_layer(const ImageCycle<float>& images, double noise,
-                                                  const TissueLevels& levels,
-                                                  const std::vector<std::uint8_t>& stay,
-                                                  ImageCycle<std::uint8_t>& labels) {
-  std::vector<std::vector<FatEdge>> edges(images.phases.size());
-  if (!(levels.blood > levels.muscle) || !(levels.muscle > 0)) return edges;
+std::optional<LayerLevels> levels_with_fat(const ImageCycle<float>& images, double noise,
+                                           const TissueLevels& levels,
+                                           const ImageCycle<std::uint8_t>& labels) {
+  if (!(levels.blood > levels.muscle) || !(levels.muscle > 0)) return {};
   std::vector<double> fats;
   for (const int phase : {0, images.phase_count() / 2}) {
     if (const auto fat = fat_around(images, noise, levels, labels, phase)) fats.push_back(*fat);
   }
-  if (fats.empty()) return edges;
+  if (fats.empty()) return {};
   const LayerLevels known{.muscle = levels.muscle,
                           .blood = levels.blood,
                           .fat = *std::max_element(fats.begin(), fats.end()),
                           .noise = std::max(noise, 0.01 * (levels.blood - levels.muscle))};
-  if (known.fat < levels.blood) return edges;
+  if (known.fat < levels.blood) return {};
+  return known;
+}
+
+std::vector<std::vector<FatEdge>> strip_fat_layer(const ImageCycle<float>& images,
+                                                  const LayerLevels& levels,
+                                                  const std::vector<std::uint8_t>& stay,
+                                                  ImageCycle<std::uint8_t>& labels) {
+  std::vector<std::vector<FatEdge>> edges(images.phases.size());
   parallel_for(images.phases.size(), [&](std::size_t p) {
     if (stay[p] != 0) return;
     const std::vector<Slice> slices = slices_of(images.grid, images.phases[p], labels.phases[p]);
     std::vector<std::optional<Strip>> strips(slices.size());
     for (std::size_t k = 0; k < slices.size(); ++k) {
       if (slices[k].distance_px.empty()) continue;
-      strips[k] = SliceFat(images.grid, slices, k, known).strip();
+      strips[k] = SliceFat(images.grid, slices, k, levels).strip();
     }
     for (std::size_t k = 0; k < slices.size(); ++k) {
       if (!strips[k]) continue;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
 #include "pipeline/segment/anatomy.h"
 #include "pipeline/segment/atria.h"
 #include "pipeline/segment/chambers.h"
@@ -20,6 +21,7 @@
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/open_base.h"
 #include "pipeline/segment/outer_layer.h"
+#include "pipeline/segment/outer_surface.h"
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/shading.h"
@@ -224,8 +226,12 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   const VoxelCycle beyond_wall = keep_connected_rv(labels);
   std::vector<std::uint8_t> stay(images.phases.size(), 0);
   for (const int p : known.phases) stay[static_cast<std::size_t>(p)] = 1;
-  std::vector<std::vector<FatEdge>> under_fat =
-      strip_fat_layer(images, image_noise, chambers.levels, stay, labels);
+  std::vector<std::vector<FatEdge>> under_fat(images.phases.size());
+  if (const auto tissues = levels_with_fat(images, image_noise, chambers.levels, labels)) {
+    under_fat = images.grid.spacing_mm()[2] < kThickSlicesMm
+                    ? fit_outer_surface(images, *tissues, stay, labels)
+                    : strip_fat_layer(images, *tissues, stay, labels);
+  }
   const LabelImages stripped = labels.phases;
   // What was drawn stays as it was drawn, whatever the tidying thinks of it.
   for (std::size_t p = 0; p < marks.size(); ++p) {
