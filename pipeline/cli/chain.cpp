@@ -303,47 +303,53 @@ void Chain::import(const std::vector<fs::path>& sources) {
 void Chain::registration(bool for_volume) {
   if (!keeps(Stage::Register, wanted_of(Stage::Register, orders_))) {
     run(Stage::Register, [&](StageContext& context) {
-      const Cine& cine = exam().stack;
-      const Segmentation& found = segmentation();
-      const Affine map = reg::workspace_from_lps(cine.grid(), found.coverage);
+      const Affine map = reg::workspace_from_lps(exam().stack.grid(), segmentation().coverage);
+      const double interval_s = exam_->stack.frame_interval_s();
       StageContext part = context.part(0, study_ ? 0.3 : 1);
-      shapes_ = reg::shapes_in_workspace(found, map, orders_.recipe.registration, part);
+      // Nothing after it needs more of them than what was noted, and the images around the heart.
+      shapes_ = reg::shapes_in_workspace(std::move(*segmentation_), map,
+                                         orders_.recipe.registration, part);
+      segmentation_.reset();
       facts_.workspace_from_lps = map;
+      if (for_volume) keep_heart_images();
       leave(Stage::Register, new_record(Stage::Register), [&] {
         context.progress(0.3, "images for the eye");
-        const ImageCycle<float> images = reg::cine_in_workspace(cine, map);
+        const ImageCycle<float> images = reg::cine_in_workspace(std::move(exam_->stack), map);
+        exam_.reset();
         const LabelCycle labels = reg::labels_in_workspace(*shapes_);
         context.progress(0.6, "files of the study");
-        return study::write_registration(study_->folder(), {map, *shapes_}, images, labels,
-                                         cine.frame_interval_s());
+        return study::write_registration(study_->folder(), map, *shapes_, images, labels,
+                                         interval_s);
       });
     });
   }
-  // Pack needs no more of them than what was noted, and the images around the heart; the field's
-  // lattice ends some samples beyond outer_mm.
-  if (for_volume && exam_ && shapes_) {
-    const Recipe& recipe = orders_.recipe;
-    const double margin_mm =
-        recipe.field.outer_mm + 8 * recipe.field.voxel_mm + 2 * recipe.registration.shape_mm;
-    for (const ShapeCycle& shape : *shapes_) {
-      if (shape.structure != Structure::Heart) continue;
-      heart_images_ = cut_images(
-          exam_->stack.images, segment::noise_level(exam_->stack.images),
-          box_around(exam_->stack.grid(), *facts_.workspace_from_lps, shape.level.grid, margin_mm));
-    }
-  }
   exam_.reset();
   segmentation_.reset();
+}
+
+void Chain::keep_heart_images() {
+  // The field's lattice ends some samples beyond outer_mm.
+  const Recipe& recipe = orders_.recipe;
+  const double margin_mm =
+      recipe.field.outer_mm + 8 * recipe.field.voxel_mm + 2 * recipe.registration.shape_mm;
+  for (const ShapeCycle& shape : *shapes_) {
+    if (shape.structure != Structure::Heart) continue;
+    heart_images_ = cut_images(
+        exam_->stack.images, segment::noise_level(exam_->stack.images),
+        box_around(exam_->stack.grid(), *facts_.workspace_from_lps, shape.level.grid, margin_mm));
+  }
 }
 
 void Chain::fields() {
   if (!keeps(Stage::Field, wanted_of(Stage::Field, orders_))) {
     run(Stage::Field, [&](StageContext& context) {
       std::vector<FieldCycle> made;
-      for (const ShapeCycle& shape : shapes()) {
+      (void)shapes();
+      for (ShapeCycle& shape : *shapes_) {
         context.check_cancelled();
-        StageContext part = part_of(context, shape.structure, made.size(), shapes().size());
+        StageContext part = part_of(context, shape.structure, made.size(), shapes_->size());
         made.push_back(field::build_field(shape, orders_.recipe.field, part));
+        shape.level.phases = {};
       }
       fields_ = std::move(made);
       context.progress(kMade, "files of the study");

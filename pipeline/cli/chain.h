@@ -108,6 +108,8 @@ class Chain {
   /// The leak alarm on segmentation_, in images that are at hand.
   /// @throws Error{Quality} if it rings and the recipe makes that an error; its pictures are left.
   void ask_for_leaks(StageContext& context);
+  /// Cuts the part of the stack that a package's volume is made of, around the heart's shape.
+  void keep_heart_images();
   /// Of the surfaces at hand; none without the LV's long axis or a right ventricle.
   [[nodiscard]] std::vector<SurfaceMap> maps_of(const std::vector<SurfaceCycle>& surfaces);
   /// Maps with this surface in place of the one that was made; the wall's other side stays.

@@ -58,6 +58,7 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
   }
   run(Stage::Pack, [&](StageContext& context) {
     note_for_package();
+    segmentation_.reset();
     const std::vector<FieldCycle>& fields = field_cycles();
     std::vector<SurfaceCycle> used;
     for (const FieldCycle& field : fields) {
@@ -133,6 +134,8 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
       });
       if (heart != fields.end()) content.volume = packed_volume(*heart);
     }
+    exam_.reset();
+    heart_images_.reset();
     if (content.volume) {
       volume = {{"noise", content.volume->noise},
                 {"quantum", content.volume->quantum},

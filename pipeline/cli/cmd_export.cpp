@@ -149,9 +149,10 @@ void export_images(const Content& content, const fs::path& folder, StageContext&
   const LabelCycle labels = labels_from_fields(
       content.fields, content.source, content.workspace_from_lps, content.rr_interval_s, context);
   const double interval_s = content.rr_interval_s / labels.phase_count();
-  study::write_labels(folder / "labels.nii.gz", labels, labels.grid, interval_s);
+  study::write_labels(folder / "labels.nii.gz", labels.phases, labels.grid, interval_s);
   if (content.cine) {
-    study::write_images(folder / "cine.nii.gz", *content.cine, content.cine->grid, interval_s);
+    study::write_images(folder / "cine.nii.gz", content.cine->phases, content.cine->grid,
+                        interval_s);
   }
 }
 

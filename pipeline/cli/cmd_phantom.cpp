@@ -54,8 +54,8 @@ fs::path write_images(const fs::path& folder, const std::string& format,
 void write_coverage(const fs::path& folder, const CoverageCycle& coverage, double interval_s) {
   study::make_folder(folder);
   for (const auto& [structure, phases] : coverage.phases) {
-    formats::write_nifti(folder / coverage_file_name(structure), {coverage.grid, phases},
-                         interval_s, formats::NiftiStorage::UInt16Fraction);
+    formats::write_nifti(folder / coverage_file_name(structure), coverage.grid, phases, interval_s,
+                         formats::NiftiStorage::UInt16Fraction);
   }
 }
 

@@ -40,10 +40,11 @@ void export_for_editor(const fs::path& study, int phase, const fs::path& folder)
   }
   study::make_folder(folder);
   const ImageCycle<float> image = one_of(exam.stack.images, phase);
-  study::write_images(folder / name_of("image", phase, ".nii.gz"), image, image.grid, 0);
+  study::write_images(folder / name_of("image", phase, ".nii.gz"), image.phases, image.grid, 0);
   if (opened.find(study::Stage::Segment) != nullptr) {
     const LabelCycle labels = one_of(study::read_segmentation(study).labels, phase);
-    study::write_labels(folder / name_of("labels", phase, ".nii.gz"), labels, labels.grid, 0);
+    study::write_labels(folder / name_of("labels", phase, ".nii.gz"), labels.phases, labels.grid,
+                        0);
   }
   std::vector<segment::Seed> seeds = orders_of(opened).seeds;
   std::erase_if(seeds,

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "pipeline/formats/image_file.h"
 
@@ -46,6 +47,13 @@ void write_nifti(const std::filesystem::path& file, const ImageCycle<float>& ima
                  double frame_interval_s, NiftiStorage storage,
                  const std::string& description = "beatlas");
 void write_nifti_labels(const std::filesystem::path& file, const ImageCycle<std::uint8_t>& labels,
+                        double frame_interval_s);
+/// The same of images that lie on another grid than their owner says. @param grid LPS
+void write_nifti(const std::filesystem::path& file, const Grid& grid,
+                 const std::vector<std::vector<float>>& phases, double frame_interval_s,
+                 NiftiStorage storage, const std::string& description = "beatlas");
+void write_nifti_labels(const std::filesystem::path& file, const Grid& grid,
+                        const std::vector<std::vector<std::uint8_t>>& phases,
                         double frame_interval_s);
 
 }  // namespace beatlas::formats

@@ -111,29 +111,33 @@ class Output {
 };
 
 template <class T>
-void check(const fs::path& file, const ImageCycle<T>& images, double frame_interval_s) {
+using Phases = std::vector<std::vector<T>>;
+
+template <class T>
+void check(const fs::path& file, const Grid& grid, const Phases<T>& phases,
+           double frame_interval_s) {
   const std::string name = file.string();
   if (!ends_with(name, ".nii") && !ends_with(name, ".nii.gz")) {
     throw_invalid(name + ": the name of a NIfTI file ends in .nii or .nii.gz");
   }
-  if (images.phases.empty() || images.phases.size() > 32767) {
+  if (phases.empty() || phases.size() > 32767) {
     throw_invalid(name + ": a NIfTI-1 file holds 1 to 32767 images");
   }
-  for (const auto& phase : images.phases) {
-    if (phase.size() != images.grid.count()) throw_invalid(name + ": images do not fill the grid");
+  for (const auto& phase : phases) {
+    if (phase.size() != grid.count()) throw_invalid(name + ": images do not fill the grid");
   }
   if (!(frame_interval_s >= 0)) throw_invalid(name + ": the frame interval must be 0 or more");
 }
 
 template <class Stored, class T, class Convert>
-void write_all(const fs::path& file, const ImageCycle<T>& images, const nifti_1_header& header,
+void write_all(const fs::path& file, const Phases<T>& phases, const nifti_1_header& header,
                Convert&& stored_of) {
   Output out(file);
   out.write(&header, sizeof(header));
   const std::array<char, 4> no_extensions{};
   out.write(no_extensions.data(), no_extensions.size());
-  std::vector<Stored> stored(images.grid.count());
-  for (const auto& phase : images.phases) {
+  std::vector<Stored> stored(phases.front().size());
+  for (const auto& phase : phases) {
     check_stop_flag();
     std::transform(phase.begin(), phase.end(), stored.begin(), stored_of);
     out.write(stored.data(), stored.size() * sizeof(Stored));
@@ -143,12 +147,12 @@ void write_all(const fs::path& file, const ImageCycle<T>& images, const nifti_1_
 
 /// 1 where rounding to whole numbers costs less than a thousandth of the range, else the step that
 /// uses all of int16.
-double int16_slope(const ImageCycle<float>& images, const fs::path& file) {
+double int16_slope(const Phases<float>& phases, const fs::path& file) {
   constexpr double kMost = 32767;
   constexpr double kFine = 500;  // half a step is then a thousandth of the range
   double most = 0;
   bool whole = true;
-  for (const auto& phase : images.phases) {
+  for (const auto& phase : phases) {
     for (const float value : phase) {
       if (!std::isfinite(value)) {
         throw_invalid(file.string() + ": a voxel to write is no number");
@@ -164,45 +168,56 @@ double int16_slope(const ImageCycle<float>& images, const fs::path& file) {
 
 }  // namespace
 
-void write_nifti(const fs::path& file, const ImageCycle<float>& images, double frame_interval_s,
-                 NiftiStorage storage, const std::string& description) {
-  check(file, images, frame_interval_s);
+void write_nifti(const fs::path& file, const Grid& grid, const Phases<float>& phases,
+                 double frame_interval_s, NiftiStorage storage, const std::string& description) {
+  check(file, grid, phases, frame_interval_s);
   if (description.size() >= sizeof(nifti_1_header::descrip)) {
     throw_invalid(file.string() + ": its description must have less than 80 characters");
   }
-  const int phases = images.phase_count();
+  const int count = static_cast<int>(phases.size());
   const auto header_of = [&](short datatype, short bits) {
-    nifti_1_header header = make_header(images.grid, phases, frame_interval_s, datatype, bits);
+    nifti_1_header header = make_header(grid, count, frame_interval_s, datatype, bits);
     std::fill(std::begin(header.descrip), std::end(header.descrip), '\0');
     std::copy(description.begin(), description.end(), header.descrip);
     return header;
   };
   if (storage == NiftiStorage::Float32) {
     const auto header = header_of(DT_FLOAT32, 32);
-    write_all<float>(file, images, header, [](float value) { return value; });
+    write_all<float>(file, phases, header, [](float value) { return value; });
   } else if (storage == NiftiStorage::UInt16Fraction) {
     auto header = header_of(DT_UINT16, 16);
     header.scl_slope = 1.0F / 65535.0F;
-    write_all<std::uint16_t>(file, images, header, [](float value) {
+    write_all<std::uint16_t>(file, phases, header, [](float value) {
       const float part = value > 0 ? std::min(value, 1.0F) : 0.0F;  // also NaN -> 0
       return static_cast<std::uint16_t>(std::lround(part * 65535.0F));
     });
   } else {
-    const double slope = int16_slope(images, file);
+    const double slope = int16_slope(phases, file);
     auto header = header_of(DT_INT16, 16);
     header.scl_slope = static_cast<float>(slope);
-    write_all<std::int16_t>(file, images, header, [slope](float value) {
+    write_all<std::int16_t>(file, phases, header, [slope](float value) {
       const double step = std::clamp(static_cast<double>(value) / slope, -32768.0, 32767.0);
       return static_cast<std::int16_t>(std::lround(step));
     });
   }
 }
 
+void write_nifti_labels(const fs::path& file, const Grid& grid, const Phases<std::uint8_t>& phases,
+                        double frame_interval_s) {
+  check(file, grid, phases, frame_interval_s);
+  const int count = static_cast<int>(phases.size());
+  const auto header = make_header(grid, count, frame_interval_s, DT_UINT8, 8);
+  write_all<std::uint8_t>(file, phases, header, [](std::uint8_t value) { return value; });
+}
+
+void write_nifti(const fs::path& file, const ImageCycle<float>& images, double frame_interval_s,
+                 NiftiStorage storage, const std::string& description) {
+  write_nifti(file, images.grid, images.phases, frame_interval_s, storage, description);
+}
+
 void write_nifti_labels(const fs::path& file, const ImageCycle<std::uint8_t>& labels,
                         double frame_interval_s) {
-  check(file, labels, frame_interval_s);
-  const auto header = make_header(labels.grid, labels.phase_count(), frame_interval_s, DT_UINT8, 8);
-  write_all<std::uint8_t>(file, labels, header, [](std::uint8_t value) { return value; });
+  write_nifti_labels(file, labels.grid, labels.phases, frame_interval_s);
 }
 
 }  // namespace beatlas::formats

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 #include "pipeline/core/parallel.h"
 
@@ -15,11 +16,12 @@ constexpr double kThinDeg = 20;       // triangles below it are evened out on th
 constexpr double kTooThinDeg = 11;    // and off it
 constexpr double kLeastDeg = 10;      // of any, when a package has rounded its vertices, too
 constexpr double kRoundingMm = 0.01;  // of a vertex in a package
+constexpr double kRad = std::numbers::pi / 180.0;
 
 /// Cosine of a triangle's smallest angle: that opposite its shortest side. 1 if degenerate.
 double least_angle_cosine(const Vec3& a, const Vec3& b, const Vec3& c) {
   std::array<double, 3> side{(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()};
-  std::sort(side.begin(), side.end());
+  std::swap(side[0], *std::min_element(side.begin(), side.end()));
   return side[0] > 0 ? (side[1] + side[2] - side[0]) / (2 * std::sqrt(side[1] * side[2])) : 1.0;
 }
 
@@ -107,9 +109,7 @@ void CycleFit::calm(Cycle& cycle) const {
   }
 }
 
-std::vector<bool> CycleFit::bad_triangles(const std::vector<Vec3>& points, double thin_deg,
-                                          double rounding_mm) const {
-  constexpr double kRad = std::numbers::pi / 180.0;
+std::vector<bool> CycleFit::too_thin_triangles(const std::vector<Vec3>& points) const {
   std::vector<bool> bad = flipped_triangles(points, triangles_);
   for (std::size_t n = 0; n < triangles_.size(); ++n) {
     const Vec3& a = points[triangles_[n][0]];
@@ -118,11 +118,55 @@ std::vector<bool> CycleFit::bad_triangles(const std::vector<Vec3>& points, doubl
     // The long sides of a thin triangle are alike; both their ends may go across.
     const double longest =
         std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
-    const double turned = rounding_mm > 0 ? 2 * rounding_mm / std::max(longest, rounding_mm) : 0;
-    const double thin = std::max(thin_deg * kRad, kLeastDeg * kRad + turned);
+    const double turned = 2 * kRoundingMm / std::max(longest, kRoundingMm);
+    const double thin = std::max(kTooThinDeg * kRad, kLeastDeg * kRad + turned);
     if (least_angle_cosine(a, b, c) > std::cos(thin)) bad[n] = true;
   }
   return bad;
+}
+
+CycleFit::Patch CycleFit::patch_around(const std::vector<bool>& moved) const {
+  // A triangle is turned over by the normals at its corners, and those hang on all around them.
+  std::vector<bool> turned = moved;
+  grow(turned, 1);
+  std::vector<bool> seen = turned;
+  grow(seen, 1);
+  Patch out;
+  for (std::uint32_t v = 0; v < seen.size(); ++v) {
+    if (seen[v]) out.vertices.push_back(v);
+  }
+  for (std::uint32_t n = 0; n < triangles_.size(); ++n) {
+    const auto has = [&](const std::vector<bool>& vertices) {
+      return std::any_of(triangles_[n].begin(), triangles_[n].end(),
+                         [&](std::uint32_t v) { return vertices[v]; });
+    };
+    if (!has(seen)) continue;
+    out.around.push_back(n);
+    if (has(turned)) out.triangles.push_back(n);
+  }
+  return out;
+}
+
+std::vector<Vec3> CycleFit::normals_in(const Patch& patch, const std::vector<Vec3>& points) const {
+  std::vector<Vec3> out(points.size(), Vec3::Zero());
+  for (const std::uint32_t n : patch.around) {
+    const Vec3 normal = doubled_area(points, triangles_[n]);
+    for (const std::uint32_t v : triangles_[n]) out[v] += normal;
+  }
+  for (const std::uint32_t v : patch.vertices) out[v].normalize();
+  return out;
+}
+
+void CycleFit::look_for_bad(const std::vector<Vec3>& points, const Patch& patch,
+                            std::vector<bool>& bad) const {
+  const double thin = std::cos(kThinDeg * kRad);
+  const std::vector<Vec3> normals = normals_in(patch, points);
+  for (const std::uint32_t n : patch.triangles) {
+    const Triangle& t = triangles_[n];
+    const Vec3 mean = normals[t[0]] + normals[t[1]] + normals[t[2]];
+    bad[n] = doubled_area(points, t).dot(mean) <= 0 ||
+             least_angle_cosine(points[t[0]], points[t[1]], points[t[2]]) > thin;
+  }
 }
 
 std::vector<bool> CycleFit::loosened(const std::vector<bool>& bad, int rings) const {
@@ -287,9 +331,10 @@ void CycleFit::settle(Cycle& cycle) {
   Cycle best = cycle;
   std::vector<Triangle> best_triangles = triangles_;
   std::size_t fewest = phases * triangles_.size() + 1;
+  std::vector<std::vector<bool>> bad_at(phases, std::vector<bool>(triangles_.size()));
+  Patch patch = patch_around(std::vector<bool>(ring_.size(), true));
   for (int round = 0; round <= kRounds; ++round) {
-    std::vector<std::vector<bool>> bad_at(phases);
-    parallel_for(phases, [&](std::size_t p) { bad_at[p] = bad_triangles(cycle[p], kThinDeg, 0); });
+    parallel_for(phases, [&](std::size_t p) { look_for_bad(cycle[p], patch, bad_at[p]); });
     std::vector<bool> bad(triangles_.size(), false);
     std::size_t count = 0;
     for (const std::vector<bool>& at : bad_at) {
@@ -306,10 +351,20 @@ void CycleFit::settle(Cycle& cycle) {
       best_round = round;
     }
     if (count == 0 || round == kRounds || round > best_round + kPatience) break;
-    if (round % kFlipEvery == kFlipEvery - 1) (void)flip_edges(cycle, bad);
+    std::vector<bool> changed(ring_.size(), false);
+    if (round % kFlipEvery == kFlipEvery - 1) {
+      const std::vector<Triangle> before = triangles_;
+      (void)flip_edges(cycle, bad);
+      for (std::size_t n = 0; n < before.size(); ++n) {
+        if (before[n] == triangles_[n]) continue;
+        for (const std::uint32_t v : triangles_[n]) changed[v] = true;
+      }
+    }
     const std::vector<bool> loose = loosened(bad, 1);
+    for (std::size_t v = 0; v < loose.size(); ++v) changed[v] = changed[v] || loose[v];
+    patch = patch_around(changed);
     parallel_for(phases, [&](std::size_t p) {
-      const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
+      const std::vector<Vec3> normals = normals_in(patch, cycle[p]);
       std::vector<Vec3> moved = cycle[p];
       for (std::size_t v = 0; v < moved.size(); ++v) {
         if (!loose[v]) continue;
@@ -321,6 +376,18 @@ void CycleFit::settle(Cycle& cycle) {
   cycle = std::move(best);
   triangles_ = std::move(best_triangles);
   find_neighbours();
+}
+
+double CycleFit::bad_share(const Cycle& cycle) const {
+  const Patch all = patch_around(std::vector<bool>(ring_.size(), true));
+  std::vector<std::size_t> count(cycle.size());
+  parallel_for(cycle.size(), [&](std::size_t p) {
+    std::vector<bool> bad(triangles_.size());
+    look_for_bad(cycle[p], all, bad);
+    count[p] = static_cast<std::size_t>(std::count(bad.begin(), bad.end(), true));
+  });
+  return static_cast<double>(std::accumulate(count.begin(), count.end(), std::size_t{0})) /
+         static_cast<double>(cycle.size() * triangles_.size());
 }
 
 int CycleFit::mend(Cycle& cycle) {
@@ -382,7 +449,7 @@ int CycleFit::mend(Cycle& cycle) {
 
 void CycleFit::look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const {
   if (std::none_of(flaws.changed.begin(), flaws.changed.end(), [](bool v) { return v; })) return;
-  flaws.thin = bad_triangles(points, kTooThinDeg, kRoundingMm);
+  flaws.thin = too_thin_triangles(points);
   std::erase_if(flaws.crossings, [&](const auto& pair) {
     return flaws.changed[pair.first] || flaws.changed[pair.second];
   });

@@ -34,6 +34,9 @@ class CycleFit {
   /// phase, and edges are flipped where that makes the worst triangle of all phases better.
   void settle(Cycle& cycle);
 
+  /// Of all triangles of all phases the share that is turned over or thinner than 20 degrees.
+  [[nodiscard]] double bad_share(const Cycle& cycle) const;
+
   /// What settle could not do on the surfaces is done off them, in the phase that needs it: two
   /// rings around triangles that pass through each other (CGAL), and one around those that are
   /// turned over or so thin that a package's rounding could bring them below 10 degrees, are
@@ -55,8 +58,22 @@ class CycleFit {
   void look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const;
   void smooth_flaws(std::vector<Vec3>& points, int rings, bool stalled, Flaws& flaws) const;
   void find_neighbours();
-  [[nodiscard]] std::vector<bool> bad_triangles(const std::vector<Vec3>& points, double thin_deg,
-                                                double rounding_mm) const;
+  /// What moved vertices change: triangles that may be bad or good now, and what tells it.
+  struct Patch {
+    std::vector<std::uint32_t> triangles;  ///< ascending
+    std::vector<std::uint32_t> around;     ///< all triangles at their corners, ascending
+    std::vector<std::uint32_t> vertices;   ///< whose triangles are all among those
+  };
+
+  [[nodiscard]] Patch patch_around(const std::vector<bool>& moved) const;
+  /// [vertex] as vertex_normals gives them, at vertices of the patch alone.
+  [[nodiscard]] std::vector<Vec3> normals_in(const Patch& patch,
+                                             const std::vector<Vec3>& points) const;
+  /// Whether each triangle of the patch is turned over or thinner than 20 degrees.
+  void look_for_bad(const std::vector<Vec3>& points, const Patch& patch,
+                    std::vector<bool>& bad) const;
+  /// Turned over, or so thin that a package's rounding could bring them below 10 degrees.
+  [[nodiscard]] std::vector<bool> too_thin_triangles(const std::vector<Vec3>& points) const;
   [[nodiscard]] std::vector<bool> loosened(const std::vector<bool>& bad, int rings) const;
   /// The neighbours of vertices too, so many times.
   void grow(std::vector<bool>& vertices, int rings) const;

@@ -3,6 +3,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/words.h"
@@ -19,6 +22,9 @@ namespace {
 
 constexpr double kMeanOffSurfaceMm = 0.05;
 constexpr double kLeastDeg = 10;  ///< of a sound mesh's triangles
+/// Of triangles that are bad before the mesh is fitted. Of the heart of `adult` with atria, slivers
+/// are left in the end of 3.7 % and none of 1.2 %; of cavities there are 0.3 %.
+constexpr double kHopefulShare = 0.02;
 
 std::string name_of(const FieldCycle& field) {
   return std::string(structure_name(field.structure));
@@ -165,22 +171,39 @@ struct Fitted {
   }
 };
 
-Fitted fitted(const FieldCycle& field, const std::vector<field::Interpolant>& surface,
-              std::size_t reference, const MeshOptions& options, const StageContext& context) {
+/// A mesh of one phase, carried to all and out of the slits that are closed there.
+struct Begun {
+  CycleFit fit;
+  Cycle cycle;
+  double bad_share = 0;  ///< see CycleFit
+
+  [[nodiscard]] bool is_hopeful() const { return bad_share <= kHopefulShare; }
+};
+
+Begun begun(const FieldCycle& field, const std::vector<field::Interpolant>& surface,
+            std::size_t reference, const MeshOptions& options, const StageContext& context) {
   context.progress(0, "triangles");
   const TriangleMesh mesh = reference_mesh(field, surface[reference], reference, options, context);
+  Begun out{CycleFit(mesh.triangles, surface, options.edge_mm),
+            carried(mesh, field, reference, context.part(0.2, 0.8))};
+  context.progress(0.8, "fit to all phases");
+  out.fit.leave_slits(out.cycle);
+  out.bad_share = out.fit.bad_share(out.cycle);
+  return out;
+}
+
+Fitted fitted(Begun begun, const StageContext& context) {
+  CycleFit& fit = begun.fit;
   Fitted out;
-  out.cycle = carried(mesh, field, reference, context.part(0.1, 0.4));
-  CycleFit fit(mesh.triangles, surface, options.edge_mm);
-  context.progress(0.4, "fit to all phases");
-  fit.leave_slits(out.cycle);
+  out.cycle = std::move(begun.cycle);
+  context.progress(0, "fit to all phases");
   fit.settle(out.cycle);
-  context.progress(0.6, "motion along the surface");
+  context.progress(0.3, "motion along the surface");
   fit.calm(out.cycle);
-  context.progress(0.7, "fit to all phases again");
+  context.progress(0.5, "fit to all phases again");
   fit.leave_slits(out.cycle);
   fit.settle(out.cycle);
-  context.progress(0.85, "thin triangles and crossings");
+  context.progress(0.7, "thin triangles and crossings");
   out.crossings = fit.mend(out.cycle);
   out.triangles = fit.triangles();
   for (const std::vector<Vec3>& x : out.cycle) {
@@ -193,27 +216,41 @@ Fitted fitted(const FieldCycle& field, const std::vector<field::Interpolant>& su
 
 /// From the first phase or, where triangles do not come through the cycle from there, the best of
 /// some others: of a pocket that is open in that phase and shut in others they pile up in slivers.
+/// Where most likely they do not is seen before half of the work is done; that is finished only if
+/// no other does.
 Fitted best_fitted(const FieldCycle& field, const std::vector<field::Interpolant>& surface,
                    const MeshOptions& options, const StageContext& context) {
-  constexpr std::array kOthers{1.0 / 3, 1.0 / 2, 1.0 / 5};  // of the cycle
-  constexpr double kShare = 0.4;                            // of the time, if there is no other
-  Fitted best = fitted(field, surface, 0, options, context.part(0, kShare));
-  StageContext quiet = context;
-  quiet.warn_sink = [](std::string_view) {};
-  for (std::size_t n = 0; n < kOthers.size() && !best.is_sound(); ++n) {
+  constexpr std::array kFrom{0.0, 1.0 / 3, 1.0 / 2, 1.0 / 5};  // of the cycle
+  constexpr double kEach = 1.0 / kFrom.size();
+  std::optional<Fitted> best;
+  const auto finish = [&](Begun start, const StageContext& part) {
+    Fitted made = fitted(std::move(start), part);
+    if (!best || made.is_better_than(*best)) best = std::move(made);
+  };
+  const auto is_done = [&] { return best && best->is_sound(); };
+  std::vector<Begun> put_off;
+  for (std::size_t n = 0; n < kFrom.size() && !is_done(); ++n) {
     const auto phase =
-        static_cast<std::size_t>(std::lround(kOthers[n] * static_cast<double>(surface.size())));
-    if (phase == 0 || phase >= surface.size()) continue;
+        static_cast<std::size_t>(std::lround(kFrom[n] * static_cast<double>(surface.size())));
+    if (n > 0 && (phase == 0 || phase >= surface.size())) continue;
+    const double at = static_cast<double>(n) * kEach;
+    StageContext part = context.part(at, at + kEach);
+    if (n > 0) part.warn_sink = [](std::string_view) {};
     try {
-      const double each = (1 - kShare) / kOthers.size();
-      const double before = kShare + static_cast<double>(n) * each;
-      Fitted other = fitted(field, surface, phase, options, quiet.part(before, before + each));
-      if (other.is_better_than(best)) best = std::move(other);
+      Begun start = begun(field, surface, phase, options, part.part(0, 0.5));
+      if (start.is_hopeful()) {
+        finish(std::move(start), part.part(0.5, 1));
+      } else {
+        put_off.push_back(std::move(start));
+      }
     } catch (const Error& error) {
-      if (error.code() != ErrorCode::Quality) throw;  // that phase cannot be meshed
+      if (error.code() != ErrorCode::Quality || n == 0) throw;  // that phase cannot be meshed
     }
   }
-  return best;
+  for (std::size_t n = 0; n < put_off.size() && !is_done(); ++n) {
+    finish(std::move(put_off[n]), context.part(1 - kEach, 1));
+  }
+  return std::move(*best);
 }
 
 double mean_off_surface_mm(const std::vector<Vec3>& points, const field::Interpolant& surface) {
@@ -253,8 +290,9 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
   const Fitted made =
       options.reference_phase < 0
           ? best_fitted(field, surface, options, fitting)
-          : fitted(field, surface, static_cast<std::size_t>(options.reference_phase), options,
-                   fitting);
+          : fitted(begun(field, surface, static_cast<std::size_t>(options.reference_phase), options,
+                         fitting.part(0, 0.5)),
+                   fitting.part(0.5, 1));
   if (made.crossings > 0) {
     context.warn("the mesh of " + name_of(field) + " passes through itself at " +
                  counted(made.crossings, "pair") + " of triangles, all phases together");

@@ -186,11 +186,12 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
 Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid& lattice,
                           const AxisMap& map, Creases creases) {
   const int parts = parts_of_slices(source);
-  const SubSlices thin = split_slices(source, coverage, parts);
+  SubSlices thin = split_slices(source, coverage, parts);
   AxisMap thin_map = map;
   thin_map.scale[2] *= parts;
   thin_map.shift[2] = (map.shift[2] + 0.5) * parts - 0.5;
   Phase level = raw_from_coverage(thin.grid, thin.coverage, lattice, thin_map);
+  thin.coverage = Phase();
   const Vec3 voxel = thin.grid.spacing_mm();
   if (creases == Creases::Keep) {
     smooth_between_creases(level, lattice, voxel);

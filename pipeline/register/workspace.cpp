@@ -91,16 +91,17 @@ Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage) {
   return out;
 }
 
-std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
+std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
                                             const Affine& workspace_from_lps,
                                             const RegisterOptions& options, StageContext& context) {
-  const CoverageCycle& coverage = segmentation.coverage;
+  CoverageCycle& coverage = segmentation.coverage;
   const double slice_mm = coverage.grid.spacing_mm()[2];
   const bool thick = slice_mm >= kThickSlicesMm;
   const int last_k = segmentation.labels.grid.size[2] - 1;
   const int to_apex = thick ? step_to_apex(segmentation, segmentation.axis) : 0;
+  segmentation.labels.phases = {};
   std::vector<ShapeCycle> shapes;
-  for (const auto& [structure, phases] : coverage.phases) {
+  for (auto& [structure, phases] : coverage.phases) {
     const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
       return std::any_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
     });
@@ -113,10 +114,13 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
     const bool wall = structure == Structure::LvMyocardium;
     const auto cavity = coverage.phases.find(Structure::LvBlood);
     const bool with_cavity = wall && cavity != coverage.phases.end();
-    std::vector<Phase> filled = phases;
+    std::vector<Phase> with_blood;
     if (with_cavity) {
-      for (std::size_t p = 0; p < filled.size(); ++p) filled[p] = filled_lv(coverage, p);
+      for (std::size_t p = 0; p < phases.size(); ++p) with_blood.push_back(filled_lv(coverage, p));
     }
+    std::vector<Phase>& filled = with_cavity ? with_blood : phases;
+    // The LV's wall is made with its cavity, and both tell where other structures end.
+    const bool done_with = with_cavity || (!wall && structure != Structure::LvBlood);
     ShapeCycle shape;
     shape.structure = structure;
     shape.level.grid = lattice_around(coverage.grid, filled, workspace_from_lps, options);
@@ -153,6 +157,7 @@ std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
       cut_flat(level, lattice, map, slice_mm, last_k + 0.5 - first_k, +1);
       for (float& value : level) value = std::clamp(value, -kNearMm, kNearMm);
       shape.level.phases[p] = std::move(level);
+      if (done_with) filled[p] = Phase();
     });
     shapes.push_back(std::move(shape));
   }
@@ -171,13 +176,15 @@ Grid published_grid() {
 
 }  // namespace
 
-ImageCycle<float> cine_in_workspace(const Cine& cine, const Affine& workspace_from_lps) {
+ImageCycle<float> cine_in_workspace(Cine cine, const Affine& workspace_from_lps) {
   ImageCycle<float> out;
   out.grid = published_grid();
-  out.phases.assign(cine.images.phases.size(), Phase(out.grid.count(), 0));
+  out.phases.resize(cine.images.phases.size());
   const AxisMap map = axis_map(cine.grid(), out.grid, workspace_from_lps);
   const Grid& source = cine.grid();
   parallel_for(out.phases.size(), [&](std::size_t p) {
+    Phase& to = out.phases[p];
+    to.assign(out.grid.count(), 0);
     for (int z = 0; z < out.grid.size[2]; ++z) {
       const double k = map.index(2, z);
       if (k < -0.5 || k > source.size[2] - 0.5) continue;
@@ -192,12 +199,13 @@ ImageCycle<float> cine_in_workspace(const Cine& cine, const Affine& workspace_fr
         for (int x = 0; x < out.grid.size[0]; ++x) {
           const double i = map.index(0, x);
           if (i < -0.5 || i > source.size[0] - 0.5) continue;
-          out.phases[p][out.grid.offset(x, y, z)] =
+          to[out.grid.offset(x, y, z)] =
               (1 - w) * sample_plane(slice0, source.size[0], source.size[1], i, j) +
               w * sample_plane(slice1, source.size[0], source.size[1], i, j);
         }
       }
     }
+    cine.images.phases[p] = Phase();
   });
   return out;
 }

@@ -24,16 +24,18 @@ struct RegisterOptions {
 [[nodiscard]] Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage);
 
 /// One shape per structure of the coverage.
+/// @param segmentation let go of as its shapes are made: whoever hands it over needs that much less
+///        memory
 /// @throws Error{InvalidInput} if a structure covers no voxel in any phase.
-[[nodiscard]] std::vector<ShapeCycle> shapes_in_workspace(const Segmentation& segmentation,
+[[nodiscard]] std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
                                                           const Affine& workspace_from_lps,
                                                           const RegisterOptions& options,
                                                           StageContext& context);
 
 /// The cine (linear) and labels (from the shapes' signs) on the 256 x 256 x 64 grid; grid frame:
 /// workspace.
-[[nodiscard]] ImageCycle<float> cine_in_workspace(const Cine& cine,
-                                                  const Affine& workspace_from_lps);
+/// @param cine let go of phase by phase
+[[nodiscard]] ImageCycle<float> cine_in_workspace(Cine cine, const Affine& workspace_from_lps);
 [[nodiscard]] LabelCycle labels_in_workspace(const std::vector<ShapeCycle>& shapes);
 
 }  // namespace beatlas::reg

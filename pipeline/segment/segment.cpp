@@ -166,11 +166,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     return out;
   }
 
-  const std::vector<std::vector<std::uint8_t>> classes =
+  std::vector<std::vector<std::uint8_t>> classes =
       classify(ground.motion, chambers, images.phases.size());
   context.progress(0.3, "noise");
   const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
-  const ImageCycle<float> calm = denoised(images, options.denoise ? image_noise : 0, phase_step_mm);
+  ImageCycle<float> calm = denoised(images, options.denoise ? image_noise : 0, phase_step_mm);
   const double noise = options.denoise ? noise_level(calm) : image_noise;
   if (chambers.found_lv()) chambers.levels.fat = fat_level(chambers.levels, noise);
   const TravelCost cost = travel_cost(chambers.levels, noise);
@@ -185,6 +185,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       {calm, classes, seeds, cost, phase_step_mm, motion ? &*motion : nullptr,
        std::max(3 * noise, kTexture * contrast), options.edge_cost_mm / contrast},
       growing);
+  // Of a long cycle each of these is large; nothing after growing looks at them.
+  motion.reset();
+  classes = {};
+  seeds = {};
   LabelImages marks(images.phases.size(),
                     std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
   draw_seeds(images.grid, drawn, marks);
@@ -199,7 +203,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                labels.phases[p]);
     keep_known_rest(rest, grown[p], labels.phases[p]);
   });
-  const LabelImages tidied = labels.phases;
+  LabelImages tidied = labels.phases;
   context.progress(0.65, "outlines");
   bound_apex(chambers, labels);
   LabelImages bounded = labels.phases;
@@ -208,10 +212,13 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (memory != nullptr) {
     *memory = {};
     if (known.phases.empty() && chambers.found_lv()) {
-      *memory = kept(images.grid, {std::move(ground), std::move(grown), marks, tidied,
+      *memory = kept(images.grid, {std::move(ground), std::move(grown), marks, std::move(tidied),
                                    std::move(bounded), labels.phases});
     }
   }
+  before.reset();
+  ground = {};
+  grown = tidied = bounded = {};
   context.progress(0.75, "where ventricles end");
   strip_outer_layer(images, image_noise, chambers, labels);
   cut_at_base(chambers, labels);
@@ -232,23 +239,26 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                     ? fit_outer_surface(images, *tissues, stay, labels)
                     : strip_fat_layer(images, *tissues, stay, labels);
   }
-  const LabelImages stripped = labels.phases;
+  LabelImages stripped = labels.phases;
   // What was drawn stays as it was drawn, whatever the tidying thinks of it.
   for (std::size_t p = 0; p < marks.size(); ++p) {
     for (std::size_t v = 0; v < marks[p].size(); ++v) {
       if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
     }
   }
+  marks = {};
   drop_unknown_labels(known, labels);
   keep_connected_heart(labels);
 
   context.progress(0.85, "boundaries within voxels");
   Segmentation out;
   // Coverage keeps the whole pool: its outline in plane says where the shape is cut.
-  const ImageCycle<std::uint8_t> whole =
+  ImageCycle<std::uint8_t> whole =
       ends.lv || ends.rv ? continued_to_base(images, chambers, ends, labels) : labels;
   keep_where_alike(stripped, whole, under_fat);
+  stripped = {};
   Covered covered = cover(images, whole, box, chambers.levels, still_noise, under_fat);
+  whole = {};
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
   out.warnings = doubts;
@@ -279,6 +289,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     const std::vector<Structure> found =
         part_atria(calm, chambers.levels, *out.axis, out.end_diastole, labels);
     (void)relabel(fat, kLabelRvBlood, kLabelRestOfHeart, labels);
+    calm = {};
     Covered beyond = cover(images, labels, box, chambers.levels, still_noise, {}, found);
     out.coverage.phases.merge(beyond.coverage.phases);
     out.uncertainty.merge(beyond.uncertainty);

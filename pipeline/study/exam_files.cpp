@@ -17,7 +17,7 @@ namespace {
 constexpr int kMostPhases = 1 << 12;
 
 json write_cine(const fs::path& folder, const std::string& name, const Cine& cine) {
-  write_images(folder / name, cine.images, cine.grid(), cine.frame_interval_s());
+  write_images(folder / name, cine.images.phases, cine.grid(), cine.frame_interval_s());
   return {{"file", name},
           {"grid", grid_to_json(cine.grid())},
           {"phases", cine.phase_count()},

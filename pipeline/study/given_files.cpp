@@ -66,7 +66,7 @@ json write_once(const fs::path& study, const Given& given, Write write) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) {
     make_folder(study / kFolder);
-    write(file, given.images, given.images.grid, 0);
+    write(file, given.images.phases, given.images.grid, 0);
   }
   return {{"sha256", given.sha256},
           {"file_sha256", given.file_sha256},

@@ -24,8 +24,8 @@ Error with_advice(const Error& error) {
   return {error.code(), std::string(error.what()) + "; " + kSaveAgain};
 }
 
-bool fits_int16(const ImageCycle<float>& images) {
-  for (const std::vector<float>& phase : images.phases) {
+bool fits_int16(const std::vector<std::vector<float>>& phases) {
+  for (const std::vector<float>& phase : phases) {
     for (float value : phase) {
       if (!(std::abs(value) <= 32767.0F) || value != std::floor(value) ||
           (value == 0 && std::signbit(value))) {
@@ -62,23 +62,19 @@ void check(const fs::path& file, const ImageCycle<T>& found, const ExpectedImage
 
 }  // namespace
 
-void write_images(const fs::path& file, const ImageCycle<float>& images, const Grid& lps_grid,
-                  double frame_interval_s) {
+void write_images(const fs::path& file, const std::vector<std::vector<float>>& phases,
+                  const Grid& lps_grid, double frame_interval_s) {
   const auto storage =
-      fits_int16(images) ? formats::NiftiStorage::Int16 : formats::NiftiStorage::Float32;
+      fits_int16(phases) ? formats::NiftiStorage::Int16 : formats::NiftiStorage::Float32;
   replace_file(file, [&](const fs::path& temporary) {
-    if (images.grid == lps_grid) {
-      formats::write_nifti(temporary, images, frame_interval_s, storage);
-    } else {
-      formats::write_nifti(temporary, {lps_grid, images.phases}, frame_interval_s, storage);
-    }
+    formats::write_nifti(temporary, lps_grid, phases, frame_interval_s, storage);
   });
 }
 
-void write_labels(const fs::path& file, const LabelCycle& labels, const Grid& lps_grid,
-                  double frame_interval_s) {
+void write_labels(const fs::path& file, const std::vector<std::vector<std::uint8_t>>& phases,
+                  const Grid& lps_grid, double frame_interval_s) {
   replace_file(file, [&](const fs::path& temporary) {
-    formats::write_nifti_labels(temporary, {lps_grid, labels.phases}, frame_interval_s);
+    formats::write_nifti_labels(temporary, lps_grid, phases, frame_interval_s);
   });
 }
 

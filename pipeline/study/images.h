@@ -2,16 +2,19 @@
 /// Image cycles of a study: NIfTI for the eye, JSON for the exact grid.
 
 #include <filesystem>
+#include <vector>
 
 #include "pipeline/core/shapes.h"
 
 namespace beatlas::study {
 
 /// Writes without loss: 16-bit where every value is a whole number that fits, else float.
-/// @param lps_grid where the file shall lie; its size is that of `images`
-void write_images(const std::filesystem::path& file, const ImageCycle<float>& images,
+/// @param phases [phase][voxel]
+/// @param lps_grid where the file shall lie, of as many voxels as a phase
+void write_images(const std::filesystem::path& file, const std::vector<std::vector<float>>& phases,
                   const Grid& lps_grid, double frame_interval_s);
-void write_labels(const std::filesystem::path& file, const LabelCycle& labels, const Grid& lps_grid,
+void write_labels(const std::filesystem::path& file,
+                  const std::vector<std::vector<std::uint8_t>>& phases, const Grid& lps_grid,
                   double frame_interval_s);
 
 /// What the file must hold, from the JSON beside it.

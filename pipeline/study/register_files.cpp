@@ -36,23 +36,25 @@ ShapeCycle read_shape(const fs::path& folder, const json& value, const std::stri
 
 }  // namespace
 
-FileList write_registration(const fs::path& study, const Registration& registration,
-                            const ImageCycle<float>& cine, const LabelCycle& labels,
-                            double frame_interval_s) {
+FileList write_registration(const fs::path& study, const Affine& workspace_from_lps,
+                            const std::vector<ShapeCycle>& shapes, const ImageCycle<float>& cine,
+                            const LabelCycle& labels, double frame_interval_s) {
   const fs::path folder = study / "register";
   make_folder(folder);
   FileList files{"register/register.json", "register/cine.nii.gz", "register/labels.nii.gz"};
-  const Affine& map = registration.workspace_from_lps;
+  const Affine& map = workspace_from_lps;
   // For the eye alone and never read back, so 16 bit are enough.
   replace_file(folder / "cine.nii.gz", [&](const fs::path& temporary) {
-    formats::write_nifti(temporary, {in_patient(cine.grid, map), cine.phases}, frame_interval_s,
+    formats::write_nifti(temporary, in_patient(cine.grid, map), cine.phases, frame_interval_s,
                          formats::NiftiStorage::Int16);
   });
-  write_labels(folder / "labels.nii.gz", labels, in_patient(labels.grid, map), frame_interval_s);
+  write_labels(folder / "labels.nii.gz", labels.phases, in_patient(labels.grid, map),
+               frame_interval_s);
   json content{{"workspace_from_lps", affine_to_json(map)}, {"shapes", json::array()}};
-  for (const ShapeCycle& shape : registration.shapes) {
+  for (const ShapeCycle& shape : shapes) {
     const std::string name = shape_name(shape.structure);
-    write_images(folder / name, shape.level, in_patient(shape.level.grid, map), frame_interval_s);
+    write_images(folder / name, shape.level.phases, in_patient(shape.level.grid, map),
+                 frame_interval_s);
     files.push_back("register/" + name);
     content["shapes"].push_back({{"structure", structure_name(shape.structure)},
                                  {"grid", grid_to_json(shape.level.grid)},

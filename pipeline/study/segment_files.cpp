@@ -128,22 +128,21 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
   FileList files{"segment/segment.json", "segment/labels.nii.gz", kLabelsAsMade};
   const LabelCycle& labels = segmentation.labels;
   const CoverageCycle& coverage = segmentation.coverage;
-  write_labels(folder / "labels.nii.gz", labels, labels.grid, frame_interval_s);
-  write_labels(study / kLabelsAsMade, labels, labels.grid, frame_interval_s);
+  write_labels(folder / "labels.nii.gz", labels.phases, labels.grid, frame_interval_s);
+  write_labels(study / kLabelsAsMade, labels.phases, labels.grid, frame_interval_s);
   std::vector<Structure> structures;
   for (const auto& [structure, phases] : coverage.phases) {
     const std::string name = coverage_name(structure);
-    write_images(folder / name, {coverage.grid, phases}, coverage.grid, frame_interval_s);
+    write_images(folder / name, phases, coverage.grid, frame_interval_s);
     structures.push_back(structure);
     files.push_back("segment/" + name);
   }
   std::vector<Structure> uncertain;
   for (const auto& [structure, phases] : segmentation.uncertainty) {
-    ImageCycle<float> sigma_mm{coverage.grid, {}};
+    std::vector<std::vector<float>> sigma_mm;
     for (const std::vector<BoundaryPoint>& points : phases) {
-      sigma_mm.phases.emplace_back(coverage.grid.count(), 0.0F);
-      for (const BoundaryPoint& point : points)
-        sigma_mm.phases.back()[point.voxel] = point.sigma_mm;
+      sigma_mm.emplace_back(coverage.grid.count(), 0.0F);
+      for (const BoundaryPoint& point : points) sigma_mm.back()[point.voxel] = point.sigma_mm;
     }
     const std::string name = uncertainty_name(structure);
     write_images(folder / name, sigma_mm, coverage.grid, frame_interval_s);

@@ -65,7 +65,7 @@ FileList write_solve_memory(const fs::path& study, const SolveMemory& memory,
     images[name] = {{"grid", grid_to_json(labels.grid)}, {"phases", labels.phase_count()}};
   }
   parallel_for(written.size(), [&](std::size_t at) {
-    write_labels(study / files[at + 1], *written[at], written[at]->grid, frame_interval_s);
+    write_labels(study / files[at + 1], written[at]->phases, written[at]->grid, frame_interval_s);
   });
   write_text(study / kIndex,
              json{{"key", key}, {"numbers", memory.numbers}, {"images", images}}.dump() + "\n");

@@ -52,9 +52,9 @@ struct Registration {
 /// register/: the shapes and, for the eye, cine and labels on the workspace's 256 x 256 x 64 grid.
 /// All NIfTI files carry their place in the patient, so that they overlay the source in a viewer.
 /// @param cine, labels grid frame: workspace
-FileList write_registration(const std::filesystem::path& study, const Registration& registration,
-                            const ImageCycle<float>& cine, const LabelCycle& labels,
-                            double frame_interval_s);
+FileList write_registration(const std::filesystem::path& study, const Affine& workspace_from_lps,
+                            const std::vector<ShapeCycle>& shapes, const ImageCycle<float>& cine,
+                            const LabelCycle& labels, double frame_interval_s);
 [[nodiscard]] Registration read_registration(const std::filesystem::path& study);
 /// Only the map, without the shapes.
 [[nodiscard]] Affine read_workspace_from_lps(const std::filesystem::path& study);

@@ -263,7 +263,8 @@ TEST(StageFiles, a_registration_comes_back_bit_by_bit_and_lies_in_the_patient) {
                          {Structure::LvBlood, images(lattice, 2.1, false)}};
   LabelCycle labels{lattice, {}};
   labels.phases.assign(kPhases, std::vector<std::uint8_t>(lattice.count(), 3));
-  (void)write_registration(folder.path(), registration, images(lattice, 500, true), labels, 0.05);
+  (void)write_registration(folder.path(), registration.workspace_from_lps, registration.shapes,
+                           images(lattice, 500, true), labels, 0.05);
   const Registration again = read_registration(folder.path());
   EXPECT_EQ(registration.workspace_from_lps.matrix(), again.workspace_from_lps.matrix());
   EXPECT_EQ(read_workspace_from_lps(folder.path()).matrix(), again.workspace_from_lps.matrix());
