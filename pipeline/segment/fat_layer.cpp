@@ -25,6 +25,8 @@ constexpr double kBlurPx = 0.7;           ///< Gaussian before fat's level is lo
 constexpr double kOfBlur = 0.4;           ///< of the noise that it leaves: 1 / (2 sqrt(pi) blur)
 constexpr double kBrighter = 3;           ///< standard deviations over blood
 constexpr double kLeastShare = 0.005;     ///< of voxels there that are bright, or there is no fat
+constexpr double kLeastStep = 0.15;       ///< of the way from muscle to blood, where it is duller
+constexpr double kLeastDullShare = 0.03;  ///< of voxels outside that are brighter than that
 constexpr double kFatQuantile = 0.9;      ///< of bright ones: most are mixed with something darker
 constexpr double kOfNoise = 1.28;         ///< standard deviations that such a quantile lies above
 constexpr std::array kAlongPx{2.0, 5.0};  ///< Gaussian along the outline: fine, then for thin fat
@@ -62,36 +64,51 @@ std::vector<Slice> slices_of(const Grid& grid, const std::vector<float>& image,
   return out;
 }
 
-/// Fat's level, where it lies around the heart at all.
-std::optional<double> fat_around(const ImageCycle<float>& images, double noise,
-                                 const TissueLevels& levels, const ImageCycle<std::uint8_t>& labels,
-                                 int phase) {
-  const Grid& grid = images.grid;
+/// Intensities around the heart, calmed: outside it and a little within, for labels may hold fat.
+std::vector<float> calm_around(const ImageCycle<float>& images,
+                               const ImageCycle<std::uint8_t>& labels, int phase, float from_px) {
   const auto p = static_cast<std::size_t>(phase);
-  const double left = kOfBlur * noise;
-  const auto bright = static_cast<float>(levels.blood + kBrighter * left);
-  std::vector<float> values;
-  std::size_t seen = 0;
-  for (const Slice& slice : slices_of(grid, images.phases[p], labels.phases[p])) {
+  std::vector<float> out;
+  for (const Slice& slice : slices_of(images.grid, images.phases[p], labels.phases[p])) {
     if (slice.distance_px.empty()) continue;
     cv::Mat calm;
     cv::GaussianBlur(slice.pixels, calm, {0, 0}, kBlurPx);
-    for (int j = 0; j < slice.pixels.rows; ++j) {
-      for (int i = 0; i < slice.pixels.cols; ++i) {
+    for (int j = 0; j < calm.rows; ++j) {
+      for (int i = 0; i < calm.cols; ++i) {
         const float d = slice.distance_px.at<float>(j, i);
-        if (d < -kWithinPx || d > kNearPx) continue;
-        if (is_blood(slice.labels.at<std::uint8_t>(j, i))) continue;
-        ++seen;
-        const float value = calm.at<float>(j, i);
-        if (value > bright) values.push_back(value);
+        if (d < from_px || d > kNearPx) continue;
+        if (!is_blood(slice.labels.at<std::uint8_t>(j, i))) out.push_back(calm.at<float>(j, i));
       }
     }
   }
-  if (static_cast<double>(values.size()) < kLeastShare * static_cast<double>(seen)) return {};
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(
-                                       kFatQuantile * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return static_cast<double>(*at) - kOfNoise * left;
+  return out;
+}
+
+/// The quantile of what is brighter, if there is enough of it.
+std::optional<double> level_above(std::vector<float> values, double bound, double least_share,
+                                  double quantile) {
+  const auto bright = std::partition(values.begin(), values.end(), [&](float value) {
+    return static_cast<double>(value) <= bound;
+  });
+  const auto count = static_cast<double>(values.end() - bright);
+  if (count < 1 || count < least_share * static_cast<double>(values.size())) return {};
+  const auto at = bright + static_cast<std::ptrdiff_t>(quantile * (count - 1));
+  std::nth_element(bright, at, values.end());
+  return static_cast<double>(*at);
+}
+
+/// Fat's level, where it lies around the heart at all: brighter than blood or, where contrast is
+/// low, between muscle and blood.
+std::optional<double> fat_around(const ImageCycle<float>& images, double noise,
+                                 const TissueLevels& levels, const ImageCycle<std::uint8_t>& labels,
+                                 int phase) {
+  const double left = kOfBlur * noise;
+  const auto bright = level_above(calm_around(images, labels, phase, -kWithinPx),
+                                  levels.blood + kBrighter * left, kLeastShare, kFatQuantile);
+  if (bright) return *bright - kOfNoise * left;
+  return level_above(calm_around(images, labels, phase, 1),
+                     levels.muscle + kLeastStep * (levels.blood - levels.muscle), kLeastDullShare,
+                     0.5);
 }
 
 /// Sums over the pixels beside one outline, by place along it and distance from it.
@@ -333,7 +350,6 @@ std::optional<LayerLevels> levels_with_fat(const ImageCycle<float>& images, doub
                           .blood = levels.blood,
                           .fat = *std::max_element(fats.begin(), fats.end()),
                           .noise = std::max(noise, 0.01 * (levels.blood - levels.muscle))};
-  if (known.fat < levels.blood) return {};
   return known;
 }
 

@@ -22,7 +22,8 @@ struct FatEdge {
   float sigma_mm = 0;  ///< of the edge
 };
 
-/// Levels of the tissues, where the images show fat around the heart that is brighter than blood.
+/// Levels of the tissues, where the images show fat around the heart: brighter than blood, or
+/// brighter than muscle where contrast is low.
 /// @param images, labels the heart's box  @param noise standard deviation
 [[nodiscard]] std::optional<LayerLevels> levels_with_fat(const ImageCycle<float>& images,
                                                          double noise, const TissueLevels& levels,

@@ -370,7 +370,7 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
   parallel_for(images.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     if (stay[p] != 0) return;
-    let_fat_in(images.grid, images.phases[p], levels, phase);
+    if (levels.fat > levels.blood) let_fat_in(images.grid, images.phases[p], levels, phase);
     std::vector<float> coverage(phase.size());
     std::transform(phase.begin(), phase.end(), coverage.begin(),
                    [](std::uint8_t label) { return label != 0 ? 1.0F : 0.0F; });

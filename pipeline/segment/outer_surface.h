@@ -19,7 +19,7 @@ namespace beatlas::segment {
 /// `stay` do not change.
 /// @param images, labels the heart's box, slices thinner than kThickSlicesMm; labels are changed to
 /// what the surface says
-/// @param levels fat's among them, brighter than blood
+/// @param levels fat's among them
 /// @return [phase] voxels beside the surface, ascending
 [[nodiscard]] std::vector<std::vector<FatEdge>> fit_outer_surface(
     const ImageCycle<float>& images, const LayerLevels& levels,

@@ -235,9 +235,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   for (const int p : known.phases) stay[static_cast<std::size_t>(p)] = 1;
   std::vector<std::vector<FatEdge>> under_fat(images.phases.size());
   if (const auto tissues = levels_with_fat(images, image_noise, chambers.levels, labels)) {
-    under_fat = images.grid.spacing_mm()[2] < kThickSlicesMm
-                    ? fit_outer_surface(images, *tissues, stay, labels)
-                    : strip_fat_layer(images, *tissues, stay, labels);
+    if (images.grid.spacing_mm()[2] < kThickSlicesMm) {
+      under_fat = fit_outer_surface(images, *tissues, stay, labels);
+    } else if (tissues->fat > tissues->blood) {
+      under_fat = strip_fat_layer(images, *tissues, stay, labels);
+    }
   }
   LabelImages stripped = labels.phases;
   // What was drawn stays as it was drawn, whatever the tidying thinks of it.

@@ -95,15 +95,17 @@ const Vec3 kMiddle(32.3, 33.1, 37.4);
 const Vec3 kToBase = Vec3(0.36, 0.48, 0.8);
 
 /// A ball of muscle with blood in it, cut open at a base; fat thickens from nothing on its left to
-/// kMostFatMm on its right and covers the base. Labels hold what is brighter than lung, or, with a
-/// groove full of fat on the right, all of the ball.
+/// kMostFatMm on its right and covers the base. Labels hold what is brighter than lung. A
+/// groove on the right may be full of fat.
 struct Made {
   Grid grid = made::straight_grid({66, 66, 25}, {1, 1, 3});
   ImageCycle<float> images = made::constant_images(grid, 2, 0);
   ImageCycle<std::uint8_t> labels{grid, {}};
   std::vector<float> coverage;  ///< of the heart
 
-  explicit Made(bool groove = false) : coverage(grid.count()) {
+  /// @param labelled_mm beyond the ball labels hold nothing
+  explicit Made(bool groove = false, double fat_level = kFat, double labelled_mm = 99)
+      : coverage(grid.count()) {
     constexpr int kFine = 5;
     std::vector<float> clean(grid.count());
     std::vector<std::uint8_t> phase(grid.count(), kLabelBackground);
@@ -125,12 +127,12 @@ struct Made {
         const bool heart = r < kHeartMm && base < 0 && !cleft;
         const bool fatty = r < kHeartMm + fat && base < 2;
         share += heart ? 1 : 0;
-        sum += heart ? (r < kCavityMm ? kBlood : kMuscle) : fatty ? kFat : kLung;
+        sum += heart ? (r < kCavityMm ? kBlood : kMuscle) : fatty ? fat_level : kLung;
       }
       clean[v] = static_cast<float>(sum / (kFine * kFine * kFine));
       coverage[v] = static_cast<float>(share / (kFine * kFine * kFine));
       if (clean[v] > 0.5 * (kMuscle + kLung)) phase[v] = kLabelLvMyocardium;
-      if (groove && at.norm() > kHeartMm) phase[v] = kLabelBackground;
+      if (at.norm() > kHeartMm + labelled_mm) phase[v] = kLabelBackground;
       if (phase[v] != 0 && at.norm() < kCavityMm) phase[v] = kLabelLvBlood;
     }
     images.phases.assign(2, clean);
@@ -177,8 +179,37 @@ TEST(OuterSurface, IsFoundUnderFatAlongSlicesAndAtAnOpenBase) {
   EXPECT_LT(wrong, was_wrong / 10);
 }
 
+/// Mean distance between surfaces that the difference of two coverages comes to [mm].
+double mean_off_mm(const Made& made, const std::vector<FatEdge>& edges,
+                   const std::vector<std::uint8_t>& labels) {
+  std::vector<float> found(labels.size());
+  std::transform(labels.begin(), labels.end(), found.begin(),
+                 [](std::uint8_t label) { return label != 0 ? 1.0F : 0.0F; });
+  for (const FatEdge& edge : edges) found[edge.voxel] = edge.coverage;
+  double off = 0;
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    off += std::abs(static_cast<double>(found[v] - made.coverage[v]));
+  }
+  return off * kSpacing.prod() / made.area_mm2();
+}
+
+TEST(OuterSurface, IsFoundUnderFatDullerThanBlood) {
+  constexpr double kDull = 700;
+  Made made(false, kDull, 0.3);
+  TissueLevels known;
+  known.blood = known.rv_blood = kBlood;
+  known.muscle = kMuscle;
+  const auto levels = levels_with_fat(made.images, kNoise, known, made.labels);
+  ASSERT_TRUE(levels);
+  EXPECT_NEAR(levels->fat, kDull, 150);  // much of it is mixed
+  const double before = mean_off_mm(made, {}, made.labels.phases[0]);
+  const auto edges = fit_outer_surface(made.images, *levels, {0, 0}, made.labels);
+  EXPECT_GT(before, 0.45);
+  EXPECT_LT(mean_off_mm(made, edges[0], made.labels.phases[0]), 0.35);
+}
+
 TEST(OuterSurface, FatInAGrooveIsNoneOfTheHeart) {
-  Made made(true);
+  Made made(true, kFat, 0);
   (void)fit_outer_surface(made.images, kLevels, {0, 0}, made.labels);
   int groove = 0;
   int left = 0;
