@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/segment/drawn_ends.h"
 
 namespace beatlas::segment {
 
@@ -16,11 +17,27 @@ std::vector<LvPlace> places_beside(const std::vector<int>& found, const Grid& gr
   return places;
 }
 
+bool turned_by(const std::vector<Seed>& drawn, const LvSlices& slices) {
+  if (slices.doubted.empty()) return false;
+  const std::vector<LvPlace> places = lv_places(slices.grid, drawn);
+  return std::any_of(places.begin(), places.end(), [&](const LvPlace& place) {
+    return std::binary_search(slices.doubted.begin(), slices.doubted.end(), place.k);
+  });
+}
+
 namespace {
+
+/// Thick slices only; in thin ones the long axis tells the base.
+void turn_if_drawn(const std::vector<Seed>& drawn, LvSlices& slices, Chambers& chambers) {
+  if (slices.grid.spacing_mm()[2] < kThickSlicesMm) return;
+  slices.doubted = doubted_base(chambers);
+  slices.turned = turned_by(drawn, slices);
+  if (slices.turned) chambers.base_step = -chambers.base_step;
+}
 
 /// @param chambers before adopt_seeds
 LvSlices slices_of(const Grid& grid, const Chambers& chambers, const std::vector<Seed>& drawn) {
-  LvSlices out{grid, {}, {}};
+  LvSlices out{grid, {}, {}, {}, false};
   for (const LvSlice& slice : chambers.lv) out.found.push_back(slice.k);
   out.adopted = places_beside(out.found, grid, drawn);
   return out;
@@ -80,6 +97,10 @@ Groundwork lay_groundwork(const ImageCycle<float>& images, const Box& moving, co
   context.check_cancelled();
   out.looked.push_back(slices_of(images.grid, chambers, drawn));
   adopt_seeds(images, drawn, chambers);
+  turn_if_drawn(drawn, out.looked.back(), chambers);
+  if (out.looked.back().turned) {
+    context.log("seeds of LV blood lie in what was taken for its base: base and apex turned over");
+  }
   if (parts_atria) chambers.axis = find_long_axis(images, chambers, tricuspid_excursion_mm);
   if (chambers.axis) chambers.height_mm = chambers.axis->heights_mm(images.grid);
   if (chambers.axis) {

@@ -13,8 +13,10 @@
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/denoise.h"
+#include "pipeline/segment/drawn_ends.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/fat_layer.h"
+#include "pipeline/segment/followed_seeds.h"
 #include "pipeline/segment/groundwork.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
@@ -213,8 +215,12 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   context.progress(0.75, "where ventricles end");
   strip_outer_layer(images, image_noise, chambers, labels);
   cut_at_base(chambers, labels);
-  const VentricleEnds ends =
+  VentricleEnds ends =
       find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);
+  if (chambers.found_lv()) {
+    reach_drawn_slices(drawn_reach(images.grid, marks, chambers.base_step), chambers.base_step,
+                       ends);
+  }
   redraw_mixed_slices(images, chambers, ends, labels);
   clear_mixed_atria(chambers, ends, labels);
   wall_atria(images, chambers, ends, labels);
@@ -249,6 +255,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
   out.base_cuts =
       part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
+  const std::vector<std::string> ignored = seeds_not_followed(labels, given, marks);
+  out.warnings.insert(out.warnings.end(), ignored.begin(), ignored.end());
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }
