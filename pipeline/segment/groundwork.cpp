@@ -88,7 +88,7 @@ LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<See
 }  // namespace
 
 Groundwork lay_groundwork(const ImageCycle<float>& images, const Box& moving, const Box& box,
-                          const std::vector<Seed>& drawn, bool parts_atria,
+                          const std::vector<Seed>& drawn, bool parts_atria, int known_step,
                           double tricuspid_excursion_mm, StageContext& context) {
   const TemporalStats stats = temporal_stats(images);
   Groundwork out{moving, box, stats.noise, classify_motion(stats), {}, {}, {}};
@@ -96,6 +96,9 @@ Groundwork lay_groundwork(const ImageCycle<float>& images, const Box& moving, co
   chambers = find_chambers(images, stats, context);
   context.check_cancelled();
   out.looked.push_back(slices_of(images.grid, chambers, drawn));
+  if (known_step != 0 && chambers.found_lv() && images.grid.spacing_mm()[2] >= kThickSlicesMm) {
+    chambers.base_step = known_step;
+  }
   adopt_seeds(images, drawn, chambers);
   turn_if_drawn(drawn, out.looked.back(), chambers);
   if (out.looked.back().turned) {

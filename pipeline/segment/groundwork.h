@@ -41,10 +41,11 @@ struct Groundwork {
 
 /// @param images the part of the stack in `box`; @param drawn seeds, see box_with_seeds
 /// @param parts_atria whether a long axis is looked for
+/// @param known_step of the base in thick slices, from labels of some phases; 0: not known
 [[nodiscard]] Groundwork lay_groundwork(const ImageCycle<float>& images, const Box& moving,
                                         const Box& box, const std::vector<Seed>& drawn,
-                                        bool parts_atria, double tricuspid_excursion_mm,
-                                        StageContext& context);
+                                        bool parts_atria, int known_step,
+                                        double tricuspid_excursion_mm, StageContext& context);
 
 /// What a solve leaves for the next.
 struct KeptSolve {

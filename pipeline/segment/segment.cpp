@@ -18,6 +18,7 @@
 #include "pipeline/segment/fat_layer.h"
 #include "pipeline/segment/followed_seeds.h"
 #include "pipeline/segment/groundwork.h"
+#include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/open_base.h"
@@ -131,9 +132,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   context.check_cancelled();
   context.progress(0.1, "chambers");
   // What is known in two phases and more tells where ventricles end.
-  Groundwork ground = before ? std::move(before->ground)
-                             : lay_groundwork(images, moving, box, drawn, known.phases.size() < 2,
-                                              options.tricuspid_excursion_mm, context);
+  Groundwork ground =
+      before ? std::move(before->ground)
+             : lay_groundwork(images, moving, box, drawn, known.phases.size() < 2,
+                              base_step_of(known.labels), options.tricuspid_excursion_mm, context);
   Chambers chambers = ground.chambers;
   const double image_noise = ground.noise;
   // About the heart most voxels change as it beats, which looks like noise; of a whole image few
