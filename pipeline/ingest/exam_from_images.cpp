@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <span>
 #include <string>
 
@@ -7,6 +9,7 @@
 #include "pipeline/ingest/exam_sources.h"
 #include "pipeline/ingest/frame_timing.h"
 #include "pipeline/ingest/phase_resampling.h"
+#include "pipeline/ingest/slice_axis.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -102,6 +105,20 @@ void check_options(const IngestOptions& options) {
   }
 }
 
+/// Slices along the third axis, wherever the file has them.
+/// @return the sentence that tells the order of its voxels
+std::string order_axes(ImageCycle<float>& images) {
+  const int axis = slice_axis(images.grid);
+  if (axis == 2) return "the order of its voxels is the file's.";
+  put_axis_last(images, axis);
+  constexpr std::array<const char*, 2> kNames{"first", "second"};
+  char spacing[32];
+  std::snprintf(spacing, sizeof spacing, "%.3g mm", images.grid.spacing_mm()[2]);
+  return std::string("they lie ") + spacing + " apart along the file's " +
+         kNames.at(static_cast<std::size_t>(axis)) +
+         " axis, which was made the third; every voxel stays at its place in the patient.";
+}
+
 Exam to_exam(formats::ImageFile&& file, const IngestOptions& options) {
   Exam exam;
   exam.phantom_identity = file.header.phantom_identity;
@@ -113,6 +130,7 @@ Exam to_exam(formats::ImageFile&& file, const IngestOptions& options) {
         "it holds one image only: name a 4-D file with several phases, or a list of 3-D files, "
         "one a phase");
   }
+  const std::string order_told = order_axes(images);
   if (images.grid.size[2] < kLeastSlices) {
     throw_invalid("it holds " + std::to_string(images.grid.size[2]) +
                   (images.grid.size[2] == 1 ? " slice" : " parallel slices") +
@@ -127,7 +145,7 @@ Exam to_exam(formats::ImageFile&& file, const IngestOptions& options) {
   exam.decisions.push_back("The stack has " + std::to_string(images.grid.size[2]) + " slices of " +
                            std::to_string(frames) + " phases, " +
                            (timing.even ? "even in" : "unevenly spread over") +
-                           " the R-R interval; the order of its voxels is the file's.");
+                           " the R-R interval; " + order_told);
   const int phases = options.phases > 0 ? options.phases : frames;
   if (phases != frames || !timing.even) {
     resample(images, timing.phases, phases);

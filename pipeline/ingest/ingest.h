@@ -49,8 +49,9 @@ struct IngestOptions {
 /// assigned, not blended: a blend of two far phases shows two hearts.
 /// Views: other cines of one or two parallel slices, one Cine a slice, the same number of phases.
 ///
-/// Image files: voxel order is the file's, the grid LPS of either handedness; no views. Frames are
-/// even in the R-R interval (R-R = frames x interval) unless the file names the time of each or
+/// Image files: voxel order is the file's, but that the axis of the slices is made the third where
+/// it is another (slice_axis.h); the grid LPS of either handedness; no views. Frames are even in
+/// the R-R interval (R-R = frames x interval) unless the file names the time of each or
 /// `frame_times_s` does: then they are resampled as those of DICOM. A file that tells no time, as
 /// no list of files does, needs `rr_interval_s` or `frame_times_s`; one that says that its fourth
 /// axis is no time is refused. A folder that holds DICOM too is read as DICOM.

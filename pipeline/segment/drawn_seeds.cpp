@@ -91,7 +91,8 @@ void visit_piece(const Grid& grid, const Vec3& a, const Vec3& b, const Vec3& rea
   }
 }
 
-/// The voxels that a seed marks, ascending, each once. Empty if it misses the grid.
+}  // namespace
+
 std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed) {
   const Affine index_from_lps = grid.mm_from_index.inverse();
   const Vec3 reach = (seed.radius_mm * grid.spacing_mm().cwiseInverse()).cwiseMax(0.5);
@@ -114,6 +115,18 @@ std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed) {
   voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
   return voxels;
 }
+
+std::string seed_told(const std::vector<Seed>& seeds, std::size_t at) {
+  const Seed& seed = seeds[at];
+  const Vec3& mm = seed.lps_mm;
+  char text[200];
+  std::snprintf(text, sizeof text, "seed %zu, %s at (%.0f, %.0f, %.0f) mm LPS, %s,", at + 1,
+                std::string(kLabelWords.at(seed.label)).c_str(), mm[0], mm[1], mm[2],
+                seed.phase < 0 ? "every phase" : ("phase " + std::to_string(seed.phase)).c_str());
+  return text;
+}
+
+namespace {
 
 /// What the image is instead of what the label is; null where it fits or nothing can be told.
 const char* looks_wrong(std::uint8_t label, double level, const TissueLevels& levels) {
@@ -218,12 +231,7 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
       ++more;
       continue;
     }
-    const Vec3& at = seed.lps_mm;
-    char text[400];
-    std::snprintf(text, sizeof text, "seed %zu, %s at (%.0f, %.0f, %.0f) mm LPS, %s, lies where ",
-                  s + 1, std::string(kLabelWords.at(seed.label)).c_str(), at[0], at[1], at[2],
-                  seed.phase < 0 ? "every phase" : ("phase " + std::to_string(seed.phase)).c_str());
-    std::string told = text;
+    std::string told = seed_told(seeds, s) + " lies where ";
     if (looks != nullptr) told += std::string("the image is ") + looks;
     if (against) {
       told += (looks != nullptr ? " and " : "") + std::string("an automatic seed says ") +

@@ -10,6 +10,12 @@
 
 namespace beatlas::segment {
 
+/// The voxels that a seed marks, ascending, each once. Empty if it misses the grid.
+[[nodiscard]] std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed);
+
+/// "seed 3, lv_blood at (12, -4, 30) mm LPS, phase 2," for a message; counted from 1.
+[[nodiscard]] std::string seed_told(const std::vector<Seed>& seeds, std::size_t at);
+
 /// The heart's box made to hold a technician's seeds of the heart, with a margin; seeds of
 /// background that do not reach it are taken out, for beyond the box all is background.
 /// @param grid of the whole stack  @pre check_seeds

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/segment/drawn_ends.h"
 
 namespace beatlas::segment {
 
@@ -16,11 +17,27 @@ std::vector<LvPlace> places_beside(const std::vector<int>& found, const Grid& gr
   return places;
 }
 
+bool turned_by(const std::vector<Seed>& drawn, const LvSlices& slices) {
+  if (slices.doubted.empty()) return false;
+  const std::vector<LvPlace> places = lv_places(slices.grid, drawn);
+  return std::any_of(places.begin(), places.end(), [&](const LvPlace& place) {
+    return std::binary_search(slices.doubted.begin(), slices.doubted.end(), place.k);
+  });
+}
+
 namespace {
+
+/// Thick slices only; in thin ones the long axis tells the base.
+void turn_if_drawn(const std::vector<Seed>& drawn, LvSlices& slices, Chambers& chambers) {
+  if (slices.grid.spacing_mm()[2] < kThickSlicesMm) return;
+  slices.doubted = doubted_base(chambers);
+  slices.turned = turned_by(drawn, slices);
+  if (slices.turned) chambers.base_step = -chambers.base_step;
+}
 
 /// @param chambers before adopt_seeds
 LvSlices slices_of(const Grid& grid, const Chambers& chambers, const std::vector<Seed>& drawn) {
-  LvSlices out{grid, {}, {}};
+  LvSlices out{grid, {}, {}, {}, false};
   for (const LvSlice& slice : chambers.lv) out.found.push_back(slice.k);
   out.adopted = places_beside(out.found, grid, drawn);
   return out;
@@ -71,7 +88,7 @@ LabelImages upright_seeds(const ImageCycle<float>& images, const std::vector<See
 }  // namespace
 
 Groundwork lay_groundwork(const ImageCycle<float>& images, const Box& moving, const Box& box,
-                          const std::vector<Seed>& drawn, bool parts_atria,
+                          const std::vector<Seed>& drawn, bool parts_atria, int known_step,
                           double tricuspid_excursion_mm, StageContext& context) {
   const TemporalStats stats = temporal_stats(images);
   Groundwork out{moving, box, stats.noise, classify_motion(stats), {}, {}, {}};
@@ -79,7 +96,14 @@ Groundwork lay_groundwork(const ImageCycle<float>& images, const Box& moving, co
   chambers = find_chambers(images, stats, context);
   context.check_cancelled();
   out.looked.push_back(slices_of(images.grid, chambers, drawn));
+  if (known_step != 0 && chambers.found_lv() && images.grid.spacing_mm()[2] >= kThickSlicesMm) {
+    chambers.base_step = known_step;
+  }
   adopt_seeds(images, drawn, chambers);
+  turn_if_drawn(drawn, out.looked.back(), chambers);
+  if (out.looked.back().turned) {
+    context.log("seeds of LV blood lie in what was taken for its base: base and apex turned over");
+  }
   if (parts_atria) chambers.axis = find_long_axis(images, chambers, tricuspid_excursion_mm);
   if (chambers.axis) chambers.height_mm = chambers.axis->heights_mm(images.grid);
   if (chambers.axis) {

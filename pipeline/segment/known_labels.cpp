@@ -17,32 +17,6 @@ namespace {
 
 using Mask = std::vector<std::uint8_t>;
 
-/// +1 if the cavity is larger towards larger k, where the base is then, -1 if smaller; 0: neither.
-int base_step_of(const LabelCycle& labels) {
-  const Grid& grid = labels.grid;
-  const auto size = [&](int k, bool (*inside)(std::uint8_t)) {
-    std::ptrdiff_t count = 0;
-    for (const Mask& phase : labels.phases) {
-      const auto from = phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
-      count += std::count_if(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), inside);
-    }
-    return count;
-  };
-  const auto step_by = [&](bool (*inside)(std::uint8_t)) {
-    std::vector<std::ptrdiff_t> sizes;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      if (const std::ptrdiff_t here = size(k, inside); here > 0) sizes.push_back(here);
-    }
-    std::ptrdiff_t more = 0;  // of the upper half
-    for (std::size_t s = 0; s < sizes.size() / 2; ++s) {
-      more += sizes[sizes.size() - 1 - s] - sizes[s];
-    }
-    return more > 0 ? 1 : more < 0 ? -1 : 0;
-  };
-  const int by_cavity = step_by([](std::uint8_t label) { return label == kLabelLvBlood; });
-  return by_cavity != 0 ? by_cavity : step_by([](std::uint8_t label) { return label != 0; });
-}
-
 /// Of labels that are known in every phase.
 Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage,
                          StageContext& context) {
@@ -74,6 +48,31 @@ Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage
 }
 
 }  // namespace
+
+int base_step_of(const LabelCycle& labels) {
+  const Grid& grid = labels.grid;
+  const auto size = [&](int k, bool (*inside)(std::uint8_t)) {
+    std::ptrdiff_t count = 0;
+    for (const Mask& phase : labels.phases) {
+      const auto from = phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+      count += std::count_if(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), inside);
+    }
+    return count;
+  };
+  const auto step_by = [&](bool (*inside)(std::uint8_t)) {
+    std::vector<std::ptrdiff_t> sizes;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (const std::ptrdiff_t here = size(k, inside); here > 0) sizes.push_back(here);
+    }
+    std::ptrdiff_t more = 0;  // of the upper half
+    for (std::size_t s = 0; s < sizes.size() / 2; ++s) {
+      more += sizes[sizes.size() - 1 - s] - sizes[s];
+    }
+    return more > 0 ? 1 : more < 0 ? -1 : 0;
+  };
+  const int by_cavity = step_by([](std::uint8_t label) { return label == kLabelLvBlood; });
+  return by_cavity != 0 ? by_cavity : step_by([](std::uint8_t label) { return label != 0; });
+}
 
 void check_known(const KnownLabels& known, const Grid& grid, int phases) {
   const std::vector<int>& at = known.phases;

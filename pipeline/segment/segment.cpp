@@ -14,9 +14,12 @@
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/denoise.h"
+#include "pipeline/segment/drawn_ends.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/fat_layer.h"
+#include "pipeline/segment/followed_seeds.h"
 #include "pipeline/segment/groundwork.h"
+#include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
 #include "pipeline/segment/open_base.h"
@@ -131,9 +134,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   context.check_cancelled();
   context.progress(0.1, "chambers");
   // What is known in two phases and more tells where ventricles end.
-  Groundwork ground = before ? std::move(before->ground)
-                             : lay_groundwork(images, moving, box, drawn, known.phases.size() < 2,
-                                              options.tricuspid_excursion_mm, context);
+  Groundwork ground =
+      before ? std::move(before->ground)
+             : lay_groundwork(images, moving, box, drawn, known.phases.size() < 2,
+                              base_step_of(known.labels), options.tricuspid_excursion_mm, context);
   Chambers chambers = ground.chambers;
   const double image_noise = ground.noise;
   // About the heart most voxels change as it beats, which looks like noise; of a whole image few
@@ -222,8 +226,12 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   context.progress(0.75, "where ventricles end");
   strip_outer_layer(images, image_noise, chambers, labels);
   cut_at_base(chambers, labels);
-  const VentricleEnds ends =
+  VentricleEnds ends =
       find_ventricle_ends(images, exam.views, labels, chambers, options.tricuspid_excursion_mm);
+  if (chambers.found_lv()) {
+    reach_drawn_slices(drawn_reach(images.grid, marks, chambers.base_step), chambers.base_step,
+                       ends);
+  }
   redraw_mixed_slices(images, chambers, ends, labels);
   clear_mixed_atria(chambers, ends, labels);
   wall_atria(images, chambers, ends, labels);
@@ -267,6 +275,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
   out.base_cuts =
       part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
+  const std::vector<std::string> ignored = seeds_not_followed(labels, given, marks);
+  out.warnings.insert(out.warnings.end(), ignored.begin(), ignored.end());
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }

@@ -214,6 +214,9 @@ void put_looked(const std::vector<LvSlices>& looked, SolveMemory& memory) {
       }
     }
     memory.numbers[name + "_found"].assign(slices.found.begin(), slices.found.end());
+    Numbers& turned = memory.numbers[name + "_turned"];
+    turned = {slices.turned ? 1.0 : 0.0, static_cast<double>(slices.doubted.size())};
+    turned.insert(turned.end(), slices.doubted.begin(), slices.doubted.end());
     Numbers& adopted = memory.numbers[name + "_adopted"];
     for (const LvPlace& place : slices.adopted) {
       adopted.insert(adopted.end(),
@@ -236,6 +239,11 @@ bool get_looked(const SolveMemory& memory, std::vector<LvSlices>& out) {
     }
     Reader found(memory, name + "_found");
     while (found.more()) slices.found.push_back(found.next_int());
+    Reader turned(memory, name + "_turned");
+    slices.turned = turned.next_int() != 0;
+    for (int left = turned.next_int(); left > 0 && turned.more(); --left) {
+      slices.doubted.push_back(turned.next_int());
+    }
     Reader adopted(memory, name + "_adopted");
     while (adopted.more()) {
       LvPlace place;
@@ -246,7 +254,11 @@ bool get_looked(const SolveMemory& memory, std::vector<LvSlices>& out) {
     }
     const bool ascending = std::adjacent_find(slices.found.begin(), slices.found.end(),
                                               std::greater_equal<>()) == slices.found.end();
-    if (!grid.done() || !found.done() || !adopted.done() || !ascending) return false;
+    const bool doubted = std::is_sorted(slices.doubted.begin(), slices.doubted.end());
+    if (!grid.done() || !found.done() || !turned.done() || !adopted.done() || !ascending ||
+        !doubted) {
+      return false;
+    }
     out.push_back(std::move(slices));
   }
 }
@@ -318,7 +330,10 @@ std::optional<KeptSolve> recall(SolveMemory memory, const Grid& stack, int phase
   if (!get_chambers(memory, phases, box_grid, ground.chambers)) return {};
   if (!get_looked(memory, ground.looked)) return {};
   for (const LvSlices& slices : ground.looked) {
-    if (places_beside(slices.found, slices.grid, drawn) != slices.adopted) return {};
+    if (places_beside(slices.found, slices.grid, drawn) != slices.adopted ||
+        turned_by(drawn, slices) != slices.turned) {
+      return {};
+    }
   }
   const auto n = static_cast<std::size_t>(phases);
   LabelImages* motion = images_of(memory, "motion", box.size, 1);

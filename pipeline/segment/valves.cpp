@@ -28,15 +28,20 @@ std::size_t count_label(const ImageCycle<std::uint8_t>& labels, std::size_t phas
       std::count(from, from + static_cast<std::ptrdiff_t>(labels.grid.slice_count()), label));
 }
 
+int drawn_at(const std::vector<int>& drawn_k, std::size_t phase) {
+  return drawn_k.empty() ? -1 : drawn_k[phase];
+}
+
 /// A basal slice that the LV leaves in systole shows the atrium then: blood without a ring of
 /// muscle.
-void drop_unringed_base(ImageCycle<std::uint8_t>& labels, const Chambers& chambers) {
+void drop_unringed_base(ImageCycle<std::uint8_t>& labels, const Chambers& chambers,
+                        const std::vector<int>& drawn_k) {
   const Grid& grid = labels.grid;
   const std::size_t slices = chambers.lv.size();
   for (std::size_t p = 0; p < labels.phases.size(); ++p) {
     for (std::size_t s = 0; s + 1 < slices; ++s) {
       const LvSlice& slice = chambers.lv[chambers.base_step > 0 ? slices - 1 - s : s];
-      if (slice.rings[p].muscle_share() >= kLeastRing) break;
+      if (slice.rings[p].muscle_share() >= kLeastRing || slice.k == drawn_at(drawn_k, p)) break;
       const std::size_t begin = grid.offset(0, 0, slice.k);
       for (std::size_t v = begin; v < begin + grid.slice_count(); ++v) {
         std::uint8_t& label = labels.phases[p][v];
@@ -113,6 +118,14 @@ void close_at_apex(ImageCycle<std::uint8_t>& labels, const std::vector<double>& 
   }
 }
 
+std::vector<double> reaching(std::vector<double> planes_k, const std::vector<int>& drawn_k,
+                             int step) {
+  for (std::size_t p = 0; p < planes_k.size(); ++p) {
+    planes_k[p] = segment::reaching(planes_k[p], drawn_at(drawn_k, p), step);
+  }
+  return planes_k;
+}
+
 int base_slice(const Chambers& chambers) {
   return chambers.base_step > 0 ? chambers.lv.back().k : chambers.lv.front().k;
 }
@@ -127,11 +140,13 @@ bool atria_beyond(const Grid& grid, const Chambers& chambers) {
          kAtrialPoolMm2;
 }
 
-/// No ventricle beyond the LV's most basal slice.
-void end_at_last_slice(ImageCycle<std::uint8_t>& labels, const Chambers& chambers) {
-  const std::vector<double> ends(labels.phases.size(),
-                                 base_slice(chambers) + 0.5 * chambers.base_step);
-  end_at(labels, {kLabelLvBlood, kLabelLvMyocardium, kLabelRvBlood}, ends, chambers.base_step);
+/// No ventricle beyond the LV's most basal slice, but where one was drawn.
+void end_at_last_slice(ImageCycle<std::uint8_t>& labels, const Chambers& chambers,
+                       const DrawnReach& drawn) {
+  const int step = chambers.base_step;
+  const std::vector<double> last(labels.phases.size(), base_slice(chambers) + 0.5 * step);
+  end_at(labels, kLv, reaching(last, drawn.lv_base, step), step);
+  end_at(labels, kRv, reaching(last, drawn.rv_base, step), step);
 }
 
 /// The tricuspid plane lies with the mitral one where that is highest, and descends with it.
@@ -176,6 +191,10 @@ std::vector<double> tricuspid_by_rule(const ImageCycle<std::uint8_t>& labels,
 }
 
 }  // namespace
+
+double reaching(double plane_k, int drawn_k, int step) {
+  return drawn_k >= 0 && step * (drawn_k - plane_k) > 0 ? drawn_k + 0.5 * step : plane_k;
+}
 
 int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
                int step) {
@@ -258,8 +277,8 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
   if (ends.lv) {
     end_at(labels, kLv, *ends.lv, step);
   } else {
-    if (atria_beyond(labels.grid, chambers)) end_at_last_slice(labels, chambers);
-    drop_unringed_base(labels, chambers);
+    if (atria_beyond(labels.grid, chambers)) end_at_last_slice(labels, chambers, ends.drawn);
+    drop_unringed_base(labels, chambers, ends.drawn.lv_base);
   }
   if (ends.rv) end_at(labels, kRv, *ends.rv, step);
   std::map<Structure, BaseCut> cuts = flat_base_cuts(labels, step);
@@ -270,7 +289,8 @@ std::map<Structure, BaseCut> part_ventricles_from_atria(ImageCycle<std::uint8_t>
   if (ends.rv) {
     cuts[Structure::RvBlood] = {step, *ends.rv};
   } else if (ends.lv || atria_beyond(labels.grid, chambers)) {
-    const std::vector<double> by_rule = tricuspid_by_rule(labels, chambers, tricuspid_excursion_mm);
+    const std::vector<double> by_rule = reaching(
+        tricuspid_by_rule(labels, chambers, tricuspid_excursion_mm), ends.drawn.rv_base, step);
     if (!by_rule.empty()) {
       end_at(labels, kRv, by_rule, step);
       cuts[Structure::RvBlood] = {step, by_rule};

@@ -16,6 +16,13 @@ namespace beatlas::segment {
 /// Length of the LV, apex to base plane, for which a tricuspid excursion is given (the phantom's).
 inline constexpr double kLvLengthMm = 98;
 
+/// Slice indices [phase] in which a technician drew a ventricle; -1 where none; empty: nowhere.
+struct DrawnReach {
+  std::vector<int> lv_base;  ///< most basal one of the LV, blood or muscle
+  std::vector<int> lv_apex;  ///< most apical one of LV blood
+  std::vector<int> rv_base;  ///< most basal one of RV blood
+};
+
 /// Slice index, fractional, of each ventricle's base plane in every phase; none where slices are
 /// thin or nothing shows it.
 struct VentricleEnds {
@@ -24,6 +31,7 @@ struct VentricleEnds {
   std::optional<std::vector<double>> lv_apex;  ///< of the cavity's apical end, from views
   bool from_views = false;                     ///< the LV's, see long_axis_views.h
   std::string trouble;                         ///< with the views, a sentence; or empty
+  DrawnReach drawn;                            ///< no ventricle ends before it
 };
 
 /// From long-axis views where they tell the LV's, otherwise where slices turn into the atrium's
@@ -58,6 +66,10 @@ void wall_atria(const ImageCycle<float>& images, const Chambers& chambers,
 /// @param base_step +1 if the base lies towards larger k, -1 if smaller
 [[nodiscard]] std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels,
                                                           int base_step);
+
+/// A plane that cuts off slice `drawn_k` (-1: none) lies half a gap beyond it instead.
+/// @param step +1 if what is cut off lies towards larger k
+[[nodiscard]] double reaching(double plane_k, int drawn_k, int step);
 
 /// Most basal slice with the structure in a phase; -1 if it has none.
 [[nodiscard]] int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase,

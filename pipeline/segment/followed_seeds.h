@@ -1,0 +1,23 @@
+#pragma once
+/// Whether the labels do what a technician's seeds say, so that none is passed over in silence.
+
+#include <string>
+#include <vector>
+
+#include "pipeline/core/exam.h"
+#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/segment.h"
+
+namespace beatlas::segment {
+
+/// Seeds of the heart that the labels do not follow, a sentence each with seed (counted from 1),
+/// place, phases and why: where at least half of what a seed marks (and no later one marks anew)
+/// has another label, or where it stays alone: nothing beside it in its slices has its label. At
+/// most five, and how many more.
+/// @param labels as they are at the end, before atria are parted; @param marks what seeds drew on
+/// their grid, kUnlabelled elsewhere
+[[nodiscard]] std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labels,
+                                                          const std::vector<Seed>& seeds,
+                                                          const LabelImages& marks);
+
+}  // namespace beatlas::segment
