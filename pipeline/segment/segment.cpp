@@ -256,7 +256,6 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
     }
   }
-  marks = {};
   drop_unknown_labels(known, labels);
   keep_connected_heart(labels);
 
@@ -277,6 +276,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);
   const std::vector<std::string> ignored = seeds_not_followed(labels, given, marks);
   out.warnings.insert(out.warnings.end(), ignored.begin(), ignored.end());
+  marks = {};
   for (auto& [structure, cut] : out.base_cuts) {
     for (double& k : cut.k) k += box.first[2];
   }
