@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/box_share.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/segment/box.h"
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/magnitude.h"
 #include "pipeline/segment/surfels.h"
@@ -42,8 +42,9 @@ constexpr double kBlendMm = 2.2;     ///< Gaussian between pieces
 constexpr double kSheetAlike = 0.7;  ///< cosine of the angle between normals of one sheet
 constexpr double kStepMm = 1;        ///< inward, in search of the heart
 constexpr int kSteps = 6;
-constexpr double kCalmPx = 0.7;                          ///< Gaussian before fat is told from blood
-constexpr double kMostFatShare = 0.03;                   ///< of the heart
+constexpr double kSeamMm = 4;           ///< where labels of walls that meet are mixed
+constexpr double kCalmPx = 0.7;         ///< Gaussian before fat is told from blood
+constexpr double kMostFatShare = 0.03;  ///< of the heart
 constexpr std::array<std::size_t, 2> kFirstTries{0, 6};  ///< of kFatThicknessMm
 
 /// A piece and what was found out about it.
@@ -53,11 +54,8 @@ struct Piece {
   std::size_t bins = 0;
   std::size_t fat = 0;  ///< of kFatThicknessMm, the nearest to what was found
   double edge_mm = 0;   ///< outside of the surfel
-  double wall_mm = 0;
   bool explained = false;
 };
-
-bool is_blood(std::uint8_t label) { return label == kLabelLvBlood || label == kLabelRvBlood; }
 
 /// One phase.
 class Outside {
@@ -252,7 +250,6 @@ class Outside {
     piece.fat = cost[best] + kSure < cost[0] ? best : 0;
     const LayersAt& layers = piece.layers.at[piece.fat];
     piece.edge_mm = layers.edge_mm;
-    piece.wall_mm = layers.wall_mm;
     piece.explained =
         piece.bins >= kLeastBins && layers.cost < kExplained * static_cast<double>(piece.bins);
     if (!piece.explained) piece.edge_mm = 0;
@@ -273,10 +270,8 @@ class Outside {
   /// The first voxel of the heart inward of one.
   [[nodiscard]] std::uint32_t within(std::size_t voxel, const Vec3& normal,
                                      const std::vector<float>& coverage) const {
-    const auto nx = static_cast<std::size_t>(grid_.size[0]);
-    const Vec3 from =
-        middle(static_cast<int>(voxel % nx), static_cast<int>(voxel % grid_.slice_count() / nx),
-               static_cast<int>(voxel / grid_.slice_count()));
+    const Index3 begin = index_of(grid_, voxel);
+    const Vec3 from = middle(begin[0], begin[1], begin[2]);
     for (int step = 0; step <= kSteps; ++step) {
       const Vec3 at = (from - step * kStepMm * normal).cwiseQuotient(spacing_);
       const Index3 index{static_cast<int>(std::lround(at[0])), static_cast<int>(std::lround(at[1])),
@@ -328,31 +323,49 @@ void let_fat_in(const Grid& grid, const std::vector<float>& image, const LayerLe
     }
   };
   const std::vector<std::uint8_t> before = labels;
-  const auto nx = static_cast<std::size_t>(grid.size[0]);
-  const auto index_of = [&](std::size_t v) {
-    return Index3{static_cast<int>(v % nx), static_cast<int>(v % grid.slice_count() / nx),
-                  static_cast<int>(v / grid.slice_count())};
-  };
   for (std::size_t v = 0; v < before.size(); ++v) {
     if (before[v] != kLabelBackground || bright[v] == 0) continue;
     part.clear();
-    grow(index_of(v));
-    for (std::size_t n = 0; n < part.size(); ++n) grow(index_of(part[n]));
+    grow(index_of(grid, v));
+    for (std::size_t n = 0; n < part.size(); ++n) grow(index_of(grid, part[n]));
     if (static_cast<double>(part.size()) > kMostFatShare * heart) continue;
     for (const std::uint32_t fat : part) labels[fat] = kLabelBackground;
   }
 }
 
-/// Voxels that the surface leaves outside are none of the heart; those that it takes in are of what
-/// lies within, and where that is blood behind a wall, of its wall.
-void relabel(const std::vector<FatEdge>& edges, std::vector<std::uint8_t>& labels) {
+/// Whether what is no part of the LV lies within kSeamMm.
+bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_t voxel) {
+  const Vec3 spacing = grid.spacing_mm();
+  const Index3 at = index_of(grid, voxel);
+  Index3 first{};
+  Index3 last{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const int reach = static_cast<int>(std::ceil(kSeamMm / spacing[axis] - 0.5));
+    first[axis] = std::max(0, at[axis] - reach);
+    last[axis] = std::min(grid.size[axis] - 1, at[axis] + reach);
+  }
+  for (int k = first[2]; k <= last[2]; ++k) {
+    for (int j = first[1]; j <= last[1]; ++j) {
+      for (int i = first[0]; i <= last[0]; ++i) {
+        const std::uint8_t label = labels[grid.offset(i, j, k)];
+        if (label == kLabelRvBlood || label == kLabelRestOfHeart) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Voxels that the surface leaves outside are none of the heart; those that it takes in are of the
+/// LV's wall where that alone is near, else of the rest.
+void relabel(const Grid& grid, const std::vector<FatEdge>& edges,
+             std::vector<std::uint8_t>& labels) {
   std::vector<std::uint8_t> taken_in(edges.size(), 0);
   for (std::size_t n = 0; n < edges.size(); ++n) {
     const FatEdge& edge = edges[n];
     if (edge.coverage < 0.5F || labels[edge.voxel] != 0) continue;
-    taken_in[n] = kLabelRestOfHeart;
-    if (edge.within == FatEdge::kNowhere || is_blood(labels[edge.within])) continue;
-    taken_in[n] = labels[edge.within];
+    const bool lv = edge.within != FatEdge::kNowhere && labels[edge.within] == kLabelLvMyocardium &&
+                    !beside_others(grid, labels, edge.voxel);
+    taken_in[n] = lv ? kLabelLvMyocardium : kLabelRestOfHeart;
   }
   for (std::size_t n = 0; n < edges.size(); ++n) {
     if (edges[n].coverage < 0.5F) labels[edges[n].voxel] = kLabelBackground;
@@ -379,7 +392,7 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
       outside.fit(coverage);
       outside.cover(coverage, round + 1 == kRounds ? &edges[p] : nullptr);
     }
-    relabel(edges[p], phase);
+    relabel(images.grid, edges[p], phase);
   });
   return edges;
 }
