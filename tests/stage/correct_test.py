@@ -122,8 +122,11 @@ def slip():
     for label, (column, row) in (("rest_of_heart", lung), ("lv_myocardium", middle), ("lv_blood", middle)):
         beatlas("seeds", folder, "add", "--label", label, "--slice", k, "--row", row, "--column", column)
     said = beatlas("build", "--study", folder, "-o", package).stderr
-    told = [line for line in said.splitlines() if ": warning: seed " in line]
+    warned = [line for line in said.splitlines() if ": warning: seed " in line]
+    told = [line for line in warned if "if that is a slip" in line]
     assert [line.split("seed ")[1][0] for line in told] == ["1", "2"], told
+    alone = [line for line in warned if line not in told]
+    assert len(alone) == 1 and "seed 1, " in alone[0] and "was not followed" in alone[0], alone
     assert "as dark as lung" in told[0] and "as bright as blood" in told[1], told
     assert all(" at (" in line and "mm LPS, phase 0" in line and "seeds STUDY remove" in line for line in told)
     report = json.loads((folder / "report.json").read_text())
