@@ -41,12 +41,14 @@ struct Nodes {
   [[nodiscard]] std::size_t size() const { return voxel.size(); }
 };
 
-/// How deep each voxel lies in blood beyond the ventricles, films taken off; 0 outside.
+/// How deep each voxel lies in what is as bright as blood beyond the ventricles, films taken off; 0
+/// outside.
 std::vector<float> pool_depth(const Grid& grid, const std::vector<float>& image,
-                              const std::vector<std::uint8_t>& labels, double threshold) {
+                              const std::vector<std::uint8_t>& labels, const TissueLevels& levels) {
   std::vector<std::uint8_t> bright(labels.size());
   for (std::size_t v = 0; v < labels.size(); ++v) {
-    bright[v] = labels[v] == kLabelRestOfHeart && image[v] > threshold;
+    bright[v] =
+        labels[v] == kLabelRestOfHeart && image[v] > levels.threshold && image[v] < levels.fat;
   }
   std::vector<float> depth = depth_within(grid, bright, true);
   std::vector<std::uint8_t> core(labels.size());
@@ -63,7 +65,7 @@ Nodes nodes_of(const ImageCycle<float>& images, const TissueLevels& levels,
   const auto n = static_cast<std::size_t>(images.phase_count());
   std::vector<std::vector<float>> depth(n);
   parallel_for(n, [&](std::size_t p) {
-    depth[p] = pool_depth(images.grid, images.phases[p], labels.phases[p], levels.threshold);
+    depth[p] = pool_depth(images.grid, images.phases[p], labels.phases[p], levels);
   });
   Nodes nodes;
   nodes.at.assign(n, std::vector<std::int32_t>(images.grid.count(), -1));

@@ -356,13 +356,16 @@ bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, st
 }
 
 /// Voxels that the surface leaves outside are none of the heart; those that it takes in are of the
-/// LV's wall where that alone is near, else of the rest.
-void relabel(const Grid& grid, const std::vector<FatEdge>& edges,
-             std::vector<std::uint8_t>& labels) {
+/// LV's wall where that alone is near, else of the rest. What is as bright there as blood may be
+/// fat and lung in one voxel, which atria must not grow into.
+void relabel(const Grid& grid, const std::vector<float>& image, const LayerLevels& levels,
+             const std::vector<FatEdge>& edges, std::vector<std::uint8_t>& labels) {
+  const double threshold = 0.5 * (levels.blood + levels.muscle);
   std::vector<std::uint8_t> taken_in(edges.size(), 0);
   for (std::size_t n = 0; n < edges.size(); ++n) {
     const FatEdge& edge = edges[n];
     if (edge.coverage < 0.5F || labels[edge.voxel] != 0) continue;
+    if (static_cast<double>(image[edge.voxel]) > threshold) continue;
     const bool lv = edge.within != FatEdge::kNowhere && labels[edge.within] == kLabelLvMyocardium &&
                     !beside_others(grid, labels, edge.voxel);
     taken_in[n] = lv ? kLabelLvMyocardium : kLabelRestOfHeart;
@@ -392,7 +395,7 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
       outside.fit(coverage);
       outside.cover(coverage, round + 1 == kRounds ? &edges[p] : nullptr);
     }
-    relabel(images.grid, edges[p], phase);
+    relabel(images.grid, images.phases[p], levels, edges[p], phase);
   });
   return edges;
 }
