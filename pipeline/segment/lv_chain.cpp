@@ -29,6 +29,7 @@ double area_of(const Candidate& c, int phase) {
 /// A pool's centre, moved to the centroid of its polygon.
 cv::Point2d recentre(const Ring& ring, const cv::Point2d& centre, const cv::Point2d& pixel_mm) {
   std::vector<cv::Point2f> polygon;
+  polygon.reserve(Ring::kRays);
   for (int a = 0; a < Ring::kRays; ++a) {
     polygon.emplace_back(ray_point(centre, pixel_mm, a, ring.endo_mm[static_cast<std::size_t>(a)]));
   }

@@ -327,7 +327,8 @@ void let_fat_in(const Grid& grid, const std::vector<float>& image, const LayerLe
     if (before[v] != kLabelBackground || bright[v] == 0) continue;
     part.clear();
     grow(index_of(grid, v));
-    for (std::size_t n = 0; n < part.size(); ++n) grow(index_of(grid, part[n]));
+    std::size_t next = 0;
+    while (next < part.size()) grow(index_of(grid, part[next++]));
     if (static_cast<double>(part.size()) > kMostFatShare * heart) continue;
     for (const std::uint32_t fat : part) labels[fat] = kLabelBackground;
   }

@@ -42,9 +42,10 @@ std::vector<float> smoothed(const Grid& grid, const std::vector<float>& coverage
   for (int k = 0; k < nz; ++k) {
     cv::Mat slice = slice_of(grid, out, k);
     slice.setTo(0);
+    std::size_t at = 0;
     for (int n = -reach; n <= reach; ++n) {
       const cv::Mat& near = plane[static_cast<std::size_t>(std::clamp(k + n, 0, nz - 1))];
-      cv::scaleAdd(near, weight[static_cast<std::size_t>(n + reach)] / sum, slice, slice);
+      cv::scaleAdd(near, weight[at++] / sum, slice, slice);
     }
   }
   return out;
