@@ -89,24 +89,7 @@ void put_edges(const std::vector<FatEdge>& edges, Boundary& boundary) {
 
 /// Whether a voxel is of the LV's wall, and off the seam where the RV's wall leaves it.
 bool in_lv(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_t voxel) {
-  if (labels[voxel] != kLabelLvMyocardium) return false;
-  const auto nx = static_cast<std::size_t>(grid.size[0]);
-  const auto i = static_cast<int>(voxel % nx);
-  const auto j = static_cast<int>(voxel % grid.slice_count() / nx);
-  const auto k = static_cast<int>(voxel / grid.slice_count());
-  const Vec3 spacing = grid.spacing_mm();
-  const int across = static_cast<int>(std::lround(kSeamMm / spacing[0]));
-  const int along = static_cast<int>(std::lround(kSeamMm / spacing[1]));
-  const int through = static_cast<int>(kSeamMm / spacing[2]);
-  for (int c = std::max(0, k - through); c <= std::min(grid.size[2] - 1, k + through); ++c) {
-    for (int b = std::max(0, j - along); b <= std::min(grid.size[1] - 1, j + along); ++b) {
-      for (int a = std::max(0, i - across); a <= std::min(grid.size[0] - 1, i + across); ++a) {
-        const std::uint8_t label = labels[grid.offset(a, b, c)];
-        if (label == kLabelRvBlood || label == kLabelRestOfHeart) return false;
-      }
-    }
-  }
-  return true;
+  return labels[voxel] == kLabelLvMyocardium && !beside_others(grid, labels, voxel);
 }
 
 /// The wall's inner boundary is the cavity's, its uncertainty too.
@@ -127,6 +110,25 @@ std::vector<BoundaryPoint> points_of_wall(const std::vector<BoundaryPoint>& oute
 }
 
 }  // namespace
+
+bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_t voxel) {
+  const Index3 at = index_of(grid, voxel);
+  const Vec3 spacing = grid.spacing_mm();
+  const int across = static_cast<int>(std::lround(kSeamMm / spacing[0]));
+  const int along = static_cast<int>(std::lround(kSeamMm / spacing[1]));
+  const int through = static_cast<int>(kSeamMm / spacing[2]);
+  for (int k = std::max(0, at[2] - through); k <= std::min(grid.size[2] - 1, at[2] + through);
+       ++k) {
+    for (int j = std::max(0, at[1] - along); j <= std::min(grid.size[1] - 1, at[1] + along); ++j) {
+      for (int i = std::max(0, at[0] - across); i <= std::min(grid.size[0] - 1, at[0] + across);
+           ++i) {
+        const std::uint8_t label = labels[grid.offset(i, j, k)];
+        if (label == kLabelRvBlood || label == kLabelRestOfHeart) return true;
+      }
+    }
+  }
+  return false;
+}
 
 std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels, Structure structure) {
   std::vector<std::uint8_t> mask(labels.size());

@@ -14,6 +14,11 @@ namespace beatlas::segment {
 [[nodiscard]] std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels,
                                               Structure structure);
 
+/// Whether RV or rest of heart lies within 4 mm of a voxel, where labels of walls that meet are
+/// mixed.
+[[nodiscard]] bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels,
+                                 std::size_t voxel);
+
 /// Coverage of every structure by the images' own edges and how well those are known, see
 /// boundary.h; structures that no phase holds are left out.
 struct Covered {

@@ -11,6 +11,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/box.h"
 #include "pipeline/segment/chambers.h"
+#include "pipeline/segment/coverage.h"
 #include "pipeline/segment/magnitude.h"
 #include "pipeline/segment/surfels.h"
 #include "pipeline/segment/tissue_layers.h"
@@ -42,9 +43,8 @@ constexpr double kBlendMm = 2.2;     ///< Gaussian between pieces
 constexpr double kSheetAlike = 0.7;  ///< cosine of the angle between normals of one sheet
 constexpr double kStepMm = 1;        ///< inward, in search of the heart
 constexpr int kSteps = 6;
-constexpr double kSeamMm = 4;           ///< where labels of walls that meet are mixed
-constexpr double kCalmPx = 0.7;         ///< Gaussian before fat is told from blood
-constexpr double kMostFatShare = 0.03;  ///< of the heart
+constexpr double kCalmPx = 0.7;                          ///< Gaussian before fat is told from blood
+constexpr double kMostFatShare = 0.03;                   ///< of the heart
 constexpr std::array<std::size_t, 2> kFirstTries{0, 6};  ///< of kFatThicknessMm
 
 /// A piece and what was found out about it.
@@ -332,28 +332,6 @@ void let_fat_in(const Grid& grid, const std::vector<float>& image, const LayerLe
     if (static_cast<double>(part.size()) > kMostFatShare * heart) continue;
     for (const std::uint32_t fat : part) labels[fat] = kLabelBackground;
   }
-}
-
-/// Whether what is no part of the LV lies within kSeamMm.
-bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_t voxel) {
-  const Vec3 spacing = grid.spacing_mm();
-  const Index3 at = index_of(grid, voxel);
-  Index3 first{};
-  Index3 last{};
-  for (int axis = 0; axis < 3; ++axis) {
-    const int reach = static_cast<int>(std::ceil(kSeamMm / spacing[axis] - 0.5));
-    first[axis] = std::max(0, at[axis] - reach);
-    last[axis] = std::min(grid.size[axis] - 1, at[axis] + reach);
-  }
-  for (int k = first[2]; k <= last[2]; ++k) {
-    for (int j = first[1]; j <= last[1]; ++j) {
-      for (int i = first[0]; i <= last[0]; ++i) {
-        const std::uint8_t label = labels[grid.offset(i, j, k)];
-        if (label == kLabelRvBlood || label == kLabelRestOfHeart) return true;
-      }
-    }
-  }
-  return false;
 }
 
 /// Voxels that the surface leaves outside are none of the heart; those that it takes in are of the
