@@ -32,6 +32,7 @@ constexpr int kAround = 3;            ///< directions on both sides that have to
 constexpr double kSure = 4;           ///< standard deviations that the step stands out by
 constexpr double kLeastNoise = 0.01;  ///< of the contrast: so even is no tissue
 constexpr double kLeastCount = 0.5;   ///< voxels, weighted, that tell a layer
+constexpr double kPastCavity = 0.5;   ///< slices by which a cavity goes on past its last one
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 /// Sums over voxels by slice, direction and layer.
@@ -201,13 +202,15 @@ std::optional<int> nearest_middle(const Middles& middles, int k) {
 }
 
 /// Beyond the cavity's last slice too little muscle is left to tell where it ends: it ends as far
-/// from the cavity as in the slice before.
-void carry_past_cavity(const Middles& middles, cv::Mat& ends) {
+/// from the cavity as in the slice before, and the cavity goes on into the gap between the two.
+void carry_past_cavity(const Middles& middles, double slice_mm, cv::Mat& ends) {
   const auto carry = [&](int k, int from) {
     if (middles[static_cast<std::size_t>(k)]) return;
+    const bool is_next = middles[static_cast<std::size_t>(from)].has_value();
+    const auto farther = static_cast<float>(is_next ? kPastCavity * slice_mm : 0);
     for (int a = 0; a < kRays; ++a) {
       float& end = ends.at<float>(k, a);
-      end = std::min(end, ends.at<float>(from, a));
+      end = std::min(end, ends.at<float>(from, a) + farther);
     }
   };
   for (int k = 1; k < ends.rows; ++k) carry(k, k - 1);
@@ -276,7 +279,7 @@ void strip_outer_layer(const ImageCycle<float>& images, double noise, const Cham
       }
     }
     ends = agreed(ends);
-    if (across) carry_past_cavity(middles, ends);
+    if (across) carry_past_cavity(middles, spacing[2], ends);
     for (int k = 0; k < grid.size[2]; ++k) {
       cv::Mat slice = slice_of(grid, phase, k);
       const cv::Mat wall = slice == kLabelLvMyocardium;
