@@ -36,15 +36,20 @@ constexpr double kPoolAlike = 0.8;  ///< cosine of the angle between normals
 constexpr double kMostSay = 30;     ///< of one piece, in variances
 constexpr double kShared = 6;       ///< pieces that see the same voxels
 constexpr double kSure = 2;         ///< by which fat has to explain more than none, in variances
-constexpr double kExplained = 8;    ///< variances a bin, up to which four tissues explain a piece
+constexpr double kExplained = 24;   ///< variances a bin, up to which four tissues explain a piece
 constexpr std::size_t kLeastBins = 10;
-constexpr double kReachMm = 4.2;     ///< from a piece to voxels whose coverage it tells
-constexpr double kBlendMm = 2.2;     ///< Gaussian between pieces
-constexpr double kSheetAlike = 0.7;  ///< cosine of the angle between normals of one sheet
-constexpr double kStepMm = 1;        ///< inward, in search of the heart
+constexpr double kLungMixture = 0.8;  ///< of muscle's level: darker is a gap of lung, in part
+constexpr double kAcrossLung = 0.3;   ///< of blood's contrast, by which it is brighter beyond
+constexpr double kLungFromMm = -1;    ///< outside of a piece
+constexpr double kReachMm = 4.2;      ///< from a piece to voxels whose coverage it tells
+constexpr double kBlendMm = 2.2;      ///< Gaussian between pieces
+constexpr double kSheetAlike = 0.75;  ///< cosine of the angle between normals of one sheet
+constexpr double kStepMm = 1;         ///< inward, in search of the heart
 constexpr int kSteps = 6;
 constexpr double kCalmPx = 0.7;                          ///< Gaussian before fat is told from blood
-constexpr double kMostFatShare = 0.03;                   ///< of the heart
+constexpr double kMostLetIn = 0.03;                      ///< of the heart
+constexpr double kLungShare = 0.5;                       ///< of muscle's level, the brightest lung
+constexpr double kFilmMm = 3;                            ///< thickest film of fat and lung
 constexpr std::array<std::size_t, 2> kFirstTries{0, 6};  ///< of kFatThicknessMm
 
 /// A piece and what was found out about it.
@@ -56,6 +61,61 @@ struct Piece {
   double edge_mm = 0;   ///< outside of the surfel
   bool explained = false;
 };
+
+/// Pieces that face each other may dig hollows between them: what of the heart's labels does not
+/// hang together with the outside is the heart's.
+void fill_hollows(const Grid& grid, const std::vector<std::uint8_t>& labels,
+                  std::vector<float>& coverage) {
+  std::vector<std::uint8_t> waits(coverage.size(), 0);
+  std::vector<std::uint32_t> front;
+  for (std::size_t v = 0; v < coverage.size(); ++v) {
+    if (coverage[v] >= 0.5F) continue;
+    waits[v] = labels[v] != kLabelBackground ? 1 : 0;
+    if (waits[v] == 0) front.push_back(static_cast<std::uint32_t>(v));
+  }
+  while (!front.empty()) {
+    const Index3 at = index_of(grid, front.back());
+    front.pop_back();
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        Index3 next = at;
+        next[axis] += step;
+        if (!grid.contains(next[0], next[1], next[2])) continue;
+        const std::size_t v = grid.offset(next[0], next[1], next[2]);
+        if (waits[v] == 0) continue;
+        waits[v] = 0;
+        front.push_back(static_cast<std::uint32_t>(v));
+      }
+    }
+  }
+  for (std::size_t v = 0; v < coverage.size(); ++v) {
+    if (waits[v] != 0) coverage[v] = 1;
+  }
+}
+
+/// What lies beyond a gap of lung is of another wall, or fat on it: it tells nothing of this one.
+/// @return how many bins that is
+std::size_t leave_across_lung(const LayerLevels& levels, SurfaceProfile& profile) {
+  const double most_lung = kLungMixture * levels.muscle;
+  const double rise = kAcrossLung * (levels.blood - levels.muscle);
+  double least = most_lung;
+  std::size_t at = SurfaceProfile::kBins;
+  for (std::size_t n = 0; n < SurfaceProfile::kBins; ++n) {
+    if (SurfaceProfile::middle_mm(n) < kLungFromMm || !(profile.variance[n] > 0)) continue;
+    if (profile.mean[n] < least) {
+      least = profile.mean[n];
+      at = n;
+    }
+    if (at < n && profile.mean[n] > least + rise) break;
+    if (n + 1 == SurfaceProfile::kBins) return 0;
+  }
+  std::size_t left = 0;
+  for (std::size_t n = at + 1; n < SurfaceProfile::kBins; ++n) {
+    left += profile.variance[n] > 0 ? 1 : 0;
+    profile.variance[n] = 0;
+  }
+  return left;
+}
 
 /// One phase.
 class Outside {
@@ -93,6 +153,15 @@ class Outside {
     share_thickness();
   }
 
+  void print() const {
+    FILE* f = fopen("/tmp/s18/dbg_pieces", "w");
+    for (const Piece& q : pieces_)
+      fprintf(f, "%.2f %.2f %.2f %.2f %.2f %.2f %.2f %d %zu %zu %.2f %.2f\n", q.surfel.at[0],
+              q.surfel.at[1], q.surfel.at[2], q.surfel.normal[0], q.surfel.normal[1],
+              q.surfel.normal[2], q.edge_mm, int(q.explained), q.fat, q.bins,
+              q.layers.at[q.fat].cost, q.layers.at[q.fat].wall_mm);
+    fclose(f);
+  }
   /// Coverage as the pieces have it, elsewhere as it was.
   void cover(std::vector<float>& coverage, std::vector<FatEdge>* edges) const {
     std::vector<float> nearest(grid_.count(), std::numeric_limits<float>::infinity());
@@ -141,6 +210,9 @@ class Outside {
       edges->push_back({static_cast<std::uint32_t>(voxel), within(voxel, normal, coverage),
                         coverage[voxel], static_cast<float>(blend.sigma_mm / blend.told)});
     }
+    fill_hollows(grid_, labels_, coverage);
+    if (edges == nullptr) return;
+    for (FatEdge& edge : *edges) edge.coverage = coverage[edge.voxel];
   }
 
  private:
@@ -217,6 +289,7 @@ class Outside {
                         std::pow(kMisfitIn * contrast * std::max(0.0, -d - kTrustInMm), 2);
       ++bins;
     }
+    bins -= leave_across_lung(levels_, out);
     return out;
   }
 
@@ -293,18 +366,11 @@ class Outside {
   std::vector<Piece> pieces_;
 };
 
-/// Fat fills the grooves between ventricles, atria and vessels and reaches far between them, where
-/// labels that grew from all sides took it for blood: what is as bright as fat and hangs together
-/// with fat outside is none of the heart. More than kMostFatShare is blood that flows in.
-void let_fat_in(const Grid& grid, const std::vector<float>& image, const LayerLevels& levels,
-                std::vector<std::uint8_t>& labels) {
-  std::vector<std::uint8_t> bright(labels.size());
-  const auto bound = static_cast<float>(0.5 * (levels.blood + levels.fat));
-  for (int k = 0; k < grid.size[2]; ++k) {
-    cv::Mat calm;
-    cv::GaussianBlur(slice_of(grid, image, k), calm, {0, 0}, kCalmPx);
-    cv::Mat(calm > bound).copyTo(slice_of(grid, bright, k));
-  }
+/// Takes out of the heart what a mask names and hangs together with what it names outside. Parts
+/// of more than kMostLetIn are none of it: blood that flows in.
+/// @return voxels that were taken out
+std::vector<std::uint32_t> let_in(const Grid& grid, const std::vector<std::uint8_t>& foreign,
+                                  std::vector<std::uint8_t>& labels) {
   const auto heart = static_cast<double>(
       labels.size() - static_cast<std::size_t>(std::count(labels.begin(), labels.end(), 0)));
   std::vector<std::uint8_t> reached(labels.size(), 0);
@@ -316,27 +382,80 @@ void let_fat_in(const Grid& grid, const std::vector<float>& image, const LayerLe
         next[axis] += step;
         if (!grid.contains(next[0], next[1], next[2])) continue;
         const std::size_t v = grid.offset(next[0], next[1], next[2]);
-        if (reached[v] != 0 || labels[v] == kLabelBackground || bright[v] == 0) continue;
+        if (reached[v] != 0 || labels[v] == kLabelBackground || foreign[v] == 0) continue;
         reached[v] = 1;
         part.push_back(static_cast<std::uint32_t>(v));
       }
     }
   };
+  std::vector<std::uint32_t> out;
   const std::vector<std::uint8_t> before = labels;
   for (std::size_t v = 0; v < before.size(); ++v) {
-    if (before[v] != kLabelBackground || bright[v] == 0) continue;
+    if (before[v] != kLabelBackground || foreign[v] == 0) continue;
     part.clear();
     grow(index_of(grid, v));
     std::size_t next = 0;
     while (next < part.size()) grow(index_of(grid, part[next++]));
-    if (static_cast<double>(part.size()) > kMostFatShare * heart) continue;
-    for (const std::uint32_t fat : part) labels[fat] = kLabelBackground;
+    if (static_cast<double>(part.size()) > kMostLetIn * heart) continue;
+    for (const std::uint32_t voxel : part) labels[voxel] = kLabelBackground;
+    out.insert(out.end(), part.begin(), part.end());
   }
+  return out;
+}
+
+/// A film of the heart between fat on one side and lung on the other, beside lung that was let in,
+/// is both of them in one voxel.
+void drop_films(const Grid& grid, const std::vector<std::uint8_t>& bright,
+                const std::vector<std::uint8_t>& dark, const std::vector<std::uint32_t>& lung,
+                std::vector<std::uint8_t>& labels) {
+  constexpr std::array<std::array<int, 2>, 4> kWays{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+  const Vec3 spacing = grid.spacing_mm();
+  std::vector<std::uint32_t> films;
+  for (const std::uint32_t from : lung) {
+    const Index3 at = index_of(grid, from);
+    for (const auto& way : kWays) {
+      for (const int sense : {-1, 1}) {
+        const double step_mm = std::hypot(way[0] * spacing[0], way[1] * spacing[1]);
+        std::vector<std::uint32_t> film;
+        int n = 1;
+        std::size_t v = from;
+        while (true) {
+          const Index3 next{at[0] + sense * n * way[0], at[1] + sense * n * way[1], at[2]};
+          if (!grid.contains(next[0], next[1], next[2])) break;
+          v = grid.offset(next[0], next[1], next[2]);
+          if (labels[v] == kLabelBackground || n * step_mm > kFilmMm + step_mm) break;
+          film.push_back(static_cast<std::uint32_t>(v));
+          ++n;
+        }
+        const bool ends_in_fat = labels[v] == kLabelBackground && bright[v] != 0 && dark[v] == 0;
+        if (ends_in_fat) films.insert(films.end(), film.begin(), film.end());
+      }
+    }
+  }
+  for (const std::uint32_t voxel : films) labels[voxel] = kLabelBackground;
+}
+
+/// Fat and lung fill the grooves between ventricles, atria and vessels and reach far between them,
+/// where labels that grew from all sides took them for the heart.
+void let_others_in(const Grid& grid, const std::vector<float>& image, const LayerLevels& levels,
+                   std::vector<std::uint8_t>& labels) {
+  std::vector<std::uint8_t> bright(labels.size());
+  std::vector<std::uint8_t> dark(labels.size());
+  const auto least_fat = static_cast<float>(0.5 * (levels.blood + levels.fat));
+  const auto most_lung = static_cast<float>(kLungShare * levels.muscle);
+  for (int k = 0; k < grid.size[2]; ++k) {
+    cv::Mat calm;
+    cv::GaussianBlur(slice_of(grid, image, k), calm, {0, 0}, kCalmPx);
+    cv::Mat(calm > least_fat).copyTo(slice_of(grid, bright, k));
+    cv::Mat(slice_of(grid, image, k) < most_lung).copyTo(slice_of(grid, dark, k));
+  }
+  (void)let_in(grid, bright, labels);
+  drop_films(grid, bright, dark, let_in(grid, dark, labels), labels);
 }
 
 /// Voxels that the surface leaves outside are none of the heart; those that it takes in are of the
 /// LV's wall where that alone is near, else of the rest. What is as bright there as blood may be
-/// fat and lung in one voxel, which atria must not grow into.
+/// fat and lung in one voxel, which atria must not grow into; what is as dark as lung is no wall.
 void relabel(const Grid& grid, const std::vector<float>& image, const LayerLevels& levels,
              const std::vector<FatEdge>& edges, std::vector<std::uint8_t>& labels) {
   const double threshold = 0.5 * (levels.blood + levels.muscle);
@@ -344,7 +463,8 @@ void relabel(const Grid& grid, const std::vector<float>& image, const LayerLevel
   for (std::size_t n = 0; n < edges.size(); ++n) {
     const FatEdge& edge = edges[n];
     if (edge.coverage < 0.5F || labels[edge.voxel] != 0) continue;
-    if (static_cast<double>(image[edge.voxel]) > threshold) continue;
+    const auto seen = static_cast<double>(image[edge.voxel]);
+    if (seen > threshold || seen < kLungShare * levels.muscle) continue;
     const bool lv = edge.within != FatEdge::kNowhere && labels[edge.within] == kLabelLvMyocardium &&
                     !beside_others(grid, labels, edge.voxel);
     taken_in[n] = lv ? kLabelLvMyocardium : kLabelRestOfHeart;
@@ -365,7 +485,15 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
   parallel_for(images.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     if (stay[p] != 0) return;
-    if (levels.fat > levels.blood) let_fat_in(images.grid, images.phases[p], levels, phase);
+    const auto dump = [&](const char* n, const void* d, std::size_t b) {
+      if (p != 4 || !getenv("DBG")) return;
+      FILE* f = fopen((std::string("/tmp/s18/dbg_") + n).c_str(), "wb");
+      fwrite(d, 1, b, f);
+      fclose(f);
+    };
+    dump("lab0", phase.data(), phase.size());
+    if (levels.fat > levels.blood) let_others_in(images.grid, images.phases[p], levels, phase);
+    dump("lab1", phase.data(), phase.size());
     std::vector<float> coverage(phase.size());
     std::transform(phase.begin(), phase.end(), coverage.begin(),
                    [](std::uint8_t label) { return label != 0 ? 1.0F : 0.0F; });
@@ -373,6 +501,14 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
     for (int round = 0; round < kRounds; ++round) {
       outside.fit(coverage);
       outside.cover(coverage, round + 1 == kRounds ? &edges[p] : nullptr);
+      if (round == 0) dump("cov1", coverage.data(), coverage.size() * 4);
+      if (round == 1) {
+        dump("cov2", coverage.data(), coverage.size() * 4);
+        if (p == 4 && getenv("DBG")) {
+          printf("box %d %d %d\n", images.grid.size[0], images.grid.size[1], images.grid.size[2]);
+          outside.print();
+        }
+      }
     }
     relabel(images.grid, images.phases[p], levels, edges[p], phase);
   });
