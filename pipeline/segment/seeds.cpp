@@ -25,6 +25,7 @@ constexpr double kRvRimMm = 2;             ///< of an RV's pool that may be mixe
 constexpr double kRvReachMm = 5;           ///< a wall, its motion and an outline's error
 constexpr double kLeastBeyondWalls = 1.1;  ///< of the LV, from its cavity: as thick its wall may be
 constexpr double kMostBeyondWalls = 1.5;   ///< where its outer edge is not seen
+constexpr double kBaseDescendsMm = 20;     ///< slices nearer to the base show atria in systole
 constexpr double kAtriaBeyondMm = 3;       ///< of both planes: that blood is surely no ventricle's
 
 /// Filled polygon of a radius per ray.
@@ -387,14 +388,22 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
                 bright,
             kLabelLvBlood);
 
+      const auto near_lv = [&] {
+        return polygon(size, slice, pixel_mm, [&](std::size_t a) {
+          const double run = ring.outer_mm[a] - ring.endo_mm[a] + kRvReachMm;
+          return ring.endo_mm[a] + std::clamp(run, kLeastBeyondWalls * wall + kRvReachMm,
+                                              kMostBeyondWalls * wall + kRvReachMm);
+        });
+      };
       if (!across && !rv[p][k].empty()) {
-        paint_rv(seeds[p], grid, slice.k, rv[p][k],
-                 polygon(size, slice, pixel_mm, [&](std::size_t a) {
-                   const double run = ring.outer_mm[a] - ring.endo_mm[a] + kRvReachMm;
-                   return ring.endo_mm[a] + std::clamp(run, kLeastBeyondWalls * wall + kRvReachMm,
-                                                       kMostBeyondWalls * wall + kRvReachMm);
-                 }));
+        paint_rv(seeds[p], grid, slice.k, rv[p][k], near_lv());
       } else if (!chambers.rv[k].empty()) {
+        if (!across && std::abs(base_k - slice.k) * spacing[2] >= kBaseDescendsMm) {
+          // Lost in this phase; but nowhere does it reach farther than in diastole.
+          cv::Mat near;
+          cv::dilate(chambers.rv[k], near, disc(kRvReachMm, pixel_mm));
+          paint(seeds[p], grid, slice.k, ~(near | near_lv()), kLabelBackground);
+        }
         cv::Mat core;
         cv::erode(chambers.rv[k], core, disc(2.0, pixel_mm));
         const int apart = std::abs(static_cast<int>(p) - chambers.end_diastole);
