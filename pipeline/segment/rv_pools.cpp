@@ -175,6 +175,7 @@ std::vector<cv::Mat> rv_at_end_diastole(const Setting& s, const Chambers& chambe
   };
   const auto image = [&](int n) { return s.slice(chambers.end_diastole, slice(n).k); };
   std::vector<cv::Mat> bright;
+  bright.reserve(chambers.lv.size());
   for (int n = 0; n < count; ++n) {
     bright.push_back(pools(image(n), slice(n), ed, chambers.levels, s.pixel_mm));
   }
