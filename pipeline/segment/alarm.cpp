@@ -8,6 +8,8 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/segment/bad_frames.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/leak_seed.h"
 #include "pipeline/segment/surface_evidence.h"
@@ -246,6 +248,15 @@ Finding border_contact(const Grid& grid, const std::vector<std::uint8_t>& labels
   return found;
 }
 
+/// Whether a slice of the source lies wholly on the ventricles' side of the base. Thick ones at it
+/// and beyond are mixtures and atria, whose outlines follow rules where nothing shows them.
+bool below_base(const Segmentation& segmentation, std::size_t phase, int k) {
+  const Grid& grid = segmentation.labels.grid;
+  const auto cut = segmentation.base_cuts.find(Structure::LvBlood);
+  if (grid.spacing_mm()[2] < kThickSlicesMm || cut == segmentation.base_cuts.end()) return true;
+  return cut->second.base_step * (cut->second.k[phase] - k) >= 1;
+}
+
 Finding patch_of(const Grid& grid, const Box& box, const std::vector<SurfacePoint>& points,
                  const std::vector<std::uint8_t>& chosen) {
   const Patch patch = largest_patch(grid, points, chosen);
@@ -277,7 +288,10 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
     if (!curve.empty()) alarms.volumes(structure, curve);
   }
   context.check_cancelled();
-  const ImageCycle<float> images = crop(cine.images, box);
+  // A frame of noise is no evidence; that it is one is told by the segmentation.
+  const std::vector<BadFrame> bad = bad_frames(cine.images);
+  const ImageCycle<float> images =
+      crop(bad.empty() ? cine.images : without_bad_frames(cine.images, bad), box);
   const TemporalStats stats = temporal_stats(images);
   const EvidenceLevels levels = evidence_levels(images, labels);
   const auto n = static_cast<std::size_t>(cine.phase_count());
@@ -308,7 +322,8 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
         const bool in_blood =
             both_known && evidence.inner[q] > half_way && evidence.outer[q] > half_way;
         const bool no_edge = evidence.step[q] < edge;
-        bare[q] = no_edge && !in_blood ? 1 : 0;
+        const int k = points[q].voxel[2] + box.first[2];
+        bare[q] = no_edge && !in_blood && below_base(segmentation, p, k) ? 1 : 0;
         dark[q] = levels.muscle > 0 && evidence.inner[q] < kAirShare * levels.muscle ? 1 : 0;
         fixed[q] = !no_edge && evidence.swing[q] < kStillShare * evidence.step[q] ? 1 : 0;
       }

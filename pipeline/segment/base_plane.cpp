@@ -42,10 +42,11 @@ std::optional<Step> step_at(const BasePlaneSearch& s, std::size_t phase, int k,
   double product = 0;
   double square = 0;
   for (std::size_t v = 0; v < grid.slice_count(); ++v) {
-    if (std::find(region.begin(), region.end(), s.labels.phases[phase][below + v]) ==
-        region.end()) {
-      continue;
-    }
+    const std::uint8_t label = s.labels.phases[phase][below + v];
+    if (std::find(region.begin(), region.end(), label) == region.end()) continue;
+    // Trabeculae of a cavity end well below its base.
+    const bool blood = label == kLabelLvBlood || label == kLabelRvBlood;
+    if (blood && static_cast<double>(image[below + v]) < s.threshold) continue;
     const double span = static_cast<double>(image[below + v]) - image[beyond + v];
     const double left = static_cast<double>(image[here + v]) - image[beyond + v];
     count += 1;
@@ -157,8 +158,9 @@ std::optional<std::vector<double>> base_plane_by_mixture(const BasePlaneSearch& 
     auto at = std::find_if(steps.begin(), steps.end(), [&](const auto& s) {
       return s.second.change >= kFirstOfChanges * most;
     });
-    // The plane lies in this slice or the next one, wherever more changes around it.
-    if (at + 1 != steps.end() && (at + 1)->second.change > at->second.change) ++at;
+    // A ventricle narrows below its base, too: the plane lies where most changes, as far as it
+    // changes ever more.
+    while (at + 1 != steps.end() && (at + 1)->second.change > at->second.change) ++at;
     const bool mixed = at->second.unexplained <= kMostUnexplained;
     told += mixed ? 1 : 0;
     if (mixed) fat_mm.push_back(fat_on_wall_mm(search, p, at->first - step, region));

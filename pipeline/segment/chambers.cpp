@@ -8,7 +8,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
 #include "pipeline/segment/lv_chain.h"
+#include "pipeline/segment/rv_pools.h"
 
 namespace beatlas::segment {
 namespace {
@@ -318,11 +320,16 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
 
   std::vector<float> rv_blood;
   out.rv.assign(static_cast<std::size_t>(grid.size[2]), cv::Mat());
+  const bool thick = s.slice_mm >= kThickSlicesMm;
+  if (thick) out.rv = rv_at_end_diastole(s, out);
   for (const LvSlice& slice : out.lv) {
+    cv::Mat& rv = out.rv[static_cast<std::size_t>(slice.k)];
     double contact = 0;
-    cv::Mat rv = find_rv(s, slice, out.levels, out.end_diastole, &contact);
-    if (cv::countNonZero(rv) == 0) continue;
-    out.rv[static_cast<std::size_t>(slice.k)] = rv;
+    if (!thick) rv = find_rv(s, slice, out.levels, out.end_diastole, &contact);
+    if (cv::countNonZero(rv) == 0) {
+      rv = cv::Mat();
+      continue;
+    }
     const cv::Mat image = s.slice(out.end_diastole, slice.k);
     for (int j = 0; j < rv.rows; ++j) {
       for (int i = 0; i < rv.cols; ++i) {

@@ -8,6 +8,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/great_vessels.h"
+#include "pipeline/segment/rv_pools.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -16,11 +17,16 @@ namespace {
 constexpr double kSurelyNoise = 3;       ///< brighter by so many deviations is no muscle's noise
 constexpr double kLeastMuscleEnd = 0.2;  ///< of the way from muscle to blood
 constexpr double kMostMuscleEnd = 0.35;
-constexpr double kMostCost = 25;         ///< of a millimetre
-constexpr double kBeyondPlane = 4;       ///< times harder does the RV travel beyond its plane
-constexpr double kLvSeedsBelowMm = 1.5;  ///< the LV's base plane, which is seen
-constexpr double kRvSeedsBelowMm = 4;    ///< the RV's, which is placed by rule
-constexpr double kAtriaBeyondMm = 3;     ///< of both planes: that blood is surely no ventricle's
+constexpr double kMostCost = 25;           ///< of a millimetre
+constexpr double kBeyondPlane = 4;         ///< times harder does the RV travel beyond its plane
+constexpr double kLvSeedsBelowMm = 1.5;    ///< the LV's base plane, which is seen
+constexpr double kRvSeedsBelowMm = 4;      ///< the RV's, which is placed by rule
+constexpr double kRvRimMm = 2;             ///< of an RV's pool that may be mixed with its wall
+constexpr double kRvReachMm = 5;           ///< a wall, its motion and an outline's error
+constexpr double kLeastBeyondWalls = 1.1;  ///< of the LV, from its cavity: as thick its wall may be
+constexpr double kMostBeyondWalls = 1.5;   ///< where its outer edge is not seen
+constexpr double kBaseDescendsMm = 20;     ///< slices nearer to the base show atria in systole
+constexpr double kAtriaBeyondMm = 3;       ///< of both planes: that blood is surely no ventricle's
 
 /// Filled polygon of a radius per ray.
 template <class RadiusOfRay>
@@ -168,6 +174,19 @@ void part_at_base(const Grid& grid, const Chambers& chambers, LabelImages& seeds
   }
 }
 
+/// Thick slices: the RV's pool, and what is too far from it and from the LV to be of the heart.
+void paint_rv(std::vector<std::uint8_t>& seeds, const Grid& grid, int k, const cv::Mat& pool,
+              const cv::Mat& of_lv) {
+  const Vec3 spacing = grid.spacing_mm();
+  const cv::Point2d pixel_mm(spacing[0], spacing[1]);
+  cv::Mat core;
+  cv::Mat near;
+  cv::erode(pool, core, disc(kRvRimMm, pixel_mm));
+  cv::dilate(pool, near, disc(kRvReachMm, pixel_mm));
+  paint(seeds, grid, k, ~(near | of_lv), kLabelBackground);
+  paint(seeds, grid, k, core, kLabelRvBlood);
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> classify_motion(const TemporalStats& stats) {
@@ -313,6 +332,8 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
   parallel_for(n, [&](std::size_t p) {
     away[p] = distance_near(grid, cavities(grid, chambers, p), across, 1.4 * widest_wall);
   });
+  const std::vector<std::vector<cv::Mat>> rv =
+      across ? std::vector<std::vector<cv::Mat>>() : rv_through_the_beat(images, chambers);
   for (const LvSlice& slice : chambers.lv) {
     const auto k = static_cast<std::size_t>(slice.k);
     for (std::size_t p = 0; p < n; ++p) {
@@ -367,7 +388,22 @@ LabelImages automatic_seeds(const ImageCycle<float>& images, const TemporalStats
                 bright,
             kLabelLvBlood);
 
-      if (!chambers.rv[k].empty()) {
+      const auto near_lv = [&] {
+        return polygon(size, slice, pixel_mm, [&](std::size_t a) {
+          const double run = ring.outer_mm[a] - ring.endo_mm[a] + kRvReachMm;
+          return ring.endo_mm[a] + std::clamp(run, kLeastBeyondWalls * wall + kRvReachMm,
+                                              kMostBeyondWalls * wall + kRvReachMm);
+        });
+      };
+      if (!across && !rv[p][k].empty()) {
+        paint_rv(seeds[p], grid, slice.k, rv[p][k], near_lv());
+      } else if (!chambers.rv[k].empty()) {
+        if (!across && std::abs(base_k - slice.k) * spacing[2] >= kBaseDescendsMm) {
+          // Lost in this phase; but nowhere does it reach farther than in diastole.
+          cv::Mat near;
+          cv::dilate(chambers.rv[k], near, disc(kRvReachMm, pixel_mm));
+          paint(seeds[p], grid, slice.k, ~(near | near_lv()), kLabelBackground);
+        }
         cv::Mat core;
         cv::erode(chambers.rv[k], core, disc(2.0, pixel_mm));
         const int apart = std::abs(static_cast<int>(p) - chambers.end_diastole);

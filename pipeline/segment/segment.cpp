@@ -9,6 +9,7 @@
 #include "pipeline/core/slices.h"
 #include "pipeline/segment/anatomy.h"
 #include "pipeline/segment/atria.h"
+#include "pipeline/segment/bad_frames.h"
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/connected.h"
@@ -28,6 +29,7 @@
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/shading.h"
+#include "pipeline/segment/slice_gain.h"
 #include "pipeline/segment/taper.h"
 #include "pipeline/segment/threshold_growing.h"
 #include "pipeline/segment/tissue.h"
@@ -81,7 +83,9 @@ double fat_level(const TissueLevels& levels, double noise) {
 ImageCycle<float> evenly_lit(ImageCycle<float> images, const SegmentOptions& options) {
   if (!options.even_shading) return images;
   const TemporalStats stats = temporal_stats(images);
-  return without_shading(images, find_shading(images.grid, stats));
+  ImageCycle<float> even = without_shading(images, find_shading(images.grid, stats));
+  const std::vector<double> gains = slice_gains(even);
+  return without_slice_gains(std::move(even), gains);
 }
 
 /// Where a stroke was drawn, or the pool is drawn on beyond the base, the heart has another edge.
@@ -114,7 +118,10 @@ void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box, LabelCycle
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const SegmentOptions& options, StageContext& context,
                           const KnownLabels& known_labels, SolveMemory* memory) {
-  const ImageCycle<float>& stack = exam.stack.images;
+  const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
+  ImageCycle<float> mended;
+  if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);
+  const ImageCycle<float>& stack = bad.empty() ? exam.stack.images : mended;
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
   }
@@ -270,7 +277,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   whole = {};
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
-  out.warnings = doubts;
+  out.warnings = told(bad, stack.grid.size[2]);
+  out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
   if (!ends.trouble.empty()) out.warnings.push_back(ends.trouble);
   out.base_cuts =
       part_ventricles_from_atria(labels, chambers, ends, options.tricuspid_excursion_mm);

@@ -121,6 +121,45 @@ TEST(LeakAlarm, is_silent_on_a_right_segmentation_that_touches_the_liver) {
   EXPECT_TRUE(alarms.empty()) << told(alarms);
 }
 
+TEST(LeakAlarm, is_silent_at_the_base_of_thick_slices_whose_outlines_follow_rules) {
+  const Grid grid(made_case().right.labels.grid.part({0, 0, 0}, {40, 40, 8}));
+  Grid thick = grid;
+  thick.mm_from_index.linear().col(2) *= 10 / grid.spacing_mm()[2];
+  Cine cine;
+  cine.images.grid = thick;
+  Segmentation segmentation;
+  segmentation.labels.grid = thick;
+  constexpr int kBase = 5;
+  for (int p = 0; p < kPhases; ++p) {
+    std::vector<float> image(thick.count(), 100);
+    std::vector<std::uint8_t> labels(thick.count(), kLabelBackground);
+    for (int k = 1; k < 8; ++k) {
+      for (int j = 0; j < 40; ++j) {
+        for (int i = 0; i < 40; ++i) {
+          const double r = thick.spacing_mm()[0] * std::hypot(i - 20, j - 20);
+          const std::size_t v = thick.offset(i, j, k);
+          if (r < 25) labels[v] = k <= kBase ? kLabelLvMyocardium : kLabelRestOfHeart;
+          if (r < 15) labels[v] = k <= kBase ? kLabelLvBlood : kLabelRestOfHeart;
+          if (k > kBase) continue;  // nothing shows the heart there
+          image[v] = r < 15 ? 1000.0F : r < 25 ? 400.0F : 100.0F;
+        }
+      }
+    }
+    cine.images.phases.push_back(std::move(image));
+    segmentation.labels.phases.push_back(std::move(labels));
+  }
+  const auto edgeless = [&] {
+    StageContext context;
+    const std::vector<LeakAlarm> alarms = leak_alarms(cine, segmentation, {}, context);
+    return std::any_of(alarms.begin(), alarms.end(), [](const LeakAlarm& alarm) {
+      return alarm.kind == LeakKind::NoEdge && alarm.structure == Structure::Heart;
+    });
+  };
+  EXPECT_TRUE(edgeless());
+  segmentation.base_cuts[Structure::LvBlood] = {1, std::vector<double>(kPhases, kBase + 0.5)};
+  EXPECT_FALSE(edgeless());
+}
+
 TEST(LeakAlarm, rings_for_a_blob_in_the_liver_in_its_phase_and_at_its_surface) {
   const Vec3 touch = at_the_liver();
   const Vec3 down = (Vec3(-44, -5, -98) - touch).normalized();

@@ -74,6 +74,59 @@ TEST(BasePlane, is_found_within_slices_to_two_millimetres) {
   }
 }
 
+TEST(BasePlane, of_a_ventricle_that_narrows_to_its_base_is_where_most_changes) {
+  Tube made = tube(false, 7.3);
+  const Grid& grid = made.images.grid;
+  constexpr double kFat = 1250;
+  for (std::size_t p = 0; p < made.images.phases.size(); ++p) {
+    for (int k = 0; k < kSlices; ++k) {
+      const double share = std::clamp(made.plane_k[p] - k + 0.5, 0.0, 1.0);
+      const double wide = 1 - 0.02 * std::max(0, k - 5) * std::max(0, k - 5);
+      for (int j = 0; j < 64; ++j) {
+        for (int i = 0; i < 64; ++i) {
+          const double r = 1.5 * std::hypot(i - 32, j - 32) / wide;
+          const double below = r < 20 ? kBlood : r < 30 ? kMuscle : r < 40 ? kFat : kLung;
+          const double above = 1.5 * std::hypot(i - 28, j - 32) < 14 ? kBlood : kLung;
+          const std::size_t v = grid.offset(i, j, k);
+          made.images.phases[p][v] = static_cast<float>(share * below + (1 - share) * above);
+          made.labels.phases[p][v] = r < 20   ? kLabelLvBlood
+                                     : r < 30 ? kLabelLvMyocardium
+                                              : kLabelBackground;
+        }
+      }
+    }
+  }
+  made::add_noise(made.images, 50, 3);
+  const auto planes = found(made, 1);
+  ASSERT_TRUE(planes);
+  for (std::size_t p = 0; p < planes->size(); ++p) {
+    EXPECT_NEAR((*planes)[p], made.plane_k[p], 0.4) << p;
+  }
+}
+
+TEST(BasePlane, of_a_cavity_is_not_where_its_trabeculae_end) {
+  Tube made = tube(false, 7.3);
+  const Grid& grid = made.images.grid;
+  for (std::size_t p = 0; p < made.images.phases.size(); ++p) {
+    for (std::size_t v = 0; v < grid.count(); ++v) {
+      if (made.labels.phases[p][v] != kLabelLvBlood) {
+        made.labels.phases[p][v] = kLabelBackground;
+        continue;
+      }
+      made.labels.phases[p][v] = kLabelRvBlood;
+      const auto k = static_cast<int>(v / grid.slice_count());
+      if (k <= 4 && v % 3 == 0) made.images.phases[p][v] = static_cast<float>(kMuscle);
+    }
+  }
+  const auto planes = base_plane_by_mixture(
+      {made.images, made.labels, 4, 1, kBlood - kMuscle, 0.5 * (kBlood + kMuscle)}, {kLabelRvBlood},
+      true);
+  ASSERT_TRUE(planes);
+  for (std::size_t p = 0; p < planes->size(); ++p) {
+    EXPECT_NEAR((*planes)[p], made.plane_k[p], 0.3) << p;
+  }
+}
+
 TEST(BasePlane, of_a_ventricle_under_fat_is_not_the_upper_side_of_the_fat) {
   constexpr double kFat = 1250;
   constexpr double kFatMm = 4;

@@ -1,0 +1,28 @@
+#pragma once
+/// Frames that show nothing of what the others of their slice show: a broken acquisition, noise.
+
+#include <string>
+#include <vector>
+
+#include "pipeline/core/grid.h"
+
+namespace beatlas::segment {
+
+struct BadFrame {
+  int phase = 0;
+  int k = 0;  ///< slice
+};
+
+/// Frames whose correlation with the mean of their slice's phases is low where that of the others
+/// is high. None where more than a quarter of a slice's phases are such, or fewer than four phases.
+/// @return by phase, then slice
+[[nodiscard]] std::vector<BadFrame> bad_frames(const ImageCycle<float>& images);
+
+/// The images with each bad frame drawn straight between the nearest good phases of its slice.
+[[nodiscard]] ImageCycle<float> without_bad_frames(const ImageCycle<float>& images,
+                                                   const std::vector<BadFrame>& bad);
+
+/// A sentence for each phase that has some.
+[[nodiscard]] std::vector<std::string> told(const std::vector<BadFrame>& bad, int slices);
+
+}  // namespace beatlas::segment

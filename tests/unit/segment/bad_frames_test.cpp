@@ -1,0 +1,77 @@
+/// Frames of noise among good ones.
+#include "pipeline/segment/bad_frames.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr int kBad = 3;
+
+void make_noise(ImageCycle<float>& images, int phase, int first, int last) {
+  ImageCycle<float> noise = made::constant_images(images.grid, 1, 150);
+  made::add_noise(noise, 100, 11);
+  const std::size_t begin = images.grid.offset(0, 0, first);
+  const std::size_t end = images.grid.offset(0, 0, last) + images.grid.slice_count();
+  for (std::size_t v = begin; v < end; ++v) {
+    images.phases[static_cast<std::size_t>(phase)][v] = noise.phases[0][v];
+  }
+}
+
+double dice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b,
+            std::uint8_t label) {
+  double both = 0;
+  double sum = 0;
+  for (std::size_t v = 0; v < a.size(); ++v) {
+    both += a[v] == label && b[v] == label ? 2 : 0;
+    sum += (a[v] == label ? 1 : 0) + (b[v] == label ? 1 : 0);
+  }
+  return both / sum;
+}
+
+TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
+  made::ImagedPhantom made(made::clinical_part());
+  ASSERT_TRUE(bad_frames(made.exam.stack.images).empty());
+  StageContext context;
+  const Segmentation good = segment_exam(made.exam, {}, {}, context);
+  const int slices = made.exam.stack.images.grid.size[2];
+  make_noise(made.exam.stack.images, kBad, 0, slices - 1);
+  const std::vector<BadFrame> bad = bad_frames(made.exam.stack.images);
+  ASSERT_EQ(bad.size(), static_cast<std::size_t>(slices));
+  for (const BadFrame& frame : bad) EXPECT_EQ(frame.phase, kBad);
+
+  const Segmentation result = segment_exam(made.exam, {}, {}, context);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_NE(result.warnings.front().find("phase 3 shows nothing"), std::string::npos);
+  for (std::size_t p = 0; p < result.labels.phases.size(); ++p) {
+    const double least = p == kBad ? 0.93 : 0.96;
+    EXPECT_GT(dice(result.labels.phases[p], good.labels.phases[p], kLabelLvBlood), least) << p;
+    EXPECT_GT(dice(result.labels.phases[p], good.labels.phases[p], kLabelRvBlood), least - 0.02)
+        << p;
+  }
+}
+
+TEST(BadFrames, of_one_slice_are_drawn_straight_between_their_neighbours_in_time) {
+  made::ImagedPhantom made(made::clinical_part());
+  ImageCycle<float>& images = made.exam.stack.images;
+  const ImageCycle<float> before{images.grid, images.phases};
+  make_noise(images, kBad, 5, 5);
+  const std::vector<BadFrame> bad = bad_frames(images);
+  ASSERT_EQ(bad.size(), 1U);
+  EXPECT_EQ(bad[0].k, 5);
+  const ImageCycle<float> mended = without_bad_frames(images, bad);
+  for (std::size_t v = 0; v < images.grid.count(); ++v) {
+    const bool inside = v / images.grid.slice_count() == 5;
+    const float wanted = inside ? 0.5F * (before.phases[kBad - 1][v] + before.phases[kBad + 1][v])
+                                : before.phases[kBad][v];
+    ASSERT_FLOAT_EQ(mended.phases[kBad][v], wanted) << v;
+  }
+  EXPECT_NE(told(bad, images.grid.size[2]).at(0).find("phase 3 of slice 5"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace beatlas::segment
