@@ -202,11 +202,9 @@ class Alarms {
     const std::vector<float> dense = smoothed_evenly(grid, differs);
     const auto top =
         static_cast<std::size_t>(std::max_element(dense.begin(), dense.end()) - dense.begin());
-    const std::size_t slice = grid.slice_count();
-    const auto columns = static_cast<std::size_t>(grid.size[0]);
+    const Index3 at = index_of(grid, top);
     return source_index(
-        box_, {static_cast<double>(top % columns), static_cast<double>(top % slice / columns),
-               static_cast<double>(top / slice)});
+        box_, {static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2])});
   }
 
   const Cine& cine_;
