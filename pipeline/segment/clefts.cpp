@@ -6,8 +6,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/segment/box.h"
 #include "pipeline/segment/chambers.h"
+#include "pipeline/segment/faces.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
@@ -26,27 +26,21 @@ std::vector<std::uint32_t> let_in(const Grid& grid, const std::vector<std::uint8
       labels.size() - static_cast<std::size_t>(std::count(labels.begin(), labels.end(), 0)));
   std::vector<std::uint8_t> reached(labels.size(), 0);
   std::vector<std::uint32_t> part;
-  const auto grow = [&](const Index3& at) {
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        Index3 next = at;
-        next[axis] += step;
-        if (!grid.contains(next[0], next[1], next[2])) continue;
-        const std::size_t v = grid.offset(next[0], next[1], next[2]);
-        if (reached[v] != 0 || labels[v] == kLabelBackground || foreign[v] == 0) continue;
-        reached[v] = 1;
-        part.push_back(static_cast<std::uint32_t>(v));
-      }
-    }
+  const auto grow = [&](std::size_t from) {
+    for_faces(grid, from, [&](std::size_t v) {
+      if (reached[v] != 0 || labels[v] == kLabelBackground || foreign[v] == 0) return;
+      reached[v] = 1;
+      part.push_back(static_cast<std::uint32_t>(v));
+    });
   };
   std::vector<std::uint32_t> out;
   const std::vector<std::uint8_t> before = labels;
   for (std::size_t v = 0; v < before.size(); ++v) {
     if (before[v] != kLabelBackground || foreign[v] == 0) continue;
     part.clear();
-    grow(index_of(grid, v));
+    grow(v);
     std::size_t next = 0;
-    while (next < part.size()) grow(index_of(grid, part[next++]));
+    while (next < part.size()) grow(part[next++]);
     if (static_cast<double>(part.size()) > kMostLetIn * heart) continue;
     for (const std::uint32_t voxel : part) labels[voxel] = kLabelBackground;
     out.insert(out.end(), part.begin(), part.end());

@@ -11,6 +11,7 @@
 #include "pipeline/segment/chambers.h"
 #include "pipeline/segment/clefts.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/faces.h"
 #include "pipeline/segment/magnitude.h"
 #include "pipeline/segment/surfels.h"
 #include "pipeline/segment/tissue_layers.h"
@@ -69,19 +70,13 @@ void fill_hollows(const Grid& grid, const std::vector<std::uint8_t>& labels,
     if (waits[v] == 0) front.push_back(static_cast<std::uint32_t>(v));
   }
   while (!front.empty()) {
-    const Index3 at = index_of(grid, front.back());
+    const std::size_t from = front.back();
     front.pop_back();
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        Index3 next = at;
-        next[axis] += step;
-        if (!grid.contains(next[0], next[1], next[2])) continue;
-        const std::size_t v = grid.offset(next[0], next[1], next[2]);
-        if (waits[v] == 0) continue;
-        waits[v] = 0;
-        front.push_back(static_cast<std::uint32_t>(v));
-      }
-    }
+    for_faces(grid, from, [&](std::size_t v) {
+      if (waits[v] == 0) return;
+      waits[v] = 0;
+      front.push_back(static_cast<std::uint32_t>(v));
+    });
   }
   for (std::size_t v = 0; v < coverage.size(); ++v) {
     if (waits[v] != 0) coverage[v] = 1;

@@ -33,10 +33,9 @@ constexpr double kFastestMm = 60;  ///< a wall's way through a cycle, in the pha
 constexpr double kFastestLoss =
     6;  ///< of its area, in the phases' shares: more is lost, not ejected
 constexpr double kMostLoss = 0.8;
-constexpr double kBaseDescendsMm = 20;  ///< slices nearer to the base show atria in systole,
-constexpr int kNearDiastole = 12;       ///< but not so small a part of the cycle about diastole
-constexpr double kCalmPx = 0.7;         ///< Gaussian in plane, before
-constexpr double kSlackMm = 1.5;        ///< and this much
+constexpr int kNearDiastole = 12;  ///< there a pool is followed in one part of so many of the cycle
+constexpr double kCalmPx = 0.7;    ///< Gaussian in plane, before
+constexpr double kSlackMm = 1.5;   ///< and this much
 
 cv::Mat widened(const cv::Mat& mask, double by_mm, const cv::Point2d& pixel_mm) {
   cv::Mat out;
@@ -119,7 +118,7 @@ cv::Mat moved(const cv::Mat& mask, const cv::Point2d& by_px) {
   return out;
 }
 
-/// Signed distance to the outline of both ventricles' cavities [mm], negative inside.
+/// Signed distance to the mask's outline [mm], negative inside.
 cv::Mat distance_mm(const cv::Mat& mask, const cv::Point2d& pixel_mm) {
   cv::Mat outward;
   cv::Mat inward;

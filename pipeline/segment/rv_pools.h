@@ -8,6 +8,8 @@
 
 namespace beatlas::segment {
 
+inline constexpr double kBaseDescendsMm = 20;  ///< slices nearer to the base show atria in systole
+
 /// A thin wall between two bright tissues is a dip, not dark: bright voxels are parted by dips, and
 /// the RV is the part that leans on the LV's ring. It is followed from the slice that shows it
 /// best: toward the apex a ventricle narrows, so that no slice holds it outside of the one before,

@@ -25,7 +25,6 @@ constexpr double kRvRimMm = 2;             ///< of an RV's pool that may be mixe
 constexpr double kRvReachMm = 5;           ///< a wall, its motion and an outline's error
 constexpr double kLeastBeyondWalls = 1.1;  ///< of the LV, from its cavity: as thick its wall may be
 constexpr double kMostBeyondWalls = 1.5;   ///< where its outer edge is not seen
-constexpr double kBaseDescendsMm = 20;     ///< slices nearer to the base show atria in systole
 constexpr double kAtriaBeyondMm = 3;       ///< of both planes: that blood is surely no ventricle's
 
 /// Filled polygon of a radius per ray.

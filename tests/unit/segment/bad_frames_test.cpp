@@ -22,17 +22,6 @@ void make_noise(ImageCycle<float>& images, int phase, int first, int last) {
   }
 }
 
-double dice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b,
-            std::uint8_t label) {
-  double both = 0;
-  double sum = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) {
-    both += a[v] == label && b[v] == label ? 2 : 0;
-    sum += (a[v] == label ? 1 : 0) + (b[v] == label ? 1 : 0);
-  }
-  return both / sum;
-}
-
 TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
   made::ImagedPhantom made(made::clinical_part());
   ASSERT_TRUE(bad_frames(made.exam.stack.images).empty());
@@ -49,8 +38,11 @@ TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
   EXPECT_NE(result.warnings.front().find("phase 3 shows nothing"), std::string::npos);
   for (std::size_t p = 0; p < result.labels.phases.size(); ++p) {
     const double least = p == kBad ? 0.93 : 0.96;
-    EXPECT_GT(dice(result.labels.phases[p], good.labels.phases[p], kLabelLvBlood), least) << p;
-    EXPECT_GT(dice(result.labels.phases[p], good.labels.phases[p], kLabelRvBlood), least - 0.02)
+    EXPECT_GT(made::label_dice(result.labels.phases[p], good.labels.phases[p], kLabelLvBlood),
+              least)
+        << p;
+    EXPECT_GT(made::label_dice(result.labels.phases[p], good.labels.phases[p], kLabelRvBlood),
+              least - 0.02)
         << p;
   }
 }

@@ -115,6 +115,13 @@ double dice(std::size_t count, const std::function<bool(std::size_t)>& a,
   return sum > 0 ? 2 * both / sum : 1;
 }
 
+double label_dice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b,
+                  std::uint8_t label) {
+  return dice(
+      a.size(), [&](std::size_t v) { return a[v] == label; },
+      [&](std::size_t v) { return b[v] == label; });
+}
+
 std::string refusal(const std::function<void()>& call) {
   try {
     call();

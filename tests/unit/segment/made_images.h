@@ -48,6 +48,9 @@ struct BeatingEllipsoid {
 /// 2 |a and b| / (|a| + |b|) of the voxels for which each tells true.
 [[nodiscard]] double dice(std::size_t count, const std::function<bool(std::size_t)>& a,
                           const std::function<bool(std::size_t)>& b);
+/// The same of one label in two images.
+[[nodiscard]] double label_dice(const std::vector<std::uint8_t>& a,
+                                const std::vector<std::uint8_t>& b, std::uint8_t label);
 
 /// Message of the Error of kind InvalidInput that `call` throws; fails the test if there is none.
 [[nodiscard]] std::string refusal(const std::function<void()>& call);

@@ -8,22 +8,12 @@
 
 #include "pipeline/segment/segment.h"
 #include "tests/unit/segment/imaged_phantom.h"
+#include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {
 
 double gain_of(int k) { return 1 + 0.2 * std::sin(2.4 * k); }
-
-double dice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b,
-            std::uint8_t label) {
-  double both = 0;
-  double sum = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) {
-    both += a[v] == label && b[v] == label ? 2 : 0;
-    sum += (a[v] == label ? 1 : 0) + (b[v] == label ? 1 : 0);
-  }
-  return both / sum;
-}
 
 TEST(BreathHoldGain, is_found_and_hardly_costs_a_ventricle) {
   made::ImagedPhantom made(made::clinical_part());
@@ -50,8 +40,8 @@ TEST(BreathHoldGain, is_found_and_hardly_costs_a_ventricle) {
     double now = 0;
     const std::size_t phases = result.labels.phases.size();
     for (std::size_t p = 0; p < phases; ++p) {
-      then += dice(even.labels.phases[p], made.truth.phases[p], label) / phases;
-      now += dice(result.labels.phases[p], made.truth.phases[p], label) / phases;
+      then += made::label_dice(even.labels.phases[p], made.truth.phases[p], label) / phases;
+      now += made::label_dice(result.labels.phases[p], made.truth.phases[p], label) / phases;
     }
     EXPECT_GT(now, then - 0.07) << int{label};
   }
