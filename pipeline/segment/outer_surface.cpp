@@ -143,15 +143,6 @@ class Outside {
     share_thickness();
   }
 
-  void print() const {
-    FILE* f = fopen("/tmp/s18/dbg_pieces", "w");
-    for (const Piece& q : pieces_)
-      fprintf(f, "%.2f %.2f %.2f %.2f %.2f %.2f %.2f %d %zu %zu %.2f %.2f\n", q.surfel.at[0],
-              q.surfel.at[1], q.surfel.at[2], q.surfel.normal[0], q.surfel.normal[1],
-              q.surfel.normal[2], q.edge_mm, int(q.explained), q.fat, q.bins,
-              q.layers.at[q.fat].cost, q.layers.at[q.fat].wall_mm);
-    fclose(f);
-  }
   /// Coverage as the pieces have it, elsewhere as it was.
   void cover(std::vector<float>& coverage, std::vector<FatEdge>* edges) const {
     std::vector<float> nearest(grid_.count(), std::numeric_limits<float>::infinity());
@@ -388,15 +379,7 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
   parallel_for(images.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     if (stay[p] != 0) return;
-    const auto dump = [&](const char* n, const void* d, std::size_t b) {
-      if (p != 4 || !getenv("DBG")) return;
-      FILE* f = fopen((std::string("/tmp/s18/dbg_") + n).c_str(), "wb");
-      fwrite(d, 1, b, f);
-      fclose(f);
-    };
-    dump("lab0", phase.data(), phase.size());
     if (levels.fat > levels.blood) let_others_in(images.grid, images.phases[p], levels, phase);
-    dump("lab1", phase.data(), phase.size());
     std::vector<float> coverage(phase.size());
     std::transform(phase.begin(), phase.end(), coverage.begin(),
                    [](std::uint8_t label) { return label != 0 ? 1.0F : 0.0F; });
@@ -404,14 +387,6 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
     for (int round = 0; round < kRounds; ++round) {
       outside.fit(coverage);
       outside.cover(coverage, round + 1 == kRounds ? &edges[p] : nullptr);
-      if (round == 0) dump("cov1", coverage.data(), coverage.size() * 4);
-      if (round == 1) {
-        dump("cov2", coverage.data(), coverage.size() * 4);
-        if (p == 4 && getenv("DBG")) {
-          printf("box %d %d %d\n", images.grid.size[0], images.grid.size[1], images.grid.size[2]);
-          outside.print();
-        }
-      }
     }
     relabel(images.grid, images.phases[p], levels, edges[p], phase);
   });

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks one law of the house and prints what breaks it; exit status 1 if anything does.
 
-law.py --root ROOT arrows | libraries | public_headers | order | documents
+law.py --root ROOT arrows | libraries | public_headers | order | scratch | documents
 law.py --root ROOT compiled BUILD
 law.py loaded PROGRAM...
 """
@@ -18,6 +18,7 @@ TEXT_LAWS = {
     "libraries": sources.check_libraries,
     "public_headers": sources.check_public_headers,
     "order": sources.check_order,
+    "scratch": sources.check_scratch,
     "documents": sources.check_documents,
 }
 

@@ -93,6 +93,9 @@ LIBRARIES = {
 HEAVY = ("VTK", "Qt", "OpenCV", "OpenVDB", "CGAL", "OpenMesh")
 OUTSIDE_THE_CORE = ("runtime/viewer",)
 
+# Rooms that speak to a person; the others say what they have to in what they return.
+SPEAKS = ("pipeline/cli", "runtime/app", "runtime/viewer")
+
 MAX_LINES = 600
 SOURCE_FOLDERS = ("pipeline", "runtime", "tests", "scripts")
 

@@ -57,7 +57,7 @@ class TextLaws(House):
 
     def test_a_house_that_keeps_the_law_is_not_accused(self):
         for law in (sources.check_arrows, sources.check_libraries, sources.check_public_headers,
-                    sources.check_order, sources.check_documents):
+                    sources.check_order, sources.check_documents, sources.check_scratch):
             self.assertEqual(self.broken(law), [])
 
     def test_runtime_that_includes_pipeline_is_found(self):
@@ -139,6 +139,14 @@ class TextLaws(House):
         self.assertIn("Ball.IsSquare", self.broken(sources.check_documents)[0])
         self.write("docs/page.md", "`Cube.IsRound`\n")
         self.assertIn("Cube.IsRound", self.broken(sources.check_documents)[0])
+
+    def test_what_a_search_for_a_mistake_left_is_found(self):
+        self.write("runtime/app/main.cpp", 'std::fprintf(stderr, "x");  // getenv\n')
+        self.write("pipeline/mesh/says.cpp", 'throw Error("no printf");  // in "/tmp/x"\n')
+        self.assert_breaks(sources.check_scratch, "pipeline/mesh/remesh.cpp",
+                           'int x;\nif (getenv("X")) y();\n', ":2", "getenv")
+        self.write("pipeline/mesh/remesh.cpp", 'open("/tmp/x");\n')
+        self.assertIn("/tmp/", self.broken(sources.check_scratch)[0])
 
     def test_a_file_that_is_too_long_is_found(self):
         self.assert_breaks(sources.check_order, "tests/unit/long_test.cpp",

@@ -1,4 +1,4 @@
-"""The laws that the text of the sources shows: arrows, libraries, public headers, order."""
+"""The laws that the text of the sources shows: arrows, libraries, public headers, order, scratch."""
 
 import re
 from pathlib import Path
@@ -8,6 +8,8 @@ import rules
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
 # Comments and literals, so that a comment's word or a string's text is no finding.
 _NO_CODE = re.compile(r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])'""", re.DOTALL)
+
+_LITERAL = re.compile(r'"(?:\\.|[^"\\\n])*"')
 
 
 def without_comments(text):
@@ -123,6 +125,24 @@ def check_order(root):
         lines = text.count("\n")
         if lines > rules.MAX_LINES:
             yield f"{path}: {lines} lines, more than {rules.MAX_LINES}; one concept a file"
+
+
+_MACHINE_PATH = re.compile(r'"/(?:tmp|home|root|work|mnt|media|Users)/')
+_SAYS = re.compile(r"\bgetenv\b|\bv?f?printf\s*\(|\bf?puts\s*\(|\bstd::c(?:out|err|log)\b")
+
+
+def check_scratch(root):
+    """No room but those that speak to a person prints or reads the environment; no path of one
+    machine stands in a source."""
+    for path, text in source_files(root, ("pipeline", "runtime")):
+        for number, line in enumerate(without_comments(text).split("\n"), 1):
+            machine = _MACHINE_PATH.search(line)
+            if machine:
+                yield f"{path}:{number}: a path of one machine: {machine.group(0)[1:]}"
+            says = None if room_of(path) in rules.SPEAKS else _SAYS.search(_LITERAL.sub('""', line))
+            if says:
+                yield (f"{path}:{number}: {says.group(0)} belongs to {', '.join(rules.SPEAKS)}; "
+                       "left from a search for a mistake?")
 
 
 _CODE_SPAN = re.compile(r"`([^`\n]+)`")
