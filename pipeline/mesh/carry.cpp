@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace beatlas::mesh {
 namespace {
@@ -14,101 +15,105 @@ constexpr double kLeastGradient = 0.3;  // below it the field is clamped or at i
 Carrier::Carrier(const TriangleMesh& reference)
     : reference_(reference.points),
       triangles_(reference.triangles),
-      neighbours_(cotangent_neighbours(reference)),
-      total_(reference.points.size(), 0.0) {
+      total_(reference.points.size(), 0.0F) {
+  Neighbours neighbours = cotangent_neighbours(reference);
+  links_.resize(neighbours.at.size());
   for (std::size_t v = 0; v < total_.size(); ++v) {
-    for (std::uint32_t n = neighbours_.first[v]; n < neighbours_.first[v + 1]; ++n) {
-      total_[v] += neighbours_.weight[n];
+    double total = 0;
+    for (std::uint32_t n = neighbours.first[v]; n < neighbours.first[v + 1]; ++n) {
+      total += neighbours.weight[n];
+      links_[n] = {neighbours.at[n], static_cast<float>(neighbours.weight[n])};
     }
+    total_[v] = static_cast<float>(total);
   }
+  first_ = std::move(neighbours.first);
 }
 
 void Carrier::laplacian(const Columns& x, Columns& out) const {
   for (std::size_t v = 0; v < total_.size(); ++v) {
     const auto column = static_cast<Eigen::Index>(v);
-    Vec3 sum = total_[v] * x.col(column);
-    for (std::uint32_t n = neighbours_.first[v]; n < neighbours_.first[v + 1]; ++n) {
-      sum -= neighbours_.weight[n] * x.col(static_cast<Eigen::Index>(neighbours_.at[n]));
+    Eigen::Vector4f sum = total_[v] * x.col(column);
+    for (std::uint32_t n = first_[v]; n < first_[v + 1]; ++n) {
+      sum -= links_[n].weight * x.col(static_cast<Eigen::Index>(links_[n].to));
     }
     out.col(column) = sum;
   }
 }
 
 double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase) const {
+  using Column = Eigen::Vector4f;
   const auto count = static_cast<Eigen::Index>(points.size());
   const std::vector<Vec3> own_normals = vertex_normals(points, triangles_);
-  Columns normal(3, count);
-  Columns displacement(3, count);
-  Eigen::VectorXd pull(count);
-  Columns residual(3, count);
+  Columns normal = Columns::Zero(4, count);
+  Columns displacement = Columns::Zero(4, count);
+  Eigen::VectorXf pull = Eigen::VectorXf::Zero(count);
+  Columns residual = Columns::Zero(4, count);
   for (Eigen::Index v = 0; v < count; ++v) {
     const auto n = static_cast<std::size_t>(v);
     const field::Interpolant::Sample here = phase.sample(points[n]);
     const double steep = here.gradient.norm();
-    displacement.col(v) = points[n] - reference_[n];
-    pull[v] = 0;
-    normal.col(v).setZero();
-    if (steep > kLeastGradient) {
-      normal.col(v) = here.gradient / steep;
-      const double agreement = std::max(0.0, normal.col(v).dot(own_normals[n]));
-      pull[v] = kStiffness * agreement * agreement;
-    }
-    residual.col(v) =
-        -pull[v] * total_[n] * here.value / std::max(steep, kLeastGradient) * normal.col(v);
+    displacement.col(v).head<3>() = (points[n] - reference_[n]).cast<float>();
+    if (!(steep > kLeastGradient)) continue;
+    const Vec3 out = here.gradient / steep;
+    const double agreement = std::max(0.0, out.dot(own_normals[n]));
+    normal.col(v).head<3>() = out.cast<float>();
+    pull[v] = static_cast<float>(kStiffness * agreement * agreement);
+    residual.col(v) = -pull[v] * total_[n] * static_cast<float>(here.value / steep) * normal.col(v);
   }
-  Columns image(3, count);
+  Columns image(4, count);
   laplacian(displacement, image);
   residual -= image;
 
   // The system times `direction`, and the energy of that.
-  Columns direction(3, count);
+  Columns direction(4, count);
   const auto apply = [&] {
     laplacian(direction, image);
     double sum = 0;
     for (Eigen::Index v = 0; v < count; ++v) {
-      const Vec3 x = direction.col(v);
-      const double pulled = pull[v] * total_[static_cast<std::size_t>(v)] * normal.col(v).dot(x);
-      const Vec3 y = image.col(v) + pulled * normal.col(v);
+      const Column x = direction.col(v);
+      const float pulled = pull[v] * total_[static_cast<std::size_t>(v)] * normal.col(v).dot(x);
+      const Column y = image.col(v) + pulled * normal.col(v);
       image.col(v) = y;
-      sum += x.dot(y);
+      sum += static_cast<double>(x.dot(y));
     }
     return sum;
   };
   // The inverse of the blocks total (I + pull n n^T) on the diagonal.
-  const auto preconditioned = [&](Eigen::Index v, const Vec3& x) -> Vec3 {
-    const double share = pull[v] / (1.0 + pull[v]);
+  const auto preconditioned = [&](Eigen::Index v, const Column& x) -> Column {
+    const float share = pull[v] / (1 + pull[v]);
     return (x - share * normal.col(v).dot(x) * normal.col(v)) / total_[static_cast<std::size_t>(v)];
   };
 
   constexpr int kMaxRounds = 200;
-  constexpr double kTolerance = 1e-3;
-  Columns way = Columns::Zero(3, count);
+  constexpr double kTolerance = 0.01;  // of a step: the next one goes on from there
+  Columns way = Columns::Zero(4, count);
   double energy = 0;
   for (Eigen::Index v = 0; v < count; ++v) {
-    const Vec3 x = residual.col(v);
+    const Column x = residual.col(v);
     direction.col(v) = preconditioned(v, x);
-    energy += x.dot(direction.col(v));
+    energy += static_cast<double>(x.dot(direction.col(v)));
   }
   const double done = kTolerance * kTolerance * energy;
-  Columns scaled(3, count);
+  Columns scaled(4, count);
   for (int round = 0; round < kMaxRounds && energy > done && energy > 0; ++round) {
-    const double length = energy / apply();
+    const auto length = static_cast<float>(energy / apply());
     double next = 0;
     for (Eigen::Index v = 0; v < count; ++v) {
       way.col(v) += length * direction.col(v);
-      const Vec3 x = residual.col(v) - length * image.col(v);
+      const Column x = residual.col(v) - length * image.col(v);
       residual.col(v) = x;
-      const Vec3 y = preconditioned(v, x);
+      const Column y = preconditioned(v, x);
       scaled.col(v) = y;
-      next += x.dot(y);
+      next += static_cast<double>(x.dot(y));
     }
-    direction = scaled + next / energy * direction;
+    direction = scaled + static_cast<float>(next / energy) * direction;
     energy = next;
   }
   double longest = 0;
   for (Eigen::Index v = 0; v < count; ++v) {
-    points[static_cast<std::size_t>(v)] += way.col(v);
-    longest = std::max(longest, way.col(v).norm());
+    const Vec3 moved = way.col(v).head<3>().cast<double>();
+    points[static_cast<std::size_t>(v)] += moved;
+    longest = std::max(longest, moved.norm());
   }
   return longest;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "pipeline/field/interpolant.h"
@@ -28,16 +29,24 @@ class Carrier {
                                         const std::vector<float>& to) const;
 
  private:
-  using Columns = Eigen::Matrix3Xd;
+  /// A column of four for each vertex, the last one 0: they fill a register. Singles, for what they
+  /// lose is far below what conjugate gradients leave.
+  using Columns = Eigen::Matrix4Xf;
 
   /// One Gauss-Newton step; returns the longest way a vertex went.
   double step(std::vector<Vec3>& points, const field::Interpolant& phase) const;
   void laplacian(const Columns& x, Columns& out) const;
 
+  struct Link {
+    std::uint32_t to = 0;
+    float weight = 0;
+  };
+
   std::vector<Vec3> reference_;
   std::vector<Triangle> triangles_;
-  Neighbours neighbours_;
-  std::vector<double> total_;  ///< sum of weights at each vertex
+  std::vector<std::uint32_t> first_;  ///< [vertex] of its neighbours
+  std::vector<Link> links_;
+  std::vector<float> total_;  ///< sum of weights at each vertex
 };
 
 }  // namespace beatlas::mesh
