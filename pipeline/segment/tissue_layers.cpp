@@ -3,121 +3,192 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <utility>
 
 #include "pipeline/core/box_share.h"
 
 namespace beatlas::segment {
 namespace {
 
-constexpr double kGainSpread = 0.05;  ///< of what shading leaves, standard deviation
-constexpr double kLeastWallMm = 1.6;  ///< atria's walls are about 2 mm thick
-constexpr double kMostWallMm = 9;     ///< the profile sees no farther
-constexpr double kRvWallMm = 3;       ///< a search begins there
-constexpr double kMostOffMm = 5;      ///< of the edge
-constexpr double kFirstStepMm = 0.8;  ///< a search's, where it begins
-constexpr double kNextStepMm = 0.2;   ///< and at the next thickness
-constexpr double kLastStepMm = 0.05;
-constexpr double kSigmaStepMm = 0.1;  ///< to either side, for how fast cost rises
-constexpr double kUntoldMm = 1;       ///< standard deviation where nothing tells the edge
-constexpr double kNoWallMm = 0;
-constexpr double kOnlyWallMm = 50;    ///< no blood in sight
+/// Ends of tissues lie on a lattice of so many millimetres, and so do the profile's bins: shares of
+/// voxels are looked up, and sums over bins that lie all in one tissue are known beforehand.
+constexpr double kUnitMm = 0.05;
+constexpr int units(double mm) { return static_cast<int>(mm / kUnitMm + (mm < 0 ? -0.5 : 0.5)); }
+
+constexpr double kGainSpread = 0.05;    ///< of what shading leaves, standard deviation
+constexpr int kLeastWall = units(1.6);  ///< atria's walls are about 2 mm thick
+constexpr int kMostWall = units(9);     ///< the profile sees no farther
+constexpr int kRvWall = units(3);       ///< a search begins there
+constexpr int kMostOff = units(5);      ///< of the edge
+constexpr int kFirstStep = units(0.8);  ///< a search's, where it begins
+constexpr int kNextStep = units(0.2);   ///< and at the next thickness
+constexpr int kLastStep = units(0.1);
+constexpr int kSigmaStep = units(0.1);  ///< to either side, for how fast cost rises
+constexpr double kUntoldMm = 1;         ///< standard deviation where nothing tells the edge
+constexpr int kNoWall = 0;
+constexpr int kOnlyWall = units(50);  ///< no blood in sight
 constexpr double kNearBloodMm = 2.5;  ///< so near it may come to the edge itself
 
-/// Share of voxels inside a plane by how far outside their middles lie: a table.
-class ShareTable {
+constexpr int kFirstBin = units(SurfaceProfile::middle_mm(0));
+constexpr int kBin = units(SurfaceProfile::kBinMm);
+constexpr int kBins = static_cast<int>(SurfaceProfile::kBins);
+constexpr int kInnermost = -kMostOff - kSigmaStep - kMostWall;  ///< end that is looked at
+constexpr int kOutermost = kMostOff + kSigmaStep + units(kFatThicknessMm.back());
+
+/// Sums over a profile's bins, each share being that of voxels inside of an end.
+struct EndSums {
+  double share = 0;    ///< weight * share
+  double squares = 0;  ///< weight * share^2
+  double seen = 0;     ///< weight * share * mean
+  bool known = false;
+};
+
+/// A profile summed up, for any end of a tissue.
+class ProfileSums {
  public:
-  ShareTable(const Vec3& normal, const Vec3& spacing_mm)
-      : half_mm_(0.5 * normal.cwiseAbs().dot(spacing_mm)) {
-    for (std::size_t n = 0; n < kEntries; ++n) {
-      const double d = half_mm_ * (2 * static_cast<double>(n) / (kEntries - 1) - 1);
-      share_[n] = box_share(0.5 * spacing_mm, d, normal);
+  ProfileSums(const SurfaceProfile& profile, const Vec3& normal, const Vec3& spacing_mm)
+      : reach_(static_cast<int>(0.5 * normal.cwiseAbs().dot(spacing_mm) / kUnitMm) + 1),
+        share_(static_cast<std::size_t>(2 * reach_ + 1)) {
+    for (int d = -reach_; d <= reach_; ++d) {
+      share_[static_cast<std::size_t>(d + reach_)] =
+          box_share(0.5 * spacing_mm, d * kUnitMm, normal);
+    }
+    for (std::size_t n = 0; n < SurfaceProfile::kBins; ++n) {
+      weight_[n] = profile.variance[n] > 0 ? 1 / profile.variance[n] : 0;
+      seen_[n] = weight_[n] * profile.mean[n];
+      weights_[n + 1] = weights_[n] + weight_[n];
+      seens_[n + 1] = seens_[n] + seen_[n];
+      squares_ += seen_[n] * profile.mean[n];
     }
   }
 
-  [[nodiscard]] double operator()(double outside_mm) const {
-    const double at = (outside_mm / half_mm_ + 1) * (0.5 * (kEntries - 1));
-    if (!(at > 0)) return 1;
-    if (at >= kEntries - 1) return 0;
-    const auto n = static_cast<std::size_t>(at);
-    return share_[n] + (at - static_cast<double>(n)) * (share_[n + 1] - share_[n]);
+  [[nodiscard]] double weight() const { return weights_.back(); }
+  [[nodiscard]] double seen() const { return seens_.back(); }
+  [[nodiscard]] double squares() const { return squares_; }  ///< of what is seen
+
+  [[nodiscard]] const EndSums& of(int end) const {
+    EndSums& out = ends_[static_cast<std::size_t>(end - kInnermost)];
+    if (out.known) return out;
+    const auto [first, last] = mixed(end);
+    out = {weights_[first], weights_[first], seens_[first], true};
+    for (std::size_t n = first; n < last; ++n) {
+      const double share = at(n, end);
+      out.share += weight_[n] * share;
+      out.squares += weight_[n] * share * share;
+      out.seen += seen_[n] * share;
+    }
+    return out;
+  }
+
+  /// Of weight * share inside one end * share inside another one that lies no farther in.
+  [[nodiscard]] double product(int inner, int outer) const {
+    if (outer - inner >= 2 * reach_) return of(inner).share;
+    const auto [first, last] = mixed(inner);
+    double out = weights_[first];
+    for (std::size_t n = first; n < last; ++n) out += weight_[n] * at(n, inner) * at(n, outer);
+    return out;
   }
 
  private:
-  static constexpr std::size_t kEntries = 97;
-  double half_mm_;
-  std::array<double, kEntries> share_{};
+  /// Bins whose voxels an end may cut: [first, last).
+  [[nodiscard]] std::pair<std::size_t, std::size_t> mixed(int end) const {
+    const auto bin = [](int from) {
+      const int n = from < 0 ? 0 : (from + kBin - 1) / kBin;
+      return static_cast<std::size_t>(std::min(n, kBins));
+    };
+    return {bin(end - reach_ - kFirstBin), bin(end + reach_ - kFirstBin)};
+  }
+
+  [[nodiscard]] double at(std::size_t bin, int end) const {
+    const int d = kFirstBin + kBin * static_cast<int>(bin) - end;
+    return share_[static_cast<std::size_t>(std::clamp(d, -reach_, reach_) + reach_)];
+  }
+
+  int reach_;                  ///< beyond which a voxel lies on one side of an end
+  std::vector<double> share_;  ///< [how far outside of the end + reach_]
+  std::array<double, SurfaceProfile::kBins> weight_{};
+  std::array<double, SurfaceProfile::kBins> seen_{};
+  std::array<double, SurfaceProfile::kBins + 1> weights_{};  ///< of the bins before
+  std::array<double, SurfaceProfile::kBins + 1> seens_{};
+  double squares_ = 0;
+  mutable std::array<EndSums, kOutermost - kInnermost + 1> ends_{};
+};
+
+/// Where tissues part.
+struct Ends {
+  int edge = 0;
+  int wall = 0;
+  double cost = std::numeric_limits<double>::infinity();
 };
 
 class Search {
  public:
-  Search(const SurfaceProfile& profile, const LayerLevels& levels, const ShareTable& share)
-      : levels_(levels), share_(share) {
-    for (std::size_t n = 0; n < SurfaceProfile::kBins; ++n) {
-      if (!(profile.variance[n] > 0)) continue;
-      place_[count_] = SurfaceProfile::middle_mm(n);
-      mean_[count_] = profile.mean[n];
-      weight_[count_] = 1 / profile.variance[n];
-      ++count_;
-    }
-  }
+  Search(const SurfaceProfile& profile, const LayerLevels& levels, const Vec3& normal,
+         const Vec3& spacing_mm)
+      : profile_(profile), levels_(levels), sums_(profile, normal, spacing_mm) {}
 
   /// Walls from which a search sets out: by where the innermost blood begins.
-  [[nodiscard]] std::vector<double> walls() const {
+  [[nodiscard]] std::vector<int> walls() const {
     const double threshold = 0.5 * (levels_.blood + levels_.muscle);
-    for (std::size_t n = count_; n-- > 0;) {
-      if (place_[n] > -1 || mean_[n] < threshold) continue;
-      if (place_[n] < -kNearBloodMm) return {-place_[n]};
-      return {kNoWallMm, kRvWallMm};
+    for (std::size_t n = SurfaceProfile::kBins; n-- > 0;) {
+      const double place_mm = SurfaceProfile::middle_mm(n);
+      if (!(profile_.variance[n] > 0) || place_mm > -1 || profile_.mean[n] < threshold) continue;
+      if (place_mm < -kNearBloodMm) return {units(-place_mm)};
+      return {kNoWall, kRvWall};
     }
-    return {kOnlyWallMm};
+    return {kOnlyWall};
   }
 
   /// The gain of known levels and the level beyond are linear once it is known where tissues part.
-  [[nodiscard]] LayersAt at(double edge_mm, double wall_mm, double fat_mm) const {
+  [[nodiscard]] Ends at(int edge, int wall, int fat) const {
     constexpr double kOfGain = 1 / (kGainSpread * kGainSpread);
-    double gain_gain = kOfGain;
-    double gain_beyond = 0;
-    double beyond_beyond = 1 / (levels_.fat * levels_.fat);
-    double gain_seen = kOfGain;
-    double beyond_seen = 0;
-    double squares = kOfGain;
-    for (std::size_t n = 0; n < count_; ++n) {
-      const double d = place_[n] - edge_mm;
-      const double heart = share_(d);
-      const double blood = wall_mm < kOnlyWallMm ? share_(d + wall_mm) : 0;
-      const double known = fat_mm > 0 ? share_(d - fat_mm) : heart;
-      const double level =
-          levels_.blood * blood + levels_.muscle * (heart - blood) + levels_.fat * (known - heart);
-      const double beyond = 1 - known;
-      const double weight = weight_[n];
-      gain_gain += weight * level * level;
-      gain_beyond += weight * level * beyond;
-      beyond_beyond += weight * beyond * beyond;
-      gain_seen += weight * level * mean_[n];
-      beyond_seen += weight * beyond * mean_[n];
-      squares += weight * mean_[n] * mean_[n];
+    // Known tissues are what lies inside of fat's end, of the edge, and of blood's end.
+    const double fat_level = levels_.fat;
+    const double muscle_level = levels_.muscle - levels_.fat;
+    const EndSums& known = sums_.of(edge + fat);
+    const EndSums& heart = sums_.of(edge);
+    const double heart_known = fat > 0 ? sums_.product(edge, edge + fat) : heart.squares;
+    double gain_gain = kOfGain + fat_level * fat_level * known.squares +
+                       muscle_level * muscle_level * heart.squares +
+                       2 * fat_level * muscle_level * heart_known;
+    double gain_beyond =
+        fat_level * (known.share - known.squares) + muscle_level * (heart.share - heart_known);
+    double gain_seen = kOfGain + fat_level * known.seen + muscle_level * heart.seen;
+    if (wall < kOnlyWall) {
+      const double blood_level = levels_.blood - levels_.muscle;
+      const EndSums& blood = sums_.of(edge - wall);
+      const double blood_known = sums_.product(edge - wall, edge + fat);
+      const double blood_heart = fat > 0 ? sums_.product(edge - wall, edge) : blood_known;
+      gain_gain += blood_level * (blood_level * blood.squares + 2 * fat_level * blood_known +
+                                  2 * muscle_level * blood_heart);
+      gain_beyond += blood_level * (blood.share - blood_known);
+      gain_seen += blood_level * blood.seen;
     }
+    const double beyond_beyond =
+        1 / (levels_.fat * levels_.fat) + sums_.weight() - 2 * known.share + known.squares;
+    const double beyond_seen = sums_.seen() - known.seen;
     const double det = gain_gain * beyond_beyond - gain_beyond * gain_beyond;
     const double gain = (beyond_beyond * gain_seen - gain_beyond * beyond_seen) / det;
     const double level = (gain_gain * beyond_seen - gain_beyond * gain_seen) / det;
-    return {edge_mm, wall_mm, squares - gain * gain_seen - level * beyond_seen};
+    return {edge, wall, kOfGain + sums_.squares() - gain * gain_seen - level * beyond_seen};
   }
 
   /// Halves its steps, from where it begins.
-  [[nodiscard]] LayersAt refined(const LayersAt& begin, double fat_mm, double step_mm) const {
-    const bool walled = begin.wall_mm > kNoWallMm && begin.wall_mm < kOnlyWallMm;
-    LayersAt best = at(begin.edge_mm, begin.wall_mm, fat_mm);
-    for (double step = step_mm; step > kLastStepMm; step *= 0.5) {
+  [[nodiscard]] Ends refined(const Ends& begin, int fat, int first_step) const {
+    const bool walled = begin.wall > kNoWall && begin.wall < kOnlyWall;
+    Ends best = at(begin.edge, begin.wall, fat);
+    for (int step = first_step; step >= kLastStep; step /= 2) {
       for (bool better = true; better;) {
         better = false;
         for (const auto& [edge_way, wall_way] : kWays) {
           if (!walled && wall_way != 0) continue;
-          const double edge = best.edge_mm + step * edge_way;
-          const double wall = best.wall_mm + step * wall_way;
-          if (std::abs(edge) > kMostOffMm) continue;
-          if (walled && (wall < kLeastWallMm || wall > kMostWallMm)) continue;
-          const LayersAt tried = at(edge, wall, fat_mm);
+          const int edge = best.edge + step * edge_way;
+          const int wall = best.wall + step * wall_way;
+          if (std::abs(edge) > kMostOff) continue;
+          if (walled && (wall < kLeastWall || wall > kMostWall)) continue;
+          const Ends tried = at(edge, wall, fat);
           if (!(tried.cost < best.cost)) continue;
           best = tried;
           better = true;
@@ -129,15 +200,12 @@ class Search {
 
  private:
   /// Blood's end stays as the heart's moves, both move, or the wall thickens on both sides.
-  static constexpr std::array<std::array<double, 2>, 8> kWays{
+  static constexpr std::array<std::array<int, 2>, 8> kWays{
       {{-1, 0}, {1, 0}, {-1, -1}, {1, 1}, {0, -1}, {0, 1}, {-1, 1}, {1, -1}}};
 
+  const SurfaceProfile& profile_;
   const LayerLevels& levels_;
-  const ShareTable& share_;
-  std::size_t count_ = 0;
-  std::array<double, SurfaceProfile::kBins> place_{};
-  std::array<double, SurfaceProfile::kBins> mean_{};
-  std::array<double, SurfaceProfile::kBins> weight_{};
+  ProfileSums sums_;
 };
 
 }  // namespace
@@ -145,39 +213,43 @@ class Search {
 LayersByThickness fit_layers(const SurfaceProfile& profile, const LayerLevels& levels,
                              const Vec3& normal, const Vec3& spacing_mm,
                              const std::vector<std::size_t>& begin) {
-  const ShareTable share(normal, spacing_mm);
-  const Search search(profile, levels, share);
-  LayersByThickness out;
-  out.at.fill({0, 0, std::numeric_limits<double>::infinity()});
-  const auto keep = [&](std::size_t n, const LayersAt& found) {
-    if (found.cost < out.at[n].cost) out.at[n] = found;
+  const Search search(profile, levels, normal, spacing_mm);
+  std::array<int, kFatThicknessMm.size()> fat{};
+  std::transform(kFatThicknessMm.begin(), kFatThicknessMm.end(), fat.begin(), units);
+  std::array<Ends, kFatThicknessMm.size()> found;
+  const auto keep = [&](std::size_t n, const Ends& ends) {
+    if (ends.cost < found[n].cost) found[n] = ends;
   };
-  for (const double wall : search.walls()) {
+  for (const int wall : search.walls()) {
     for (const std::size_t from : begin) {
-      const LayersAt first = search.refined({0, wall, 0}, kFatThicknessMm[from], kFirstStepMm);
+      const Ends first = search.refined({0, wall}, fat[from], kFirstStep);
       keep(from, first);
-      LayersAt last = first;
-      for (std::size_t n = from + 1; n < kFatThicknessMm.size(); ++n) {
-        last = search.refined(last, kFatThicknessMm[n], kNextStepMm);
+      Ends last = first;
+      for (std::size_t n = from + 1; n < fat.size(); ++n) {
+        last = search.refined(last, fat[n], kNextStep);
         keep(n, last);
       }
       last = first;
       for (std::size_t n = from; n-- > 0;) {
-        last = search.refined(last, kFatThicknessMm[n], kNextStepMm);
+        last = search.refined(last, fat[n], kNextStep);
         keep(n, last);
       }
     }
   }
+  LayersByThickness out;
+  std::transform(found.begin(), found.end(), out.at.begin(), [](const Ends& ends) {
+    return LayersAt{ends.edge * kUnitMm, ends.wall * kUnitMm, ends.cost};
+  });
   const auto best = static_cast<std::size_t>(
-      std::min_element(out.at.begin(), out.at.end(),
-                       [](const LayersAt& a, const LayersAt& b) { return a.cost < b.cost; }) -
-      out.at.begin());
-  const auto beside = [&](double step) {
-    return search.at(out.at[best].edge_mm + step, out.at[best].wall_mm, kFatThicknessMm[best]).cost;
+      std::min_element(found.begin(), found.end(),
+                       [](const Ends& a, const Ends& b) { return a.cost < b.cost; }) -
+      found.begin());
+  const auto beside = [&](int step) {
+    return search.at(found[best].edge + step, found[best].wall, fat[best]).cost;
   };
-  const double rise = 0.5 * (beside(kSigmaStepMm) + beside(-kSigmaStepMm)) - out.at[best].cost;
-  out.edge_sigma_mm =
-      kSigmaStepMm / std::sqrt(std::max(rise, std::pow(kSigmaStepMm / kUntoldMm, 2)));
+  const double rise = 0.5 * (beside(kSigmaStep) + beside(-kSigmaStep)) - found[best].cost;
+  constexpr double kStepMm = kSigmaStep * kUnitMm;
+  out.edge_sigma_mm = kStepMm / std::sqrt(std::max(rise, std::pow(kStepMm / kUntoldMm, 2)));
   return out;
 }
 

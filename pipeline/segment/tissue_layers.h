@@ -20,12 +20,12 @@ struct SurfaceProfile {
   std::array<double, kBins> mean{};
   std::array<double, kBins> variance{};  ///< of the mean; 0: nothing is told
 
-  [[nodiscard]] static double middle_mm(std::size_t bin) {
+  [[nodiscard]] static constexpr double middle_mm(std::size_t bin) {
     return kFromMm + kBinMm * (static_cast<double>(bin) + 0.5);
   }
 };
 
-/// Thicknesses of fat that are tried [mm].
+/// Thicknesses of fat that are tried [mm], of the 0.05 mm to which all ends are told.
 inline constexpr std::array kFatThicknessMm{0.0, 0.1, 0.2, 0.35, 0.55, 0.85, 1.3, 2.0, 3.2, 5.0};
 
 /// What explains a profile best, fat being so thick.
