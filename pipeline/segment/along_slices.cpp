@@ -47,6 +47,10 @@ Slices smoothed(const Slices& in) {
   for (const cv::Mat& mask : in) {
     cv::Mat soft;
     mask.convertTo(soft, CV_32F, 1.0 / 255.0);
+    if (cv::countNonZero(mask) == 0) {
+      plane.push_back(soft);
+      continue;
+    }
     cv::GaussianBlur(soft, soft, {0, 0}, kPatchPx, kPatchPx, cv::BORDER_REPLICATE);
     plane.push_back(soft);
   }
@@ -101,11 +105,16 @@ class Columns {
         bare_(input.bare != nullptr ? each(*input.bare, part) : Slices{}),
         pixels_(each(input.image, part)),
         inner_(pixels_, whole_voxels(both(in_, each(input.tells_inner, part))), window),
-        outer_(pixels_, whole_voxels(both(inverse(in_), tells_outer_)), window),
+        outer_(pixels_, whole_voxels(near(in_, both(inverse(in_), tells_outer_))), window),
         soft_(smoothed(in_)),
         window_(window) {}
 
   [[nodiscard]] Seen seen(int k, const cv::Mat& coverage) const {
+    bool empty = true;
+    for (int n = std::max(0, k - 1); n <= std::min(grid_.size[2] - 1, k + 1); ++n) {
+      empty = empty && cv::countNonZero(in_[at(n)]) == 0;
+    }
+    if (empty) return {};
     Seen out{coverage.clone(),
              cv::Mat::zeros(coverage.size(), CV_32F),
              cv::Mat(coverage.size(), CV_32F, cv::Scalar(1)),
@@ -139,6 +148,11 @@ class Columns {
     Slices out;
     for (const cv::Mat& mask : masks) out.push_back(~mask);
     return out;
+  }
+  /// Where levels of the outside are asked for, and what tells whether its voxels are whole.
+  static Slices near(const Slices& in, Slices masks) {
+    leave_far_slices(in, kWindowSlices + 2, masks);
+    return masks;
   }
   static Slices both(const Slices& a, const Slices& b) {
     Slices out;

@@ -63,11 +63,19 @@ struct Piece {
 void fill_hollows(const Grid& grid, const std::vector<std::uint8_t>& labels,
                   std::vector<float>& coverage) {
   std::vector<std::uint8_t> waits(coverage.size(), 0);
-  std::vector<std::uint32_t> front;
+  std::vector<std::uint32_t> waiting;
   for (std::size_t v = 0; v < coverage.size(); ++v) {
-    if (coverage[v] >= 0.5F) continue;
-    waits[v] = labels[v] != kLabelBackground ? 1 : 0;
-    if (waits[v] == 0) front.push_back(static_cast<std::uint32_t>(v));
+    if (coverage[v] >= 0.5F || labels[v] == kLabelBackground) continue;
+    waits[v] = 1;
+    waiting.push_back(static_cast<std::uint32_t>(v));
+  }
+  std::vector<std::uint32_t> front;
+  for (const std::uint32_t v : waiting) {
+    for_faces(grid, v, [&](std::size_t near) {
+      if (coverage[near] >= 0.5F || labels[near] != kLabelBackground || waits[v] == 0) return;
+      waits[v] = 0;
+      front.push_back(v);
+    });
   }
   while (!front.empty()) {
     const std::size_t from = front.back();
@@ -147,13 +155,20 @@ class Outside {
   void cover(std::vector<float>& coverage, std::vector<FatEdge>* edges) const {
     std::vector<float> nearest(grid_.count(), std::numeric_limits<float>::infinity());
     std::vector<std::uint32_t> whose(grid_.count(), 0);
+    std::vector<std::uint32_t> slot(grid_.count(), 0);
+    std::vector<std::uint32_t> voxels;  // within reach of a piece
     for (std::size_t n = 0; n < pieces_.size(); ++n) {
       for_near(pieces_[n], [&](std::size_t voxel, const Vec3& off) {
         const auto d = static_cast<float>(off.squaredNorm());
         if (!(d < nearest[voxel])) return;
+        if (std::isinf(nearest[voxel])) voxels.push_back(static_cast<std::uint32_t>(voxel));
         nearest[voxel] = d;
         whose[voxel] = static_cast<std::uint32_t>(n);
       });
+    }
+    std::sort(voxels.begin(), voxels.end());
+    for (std::size_t n = 0; n < voxels.size(); ++n) {
+      slot[voxels[n]] = static_cast<std::uint32_t>(n);
     }
     struct Blend {
       double told = 0;
@@ -162,14 +177,14 @@ class Outside {
       double sigma_mm = 0;
       Vec3 normal = Vec3::Zero();
     };
-    std::vector<Blend> blends(grid_.count());
+    std::vector<Blend> blends(voxels.size());
     for (const Piece& piece : pieces_) {
       for_near(piece, [&](std::size_t voxel, const Vec3& off) {
         const Piece& owner = pieces_[whose[voxel]];
         if (owner.surfel.normal.dot(piece.surfel.normal) < kSheetAlike) return;
         const double beyond = off.squaredNorm() - static_cast<double>(nearest[voxel]);
         const double weight = std::exp(-0.5 * beyond / (kBlendMm * kBlendMm));
-        Blend& blend = blends[voxel];
+        Blend& blend = blends[slot[voxel]];
         if (!piece.explained) {
           blend.untold += weight;
           return;
@@ -180,8 +195,9 @@ class Outside {
         blend.normal += weight * piece.surfel.normal;
       });
     }
-    for (std::size_t voxel = 0; voxel < blends.size(); ++voxel) {
-      const Blend& blend = blends[voxel];
+    for (std::size_t n = 0; n < blends.size(); ++n) {
+      const std::size_t voxel = voxels[n];
+      const Blend& blend = blends[n];
       if (!(blend.told > 0)) continue;
       const Vec3 normal = blend.normal.normalized();
       const double share = box_share(0.5 * spacing_, blend.outside_mm / blend.told, normal);

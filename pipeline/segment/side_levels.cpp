@@ -90,9 +90,28 @@ std::vector<cv::Mat> whole_voxels(const std::vector<cv::Mat>& mask) {
   return out;
 }
 
+void leave_far_slices(const std::vector<cv::Mat>& inside, int reach, std::vector<cv::Mat>& mask) {
+  const int count = static_cast<int>(inside.size());
+  std::vector<bool> near(inside.size(), false);
+  for (int k = 0; k < count; ++k) {
+    if (cv::countNonZero(inside[static_cast<std::size_t>(k)]) == 0) continue;
+    for (int n = std::max(0, k - reach); n <= std::min(count - 1, k + reach); ++n) {
+      near[static_cast<std::size_t>(n)] = true;
+    }
+  }
+  for (std::size_t k = 0; k < mask.size(); ++k) {
+    if (!near[k]) mask[k].setTo(cv::Scalar(0));
+  }
+}
+
 WindowSums::WindowSums(const std::vector<cv::Mat>& image, const std::vector<cv::Mat>& mask,
                        const cv::Size& window) {
   for (std::size_t k = 0; k < image.size(); ++k) {
+    if (cv::countNonZero(mask[k]) == 0) {
+      pixels.push_back(cv::Mat::zeros(mask[k].size(), CV_32F));
+      weight.push_back(cv::Mat::zeros(mask[k].size(), CV_32F));
+      continue;
+    }
     cv::Mat indicator;
     mask[k].convertTo(indicator, CV_32F, 1.0 / 255.0);
     cv::Mat sum;
@@ -113,16 +132,19 @@ LevelFinder::LevelFinder(const BoundaryInput& input, const cv::Rect& part)
     : input_(input), part_(part), window_(window_of(input.grid)) {
   const Grid& grid = input.grid;
   const bool thin = grid.spacing_mm()[2] < kThickSlicesMm;
+  std::vector<cv::Mat> inside;
   std::vector<cv::Mat> inner;
   std::vector<cv::Mat> outer;
   for (int k = 0; k < grid.size[2]; ++k) {
     pixels_.push_back(slice_of(grid, input.image, k)(part));
     if (!thin) continue;
     const cv::Mat in = slice_of(grid, input.inside, k)(part) != 0;
+    inside.push_back(in);
     inner.emplace_back(in & (slice_of(grid, input.tells_inner, k)(part) != 0));
     outer.emplace_back(~in & (slice_of(grid, input.tells_outer, k)(part) != 0));
   }
   if (!thin) return;
+  leave_far_slices(inside, 2, outer);  // neighbours tell whether voxels are whole
   inner_.emplace(pixels_, whole_voxels(inner), window_);
   outer_.emplace(pixels_, whole_voxels(outer), window_);
 }

@@ -13,6 +13,10 @@ namespace beatlas::segment {
 /// Voxels of a mask, a slice each, whose neighbours, across slices as well, are of it too.
 [[nodiscard]] std::vector<cv::Mat> whole_voxels(const std::vector<cv::Mat>& mask);
 
+/// Empties slices of `mask` that are farther than `reach` slices from any of `inside`: no level is
+/// asked for there.
+void leave_far_slices(const std::vector<cv::Mat>& inside, int reach, std::vector<cv::Mat>& mask);
+
 /// Sums over a window around each pixel of each slice.
 struct WindowSums {
   std::vector<cv::Mat> pixels;  ///< of those of the mask
