@@ -1,3 +1,7 @@
+#include <functional>
+#include <vector>
+
+#include "pipeline/core/parallel.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
@@ -43,23 +47,31 @@ FileList write_registration(const fs::path& study, const Affine& workspace_from_
   make_folder(folder);
   FileList files{"register/register.json", "register/cine.nii.gz", "register/labels.nii.gz"};
   const Affine& map = workspace_from_lps;
+  std::vector<std::function<void()>> writes;
   // For the eye alone and never read back, so 16 bit are enough.
-  replace_file(folder / "cine.nii.gz", [&](const fs::path& temporary) {
-    formats::write_nifti(temporary, in_patient(cine.grid, map), cine.phases, frame_interval_s,
-                         formats::NiftiStorage::Int16);
+  writes.emplace_back([&] {
+    replace_file(folder / "cine.nii.gz", [&](const fs::path& temporary) {
+      formats::write_nifti(temporary, in_patient(cine.grid, map), cine.phases, frame_interval_s,
+                           formats::NiftiStorage::Int16);
+    });
   });
-  write_labels(folder / "labels.nii.gz", labels.phases, in_patient(labels.grid, map),
-               frame_interval_s);
+  writes.emplace_back([&] {
+    write_labels(folder / "labels.nii.gz", labels.phases, in_patient(labels.grid, map),
+                 frame_interval_s);
+  });
   json content{{"workspace_from_lps", affine_to_json(map)}, {"shapes", json::array()}};
   for (const ShapeCycle& shape : shapes) {
     const std::string name = shape_name(shape.structure);
-    write_images(folder / name, shape.level.phases, in_patient(shape.level.grid, map),
-                 frame_interval_s);
+    writes.emplace_back([&, name] {
+      write_images(folder / name, shape.level.phases, in_patient(shape.level.grid, map),
+                   frame_interval_s);
+    });
     files.push_back("register/" + name);
     content["shapes"].push_back({{"structure", structure_name(shape.structure)},
                                  {"grid", grid_to_json(shape.level.grid)},
                                  {"phases", shape.level.phase_count()}});
   }
+  parallel_for(writes.size(), [&](std::size_t at) { writes[at](); });
   write_json(folder / "register.json", content);
   return files;
 }

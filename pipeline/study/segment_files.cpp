@@ -1,3 +1,6 @@
+#include <functional>
+
+#include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/json_values.h"
@@ -128,27 +131,35 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
   FileList files{"segment/segment.json", "segment/labels.nii.gz", kLabelsAsMade};
   const LabelCycle& labels = segmentation.labels;
   const CoverageCycle& coverage = segmentation.coverage;
-  write_labels(folder / "labels.nii.gz", labels.phases, labels.grid, frame_interval_s);
-  write_labels(study / kLabelsAsMade, labels.phases, labels.grid, frame_interval_s);
+  std::vector<std::function<void()>> writes;
+  for (const fs::path& file : {folder / "labels.nii.gz", study / kLabelsAsMade}) {
+    writes.emplace_back(
+        [&, file] { write_labels(file, labels.phases, labels.grid, frame_interval_s); });
+  }
   std::vector<Structure> structures;
   for (const auto& [structure, phases] : coverage.phases) {
     const std::string name = coverage_name(structure);
-    write_images(folder / name, phases, coverage.grid, frame_interval_s);
+    writes.emplace_back([&, &images = phases, name] {
+      write_images(folder / name, images, coverage.grid, frame_interval_s);
+    });
     structures.push_back(structure);
     files.push_back("segment/" + name);
   }
   std::vector<Structure> uncertain;
   for (const auto& [structure, phases] : segmentation.uncertainty) {
-    std::vector<std::vector<float>> sigma_mm;
-    for (const std::vector<BoundaryPoint>& points : phases) {
-      sigma_mm.emplace_back(coverage.grid.count(), 0.0F);
-      for (const BoundaryPoint& point : points) sigma_mm.back()[point.voxel] = point.sigma_mm;
-    }
     const std::string name = uncertainty_name(structure);
-    write_images(folder / name, sigma_mm, coverage.grid, frame_interval_s);
+    writes.emplace_back([&, &cycle = phases, name] {
+      std::vector<std::vector<float>> sigma_mm;
+      for (const std::vector<BoundaryPoint>& points : cycle) {
+        sigma_mm.emplace_back(coverage.grid.count(), 0.0F);
+        for (const BoundaryPoint& point : points) sigma_mm.back()[point.voxel] = point.sigma_mm;
+      }
+      write_images(folder / name, sigma_mm, coverage.grid, frame_interval_s);
+    });
     uncertain.push_back(structure);
     files.push_back("segment/" + name);
   }
+  parallel_for(writes.size(), [&](std::size_t at) { writes[at](); });
   if (segmentation.axis) {
     write_json(folder / kLongAxisName, long_axis_to_json(*segmentation.axis));
     files.push_back("segment/" + std::string(kLongAxisName));
