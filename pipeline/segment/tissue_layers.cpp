@@ -51,9 +51,9 @@ class ProfileSums {
   ProfileSums(const SurfaceProfile& profile, const Vec3& normal, const Vec3& spacing_mm)
       : reach_(static_cast<int>(0.5 * normal.cwiseAbs().dot(spacing_mm) / kUnitMm) + 1),
         share_(static_cast<std::size_t>(2 * reach_ + 1)) {
-    for (int d = -reach_; d <= reach_; ++d) {
-      share_[static_cast<std::size_t>(d + reach_)] =
-          box_share(0.5 * spacing_mm, d * kUnitMm, normal);
+    for (std::size_t n = 0; n < share_.size(); ++n) {
+      const int d = static_cast<int>(n) - reach_;
+      share_[n] = box_share(0.5 * spacing_mm, d * kUnitMm, normal);
     }
     for (std::size_t n = 0; n < SurfaceProfile::kBins; ++n) {
       weight_[n] = profile.variance[n] > 0 ? 1 / profile.variance[n] : 0;
@@ -103,7 +103,8 @@ class ProfileSums {
 
   [[nodiscard]] double at(std::size_t bin, int end) const {
     const int d = kFirstBin + kBin * static_cast<int>(bin) - end;
-    return share_[static_cast<std::size_t>(std::clamp(d, -reach_, reach_) + reach_)];
+    const int entry = std::clamp(d, -reach_, reach_) + reach_;
+    return share_[static_cast<std::size_t>(entry)];
   }
 
   int reach_;                  ///< beyond which a voxel lies on one side of an end
