@@ -85,7 +85,7 @@ double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase)
   };
 
   constexpr int kMaxRounds = 200;
-  constexpr double kTolerance = 0.01;  // of a step: the next one goes on from there
+  constexpr double kTolerance = 0.001;  // at 0.003 the mesh of a thick-sliced RV was lost
   Columns way = Columns::Zero(4, count);
   double energy = 0;
   for (Eigen::Index v = 0; v < count; ++v) {
