@@ -40,7 +40,8 @@ void Carrier::laplacian(const Columns& x, Columns& out) const {
   }
 }
 
-double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase) const {
+double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase, double tolerance,
+                     double& most_energy) const {
   using Column = Eigen::Vector4f;
   const auto count = static_cast<Eigen::Index>(points.size());
   const std::vector<Vec3> own_normals = vertex_normals(points, triangles_);
@@ -85,7 +86,6 @@ double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase)
   };
 
   constexpr int kMaxRounds = 200;
-  constexpr double kTolerance = 0.001;  // at 0.003 the mesh of a thick-sliced RV was lost
   Columns way = Columns::Zero(4, count);
   double energy = 0;
   for (Eigen::Index v = 0; v < count; ++v) {
@@ -93,7 +93,8 @@ double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase)
     direction.col(v) = preconditioned(v, x);
     energy += static_cast<double>(x.dot(direction.col(v)));
   }
-  const double done = kTolerance * kTolerance * energy;
+  most_energy = std::max(most_energy, energy);
+  const double done = tolerance * tolerance * most_energy;
   Columns scaled(4, count);
   for (int round = 0; round < kMaxRounds && energy > done && energy > 0; ++round) {
     const auto length = static_cast<float>(energy / apply());
@@ -124,11 +125,14 @@ std::vector<Vec3> Carrier::carry(std::vector<Vec3> start, const Grid& grid,
   constexpr int kSteps = 5;
   constexpr int kMaxParts = 8;
   constexpr double kDoneMm = 0.02;
+  constexpr double kOnTheWay = 0.01;  // tolerances; what is left the later steps find again
+  constexpr double kAtTheEnd = 0.0003;
   const field::Interpolant target(grid, to);
   double farthest_mm = 0;
   for (const Vec3& p : start) farthest_mm = std::max(farthest_mm, std::abs(target.value(p)));
   const int parts =
       std::clamp(static_cast<int>(std::ceil(farthest_mm / grid.spacing_mm().x())), 1, kMaxParts);
+  double most_energy = 0;
   std::vector<float> blend;
   for (int part = 1; part <= parts; ++part) {
     const std::vector<float>* samples = &to;
@@ -140,7 +144,7 @@ std::vector<Vec3> Carrier::carry(std::vector<Vec3> start, const Grid& grid,
     }
     const field::Interpolant between(grid, *samples);
     for (int n = 0; n < (part < parts ? 2 : kSteps); ++n) {
-      if (step(start, between) < kDoneMm) break;
+      if (step(start, between, part < parts ? kOnTheWay : kAtTheEnd, most_energy) < kDoneMm) break;
     }
   }
   return start;

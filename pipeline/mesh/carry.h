@@ -34,7 +34,10 @@ class Carrier {
   using Columns = Eigen::Matrix4Xf;
 
   /// One Gauss-Newton step; returns the longest way a vertex went.
-  double step(std::vector<Vec3>& points, const field::Interpolant& phase) const;
+  /// @param tolerance where conjugate gradients end, of the largest residual of the whole way (its
+  ///   square is `most_energy`), so that the last steps, which are short, take few rounds
+  double step(std::vector<Vec3>& points, const field::Interpolant& phase, double tolerance,
+              double& most_energy) const;
   void laplacian(const Columns& x, Columns& out) const;
 
   struct Link {

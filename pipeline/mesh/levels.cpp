@@ -96,39 +96,20 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& give
 SurfaceError error_against(const FieldCycle& field, const SurfaceCycle& surface) {
   check(surface, field);
   const std::size_t phases = surface.positions.size();
-  struct Sums {
-    double area = 0;
-    double off = 0;
-    double signed_off = 0;
-  };
-  std::vector<Sums> sums(phases);
+  std::vector<OffSurface> sums(phases);
   parallel_for(phases, [&](std::size_t p) {
     const field::Interpolant zero(field.distance_mm.grid, field.distance_mm.phases[p]);
-    const std::vector<Vec3> points = as_double(surface.positions[p]);
-    for (const Triangle& t : surface.triangles) {
-      const Vec3& a = points[t[0]];
-      const Vec3& b = points[t[1]];
-      const Vec3& c = points[t[2]];
-      const double share = (b - a).cross(c - a).norm() / 8;  // a quarter of the area
-      const Vec3 middle = (a + b + c) / 3;
-      for (const Vec3& x :
-           {middle, Vec3((middle + a) / 2), Vec3((middle + b) / 2), Vec3((middle + c) / 2)}) {
-        const double off = zero.value(x);
-        sums[p].area += share;
-        sums[p].off += share * std::abs(off);
-        sums[p].signed_off += share * off;
-      }
-    }
+    sums[p] = off_surface(as_double(surface.positions[p]), surface.triangles, zero);
   });
   SurfaceError out;
-  Sums all;
-  for (const Sums& phase : sums) {
+  OffSurface all;
+  for (const OffSurface& phase : sums) {
     all.area += phase.area;
     all.off += phase.off;
     all.signed_off += phase.signed_off;
-    out.worst_phase_mm = std::max(out.worst_phase_mm, phase.off / phase.area);
+    out.worst_phase_mm = std::max(out.worst_phase_mm, phase.mean_mm());
   }
-  out.mean_mm = all.off / all.area;
+  out.mean_mm = all.mean_mm();
   out.bias_mm = all.signed_off / all.area;
   return out;
 }

@@ -1,4 +1,7 @@
 // Remeshing with CGAL, in a file of its own: it takes a minute and gigabytes to compile.
+#include <algorithm>
+#include <cmath>
+
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
@@ -6,6 +9,7 @@
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/boost/graph/Euler_operations.h>
 
 #include "pipeline/mesh/triangle_mesh.h"
 
@@ -49,12 +53,62 @@ TriangleMesh from_cgal(SurfaceMesh& mesh) {
   return out;
 }
 
+/// Whether triangles around `v` keep their side, and do not become slivers, if it goes to `to`.
+bool keeps_sides(const SurfaceMesh& mesh, SurfaceMesh::Halfedge_index v_to) {
+  constexpr double kLeastAgreement = 0.7;  // of a triangle's normal with the ring's, cosine
+  constexpr double kLeastShare = 0.05;  // of a triangle's doubled area in its longest edge's square
+  const auto v = mesh.source(v_to);
+  const Point& to = mesh.point(mesh.target(v_to));
+  Kernel::Vector_3 ring(0, 0, 0);
+  for (const auto h : CGAL::halfedges_around_source(v, mesh)) {
+    const Point& a = mesh.point(mesh.target(h));
+    const Point& b = mesh.point(mesh.target(mesh.next(h)));
+    ring = ring + CGAL::cross_product(a - mesh.point(v), b - mesh.point(v));
+  }
+  const double length = std::sqrt(ring.squared_length());
+  for (const auto h : CGAL::halfedges_around_source(v, mesh)) {
+    if (h == v_to || mesh.next(mesh.next(h)) == mesh.opposite(v_to)) continue;
+    const Point& a = mesh.point(mesh.target(h));
+    const Point& b = mesh.point(mesh.target(mesh.next(h)));
+    const Kernel::Vector_3 normal = CGAL::cross_product(a - to, b - to);
+    const double area = std::sqrt(normal.squared_length());
+    const double longest = std::max({CGAL::squared_distance(a, to), CGAL::squared_distance(b, to),
+                                     CGAL::squared_distance(a, b)});
+    if (!(normal * ring > kLeastAgreement * area * length) || area < kLeastShare * longest) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Collapses edges shorter than that onto one of their ends. The remesher would do the same with
+/// a queue of all edges, which of a surface made of very many small triangles takes most of its
+/// time.
+void collapse_short_edges(SurfaceMesh& mesh, double shorter_mm) {
+  const auto edges = static_cast<std::uint32_t>(mesh.num_edges());
+  for (std::uint32_t n = 0; n < edges; ++n) {
+    const SurfaceMesh::Edge_index edge(n);
+    if (mesh.is_removed(edge)) continue;
+    for (const auto v_to : {mesh.halfedge(edge, 0), mesh.halfedge(edge, 1)}) {
+      const Point from = mesh.point(mesh.source(v_to));
+      const Point to = mesh.point(mesh.target(v_to));
+      if (CGAL::squared_distance(from, to) >= shorter_mm * shorter_mm) break;
+      if (!keeps_sides(mesh, v_to) || !CGAL::Euler::does_satisfy_link_condition(edge, mesh))
+        continue;
+      mesh.point(CGAL::Euler::collapse_edge(edge, mesh)) = to;
+      break;
+    }
+  }
+}
+
 }  // namespace
 
 TriangleMesh remeshed(const TriangleMesh& mesh, double edge_mm) {
   constexpr unsigned kRounds = 5;
   constexpr unsigned kRelaxations = 2;
+  constexpr double kShort = 0.5;  // of an edge: what the remesher would collapse in any case
   SurfaceMesh work = to_cgal(mesh.points, mesh.triangles);
+  collapse_short_edges(work, kShort * edge_mm);
   pmp::isotropic_remeshing(
       work.faces(), edge_mm, work,
       CGAL::parameters::number_of_iterations(kRounds).number_of_relaxation_steps(kRelaxations));

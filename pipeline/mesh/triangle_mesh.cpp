@@ -18,6 +18,26 @@ struct Corner {
 
 }  // namespace
 
+OffSurface off_surface(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                       const field::Interpolant& surface) {
+  OffSurface out;
+  for (const Triangle& t : triangles) {
+    const Vec3& a = points[t[0]];
+    const Vec3& b = points[t[1]];
+    const Vec3& c = points[t[2]];
+    const double share = (b - a).cross(c - a).norm() / 8;  // a quarter of the area
+    const Vec3 middle = (a + b + c) / 3;
+    for (const Vec3& x :
+         {middle, Vec3((middle + a) / 2), Vec3((middle + b) / 2), Vec3((middle + c) / 2)}) {
+      const double off = surface.value(x);
+      out.area += share;
+      out.off += share * std::abs(off);
+      out.signed_off += share * off;
+    }
+  }
+  return out;
+}
+
 Topology inspect(std::size_t vertex_count, std::span<const Triangle> triangles) {
   std::vector<Corner> corners;
   corners.reserve(3 * triangles.size());

@@ -34,6 +34,20 @@ struct TriangleMesh {
 /// The smallest of a triangle's angles, 0 for a degenerate one.
 [[nodiscard]] double least_angle_deg(const Vec3& a, const Vec3& b, const Vec3& c);
 
+/// How far a mesh lies off a surface: |distance| and distance [mm] times area [mm2], summed over
+/// four points of each triangle. Of a part of the surface that no triangle reaches this knows what
+/// cuts it off; vertices, which lie on the surface wherever they are, know nothing of it.
+struct OffSurface {
+  double area = 0;
+  double off = 0;
+  double signed_off = 0;
+
+  [[nodiscard]] double mean_mm() const { return area > 0 ? off / area : 0; }
+};
+[[nodiscard]] OffSurface off_surface(std::span<const Vec3> points,
+                                     std::span<const Triangle> triangles,
+                                     const field::Interpolant& surface);
+
 /// Closed manifold: every edge has two faces that run through it in opposite directions, and the
 /// faces at every vertex form one ring. No vertex is without faces.
 struct Topology {

@@ -125,5 +125,22 @@ TEST(ErrorAgainstAField, IsWhatAShiftMakesIt) {
   EXPECT_NEAR(after.worst_phase_mm, after.mean_mm, 1e-9);
 }
 
+TEST(ErrorAgainstAField, KnowsWhatTrianglesCutOffThoughTheirVerticesLieOnTheSurface) {
+  const FieldCycle ball = closed_form::beating_field(
+      [](double, const Vec3& x) { return x.norm() - 15; }, 1, {-24, -24, -24}, {24, 24, 24});
+  SurfaceCycle octahedron;
+  octahedron.positions = {
+      {{15, 0, 0}, {-15, 0, 0}, {0, 15, 0}, {0, -15, 0}, {0, 0, 15}, {0, 0, -15}}};
+  octahedron.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                          {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  // The same four places of a triangle, on the ball's closed form.
+  const Vec3 middle(5, 5, 5);
+  double cut_off_mm = (15 - middle.norm()) / 4;
+  for (int n = 0; n < 3; ++n) cut_off_mm += (15 - (middle + 15 * Vec3::Unit(n)).norm() / 2) / 4;
+  const SurfaceError error = error_against(ball, octahedron);
+  EXPECT_NEAR(error.mean_mm, cut_off_mm, 0.05);
+  EXPECT_NEAR(error.bias_mm, -cut_off_mm, 0.05);
+}
+
 }  // namespace
 }  // namespace beatlas::mesh
