@@ -4,6 +4,7 @@
 
 #include "pipeline/cli/chain.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/mesh/beyond_base.h"
 #include "pipeline/mesh/levels.h"
 #include "pipeline/mesh/nested.h"
 #include "pipeline/mesh/surface_map.h"
@@ -25,6 +26,14 @@ nlohmann::json error_figures(const FieldCycle& field, const SurfaceCycle& surfac
   return {{"structure", structure_name(surface.structure)}, {"level", level},
           {"vertices", surface.positions.front().size()},   {"mean_mm", error.mean_mm},
           {"worst_phase_mm", error.worst_phase_mm},         {"bias_mm", error.bias_mm}};
+}
+
+/// What `make` makes of the field that a structure is meshed by.
+template <class Make>
+SurfaceCycle on_meshed(const FieldCycle& field, const std::vector<FieldCycle>& all, double edge_mm,
+                       const Make& make) {
+  return is_beyond_base(field.structure) ? make(mesh::without_ventricles(field, all, edge_mm))
+                                         : make(field);
 }
 
 /// Makes the surface of each structure, several at a time, for parts of the work on one are a
@@ -64,8 +73,11 @@ std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<Of>& all, dou
 void Chain::surfaces() {
   if (keeps(Stage::Mesh, wanted_of(Stage::Mesh, orders_))) return;
   run(Stage::Mesh, [&](StageContext& context) {
+    const mesh::MeshOptions& options = orders_.recipe.mesh;
     const auto make = [&](const FieldCycle& field, StageContext& own) {
-      return mesh::mesh_cycle(field, orders_.recipe.mesh, own);
+      return on_meshed(field, field_cycles(), options.edge_mm, [&](const FieldCycle& meshed) {
+        return mesh::mesh_cycle(meshed, options, own);
+      });
     };
     std::vector<SurfaceCycle> made;
     for (auto& surface : made_of(field_cycles(), kMade, context, make)) {
@@ -107,7 +119,9 @@ std::vector<SurfaceCycle> Chain::at_level(const std::vector<SurfaceCycle>& made,
   const auto make = [&](const SurfaceCycle& each,
                         StageContext& own) -> std::optional<SurfaceCycle> {
     try {
-      return mesh::level_of_detail(each, of(fields, each.structure), options, own);
+      return on_meshed(of(fields, each.structure), fields, edge_mm, [&](const FieldCycle& meshed) {
+        return mesh::level_of_detail(each, meshed, options, own);
+      });
     } catch (const Error& error) {
       if (error.code() != ErrorCode::Quality || finest) throw;
       own.warn(std::string(error.what()) + "; the package has no such level of it");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/assess/surface_checks.h"
+#include "pipeline/mesh/beyond_base.h"
 #include "pipeline/mesh/levels.h"
 #include "tests/unit/mesh/beating_shapes.h"
 #include "tests/unit/mesh/expect_sound.h"
@@ -119,6 +120,55 @@ TEST(PartStructures, AnAtriumThatReachesIntoTheVentricleGoesBackAlone) {
   for (std::size_t n = 0; n < 2; ++n) EXPECT_EQ(parted[n].positions, alone[n].positions);
   expect_sound(parted[2]);
   EXPECT_LT(error_against(made.fields[2], parted[2]).mean_mm, 0.15);
+}
+
+TEST(WithoutVentricles, AnAtriumIsMeshedWhereItCrossesNone) {
+  Ventricle made = ventricle();
+  made.fields.erase(made.fields.begin());
+  made.surfaces.erase(made.surfaces.begin());
+  // Up to 3 mm deep in the ventricle's blood and its muscle, the latter at an angle.
+  const auto atrium = [](double share, const Vec3& x) {
+    const double base = 30 - 14 * share;
+    return std::max(closed_form::ellipsoid_level({{0, 0, base + 6}, {28, 28, 18}}, x),
+                    base - 3 * std::cos(x.x() / 12) - x.z());
+  };
+  made.add(Structure::LaBlood, atrium);
+  constexpr double kEdgeMm = 2;
+  const FieldCycle apart = without_ventricles(made.fields[2], made.fields, kEdgeMm);
+  // Of the closed forms: inside where the atrium is and neither blood nor muscle.
+  const Grid& grid = apart.distance_mm.grid;
+  std::size_t changed = 0;
+  std::size_t v = 0;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i, ++v) {
+        const Vec3 x = grid.mm(i, j, k);
+        const double ventricle_level = std::min(blood_of_cup(0, x), closed_form::cup(0, x));
+        const double level = std::max(atrium(0, x), -ventricle_level);
+        const float is = apart.distance_mm.phases[0][v];
+        if (std::abs(level) > 0.5) {
+          ASSERT_EQ(is < 0, level < 0) << x.transpose();
+        }
+        changed += is != made.fields[2].distance_mm.phases[0][v] ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(changed, 1000U);
+
+  const auto with_atrium = [&](std::size_t n) {
+    return Ventricle::crossings({made.surfaces[n], made.surfaces[2]});
+  };
+  const std::array before{with_atrium(0), with_atrium(1)};
+  StageContext context;
+  made.surfaces[2] = mesh_cycle(apart, {}, context);
+  std::cout << before[0] << " and " << before[1] << " crossings became " << with_atrium(0)
+            << " and " << with_atrium(1) << '\n';
+  EXPECT_LT(with_atrium(0), before[0] / 2);
+  EXPECT_LT(with_atrium(1), before[1] / 2);
+  part_structures(made.surfaces, made.fields);
+  EXPECT_EQ(Ventricle::crossings(made.surfaces), 0U);
+  expect_sound(made.surfaces[2]);
+  EXPECT_LT(error_against(apart, made.surfaces[2]).mean_mm, 0.1);
 }
 
 TEST(PartStructures, LeavesWhatTouchesNothingAsItIs) {
