@@ -386,8 +386,8 @@ void write_options(const Scene& scene, bool defaults_only) {
     std::fflush(stdout);
   };
   write("defaults", {});
-  if (defaults_only) return;
   write("seeds on three slices of one phase", {}, seeds_in_three_slices(scene));
+  if (defaults_only) return;
   segment::SegmentOptions plain;
   plain.denoise = false;
   write("denoise off", plain);
@@ -419,7 +419,7 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--whole", words.whole, "with atria, vessels, papillary muscles and fat");
   app.add_flag("--solves-only", words.solves_only, "without the table of options");
-  app.add_flag("--defaults-only", words.defaults_only, "the first row of that table alone");
+  app.add_flag("--defaults-only", words.defaults_only, "the first two rows of that table alone");
   app.add_option("--snr", words.snr, "blood over noise, 0 = no noise; else the preset's");
   app.add_option("--bias", words.bias, "of the coil, 0.3 = 1 +- 0.3; else the preset's");
   try {
