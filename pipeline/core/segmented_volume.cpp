@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pipeline/core/parallel.h"
+
 namespace beatlas {
 
 double share_within_cut(const Segmentation& segmentation, Structure structure, int phase, int k) {
@@ -19,16 +21,17 @@ std::vector<double> segmented_volume_ml(const Segmentation& segmentation, Struct
   const auto found = coverage.phases.find(structure);
   if (found == coverage.phases.end()) return curve;
   const auto slice = static_cast<std::ptrdiff_t>(coverage.grid.slice_count());
-  for (const std::vector<float>& voxels : found->second) {
-    const int phase = static_cast<int>(curve.size());
+  curve.resize(found->second.size());
+  parallel_for(curve.size(), [&](std::size_t phase) {
     double sum = 0;
     for (int k = 0; k < coverage.grid.size[2]; ++k) {
-      const auto first = voxels.begin() + slice * k;
-      sum += share_within_cut(segmentation, structure, phase, k + coverage.first[2]) *
+      const auto first = found->second[phase].begin() + slice * k;
+      sum += share_within_cut(segmentation, structure, static_cast<int>(phase),
+                              k + coverage.first[2]) *
              std::accumulate(first, first + slice, 0.0);
     }
-    curve.push_back(sum * coverage.grid.voxel_ml());
-  }
+    curve[phase] = sum * coverage.grid.voxel_ml();
+  });
   return curve;
 }
 

@@ -16,6 +16,7 @@ namespace {
 constexpr double kWindowMm = 7;        ///< half width of the window that tells a side's level
 constexpr int kWindowSlices = 3;       ///< from the surface on
 constexpr double kPatchPx = 2;         ///< Gaussian along the surface
+constexpr int kPatchRoomPx = 24;       ///< three of them, one after the other, look as far
 constexpr double kSteepPx = 2;         ///< up to such a way from outline to outline they suffice
 constexpr double kLevelPx = 4;         ///< and from this on, wider than their band, intensities do
 constexpr float kLeastSquare = 1e-6F;  ///< of a difference from a patch's mean
@@ -185,11 +186,16 @@ class Columns {
         cv::Rect(i - window_.width / 2, j - window_.height / 2, window_.width, window_.height) &
         cv::Rect({0, 0}, in_[0].size());
     const float bound = from + kBrighter * (to - from);
+    const float sign = to > from ? 1.0F : -1.0F;
     int seen = 0;
     for (const int slice : {k, beyond}) {
-      const cv::Mat pixels = pixels_[at(slice)](around);
-      const cv::Mat outside = ~in_[at(slice)](around);
-      seen += cv::countNonZero(outside & (to > from ? pixels > bound : pixels < bound));
+      for (int y = around.y; y < around.y + around.height; ++y) {
+        const float* pixels = pixels_[at(slice)].ptr<float>(y);
+        const std::uint8_t* inside = in_[at(slice)].ptr<std::uint8_t>(y);
+        for (int x = around.x; x < around.x + around.width; ++x) {
+          seen += inside[x] == 0 && sign * pixels[x] > sign * bound ? 1 : 0;
+        }
+      }
     }
     return static_cast<float>(seen) >= kLeastCore * static_cast<float>(window_.area());
   }
@@ -281,6 +287,21 @@ cv::Mat without_noise(const Seen& seen, double noise) {
   return cv::min(cv::max(mean + own.mul(off), 0.0F), 1.0F);
 }
 
+/// The same, of the part that matters of a slice.
+cv::Mat without_noise_where_seen(const Seen& seen, double noise) {
+  const cv::Rect part = rect_around(seen.weight != 0, kPatchRoomPx);
+  const Seen there{.share = seen.share(part),
+                   .weight = seen.weight(part),
+                   .known = seen.known(part),
+                   .within = {},
+                   .inner = seen.inner(part),
+                   .outer = seen.outer(part),
+                   .any = true};
+  cv::Mat out = seen.share.clone();
+  without_noise(there, noise).copyTo(out(part));
+  return out;
+}
+
 }  // namespace
 
 std::vector<Settled> cover_along_slices(const BoundaryInput& input, const Sides& sides,
@@ -299,7 +320,7 @@ std::vector<Settled> cover_along_slices(const BoundaryInput& input, const Sides&
     cv::Mat out = slice_of(grid, coverage, k)(part);
     const Seen seen = columns.seen(k, out);
     if (!seen.any) continue;
-    const cv::Mat share = without_noise(seen, input.noise);
+    const cv::Mat share = without_noise_where_seen(seen, input.noise);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
         const float weight = seen.weight.at<float>(j, i);

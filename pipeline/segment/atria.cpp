@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
-#include <numeric>
 #include <optional>
 
 #include "pipeline/core/parallel.h"
@@ -68,16 +68,28 @@ Nodes nodes_of(const ImageCycle<float>& images, const TissueLevels& levels,
     depth[p] = pool_depth(images.grid, images.phases[p], labels.phases[p], levels);
   });
   Nodes nodes;
-  nodes.at.assign(n, std::vector<std::int32_t>(images.grid.count(), -1));
+  std::vector<std::size_t> first(n + 1, 0);
   for (std::size_t p = 0; p < n; ++p) {
+    const auto deep = std::count_if(depth[p].begin(), depth[p].end(), [](float d) { return d > 0; });
+    first[p + 1] = first[p] + static_cast<std::size_t>(deep);
+  }
+  nodes.at.resize(n);
+  nodes.voxel.resize(first[n]);
+  nodes.phase.resize(first[n]);
+  nodes.depth_mm.resize(first[n]);
+  parallel_for(n, [&](std::size_t p) {
+    nodes.at[p].assign(images.grid.count(), -1);
+    std::size_t node = first[p];
     for (std::size_t v = 0; v < depth[p].size(); ++v) {
       if (depth[p][v] <= 0) continue;
-      nodes.at[p][v] = static_cast<std::int32_t>(nodes.size());
-      nodes.voxel.push_back(static_cast<std::uint32_t>(v));
-      nodes.phase.push_back(static_cast<std::uint16_t>(p));
-      nodes.depth_mm.push_back(depth[p][v]);
+      nodes.at[p][v] = static_cast<std::int32_t>(node);
+      nodes.voxel[node] = static_cast<std::uint32_t>(v);
+      nodes.phase[node] = static_cast<std::uint16_t>(p);
+      nodes.depth_mm[node] = depth[p][v];
+      ++node;
     }
-  }
+    depth[p] = {};
+  });
   return nodes;
 }
 
@@ -118,18 +130,21 @@ class Beside {
 /// one that has no neighbour yet begins a pool, one between two pools is of the deeper neighbour's.
 std::vector<std::uint32_t> pools_of(const Grid& grid, const Nodes& nodes) {
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> order(nodes.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return nodes.depth_mm[a] != nodes.depth_mm[b] ? nodes.depth_mm[a] > nodes.depth_mm[b] : a < b;
-  });
+  // Bits of positive floats are ordered as they are.
+  std::vector<std::uint64_t> order(nodes.size());
+  for (std::size_t node = 0; node < order.size(); ++node) {
+    const auto depth = std::bit_cast<std::uint32_t>(nodes.depth_mm[node]);
+    order[node] = static_cast<std::uint64_t>(~depth) << 32U | node;
+  }
+  std::sort(order.begin(), order.end());
   std::vector<std::uint32_t> parent(nodes.size(), kNone);
   const auto root = [&](std::uint32_t node) {
     while (parent[node] != node) node = parent[node] = parent[parent[node]];
     return node;
   };
   const Beside beside(grid, nodes);
-  for (const std::uint32_t node : order) {
+  for (const std::uint64_t entry : order) {
+    const auto node = static_cast<std::uint32_t>(entry);
     const float depth = nodes.depth_mm[node];
     std::uint32_t deepest = kNone;
     beside.each(node, [&](std::size_t there) {

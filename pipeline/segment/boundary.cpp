@@ -19,6 +19,7 @@ namespace {
 constexpr float kBandPx = 2.0F;        ///< where intensity is asked, on both sides
 constexpr double kAlongPx = 2.0;       ///< Gaussian along the outline
 constexpr float kMostShiftPx = 1.25F;  ///< labels are no farther off than this
+constexpr int kBandRoomPx = 5;         ///< both, and the pixel that the differences take
 constexpr int kFits = 2;
 constexpr double kOfFits = 2;          ///< of a mean's variance: two fits are sharper, levels noisy
 constexpr float kMostStepPx = 0.5F;    ///< of a fit
@@ -252,8 +253,8 @@ Boundary find_boundary(const BoundaryInput& input) {
   found.coverage.resize(input.image.size());
   const Vec3 spacing = grid.spacing_mm();
   const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
-  // The band along the outlines, what its levels are told by, and what its distance is smoothed by.
-  const int room = 16 + level_reach_px(grid);
+  // The band along the outlines, and what its levels are told by and its distance is smoothed by.
+  const int room = kBandRoomPx + std::max(level_reach_px(grid), kOutlineReachPx);
   cv::Rect part;
   for (int k = 0; k < grid.size[2]; ++k) part |= rect_around(slice_of(grid, input.inside, k), room);
   if (part.empty()) return found;

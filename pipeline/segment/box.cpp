@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/core/parallel.h"
+
 namespace beatlas::segment {
 namespace {
 
@@ -64,9 +66,15 @@ Box box_around(const Grid& grid, const std::vector<std::uint8_t>& image) {
 }
 
 Box box_around(const Grid& grid, const std::vector<std::vector<std::uint8_t>>& phases) {
-  Range range(grid);
-  for (const auto& phase : phases) range.take(grid, phase);
-  return range.box();
+  std::vector<Range> ranges(phases.size(), Range(grid));
+  parallel_for(phases.size(), [&](std::size_t p) { ranges[p].take(grid, phases[p]); });
+  Range all(grid);
+  for (const Range& range : ranges) {
+    if (range.high[2] < 0) continue;
+    all.take(range.low);
+    all.take(range.high);
+  }
+  return all.box();
 }
 
 Box box_around_voxels(const Grid& grid, const std::vector<std::size_t>& voxels) {

@@ -57,16 +57,14 @@ std::vector<float> moving_values(const Setting& s) {
 }
 
 /// Blood against the rest from voxels that move: they are blood in one phase and wall in another.
-TissueLevels first_levels(const Setting& s) {
-  const std::vector<float> values = moving_values(s);
-  return levels_at(otsu_threshold(values), values);
+TissueLevels first_levels(const std::vector<float>& moving) {
+  return levels_at(otsu_threshold(moving), moving);
 }
 
 /// The same among what is brighter than a first threshold.
-TissueLevels levels_above(const Setting& s, const TissueLevels& first) {
-  std::vector<float> values = moving_values(s);
-  std::erase_if(values, [&](float value) { return value <= first.threshold; });
-  return levels_at(otsu_threshold(values), values);
+TissueLevels levels_above(std::vector<float> moving, const TissueLevels& first) {
+  std::erase_if(moving, [&](float value) { return value <= first.threshold; });
+  return levels_at(otsu_threshold(moving), moving);
 }
 
 /// Nearest pixel's value at `radius_mm` along ray `a`.
@@ -245,13 +243,14 @@ Chambers find_chambers(const ImageCycle<float>& images, const TemporalStats& sta
     s.smooth[p] = smooth_in_plane(grid, images.phases[p], 0.7 * std::max(spacing[0], spacing[1]));
   });
   Chambers out;
-  out.levels = first_levels(s);
+  std::vector<float> values = moving_values(s);
+  out.levels = first_levels(values);
 
   // Moving voxels hold two edges, blood on muscle and muscle on lung; which of them Otsu's
   // threshold meets depends on the images, so the one above it is tried too.
   std::vector<Candidate> chain;
   const TissueLevels first = out.levels;
-  for (const TissueLevels& levels : {first, levels_above(s, first)}) {
+  for (const TissueLevels& levels : {first, levels_above(std::move(values), first)}) {
     std::vector<Candidate> found = best_chain(lv_candidates(s, levels), s);
     if (found.empty()) continue;
     // The first chain may be in another chamber, whose levels are not the LV's.

@@ -9,78 +9,120 @@
 namespace beatlas::segment {
 namespace {
 
-/// Parts of what `holds` over some phases, one after the other, that share faces of voxels or, with
-/// more than one, places in phases that follow each other round the cycle.
-/// @return [phase * voxels + voxel] 1 in the largest part, 2 in others, 0 where nothing is held
-template <class Holds>
-std::vector<std::uint8_t> largest_part(const Grid& grid, std::size_t phases, const Holds& holds) {
-  const std::size_t count = grid.count();
-  const auto nx = static_cast<std::size_t>(grid.size[0]);
-  const std::size_t slice = grid.slice_count();
-  std::vector<std::uint32_t> part(count * phases, 0);
-  std::vector<std::uint32_t> stack;
-  std::uint32_t parts = 0;
-  std::uint32_t largest = 0;
-  std::size_t largest_size = 0;
-  for (std::size_t start = 0; start < count * phases; ++start) {
-    if (part[start] != 0 || !holds(start / count, start % count)) continue;
-    ++parts;
-    std::size_t size = 0;
-    stack.assign(1, static_cast<std::uint32_t>(start));
-    part[start] = parts;
-    while (!stack.empty()) {
-      const std::size_t node = stack.back();
-      stack.pop_back();
-      ++size;
-      const std::size_t p = node / count;
-      const std::size_t v = node % count;
-      const auto visit = [&](std::size_t to_phase, std::size_t to) {
-        const std::size_t index = to_phase * count + to;
-        if (part[index] != 0 || !holds(to_phase, to)) return;
-        part[index] = parts;
-        stack.push_back(static_cast<std::uint32_t>(index));
-      };
-      if (v % nx > 0) visit(p, v - 1);
-      if (v % nx + 1 < nx) visit(p, v + 1);
-      if (v % slice >= nx) visit(p, v - nx);
-      if (v % slice + nx < slice) visit(p, v + nx);
-      if (v >= slice) visit(p, v - slice);
-      if (v + slice < count) visit(p, v + slice);
-      visit((p + 1) % phases, v);
-      visit((p + phases - 1) % phases, v);
+/// Neighbours in a row of voxels, all of them held.
+struct Run {
+  std::uint32_t phase = 0;
+  std::uint32_t row = 0;  ///< of the phase
+  int begin = 0;          ///< index along the row
+  int end = 0;
+  std::uint32_t parent = 0;  ///< a run of the same part, itself or one before it
+
+  /// Calls act(voxel).
+  template <class Act>
+  void each(int width, const Act& act) const {
+    const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
+    for (int i = begin; i < end; ++i) act(first + static_cast<std::size_t>(i));
+  }
+};
+
+/// Parts of what `holds` over some phases that share faces of voxels or, with more than one phase,
+/// places in phases that follow each other round the cycle.
+class Parts {
+ public:
+  template <class Holds>
+  Parts(const Grid& grid, std::size_t phases, const Holds& holds)
+      : rows_(static_cast<std::size_t>(grid.size[1]) * static_cast<std::size_t>(grid.size[2])) {
+    for (std::uint32_t p = 0; p < phases; ++p) {
+      for (std::uint32_t row = 0; row < rows_; ++row) {
+        first_.push_back(runs_.size());
+        add_runs(p, row, grid.size[0], holds);
+      }
     }
-    if (size > largest_size) {
-      largest_size = size;
-      largest = parts;
+    first_.push_back(runs_.size());
+    const auto height = static_cast<std::size_t>(grid.size[1]);
+    for (std::size_t p = 0; p < phases; ++p) {
+      const std::size_t here = p * rows_;
+      const std::size_t next = (p + 1) % phases * rows_;
+      for (std::size_t row = 0; row < rows_; ++row) {
+        if (row % height > 0) join(here + row, here + row - 1);
+        if (row >= height) join(here + row, here + row - height);
+        if (phases > 1) join(here + row, next + row);
+      }
     }
   }
-  std::vector<std::uint8_t> out(part.size());
-  std::transform(part.begin(), part.end(), out.begin(), [&](std::uint32_t id) {
-    return static_cast<std::uint8_t>(id == 0 ? 0 : id == largest ? 1 : 2);
-  });
-  return out;
-}
+
+  /// Those of all parts but the largest.
+  [[nodiscard]] std::vector<Run> others() {
+    std::vector<std::size_t> voxels(runs_.size(), 0);
+    for (std::uint32_t at = 0; at < runs_.size(); ++at) {
+      voxels[root(at)] += static_cast<std::size_t>(runs_[at].end - runs_[at].begin);
+    }
+    const auto largest =
+        static_cast<std::uint32_t>(std::max_element(voxels.begin(), voxels.end()) - voxels.begin());
+    std::vector<Run> out;
+    for (std::uint32_t at = 0; at < runs_.size(); ++at) {
+      if (root(at) != largest) out.push_back(runs_[at]);
+    }
+    return out;
+  }
+
+ private:
+  template <class Holds>
+  void add_runs(std::uint32_t phase, std::uint32_t row, int width, const Holds& holds) {
+    const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
+    const auto held = [&](int i) { return holds(phase, first + static_cast<std::size_t>(i)); };
+    for (int i = 0; i < width; ++i) {
+      if (!held(i)) continue;
+      const int begin = i;
+      while (i < width && held(i)) ++i;
+      runs_.push_back({phase, row, begin, i, static_cast<std::uint32_t>(runs_.size())});
+    }
+  }
+
+  /// The part's first run.
+  std::uint32_t root(std::uint32_t at) {
+    while (runs_[at].parent != at) at = runs_[at].parent = runs_[runs_[at].parent].parent;
+    return at;
+  }
+
+  /// Joins the runs of two rows of all phases that lie beside each other.
+  void join(std::size_t row, std::size_t other) {
+    std::size_t a = first_[row];
+    std::size_t b = first_[other];
+    while (a < first_[row + 1] && b < first_[other + 1]) {
+      if (runs_[a].begin < runs_[b].end && runs_[b].begin < runs_[a].end) {
+        const std::uint32_t root_a = root(static_cast<std::uint32_t>(a));
+        const std::uint32_t root_b = root(static_cast<std::uint32_t>(b));
+        runs_[std::max(root_a, root_b)].parent = std::min(root_a, root_b);
+      }
+      ++(runs_[a].end < runs_[b].end ? a : b);
+    }
+  }
+
+  std::size_t rows_;                ///< of a phase
+  std::vector<Run> runs_;           ///< in the order of phases, rows and voxels
+  std::vector<std::size_t> first_;  ///< [row of all phases], and their number
+};
 
 }  // namespace
 
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
-  const std::size_t count = labels.grid.count();
-  const std::vector<std::uint8_t> part =
-      largest_part(labels.grid, labels.phases.size(),
-                   [&](std::size_t p, std::size_t v) { return labels.phases[p][v] != 0; });
-  for (std::size_t node = 0; node < part.size(); ++node) {
-    if (part[node] == 2) labels.phases[node / count][node % count] = kLabelBackground;
+  Parts parts(labels.grid, labels.phases.size(),
+              [&](std::size_t p, std::size_t v) { return labels.phases[p][v] != 0; });
+  for (const Run& run : parts.others()) {
+    run.each(labels.grid.size[0],
+             [&](std::size_t v) { labels.phases[run.phase][v] = kLabelBackground; });
   }
 }
 
 std::vector<std::uint32_t> keep_connected_rv(const Grid& grid, std::vector<std::uint8_t>& labels) {
   std::vector<std::uint32_t> apart;
-  const std::vector<std::uint8_t> part =
-      largest_part(grid, 1, [&](std::size_t, std::size_t v) { return labels[v] == kLabelRvBlood; });
-  for (std::size_t v = 0; v < part.size(); ++v) {
-    if (part[v] != 2) continue;
-    labels[v] = kLabelRestOfHeart;
-    apart.push_back(static_cast<std::uint32_t>(v));
+  Parts parts(grid, 1, [&](std::size_t, std::size_t v) { return labels[v] == kLabelRvBlood; });
+  for (const Run& run : parts.others()) {
+    run.each(grid.size[0], [&](std::size_t v) {
+      labels[v] = kLabelRestOfHeart;
+      apart.push_back(static_cast<std::uint32_t>(v));
+    });
   }
   return apart;
 }

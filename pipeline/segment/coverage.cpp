@@ -1,6 +1,7 @@
 #include "pipeline/segment/coverage.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <numeric>
 #include <optional>
@@ -131,10 +132,13 @@ bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, st
 }
 
 std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels, Structure structure) {
+  std::array<std::uint8_t, 256> is_in{};
+  for (std::size_t label = 0; label < is_in.size(); ++label) {
+    is_in[label] = label_in_structure(static_cast<std::uint8_t>(label), structure) ? 1 : 0;
+  }
   std::vector<std::uint8_t> mask(labels.size());
-  std::transform(labels.begin(), labels.end(), mask.begin(), [&](std::uint8_t label) {
-    return static_cast<std::uint8_t>(label_in_structure(label, structure));
-  });
+  std::transform(labels.begin(), labels.end(), mask.begin(),
+                 [&](std::uint8_t label) { return is_in[label]; });
   return mask;
 }
 
@@ -238,19 +242,20 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
   const auto blood = out.phases.find(Structure::LvBlood);
   const auto heart = out.phases.find(Structure::Heart);
   if (myocardium != out.phases.end() && heart != out.phases.end()) {
-    for (std::size_t p = 0; p < n; ++p) {
+    parallel_for(n, [&](std::size_t p) {
       for (const Settled& at : settled[p]) {  // there the wall's outside is the heart's
         if (!in_lv(images.grid, labels.phases[p], at.within)) continue;
         myocardium->second[p][at.voxel] = heart->second[p][at.voxel];
       }
-    }
+    });
   }
   if (myocardium != out.phases.end() && blood != out.phases.end()) {
-    for (std::size_t p = 0; p < n; ++p) {
+    std::vector<std::vector<BoundaryPoint>>& walls = made.uncertainty[Structure::LvMyocardium];
+    const std::vector<std::vector<BoundaryPoint>>& pools = made.uncertainty[Structure::LvBlood];
+    parallel_for(n, [&](std::size_t p) {
       share_wall(images.grid, labels.phases[p], blood->second[p], myocardium->second[p]);
-      std::vector<BoundaryPoint>& wall = made.uncertainty[Structure::LvMyocardium][p];
-      wall = points_of_wall(wall, made.uncertainty[Structure::LvBlood][p], myocardium->second[p]);
-    }
+      walls[p] = points_of_wall(walls[p], pools[p], myocardium->second[p]);
+    });
   }
   return made;
 }

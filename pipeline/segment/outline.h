@@ -9,6 +9,9 @@ namespace beatlas::segment {
 /// smoothed a little: the outline of pixels is a staircase, that of a heart is not.
 [[nodiscard]] cv::Mat outline_distance_px(const cv::Mat& mask);
 
+/// How far [pixels] the smoothing looks.
+inline constexpr int kOutlineReachPx = 4;
+
 /// Coverage of a pixel, and how fast it falls with the distance to the outline.
 struct Ramp {
   float coverage = 0;

@@ -81,13 +81,13 @@ Ring trace_ring(const cv::Mat& image, const cv::Point2d& pixel_mm, const cv::Poi
   int walled = 0;
   const auto& along = directions();
   for (int a = 0; a < Ring::kRays; ++a) {
-    const cv::Point2d direction = along[static_cast<std::size_t>(a)];
+    const cv::Point2d& direction = along[static_cast<std::size_t>(a)];
+    const cv::Point2d per_mm(direction.x / pixel_mm.x, direction.y / pixel_mm.y);
     double endo = -1;
     double outer = -1;
     double run_start = -1;
     for (double r = 0; r < kReachMm; r += kStepMm) {
-      const float value = sample(image, {centre_px.x + r * direction.x / pixel_mm.x,
-                                         centre_px.y + r * direction.y / pixel_mm.y});
+      const float value = sample(image, centre_px + r * per_mm);
       if (std::isnan(value)) {
         // The border of the image is no end of a wall: behind blood there is none, and that of
         // muscle lies unseen beyond.

@@ -125,7 +125,7 @@ WindowSums::WindowSums(const std::vector<cv::Mat>& image, const std::vector<cv::
 
 int level_reach_px(const Grid& grid) {
   const cv::Size window = window_of(grid);
-  return std::max(window.width, window.height);
+  return std::max(window.width, window.height) / 2;
 }
 
 LevelFinder::LevelFinder(const BoundaryInput& input, const cv::Rect& part)

@@ -238,7 +238,7 @@ ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box) {
   ImageCycle<T> out;
   out.grid = images.grid.part(box.first, box.size);
   out.phases.resize(images.phases.size());
-  for (std::size_t p = 0; p < images.phases.size(); ++p) {
+  parallel_for(images.phases.size(), [&](std::size_t p) {
     out.phases[p].reserve(out.grid.count());
     for (int k = 0; k < box.size[2]; ++k) {
       for (int j = 0; j < box.size[1]; ++j) {
@@ -248,7 +248,7 @@ ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box) {
         out.phases[p].insert(out.phases[p].end(), from, from + box.size[0]);
       }
     }
-  }
+  });
   return out;
 }
 
