@@ -42,6 +42,22 @@ bool mean_beyond(const WindowSums& sums, int k, int step, int j, int i, float& o
   return share >= kLeastCore;
 }
 
+/// Empties slices of `mask` that are farther than `reach` slices from any of `inside`: no level is
+/// asked for there.
+void leave_far_slices(const Slices& inside, int reach, Slices& mask) {
+  const int count = static_cast<int>(inside.size());
+  std::vector<bool> near(inside.size(), false);
+  for (int k = 0; k < count; ++k) {
+    if (cv::countNonZero(inside[static_cast<std::size_t>(k)]) == 0) continue;
+    for (int n = std::max(0, k - reach); n <= std::min(count - 1, k + reach); ++n) {
+      near[static_cast<std::size_t>(n)] = true;
+    }
+  }
+  for (std::size_t k = 0; k < mask.size(); ++k) {
+    if (!near[k]) mask[k].setTo(cv::Scalar(0));
+  }
+}
+
 /// The mask's own smooth surface: its gradient tells how level it is.
 Slices smoothed(const Slices& in) {
   Slices plane;
@@ -105,8 +121,8 @@ class Columns {
         tells_outer_(each(input.tells_outer, part)),
         bare_(input.bare != nullptr ? each(*input.bare, part) : Slices{}),
         pixels_(each(input.image, part)),
-        inner_(pixels_, whole_voxels(both(in_, each(input.tells_inner, part))), window),
-        outer_(pixels_, whole_voxels(near(in_, both(inverse(in_), tells_outer_))), window),
+        inner_(pixels_, whole(both(in_, each(input.tells_inner, part))), window),
+        outer_(pixels_, whole(near(in_, both(inverse(in_), tells_outer_))), window),
         soft_(smoothed(in_)),
         window_(window) {}
 
@@ -154,6 +170,9 @@ class Columns {
   static Slices near(const Slices& in, Slices masks) {
     leave_far_slices(in, kWindowSlices + 2, masks);
     return masks;
+  }
+  static Slices whole(const Slices& masks) {
+    return whole_voxels(masks, std::vector<cv::Rect>(masks.size(), {{0, 0}, masks[0].size()}));
   }
   static Slices both(const Slices& a, const Slices& b) {
     Slices out;

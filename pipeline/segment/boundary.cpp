@@ -34,41 +34,25 @@ constexpr double kFloorPx = 0.05;      ///< what no fit tells of
 constexpr double kFloorOfLean = 0.03;  ///< the same, of what the outline moves between slices
 constexpr double kLeastAcross = 0.35;  ///< a surface along the slices is known by its neighbours
 
-/// outline_distance_px of a part of every slice; empty where it lies inside or outside as a whole.
-std::vector<cv::Mat> outline_distances_px(const Grid& grid, const std::vector<std::uint8_t>& inside,
-                                          const cv::Rect& part) {
-  std::vector<cv::Mat> out(static_cast<std::size_t>(grid.size[2]));
+/// Of each slice what matters of it: around its outlines and those of the slices next to it, that
+/// tell how they lean and, with the next ones, which of its voxels are whole.
+std::vector<cv::Rect> parts_of(const Grid& grid, const std::vector<std::uint8_t>& inside,
+                               int room_px) {
+  constexpr int kNext = 2;
+  std::vector<cv::Rect> parts(static_cast<std::size_t>(grid.size[2]));
   for (int k = 0; k < grid.size[2]; ++k) {
-    const cv::Mat in = slice_of(grid, inside, k)(part) != 0;
-    const int within = cv::countNonZero(in);
-    if (within > 0 && within < in.rows * in.cols) {
-      out[static_cast<std::size_t>(k)] = outline_distance_px(in);
+    const cv::Rect here = rect_around(slice_of(grid, inside, k), room_px);
+    if (here.empty()) continue;
+    for (int n = std::max(0, k - kNext); n <= std::min(grid.size[2] - 1, k + kNext); ++n) {
+      parts[static_cast<std::size_t>(n)] |= here;
     }
   }
-  return out;
-}
-
-/// What a way in the plane of a slice, across the outline, is along the surface's normal: the
-/// outline's way from slice to slice tells how the surface leans.
-double along_normal(const std::vector<cv::Mat>& distances_px, int k, int j, int i,
-                    double pixel_per_slice) {
-  const auto at = [&](int slice) -> std::optional<float> {
-    if (slice < 0 || slice >= static_cast<int>(distances_px.size())) return {};
-    const cv::Mat& distance = distances_px[static_cast<std::size_t>(slice)];
-    if (distance.empty()) return {};
-    return distance.at<float>(j, i);
-  };
-  const std::optional<float> below = at(k - 1);
-  const std::optional<float> above = at(k + 1);
-  const float here = *at(k);
-  const int steps = (below ? 1 : 0) + (above ? 1 : 0);
-  if (steps == 0) return 1;
-  const double lean = static_cast<double>(above.value_or(here) - below.value_or(here)) / steps;
-  return std::max(kLeastAcross, 1 / std::hypot(1.0, lean * pixel_per_slice));
+  return parts;
 }
 
 /// What one slice shows of a boundary.
 struct Edge {
+  cv::Rect part;  ///< of the slice
   cv::Mat pixels;
   SideLevels sides;
   cv::Mat drawn_px;  ///< distance to the labels' outline; empty: the slice has none
@@ -177,6 +161,23 @@ void move_by_fit(const cv::Mat& lean_px, double noise, Edge& edge) {
   }
 }
 
+/// What a way in the plane of a slice, across the outline, is along the surface's normal: the
+/// outline's way from slice to slice tells how the surface leans.
+double along_normal(const std::vector<Edge>& edges, std::size_t k, const cv::Point& pixel,
+                    double pixel_per_slice) {
+  const auto at = [&](std::size_t slice) -> std::optional<float> {
+    if (slice >= edges.size() || edges[slice].drawn_px.empty()) return {};
+    return edges[slice].drawn_px.at<float>(pixel - edges[slice].part.tl());
+  };
+  const std::optional<float> below = k > 0 ? at(k - 1) : std::nullopt;
+  const std::optional<float> above = at(k + 1);
+  const float here = *at(k);
+  const int steps = (below ? 1 : 0) + (above ? 1 : 0);
+  if (steps == 0) return 1;
+  const double lean = static_cast<double>(above.value_or(here) - below.value_or(here)) / steps;
+  return std::max(kLeastAcross, 1 / std::hypot(1.0, lean * pixel_per_slice));
+}
+
 /// By how many pixels outlines move from slice to slice; none between thick ones, which stand
 /// alone.
 std::vector<cv::Mat> leans_px(const Grid& grid, const std::vector<Edge>& edges) {
@@ -188,8 +189,10 @@ std::vector<cv::Mat> leans_px(const Grid& grid, const std::vector<Edge>& edges) 
     const std::size_t above = k + 1 < edges.size() && !edges[k + 1].drawn_px.empty() ? k + 1 : k;
     out[k] = cv::Mat::zeros(edges[k].drawn_px.size(), CV_32F);
     if (!thin || above == below) continue;
-    out[k] = cv::abs(edges[above].found_px - edges[below].found_px) *
-             (1.0 / static_cast<double>(above - below));
+    const auto found_px = [&](std::size_t slice) {
+      return framed(edges[slice].found_px, edges[slice].part, edges[k].part);
+    };
+    out[k] = cv::abs(found_px(above) - found_px(below)) * (1.0 / static_cast<double>(above - below));
     out[k] = cv::min(out[k], kMostLeanPx);
   }
   return out;
@@ -255,20 +258,21 @@ Boundary find_boundary(const BoundaryInput& input) {
   const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
   // The band along the outlines, and what its levels are told by and its distance is smoothed by.
   const int room = kBandRoomPx + std::max(level_reach_px(grid), kOutlineReachPx);
-  cv::Rect part;
-  for (int k = 0; k < grid.size[2]; ++k) part |= rect_around(slice_of(grid, input.inside, k), room);
-  if (part.empty()) return found;
-  const std::vector<cv::Mat> drawn_px = outline_distances_px(grid, input.inside, part);
-  const LevelFinder finder(input, part);
-  std::vector<Edge> edges(drawn_px.size());
+  const std::vector<cv::Rect> parts = parts_of(grid, input.inside, room);
+  const LevelFinder finder(input, parts);
+  std::vector<Edge> edges(parts.size());
   for (int k = 0; k < grid.size[2]; ++k) {
-    cv::Mat out = slice_of(grid, found.coverage, k)(part);
-    const cv::Mat in = slice_of(grid, input.inside, k)(part) != 0;
-    in.convertTo(out, CV_32F, 1.0 / 255.0);
     Edge& edge = edges[static_cast<std::size_t>(k)];
-    edge.drawn_px = drawn_px[static_cast<std::size_t>(k)];
-    if (edge.drawn_px.empty()) continue;
-    edge.pixels = slice_of(grid, input.image, k)(part);
+    edge.part = parts[static_cast<std::size_t>(k)];
+    if (edge.part.empty()) continue;
+    const cv::Mat in = slice_of(grid, input.inside, k)(edge.part) != 0;
+    const int within = cv::countNonZero(in);
+    if (within == 0) continue;
+    cv::Mat out = slice_of(grid, found.coverage, k)(edge.part);
+    in.convertTo(out, CV_32F, 1.0 / 255.0);
+    if (within == in.rows * in.cols) continue;
+    edge.drawn_px = outline_distance_px(in);
+    edge.pixels = slice_of(grid, input.image, k)(edge.part);
     edge.sides = finder.levels(k);
     move_by_excess(edge);
   }
@@ -283,7 +287,7 @@ Boundary find_boundary(const BoundaryInput& input) {
     const Edge& edge = edges[static_cast<std::size_t>(k)];
     if (edge.drawn_px.empty()) continue;
     const cv::Mat& lean = leans[static_cast<std::size_t>(k)];
-    cv::Mat out = slice_of(grid, found.coverage, k)(part);
+    cv::Mat out = slice_of(grid, found.coverage, k)(edge.part);
     for (int j = 0; j < out.rows; ++j) {
       for (int i = 0; i < out.cols; ++i) {
         if (edge.far(j, i)) continue;
@@ -295,9 +299,11 @@ Boundary find_boundary(const BoundaryInput& input) {
       for (int i = 0; i < out.cols; ++i) {
         const float covered = out.at<float>(j, i);
         if (!(covered > 0 && covered < 1)) continue;
-        const double sigma_px = static_cast<double>(deviations.at<float>(j, i)) *
-                                along_normal(drawn_px, k, j, i, pixel_mm / spacing[2]);
-        found.points.push_back({static_cast<std::uint32_t>(grid.offset(part.x + i, part.y + j, k)),
+        const cv::Point pixel = edge.part.tl() + cv::Point(i, j);
+        const double sigma_px =
+            static_cast<double>(deviations.at<float>(j, i)) *
+            along_normal(edges, static_cast<std::size_t>(k), pixel, pixel_mm / spacing[2]);
+        found.points.push_back({static_cast<std::uint32_t>(grid.offset(pixel.x, pixel.y, k)),
                                 static_cast<float>(sigma_px * pixel_mm)});
       }
     }

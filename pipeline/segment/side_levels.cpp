@@ -64,13 +64,15 @@ cv::Mat bare_surface(const cv::Mat& in, const cv::Mat& bare, double pixel_mm) {
 
 /// Of a slice and its neighbours, into `level` where enough voxels tell it. They lie farther off
 /// than those that told it: where they are of another tissue, the level stays.
-void put_whole(const WindowSums& sums, int k, double contrast, cv::Mat& level) {
+void put_whole(const WindowSums& sums, const std::vector<cv::Rect>& parts, int k, double contrast,
+               cv::Mat& level) {
   cv::Mat sum = cv::Mat::zeros(level.size(), CV_32F);
   cv::Mat weight = cv::Mat::zeros(level.size(), CV_32F);
   const int last = static_cast<int>(sums.weight.size()) - 1;
   for (int n = std::max(0, k - 1); n <= std::min(last, k + 1); ++n) {
-    sum += sums.pixels[static_cast<std::size_t>(n)];
-    weight += sums.weight[static_cast<std::size_t>(n)];
+    const auto at = static_cast<std::size_t>(n);
+    sum += framed(sums.pixels[at], parts[at], parts[static_cast<std::size_t>(k)]);
+    weight += framed(sums.weight[at], parts[at], parts[static_cast<std::size_t>(k)]);
   }
   const cv::Mat mean = sum / cv::max(weight, 1e-6);
   mean.copyTo(level, (weight >= kLeastCore) & (cv::abs(mean - level) <= contrast));
@@ -78,36 +80,31 @@ void put_whole(const WindowSums& sums, int k, double contrast, cv::Mat& level) {
 
 }  // namespace
 
-std::vector<cv::Mat> whole_voxels(const std::vector<cv::Mat>& mask) {
-  std::vector<cv::Mat> out;
-  for (std::size_t k = 0; k < mask.size(); ++k) {
-    cv::Mat eroded;
-    cv::erode(mask[k], eroded, cross(), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
-    if (k > 0) eroded &= mask[k - 1];
-    if (k + 1 < mask.size()) eroded &= mask[k + 1];
-    out.push_back(eroded);
-  }
+cv::Mat framed(const cv::Mat& image, const cv::Rect& part, const cv::Rect& wanted) {
+  if (part == wanted) return image;
+  const cv::Rect both = part & wanted;
+  if (both == wanted) return image(wanted - part.tl());
+  cv::Mat out = cv::Mat::zeros(wanted.size(), image.type());
+  if (!both.empty()) image(both - part.tl()).copyTo(out(both - wanted.tl()));
   return out;
 }
 
-void leave_far_slices(const std::vector<cv::Mat>& inside, int reach, std::vector<cv::Mat>& mask) {
-  const int count = static_cast<int>(inside.size());
-  std::vector<bool> near(inside.size(), false);
-  for (int k = 0; k < count; ++k) {
-    if (cv::countNonZero(inside[static_cast<std::size_t>(k)]) == 0) continue;
-    for (int n = std::max(0, k - reach); n <= std::min(count - 1, k + reach); ++n) {
-      near[static_cast<std::size_t>(n)] = true;
-    }
-  }
+std::vector<cv::Mat> whole_voxels(const std::vector<cv::Mat>& mask,
+                                  const std::vector<cv::Rect>& parts) {
+  std::vector<cv::Mat> out(mask.size());
   for (std::size_t k = 0; k < mask.size(); ++k) {
-    if (!near[k]) mask[k].setTo(cv::Scalar(0));
+    if (parts[k].empty()) continue;
+    cv::erode(mask[k], out[k], cross(), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
+    if (k > 0) out[k] &= framed(mask[k - 1], parts[k - 1], parts[k]);
+    if (k + 1 < mask.size()) out[k] &= framed(mask[k + 1], parts[k + 1], parts[k]);
   }
+  return out;
 }
 
 WindowSums::WindowSums(const std::vector<cv::Mat>& image, const std::vector<cv::Mat>& mask,
                        const cv::Size& window) {
   for (std::size_t k = 0; k < image.size(); ++k) {
-    if (cv::countNonZero(mask[k]) == 0) {
+    if (mask[k].empty() || cv::countNonZero(mask[k]) == 0) {
       pixels.push_back(cv::Mat::zeros(mask[k].size(), CV_32F));
       weight.push_back(cv::Mat::zeros(mask[k].size(), CV_32F));
       continue;
@@ -128,33 +125,34 @@ int level_reach_px(const Grid& grid) {
   return std::max(window.width, window.height) / 2;
 }
 
-LevelFinder::LevelFinder(const BoundaryInput& input, const cv::Rect& part)
-    : input_(input), part_(part), window_(window_of(input.grid)) {
+LevelFinder::LevelFinder(const BoundaryInput& input, const std::vector<cv::Rect>& parts)
+    : input_(input), parts_(parts), window_(window_of(input.grid)) {
   const Grid& grid = input.grid;
   const bool thin = grid.spacing_mm()[2] < kThickSlicesMm;
-  std::vector<cv::Mat> inside;
-  std::vector<cv::Mat> inner;
-  std::vector<cv::Mat> outer;
+  pixels_.resize(parts.size());
+  std::vector<cv::Mat> inner(parts.size());
+  std::vector<cv::Mat> outer(parts.size());
   for (int k = 0; k < grid.size[2]; ++k) {
-    pixels_.push_back(slice_of(grid, input.image, k)(part));
+    const auto at = static_cast<std::size_t>(k);
+    if (parts[at].empty()) continue;
+    pixels_[at] = slice_of(grid, input.image, k)(parts[at]);
     if (!thin) continue;
-    const cv::Mat in = slice_of(grid, input.inside, k)(part) != 0;
-    inside.push_back(in);
-    inner.emplace_back(in & (slice_of(grid, input.tells_inner, k)(part) != 0));
-    outer.emplace_back(~in & (slice_of(grid, input.tells_outer, k)(part) != 0));
+    const cv::Mat in = slice_of(grid, input.inside, k)(parts[at]) != 0;
+    inner[at] = in & (slice_of(grid, input.tells_inner, k)(parts[at]) != 0);
+    outer[at] = ~in & (slice_of(grid, input.tells_outer, k)(parts[at]) != 0);
   }
   if (!thin) return;
-  leave_far_slices(inside, 2, outer);  // neighbours tell whether voxels are whole
-  inner_.emplace(pixels_, whole_voxels(inner), window_);
-  outer_.emplace(pixels_, whole_voxels(outer), window_);
+  inner_.emplace(pixels_, whole_voxels(inner, parts), window_);
+  outer_.emplace(pixels_, whole_voxels(outer, parts), window_);
 }
 
 SideLevels LevelFinder::levels(int k) const {
   const Grid& grid = input_.grid;
   const cv::Mat& pixels = pixels_[static_cast<std::size_t>(k)];
-  const cv::Mat in = slice_of(grid, input_.inside, k)(part_) != 0;
-  const cv::Mat told = slice_of(grid, input_.tells_inner, k)(part_) != 0;
-  const cv::Mat told_outer = slice_of(grid, input_.tells_outer, k)(part_) != 0;
+  const cv::Rect& part = parts_[static_cast<std::size_t>(k)];
+  const cv::Mat in = slice_of(grid, input_.inside, k)(part) != 0;
+  const cv::Mat told = slice_of(grid, input_.tells_inner, k)(part) != 0;
+  const cv::Mat told_outer = slice_of(grid, input_.tells_outer, k)(part) != 0;
   // Levels are told by voxels that are whole: one pixel or more off the boundary; thin walls have
   // none, there the boundary's own inner pixels must do.
   cv::Mat core;
@@ -176,8 +174,8 @@ SideLevels LevelFinder::levels(int k) const {
   any.copyTo(out.outer, few);
   any_weight.copyTo(outer_weight, few);
   // A leaning surface passes through more than a pixel of a slice.
-  if (inner_) put_whole(*inner_, k, input_.contrast, out.inner);
-  if (outer_) put_whole(*outer_, k, input_.contrast, out.outer);
+  if (inner_) put_whole(*inner_, parts_, k, input_.contrast, out.inner);
+  if (outer_) put_whole(*outer_, parts_, k, input_.contrast, out.outer);
   if (input_.bare != nullptr) put_bare(k, in, out, thin_weight);
   out.told = (thin_weight > 0) & (outer_weight > kLeastOutside) &
              (cv::abs(out.inner - out.outer) > input_.contrast);
@@ -187,7 +185,8 @@ SideLevels LevelFinder::levels(int k) const {
 void LevelFinder::put_bare(int k, const cv::Mat& in, SideLevels& levels,
                            cv::Mat& inner_weight) const {
   const Vec3 spacing = input_.grid.spacing_mm();
-  const cv::Mat bare = slice_of(input_.grid, *input_.bare, k)(part_) != 0;
+  const cv::Mat bare =
+      slice_of(input_.grid, *input_.bare, k)(parts_[static_cast<std::size_t>(k)]) != 0;
   cv::Mat core;
   cv::erode(bare, core, cross(), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
   cv::Mat weight;

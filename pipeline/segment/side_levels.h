@@ -10,12 +10,13 @@
 
 namespace beatlas::segment {
 
-/// Voxels of a mask, a slice each, whose neighbours, across slices as well, are of it too.
-[[nodiscard]] std::vector<cv::Mat> whole_voxels(const std::vector<cv::Mat>& mask);
+/// What an image of one part of a slice holds of another; 0 where it holds nothing of it.
+[[nodiscard]] cv::Mat framed(const cv::Mat& image, const cv::Rect& part, const cv::Rect& wanted);
 
-/// Empties slices of `mask` that are farther than `reach` slices from any of `inside`: no level is
-/// asked for there.
-void leave_far_slices(const std::vector<cv::Mat>& inside, int reach, std::vector<cv::Mat>& mask);
+/// Voxels of a mask whose neighbours, across slices as well, are of it too.
+/// @param mask of each slice the part in `parts`; across slices what lies in none of them is not of it
+[[nodiscard]] std::vector<cv::Mat> whole_voxels(const std::vector<cv::Mat>& mask,
+                                                const std::vector<cv::Rect>& parts);
 
 /// Sums over a window around each pixel of each slice.
 struct WindowSums {
@@ -39,8 +40,8 @@ struct SideLevels {
 /// Finds them for a part of every slice.
 class LevelFinder {
  public:
-  /// @param part must stay within `input`'s slices
-  LevelFinder(const BoundaryInput& input, const cv::Rect& part);
+  /// @param parts must stay within `input`'s slices; empty: of that slice nothing is asked
+  LevelFinder(const BoundaryInput& input, const std::vector<cv::Rect>& parts);
 
   [[nodiscard]] SideLevels levels(int k) const;
 
@@ -48,7 +49,7 @@ class LevelFinder {
   void put_bare(int k, const cv::Mat& in, SideLevels& levels, cv::Mat& inner_weight) const;
 
   const BoundaryInput& input_;
-  cv::Rect part_;
+  const std::vector<cv::Rect>& parts_;
   cv::Size window_;
   std::vector<cv::Mat> pixels_;
   std::optional<WindowSums> inner_;  ///< of whole voxels; thin slices only
