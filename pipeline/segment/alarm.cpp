@@ -289,7 +289,7 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
   // A frame of noise is no evidence; that it is one is told by the segmentation.
   const std::vector<BadFrame> bad = bad_frames(cine.images);
   const ImageCycle<float> images =
-      crop(bad.empty() ? cine.images : without_bad_frames(cine.images, bad), box);
+      bad.empty() ? crop(cine.images, box) : crop(without_bad_frames(cine.images, bad), box);
   const TemporalStats stats = temporal_stats(images);
   const EvidenceLevels levels = evidence_levels(images, labels);
   const auto n = static_cast<std::size_t>(cine.phase_count());

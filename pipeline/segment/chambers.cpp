@@ -48,11 +48,16 @@ std::vector<float> moving_values(const Setting& s) {
       sorted.begin() + static_cast<std::ptrdiff_t>(static_cast<double>(sorted.size()) * 0.9);
   std::nth_element(sorted.begin(), at, sorted.end());
   const float moving = *at;
-  std::vector<float> values;
+  std::vector<std::size_t> voxels;
   for (std::size_t v = 0; v < s.stats.swing.size(); ++v) {
-    if (s.stats.swing[v] < moving) continue;
-    for (const std::vector<float>& phase : s.smooth) values.push_back(phase[v]);
+    if (s.stats.swing[v] >= moving) voxels.push_back(v);
   }
+  std::vector<float> values(voxels.size() * s.smooth.size());
+  parallel_for(s.smooth.size(), [&](std::size_t p) {
+    std::transform(voxels.begin(), voxels.end(),
+                   values.begin() + static_cast<std::ptrdiff_t>(voxels.size() * p),
+                   [&](std::size_t v) { return s.smooth[p][v]; });
+  });
   return values;
 }
 

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "pipeline/core/parallel.h"
 
@@ -39,23 +40,24 @@ class Fronts {
       : in_(input),
         count_(static_cast<Node>(input.images.grid.count())),
         phases_(static_cast<Node>(input.images.phase_count())),
-        cell_(std::size_t{count_} * phases_),
-        state_(std::size_t{count_} * phases_, kUnreached) {
+        nodes_(std::size_t{count_} * phases_),
+        cell_(std::make_unique_for_overwrite<std::uint16_t[]>(nodes_)),
+        state_(std::make_unique_for_overwrite<State[]>(nodes_)) {
     parallel_for(phases_, [&](std::size_t p) {
       for (std::size_t v = 0; v < count_; ++v) {
         const std::size_t node = p * count_ + v;
         cell_[node] = input.cost.cell(input.classes[p][v], input.images.phases[p][v]);
-        if (input.seeds[p][v] != kUnlabelled) state_[node] = state_of(0, input.seeds[p][v]);
+        const std::uint8_t seed = input.seeds[p][v];
+        state_[node] = seed != kUnlabelled ? state_of(0, seed) : kUnreached;
       }
     });
   }
 
   void run(StageContext& context) {
     // Seeds, the first bucket, are found where they lie.
-    const std::size_t all = state_.size();
     parallel_for(kLanes, [&](std::size_t lane) {
-      const auto end = static_cast<Node>(all * (lane + 1) / kLanes);
-      for (auto node = static_cast<Node>(all * lane / kLanes); node < end; ++node) {
+      const auto end = static_cast<Node>(nodes_ * (lane + 1) / kLanes);
+      for (auto node = static_cast<Node>(nodes_ * lane / kLanes); node < end; ++node) {
         if (cost_of(state_[node]) == 0) spread(node, 0, queues_[lane]);
       }
     });
@@ -84,7 +86,7 @@ class Fronts {
       }
       if ((visited >> 17) != ((visited + current.size()) >> 17)) {
         context.check_cancelled();
-        context.progress(std::min(1.0, static_cast<double>(visited) / static_cast<double>(all)));
+        context.progress(std::min(1.0, static_cast<double>(visited) / static_cast<double>(nodes_)));
       }
       visited += current.size();
     }
@@ -168,8 +170,9 @@ class Fronts {
   Node count_;
   Node phases_;
   Vec3 spacing_ = in_.images.grid.spacing_mm();
-  std::vector<std::uint16_t> cell_;  ///< of the table of costs
-  std::vector<State> state_;
+  std::size_t nodes_;
+  std::unique_ptr<std::uint16_t[]> cell_;  ///< of the table of costs
+  std::unique_ptr<State[]> state_;
   std::vector<Queue> queues_ = std::vector<Queue>(kLanes);
 };
 

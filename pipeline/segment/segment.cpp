@@ -98,9 +98,11 @@ void keep_where_alike(const LabelImages& labels, const ImageCycle<std::uint8_t>&
   }
 }
 
-/// Labels of the box into those of the whole grid.
+/// Labels of the box into those of the whole grid; beyond it there are none.
 void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box, LabelCycle& whole) {
+  whole.phases.resize(labels.phases.size());
   parallel_for(labels.phases.size(), [&](std::size_t p) {
+    whole.phases[p].resize(whole.grid.count(), kLabelBackground);
     for (int k = 0; k < box.size[2]; ++k) {
       for (int j = 0; j < box.size[1]; ++j) {
         const auto from =
@@ -299,7 +301,6 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   find_ends(out);
 
   out.labels.grid = stack.grid;
-  out.labels.phases.assign(stack.phases.size(), std::vector<std::uint8_t>(stack.grid.count(), 0));
   put_back(labels, box, out.labels);
   out.axis = ventricle_axis(out, chambers.axis);
   if (options.atria && known.phases.empty() && out.axis) {
