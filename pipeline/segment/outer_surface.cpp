@@ -131,9 +131,11 @@ class Outside {
       return Vec3(piece.surfel.at + piece.edge_mm * piece.surfel.normal);
     });
     const PlacesNearby nearby(std::move(places), 2 * kPitchMm);
-    pieces_.clear();
-    for (const Surfel& surfel : surfels_of(grid_, coverage, kPitchMm)) {
-      Piece piece;
+    const std::vector<Surfel> surfels = surfels_of(grid_, coverage, kPitchMm);
+    pieces_.assign(surfels.size(), {});
+    parallel_for(surfels.size(), [&](std::size_t at) {
+      const Surfel& surfel = surfels[at];
+      Piece& piece = pieces_[at];
       piece.surfel = surfel;
       std::vector<std::size_t> begin;
       double least = std::numeric_limits<double>::infinity();
@@ -146,8 +148,7 @@ class Outside {
       if (begin.empty()) begin.assign(kFirstTries.begin(), kFirstTries.end());
       const SurfaceProfile profile = across(surfel, piece.bins);
       piece.layers = fit_layers(profile, levels_, surfel.normal, spacing_, begin);
-      pieces_.push_back(piece);
-    }
+    });
     share_thickness();
   }
 

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/core/parallel.h"
 #include "pipeline/segment/chambers.h"
 
 namespace beatlas::segment {
@@ -173,9 +174,11 @@ std::vector<Surfel> surfels_of(const Grid& grid, const std::vector<float>& cover
     surfel.normal = crossing.normal;
     surfel.along = surfel.normal.unitOrthogonal();
     surfel.across = surfel.normal.cross(surfel.along);
-    for (int fit = 0; fit < kFits; ++fit) settle(crossings, nearby, surfel);
     out.push_back(surfel);
   }
+  parallel_for(out.size(), [&](std::size_t at) {
+    for (int fit = 0; fit < kFits; ++fit) settle(crossings, nearby, out[at]);
+  });
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -180,6 +181,7 @@ class Search {
   [[nodiscard]] Ends refined(const Ends& begin, int fat, int first_step) const {
     const bool walled = begin.wall > kNoWall && begin.wall < kOnlyWall;
     Ends best = at(begin.edge, begin.wall, fat);
+    std::bitset<kEdges * kWalls> tried_before;  // it cannot be better than the best of now
     for (int step = first_step; step >= kLastStep; step /= 2) {
       for (bool better = true; better;) {
         better = false;
@@ -189,6 +191,9 @@ class Search {
           const int wall = best.wall + step * wall_way;
           if (std::abs(edge) > kMostOff) continue;
           if (walled && (wall < kLeastWall || wall > kMostWall)) continue;
+          const int place = (edge + kMostOff) * kWalls + (walled ? wall : 0);
+          if (tried_before[static_cast<std::size_t>(place)]) continue;
+          tried_before.set(static_cast<std::size_t>(place));
           const Ends tried = at(edge, wall, fat);
           if (!(tried.cost < best.cost)) continue;
           best = tried;
@@ -201,6 +206,8 @@ class Search {
 
  private:
   /// Blood's end stays as the heart's moves, both move, or the wall thickens on both sides.
+  static constexpr int kEdges = 2 * kMostOff + 1;
+  static constexpr int kWalls = kMostWall + 1;
   static constexpr std::array<std::array<int, 2>, 8> kWays{
       {{-1, 0}, {1, 0}, {-1, -1}, {1, 1}, {0, -1}, {0, 1}, {-1, 1}, {1, -1}}};
 
