@@ -120,16 +120,25 @@ class PhaseSampler {
         out_(grid.count()) {}
 
   std::vector<float> run() {
-    for (int k = 0; k < grid_.size[2]; k += kBlock) {
+    const auto layers = static_cast<std::size_t>((grid_.size[2] + kBlock - 1) / kBlock);
+    parallel_for(layers, [&](std::size_t layer) {
+      Around around;
+      const int k = static_cast<int>(layer) * kBlock;
       for (int j = 0; j < grid_.size[1]; j += kBlock) {
-        for (int i = 0; i < grid_.size[0]; i += kBlock) block({i, j, k}, kBlock, {}, nullptr);
+        for (int i = 0; i < grid_.size[0]; i += kBlock)
+          block({i, j, k}, kBlock, {}, nullptr, around);
       }
-    }
+    });
     return std::move(out_);
   }
 
  private:
   using Hit = ClosestTriangle::Hit;
+  // What of the surface is near a block and the part of it that is looked at.
+  struct Around {
+    ClosestTriangle::Vicinity block;
+    ClosestTriangle::Vicinity small;
+  };
 
   // The side of a place so far from the surface. Near it the interpolant tells; elsewhere that may
   // swing across zero beside a steep step, and the nearest sample tells.
@@ -155,7 +164,7 @@ class PhaseSampler {
   }
 
   void block(const Index3& first, int edge, const Hit& around,
-             const ClosestTriangle::Vicinity* about) {
+             const ClosestTriangle::Vicinity* about, Around& room) {
     Index3 last{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       last[axis] = std::min(first[axis] + edge, grid_.size[axis]) - 1;
@@ -181,7 +190,7 @@ class PhaseSampler {
     const double most = one_side ? clamp_mm(inside) : widest;
     const double within = std::min(away + 2 * reach, most + reach) + kRoundingMm;
     const double patch = std::sqrt(within * within - away * away);
-    ClosestTriangle::Vicinity& vicinity = edge == kBlock ? around_block_ : around_small_;
+    ClosestTriangle::Vicinity& vicinity = edge == kBlock ? room.block : room.small;
     tree_.gather(middle, within, kPartOfPatch * patch, about, vicinity);
     if (edge == kSmallBlock) {
       samples(first, last, one_side ? std::optional<bool>(inside) : std::nullopt, near.four,
@@ -192,7 +201,7 @@ class PhaseSampler {
     for (int part = 0; part < 8; ++part) {
       block({first[0] + (part & 1) * half, first[1] + (part >> 1 & 1) * half,
              first[2] + (part >> 2 & 1) * half},
-            half, near, &vicinity);
+            half, near, &vicinity, room);
     }
   }
 
@@ -246,8 +255,6 @@ class PhaseSampler {
   const std::vector<float>& samples_;
   Interpolant level_;
   ClosestTriangle tree_;
-  ClosestTriangle::Vicinity around_block_;
-  ClosestTriangle::Vicinity around_small_;
   const Grid& grid_;
   double inner_mm_;
   double outer_mm_;

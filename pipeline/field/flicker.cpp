@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "pipeline/core/parallel.h"
 #include "runtime/base/cycle_modes.h"
@@ -85,18 +84,22 @@ void take_off_flicker(FieldCycle& field) {
 
   // A course that the clamp cuts is no course of the surface.
   std::vector<float> whole(count, 0.0F);
-  std::vector<std::size_t> near;
-  for (std::size_t v = 0; v < count; ++v) {
-    float least = outer;
-    float most = inner;
-    for (const std::vector<float>& phase : samples) {
-      least = std::min(least, phase[v]);
-      most = std::max(most, phase[v]);
+  std::vector<std::vector<std::size_t>> near_in(static_cast<std::size_t>(grid.size[2]));
+  parallel_for(near_in.size(), [&](std::size_t k) {
+    for (std::size_t v = k * grid.slice_count(); v < (k + 1) * grid.slice_count(); ++v) {
+      float least = outer;
+      float most = inner;
+      for (const std::vector<float>& phase : samples) {
+        least = std::min(least, phase[v]);
+        most = std::max(most, phase[v]);
+      }
+      if (!(least > inner && most < outer)) continue;
+      whole[v] = 1.0F;
+      if (least < kNearMm && most > -kNearMm) near_in[k].push_back(v);
     }
-    if (!(least > inner && most < outer)) continue;
-    whole[v] = 1.0F;
-    if (least < kNearMm && most > -kNearMm) near.push_back(v);
-  }
+  });
+  std::vector<std::size_t> near;
+  for (const auto& slice : near_in) near.insert(near.end(), slice.begin(), slice.end());
   if (near.empty()) return;
 
   const int radius = std::max(1, static_cast<int>(std::lround(kAroundMm / field.voxel_mm)));
@@ -111,7 +114,8 @@ void take_off_flicker(FieldCycle& field) {
   };
 
   const std::vector<double> modes = cycle_modes(static_cast<int>(phases));
-  const std::vector<std::vector<float>> given = samples;
+  std::vector<std::vector<float>> given(phases);
+  parallel_for(phases, [&](std::size_t p) { given[p] = samples[p]; });
   turn(modes, false, samples);
   // What a mode is beside its neighbours: twice the mean less the mean's mean follows a course that
   // bends with place, as the mean alone does not.
@@ -126,15 +130,17 @@ void take_off_flicker(FieldCycle& field) {
   });
   // Noise is as strong in each of the highest modes, motion weaker in each: the weakest tells. The
   // median of a normal variable's square is 0.455 of its mean.
-  float noise = std::numeric_limits<float>::max();
-  std::vector<float> squares(near.size());
-  for (std::size_t r = phases - std::max<std::size_t>(2, phases / 4); r < phases; ++r) {
+  std::vector<float> noises(std::max<std::size_t>(2, phases / 4));
+  parallel_for(noises.size(), [&](std::size_t n) {
+    const std::vector<float>& mode = rough[phases - 1 - n];
+    std::vector<float> squares(near.size());
     std::transform(near.begin(), near.end(), squares.begin(),
-                   [&](std::size_t v) { return rough[r][v] * rough[r][v]; });
+                   [&](std::size_t v) { return mode[v] * mode[v]; });
     const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
     std::nth_element(squares.begin(), middle, squares.end());
-    noise = std::min(noise, *middle / 0.455F);
-  }
+    noises[n] = *middle / 0.455F;
+  });
+  const float noise = *std::min_element(noises.begin(), noises.end());
   if (noise < kLeastNoiseMm * kLeastNoiseMm) {
     samples = given;
     return;

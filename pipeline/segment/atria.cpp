@@ -70,7 +70,8 @@ Nodes nodes_of(const ImageCycle<float>& images, const TissueLevels& levels,
   Nodes nodes;
   std::vector<std::size_t> first(n + 1, 0);
   for (std::size_t p = 0; p < n; ++p) {
-    const auto deep = std::count_if(depth[p].begin(), depth[p].end(), [](float d) { return d > 0; });
+    const auto deep =
+        std::count_if(depth[p].begin(), depth[p].end(), [](float d) { return d > 0; });
     first[p + 1] = first[p] + static_cast<std::size_t>(deep);
   }
   nodes.at.resize(n);

@@ -192,7 +192,8 @@ std::vector<cv::Mat> leans_px(const Grid& grid, const std::vector<Edge>& edges) 
     const auto found_px = [&](std::size_t slice) {
       return framed(edges[slice].found_px, edges[slice].part, edges[k].part);
     };
-    out[k] = cv::abs(found_px(above) - found_px(below)) * (1.0 / static_cast<double>(above - below));
+    out[k] =
+        cv::abs(found_px(above) - found_px(below)) * (1.0 / static_cast<double>(above - below));
     out[k] = cv::min(out[k], kMostLeanPx);
   }
   return out;

@@ -14,7 +14,8 @@ namespace beatlas::segment {
 [[nodiscard]] cv::Mat framed(const cv::Mat& image, const cv::Rect& part, const cv::Rect& wanted);
 
 /// Voxels of a mask whose neighbours, across slices as well, are of it too.
-/// @param mask of each slice the part in `parts`; across slices what lies in none of them is not of it
+/// @param mask of each slice the part in `parts`; across slices what lies in none of them is not of
+/// it
 [[nodiscard]] std::vector<cv::Mat> whole_voxels(const std::vector<cv::Mat>& mask,
                                                 const std::vector<cv::Rect>& parts);
 

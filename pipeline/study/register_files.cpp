@@ -87,10 +87,11 @@ Registration read_registration(const fs::path& study) {
         affine_from_json(object.at("workspace_from_lps"), "/workspace_from_lps");
     const json& shapes = object.at("shapes");
     if (!shapes.is_array()) throw_invalid("/shapes must be a list");
-    for (std::size_t at = 0; at < shapes.size(); ++at) {
-      out.shapes.push_back(
-          read_shape(folder, shapes[at], "/shapes/" + std::to_string(at), out.workspace_from_lps));
-    }
+    out.shapes.resize(shapes.size());
+    parallel_for(shapes.size(), [&](std::size_t at) {
+      out.shapes[at] =
+          read_shape(folder, shapes[at], "/shapes/" + std::to_string(at), out.workspace_from_lps);
+    });
     object.finish();
     return out;
   } catch (const Error& error) {
