@@ -183,8 +183,8 @@ TravelCost::TravelCost(double top) : top_(top) {
 }
 
 float& TravelCost::at(int label, int voxel_class, int bin) {
-  return table_[static_cast<std::size_t>(label)]
-               [static_cast<std::size_t>(voxel_class * kBins + bin)];
+  const int cell = voxel_class * kBins + bin;
+  return table_[static_cast<std::size_t>(label)][static_cast<std::size_t>(cell)];
 }
 
 std::uint16_t TravelCost::cell(int voxel_class, float intensity) const {

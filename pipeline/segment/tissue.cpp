@@ -176,10 +176,8 @@ Box find_moving_box(const Grid& grid, const TemporalStats& stats) {
   // Centre: mean shift from the largest spread energy with a ball of 70 mm.
   const auto start =
       static_cast<std::size_t>(std::max_element(spread.begin(), spread.end()) - spread.begin());
-  const auto slice = grid.slice_count();
-  const auto nx = static_cast<std::size_t>(grid.size[0]);
-  Vec3 centre(static_cast<double>(start % nx), static_cast<double>(start % slice / nx),
-              static_cast<double>(start / slice));
+  const Index3 first = index_of(grid, start);
+  Vec3 centre(first[0], first[1], first[2]);
   const auto for_each_near = [&](double radius_mm, const auto& visit) {
     for (int k = 0; k < grid.size[2]; ++k) {
       for (int j = 0; j < grid.size[1]; ++j) {
