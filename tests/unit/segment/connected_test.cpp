@@ -2,6 +2,8 @@
 #include "pipeline/segment/connected.h"
 
 #include <algorithm>
+#include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -62,6 +64,68 @@ TEST(Connected, WhatTouchesTheHeartInAnotherPhaseAloneStays) {
   keep_connected_heart(labels);
   EXPECT_EQ(count_of(labels, 0, kLabelRestOfHeart), 7 * 7 * 6 + 4 * 2 * 2);
   EXPECT_EQ(count_of(labels, 1, kLabelRestOfHeart), 7 * 7 * 6 + 2 * 2 * 2);
+}
+
+/// Voxels of all phases in their parts, each named by the least node of it, by telling neighbours
+/// again and again.
+std::vector<std::size_t> parts_by_telling(const ImageCycle<std::uint8_t>& labels) {
+  const std::size_t count = labels.grid.count();
+  const std::size_t phases = labels.phases.size();
+  const auto [nx, ny, nz] = labels.grid.size;
+  const std::size_t none = count * phases;
+  std::vector<std::size_t> part(count * phases, none);
+  for (std::size_t node = 0; node < part.size(); ++node) {
+    if (labels.phases[node / count][node % count] != kLabelBackground) part[node] = node;
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    const auto tell = [&](std::size_t a, std::size_t b) {
+      if (part[a] == none || part[b] == none || part[a] == part[b]) return;
+      part[a] = part[b] = std::min(part[a], part[b]);
+      changed = true;
+    };
+    for (std::size_t p = 0; p < phases; ++p) {
+      for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+          for (int i = 0; i < nx; ++i) {
+            const std::size_t at = p * count + labels.grid.offset(i, j, k);
+            if (i + 1 < nx) tell(at, p * count + labels.grid.offset(i + 1, j, k));
+            if (j + 1 < ny) tell(at, p * count + labels.grid.offset(i, j + 1, k));
+            if (k + 1 < nz) tell(at, p * count + labels.grid.offset(i, j, k + 1));
+            tell(at, (p + 1) % phases * count + labels.grid.offset(i, j, k));
+          }
+        }
+      }
+    }
+  }
+  return part;
+}
+
+TEST(Connected, OfScatteredVoxelsThoseOfTheLargestPartStay) {
+  std::mt19937 random(7);
+  for (const unsigned share : {20U, 25U, 40U}) {
+    ImageCycle<std::uint8_t> labels;
+    labels.grid = made::straight_grid({11, 9, 7}, {1, 1, 1});
+    labels.phases.assign(4, std::vector<std::uint8_t>(labels.grid.count(), kLabelBackground));
+    for (auto& phase : labels.phases) {
+      for (std::uint8_t& label : phase) {
+        if (random() % 100 < share) label = kLabelRestOfHeart;
+      }
+    }
+    const std::vector<std::size_t> part = parts_by_telling(labels);
+    std::vector<std::size_t> voxels(part.size() + 1, 0);
+    for (const std::size_t of : part) ++voxels[of];
+    const auto largest = static_cast<std::size_t>(
+        std::max_element(voxels.begin(), voxels.end() - 1) - voxels.begin());
+    ASSERT_LT(voxels[largest], part.size() - voxels.back()) << "there is but one part";
+    keep_connected_heart(labels);
+    const std::size_t count = labels.grid.count();
+    for (std::size_t node = 0; node < part.size(); ++node) {
+      ASSERT_EQ(labels.phases[node / count][node % count] != kLabelBackground,
+                part[node] == largest)
+          << share << " % held, node " << node;
+    }
+  }
 }
 
 }  // namespace
