@@ -27,7 +27,7 @@ class DrawsEnded(RuntimeError):
 
 def open_draws(program: pathlib.Path, first: int, count: int, niceness: int = 10) -> subprocess.Popen:
     """The program at work; it yields to the trainer, which is the slower of the two."""
-    words = ["nice", "-n", str(niceness), str(program), "--first", str(first), "--count", str(count),
+    words = ["nice", "-n", str(niceness), str(program.resolve()), "--first", str(first), "--count", str(count),
              "--stream"]
     return subprocess.Popen(words, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL)
 
@@ -75,7 +75,8 @@ class Ring:
         self._program, self._first = program, first
         self._change = threading.Condition()
         self._stopping = False
-        self._process: subprocess.Popen | None = None
+        # More than any run uses; the program is ended when the ring is closed.
+        self._process = open_draws(program, first, HELD_OUT_FIRST - first)
         self._thread = threading.Thread(target=self._fill, name="draws", daemon=True)
         self._thread.start()
 
@@ -90,8 +91,6 @@ class Ring:
 
     def _fill(self) -> None:
         try:
-            # More than any run uses; the program is ended when the ring is closed.
-            self._process = open_draws(self._program, self._first, HELD_OUT_FIRST - self._first)
             while not self._stopping:
                 with self._change:
                     # The pool fills at once; then a place is free when enough was used for it.
@@ -138,11 +137,10 @@ class Ring:
         self._stopping = True
         with self._change:
             self._change.notify_all()
-        if self._process is not None:
-            self._process.terminate()
+        self._process.terminate()
         self._thread.join(timeout=10)
-        if self._process is not None:
-            self._process.wait(timeout=10)
+        self._process.wait(timeout=10)
+        self._process.stdout.close()
 
 
 def planes(records: numpy.ndarray) -> tuple[torch.Tensor, torch.Tensor]:

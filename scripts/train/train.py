@@ -210,7 +210,10 @@ def parsed() -> argparse.Namespace:
 def main() -> int:
     args = parsed()
     torch.set_num_threads(1)  # two were slower than one, and the program that draws wants the other core
-    args.out.mkdir(parents=True, exist_ok=True)
+    if not args.draws.is_file():
+        print(f"train: {args.draws} is not there; build it with cmake --build --preset release --target "
+              "heart_draws", file=sys.stderr)
+        return 3
     ours = args.out / "checkpoint.pt"
     if ours.exists() and (not args.resume or args.resume.resolve() != ours.resolve()):
         print(f"train: {ours} is of another run; add --resume {ours}, or give another --out",
@@ -219,6 +222,7 @@ def main() -> int:
     ring = None
     try:
         run = Run(args)
+        args.out.mkdir(parents=True, exist_ok=True)
         assert parameters(run.model) <= MAX_PARAMETERS
         held_out = read_all(args.draws, HELD_OUT_FIRST, args.held_out)
         ring = Ring(args.draws, run.first, args.pool, args.reuse)
