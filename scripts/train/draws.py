@@ -27,8 +27,8 @@ class DrawsEnded(RuntimeError):
 
 def open_draws(program: pathlib.Path, first: int, count: int, niceness: int = 10) -> subprocess.Popen:
     """The program at work; it yields to the trainer, which is the slower of the two."""
-    words = ["nice", "-n", str(niceness), str(program.resolve()), "--first", str(first), "--count", str(count),
-             "--stream"]
+    words = ["nice", "-n", str(niceness), str(program.resolve()), "--first", str(first),
+             "--count", str(count), "--stream"]
     return subprocess.Popen(words, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL)
 
 

@@ -16,7 +16,8 @@ PIXEL_MM = 2.0      # of every plane
 NEIGHBOUR_MM = 8.0  # from `frame` to `below` and to `above`
 MULTIPLE = 16       # of height and width: four halvings
 MAX_PARAMETERS = 750_000
-# At full size, 1/2, 1/4, 1/8 and 1/16. The two coarsest cost little time, so they have what the budget leaves.
+# At full size, 1/2, 1/4, 1/8 and 1/16. The two coarsest cost little time, so they have what the budget
+# leaves.
 WIDTHS = (8, 24, 48, 104, 136)
 
 

@@ -158,7 +158,8 @@ def follow(run: Run, ring: Ring, held_out: numpy.ndarray, say) -> None:
         run.plan_minutes = plan_minutes + (now - start) / 60
         if now - logged >= LOG_SECONDS:
             say(f"step {run.step}, {run.minutes:.1f} min, {len(losses) * args.batch / (now - logged):.1f} "
-                f"samples/s, loss {sum(losses) / len(losses):.4f}, rate {args.lr * rate(run.progress()):.2e}, "
+                f"samples/s, loss {sum(losses) / len(losses):.4f}, "
+                f"rate {args.lr * rate(run.progress()):.2e}, "
                 f"{ring.written} drawn, each used {ring.reused:.1f} times")
             logged, losses = now, []
         if now - kept >= 60 * args.keep_minutes:
