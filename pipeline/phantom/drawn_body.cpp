@@ -1,0 +1,107 @@
+#include "pipeline/phantom/drawn_body.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace beatlas::phantom {
+
+DrawnBody::DrawnBody(const Family& family, float heart_reach) : seed_(family.seed() ^ 0x5A5AU) {
+  width_ = family.number("chest_width");
+  depth_ = family.number("chest_depth");
+  skin_ = family.number("skin_fat");
+  muscle_ = family.number("chest_muscle");
+  // The heart leans on the front of the chest, left of its middle.
+  const float inner_depth = depth_ - 0.6F * skin_ - muscle_;
+  chest_ = {-family.between(5, 45, "chest_x"),
+            std::max(0.0F, inner_depth - family.between(0.55F, 0.95F, "chest_y") * heart_reach), 0};
+  spine_radius_ = family.between(14, 24, "spine_radius");
+  spine_ = {chest_.x(), chest_.y() + inner_depth - spine_radius_, 0};
+  descending_ = family.number("descending_radius");
+  aorta_ = {spine_.x() + family.between(5, 35, "descending_x"),
+            spine_.y() - spine_radius_ - family.between(-8, 8, "descending_y"), 0};
+  column_ = 15 + family.number("mediastinum");
+  diaphragm_ = -0.55F * heart_reach - family.number("diaphragm");
+  liver_to_ = family.between(-50, 70, "liver_to");
+  stomach_ = {family.between(20, 90, "stomach_x"), family.between(-40, 60, "stomach_y"),
+              diaphragm_ - family.between(20, 60, "stomach_z")};
+  stomach_radius_ = family.between(20, 60, "stomach_radius");
+  gas_above_ = family.between(-60, 120, "stomach_gas");
+  arms_ = family.happens("arms");
+  const int count = static_cast<int>(family.number("decoys"));
+  constexpr std::array<Tissue, 8> kKinds{Tissue::OtherA, Tissue::OtherB,     Tissue::OtherC,
+                                         Tissue::OtherD, Tissue::Vessel,     Tissue::Fat,
+                                         Tissue::Gas,    Tissue::ChestMuscle};
+  for (int i = 0; i < count; ++i) {
+    const auto n = static_cast<std::uint32_t>(i);
+    Organ organ;
+    Vec3F way(family.normal("decoy_x", n), family.normal("decoy_y", n),
+              family.normal("decoy_z", n));
+    organ.centre = way.normalized() * family.between(0.5F, 1.7F, "decoy_off", n) * heart_reach;
+    const float radius = family.number("decoy_radius", n);
+    for (std::uint32_t a = 0; a < 3; ++a) {
+      const float axis = radius * family.between(0.6F, 1.9F, "decoy_axis", 3 * n + a);
+      organ.per_axis[static_cast<Eigen::Index>(a)] = 1 / axis;
+    }
+    organ.core = kKinds[static_cast<std::size_t>(family.between(0, 7.99F, "decoy_core", n))];
+    organ.shell = organ.core;
+    if (family.happens("decoy_ring", n)) {
+      organ.core = family.uniform("decoy_bright", n) < 0.6F ? Tissue::Vessel : Tissue::OtherA;
+      organ.shell = kKinds[static_cast<std::size_t>(family.between(0, 7.99F, "decoy_shell", n))];
+      organ.shell_from = family.between(0.5F, 0.85F, "decoy_from", n);
+    }
+    organs_.push_back(organ);
+  }
+}
+
+Tissue DrawnBody::at(const Vec3F& lps) const {
+  const float x = lps.x() - chest_.x();
+  const float y = lps.y() - chest_.y();
+  const float z = lps.z();
+  // A rounded box serves a chest better than an ellipse does.
+  const float ax = std::abs(x / width_);
+  const float ay = std::abs(y / depth_);
+  const float level = std::sqrt(std::sqrt(ax * ax * ax * ax + ay * ay * ay * ay) * 0.5F +
+                                0.5F * (ax * ax + ay * ay));
+  if (level >= 1) {
+    if (arms_) {
+      const float arm = std::hypot(ax * width_ - width_ - 45, y - 20);
+      if (arm < 38) return arm < 12 ? Tissue::Bone : arm < 30 ? Tissue::ChestMuscle : Tissue::Fat;
+    }
+    return Tissue::Outside;
+  }
+  const float rough = lattice_noise(lps / 22, seed_);
+  const float in = (1 - level) * std::min(width_, depth_);
+  const float side = ax > ay ? 1.0F : 0.6F;  // Less fat in front and behind.
+  if (in < skin_ * side) return Tissue::Fat;
+  if (in < skin_ * side + muscle_ * (0.9F + 0.2F * rough)) {
+    if (rough > 0.35F) return Tissue::Bone;
+    return lattice_noise(lps / 9, seed_ ^ 0x71U) > 0.4F ? Tissue::Fat : Tissue::ChestMuscle;
+  }
+  for (const Organ& organ : organs_) {
+    const float radius = (lps - organ.centre).cwiseProduct(organ.per_axis).norm();
+    if (radius < 1 + 0.2F * rough) return radius > organ.shell_from ? organ.shell : organ.core;
+  }
+  const float spine = std::hypot(lps.x() - spine_.x(), lps.y() - spine_.y());
+  if (spine < spine_radius_)
+    return std::fmod(std::abs(z), 32.0F) < 7 ? Tissue::OtherD : Tissue::Bone;
+  if (std::hypot(lps.x() - aorta_.x(), lps.y() - aorta_.y()) < descending_) return Tissue::Vessel;
+  const float dome = diaphragm_ + 6 * rough - 0.0012F * (x * x + 1.5F * y * y);
+  if (z < dome) {
+    const float stomach = (lps - stomach_).norm() / stomach_radius_;
+    if (stomach < 1 + 0.2F * rough)
+      return lps.y() < stomach_.y() - gas_above_ * 0.3F ? Tissue::Gas : Tissue::Stomach;
+    if (lps.x() < liver_to_ + 15 * rough) {
+      return lattice_noise(lps / 13, seed_ ^ 0x72U) > 0.72F ? Tissue::Vessel : Tissue::Liver;
+    }
+    if (lps.y() > 30) return Tissue::Spleen;
+    return rough > 0 ? Tissue::Fat : Tissue::OtherB;
+  }
+  if (std::abs(x) < column_ + 12 * rough) {
+    const float grain = lattice_noise(lps / 11, seed_ ^ 0x73U);
+    return grain > 0.5F ? Tissue::Vessel : grain > -0.1F ? Tissue::Fat : Tissue::Mediastinum;
+  }
+  return lattice_noise(lps / 7, seed_ ^ 0x74U) > 0.7F ? Tissue::Vessel : Tissue::Lung;
+}
+
+}  // namespace beatlas::phantom

@@ -1,0 +1,41 @@
+#pragma once
+/// What lies around a heart of the family: chest, lungs, diaphragm, belly, vessels, and organs at
+/// random that may be taken for a heart.
+///
+/// Patient frame LPS [mm], origin at the heart's middle.
+
+#include <vector>
+
+#include "pipeline/phantom/drawn_heart.h"
+
+namespace beatlas::phantom {
+
+class DrawnBody {
+ public:
+  /// @param heart_reach [mm] radius of the ball about the origin in which the heart lies
+  DrawnBody(const Family& family, float heart_reach);
+
+  [[nodiscard]] Tissue at(const Vec3F& lps) const;
+
+ private:
+  struct Organ {
+    Vec3F centre = Vec3F::Zero();
+    Vec3F per_axis = Vec3F::Ones();  ///< one over its axes
+    Tissue core = Tissue::OtherA;
+    Tissue shell = Tissue::OtherA;
+    float shell_from = 1;  ///< share of the radius at which the shell begins
+  };
+
+  std::uint32_t seed_;
+  Vec3F chest_ = Vec3F::Zero();  ///< the chest's middle line passes through it
+  float width_ = 0, depth_ = 0, skin_ = 0, muscle_ = 0;
+  float spine_radius_ = 20, descending_ = 10, column_ = 25, diaphragm_ = 0, liver_to_ = 0;
+  Vec3F spine_ = Vec3F::Zero();
+  Vec3F aorta_ = Vec3F::Zero();
+  Vec3F stomach_ = Vec3F::Zero();
+  float stomach_radius_ = 40, gas_above_ = 0;
+  bool arms_ = false;
+  std::vector<Organ> organs_;
+};
+
+}  // namespace beatlas::phantom

@@ -1,0 +1,28 @@
+#pragma once
+/// Slices of a heart of the family, as a network sees them: what prior/README.md calls channels,
+/// with the label of every pixel.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/phantom/family.h"
+
+namespace beatlas::phantom {
+
+inline constexpr int kDrawnPixels = 128;      ///< along either edge
+inline constexpr float kDrawnPixelMm = 2.0F;  ///< edge of a pixel
+inline constexpr int kDrawnChannels = 5;      ///< frame, below, above, mean, deviation
+inline constexpr float kDrawnScale = 212;     ///< of a byte for a channel's 1
+
+/// One frame of one slice: channels, then labels; row-major bytes.
+struct DrawnSample {
+  static constexpr std::size_t kPixels = std::size_t{kDrawnPixels} * kDrawnPixels;
+  std::array<std::array<std::uint8_t, kPixels>, kDrawnChannels + 1> planes;
+};
+
+/// Up to three frames of one slice of the heart with this seed, each with a contrast and a
+/// scanner's faults of its own.
+[[nodiscard]] std::vector<DrawnSample> drawn_samples(std::uint32_t seed);
+
+}  // namespace beatlas::phantom

@@ -1,0 +1,44 @@
+#pragma once
+/// The family of random hearts: what differs between people and between scanners, drawn from one
+/// table of ranges (family.json, each with its unit and source).
+
+#include <cstdint>
+#include <string_view>
+
+namespace beatlas::phantom {
+
+/// What a heart is drawn for. Hearts of one purpose are never those of another, whatever the seed,
+/// so that a network is not judged on what it learned from.
+enum class Purpose : std::uint32_t { Training, Judging };
+
+/// The numbers of one draw. Each is a function of the seed, its name and its index alone, so that a
+/// number added to the table changes no other.
+class Family {
+ public:
+  Family(std::uint32_t seed, Purpose purpose) noexcept : seed_(seed), purpose_(purpose) {}
+
+  [[nodiscard]] std::uint32_t seed() const noexcept { return seed_; }
+  [[nodiscard]] Purpose purpose() const noexcept { return purpose_; }
+  /// A number of the table within its range, by its law: uniform or, where a quantity spans
+  /// factors, uniform in its logarithm. @param name in family.json, else the program is wrong and
+  /// ends
+  [[nodiscard]] float number(std::string_view name, std::uint32_t index = 0) const;
+  /// Whether something happens that the table gives a chance.
+  [[nodiscard]] bool happens(std::string_view name, std::uint32_t index = 0) const;
+  /// Uniform in (0, 1), and standard normal, for choices that have no range of their own.
+  [[nodiscard]] float uniform(std::string_view name, std::uint32_t index = 0) const;
+  [[nodiscard]] float normal(std::string_view name, std::uint32_t index = 0) const;
+  /// Uniform in (low, high).
+  [[nodiscard]] float between(float low, float high, std::string_view name,
+                              std::uint32_t index = 0) const {
+    return low + (high - low) * uniform(name, index);
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t bits(std::string_view name, std::uint32_t index, int which) const;
+
+  std::uint32_t seed_;
+  Purpose purpose_;
+};
+
+}  // namespace beatlas::phantom
