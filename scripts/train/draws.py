@@ -12,6 +12,7 @@ import numpy
 import torch
 
 SIZE = 128
+CROP = 96        # pixels along an edge of what is learned from, a multiple of 16
 PLANES = 6
 RECORD_BYTES = PLANES * SIZE * SIZE
 BYTE_OF_ONE = 212.0   # 1.2, the largest value, lies at 254
@@ -159,6 +160,24 @@ def _turned(records: numpy.ndarray, random: numpy.random.Generator) -> numpy.nda
     return out
 
 
+def _cropped(records: numpy.ndarray, random: numpy.random.Generator) -> numpy.ndarray:
+    """Three quarters of each edge, about a pixel of the heart where there is one.
+
+    A network of convolutions is used on images of any size; in a part more of the pixels teach it
+    something, and nearly twice as many parts are learned from in the same time.
+    """
+    out = numpy.empty((len(records), PLANES, CROP, CROP), numpy.uint8)
+    for n, record in enumerate(records):
+        middle = (SIZE // 2, SIZE // 2)
+        heart = numpy.flatnonzero(record[LABEL])
+        if len(heart):
+            middle = divmod(int(heart[random.integers(len(heart))]), SIZE)
+        row, column = (int(numpy.clip(at - CROP // 2 + random.integers(-16, 17), 0, SIZE - CROP))
+                       for at in middle)
+        out[n] = record[:, row:row + CROP, column:column + CROP]
+    return out
+
+
 def vary(records: numpy.ndarray, random: numpy.random.Generator) -> tuple[torch.Tensor, torch.Tensor]:
     """Images and labels of records, each changed in ways that leave its label true.
 
@@ -166,7 +185,7 @@ def vary(records: numpy.ndarray, random: numpy.random.Generator) -> tuple[torch.
     @param random  everything is drawn from it, so that a seed gives the same
     """
     count = len(records)
-    records = _turned(records, random)
+    records = _cropped(_turned(records, random), random)
     swap = random.random(count) < 0.5
     records[swap, BELOW], records[swap, ABOVE] = records[swap, ABOVE], records[swap, BELOW]
     images, labels = planes(records)
@@ -182,7 +201,7 @@ def vary(records: numpy.ndarray, random: numpy.random.Generator) -> tuple[torch.
     moving = images[:, DEVIATION:].mul_(gain * gamma * 0.5 ** (gamma - 1))
     noise = drawn(0, 0.05) * (drawn(0, 1) < 0.7)
     if noise.any():
-        grain = torch.from_numpy(random.standard_normal((count, DEVIATION, SIZE, SIZE), numpy.float32))
+        grain = torch.from_numpy(random.standard_normal((count, DEVIATION, CROP, CROP), numpy.float32))
         grain[:, MEAN] *= 0.3  # a mean over many frames
         bright.add_(grain.mul_(noise))
     images = torch.cat((bright, moving), 1).clamp_(0, LARGEST).mul_(known)

@@ -48,6 +48,10 @@ class HeartNet(nn.Module):
         self.up = nn.ModuleList(Block(wide, wide) for wide in widths[:-1])
         self.enlarge = nn.Upsample(scale_factor=2, mode="nearest")
         self.head = nn.Conv2d(widths[0], len(OUTPUTS), 1)
+        # Most pixels are background: that need not be learned first.
+        with torch.no_grad():
+            self.head.bias.fill_(-4.0)
+            self.head.bias[0] = 0.0
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         found = []

@@ -22,7 +22,7 @@ from model import MAX_PARAMETERS, HeartNet, parameters
 WARM_UP = 0.02           # of the planned duration
 LAST_RATE = 0.01         # of the rate, at the end
 WEIGHT_DECAY = 0.01
-LARGEST_GRADIENT = 1.0   # norm over all weights
+LARGEST_GRADIENT = 5.0   # norm over all weights
 AVERAGE_STEPS = 1000     # of the moving average of the weights
 LOG_SECONDS = 30
 
