@@ -4,6 +4,7 @@
 
 #include "pipeline/assess/bench_phantom.h"
 #include "pipeline/cli/bench_settings.h"
+#include "pipeline/cli/prior_words.h"
 #include "pipeline/phantom/render.h"
 #include "runtime/base/error.h"
 
@@ -27,6 +28,12 @@ int extreme_phase(const std::vector<double>& volumes, bool largest) {
   const auto at = largest ? std::max_element(volumes.begin(), volumes.end())
                           : std::min_element(volumes.begin(), volumes.end());
   return static_cast<int>(at - volumes.begin());
+}
+
+Segmentation segmented(const Exam& exam, const Recipe& recipe, StageContext& context) {
+  const std::optional<prior::PriorCycle> learned = prior_of(exam, recipe, context);
+  return segment::segment_exam(exam, {}, recipe.segment, context, {}, nullptr,
+                               learned ? &*learned : nullptr);
 }
 
 }  // namespace
@@ -110,10 +117,8 @@ Timed<BenchRunner::Imaging> BenchRunner::imaging(const json& settings, StageCont
 
 Timed<Segmentation> BenchRunner::segmentation(const json& settings, StageContext& context) {
   const auto images = imaging(settings, context);
-  return memo(segmentations_, key_of(settings, "segment"), is_default(settings, "segment"), [&] {
-    return segment::segment_exam(images.value->exam, {}, recipe_of_settings(settings).segment,
-                                 context);
-  });
+  return memo(segmentations_, key_of(settings, "segment"), is_default(settings, "segment"),
+              [&] { return segmented(images.value->exam, recipe_of_settings(settings), context); });
 }
 
 Timed<BenchRunner::Shapes> BenchRunner::shapes(const json& settings, Sweep sweep,
@@ -266,8 +271,8 @@ assess::ScalingRow BenchRunner::build_all(const json& settings, StageContext& co
   const fs::path file = work_ / "scaling.beatlas";
   std::vector<FieldCycle> fields;
   {
-    const Segmentation found = clocked(
-        "segment", [&] { return segment::segment_exam(images.exam, {}, recipe.segment, context); });
+    const Segmentation found =
+        clocked("segment", [&] { return segmented(images.exam, recipe, context); });
     const std::vector<ShapeCycle> cycles = clocked("register", [&] {
       shapes.workspace_from_lps = reg::workspace_from_lps(images.exam.stack.grid(), found.coverage);
       return reg::shapes_in_workspace(found, shapes.workspace_from_lps, recipe.registration,

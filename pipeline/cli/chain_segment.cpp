@@ -7,6 +7,7 @@
 
 #include "pipeline/cli/chain.h"
 #include "pipeline/cli/correction_words.h"
+#include "pipeline/cli/prior_words.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/overlay.h"
 #include "pipeline/segment/edited_labels.h"
@@ -19,6 +20,7 @@ namespace fs = std::filesystem;
 using study::Stage;
 namespace {
 
+constexpr double kPriorShare = 0.4;  // of the stage's time, if there is a prior
 constexpr auto kOverlay = "pictures/overlay.png";
 constexpr auto kVolumes = "pictures/volumes.svg";
 constexpr auto kLeak = "pictures/leak";
@@ -136,8 +138,14 @@ void Chain::segment() {
           study_ ? solve_key(orders_, study_->inputs_now(Stage::Segment)) : std::string();
       SolveMemory memory = study_ ? study::read_solve_memory(*study_, key) : SolveMemory();
       try {
-        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, context,
-                                     study_ ? &memory : nullptr);
+        const std::optional<prior::PriorCycle> learned =
+            wants_prior(images, corrections, orders_.recipe)
+                ? prior_of(images, orders_.recipe,
+                           context.part(0, kPriorShare, "what voxels look like"))
+                : std::nullopt;
+        StageContext growing = learned ? context.part(kPriorShare, 1) : context;
+        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, growing,
+                                     study_ ? &memory : nullptr, learned ? &*learned : nullptr);
       } catch (const Error& error) {
         if (error.code() != ErrorCode::InvalidInput) throw;
         throw error.with_context(images.shown_source.empty() ? study_->folder().string()

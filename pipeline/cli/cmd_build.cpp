@@ -4,6 +4,7 @@
 #include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/import_words.h"
 #include "pipeline/cli/made_package.h"
+#include "pipeline/cli/prior_words.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -19,6 +20,7 @@ struct Arguments {
   std::string output;
   std::string scene;  ///< empty: full, or that of the package that is written again
   CorrectionWords corrections;
+  std::optional<std::string> prior;
   std::string study;
   bool discard_edits = false;
   bool no_report = false;
@@ -45,6 +47,8 @@ int build(const Arguments& arguments) {
   // Bad words are told before a study is waited for or made.
   if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
   take_corrections(arguments.corrections, orders);
+  if (arguments.prior) orders.recipe.segment.prior = *arguments.prior;
+  if (arguments.prior || !arguments.common.recipe.empty()) check_prior(orders.recipe);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   std::optional<study::Study> study;
@@ -72,6 +76,9 @@ int build(const Arguments& arguments) {
     }
   }
   apply(arguments.words, orders.recipe.import);
+  if (arguments.prior) orders.recipe.segment.prior = *arguments.prior;
+  note_prior(orders, study ? &*study : nullptr);
+  check_prior(orders, study ? &*study : nullptr);
   orders.discard_edits = arguments.discard_edits;
   if (study) keep_orders(orders, *study);
   // A study is packed again for other scenes: it has what any of them needs.
@@ -127,6 +134,7 @@ void add_build(CLI::App& app, Run& run) {
                       "What the package is for: palpation, anatomy, full or a JSON file (default: "
                       "full; without -o what it was for)");
   add_correction_words(*command, arguments->corrections);
+  add_prior_word(*command, arguments->prior);
   command
       ->add_option("--study", arguments->study,
                    "Leave what each stage gives in this folder, in formats that can be opened and "

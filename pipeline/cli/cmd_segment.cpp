@@ -2,6 +2,7 @@
 
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/correction_words.h"
+#include "pipeline/cli/prior_words.h"
 
 namespace beatlas::cli {
 
@@ -9,6 +10,7 @@ void add_segment(CLI::App& app, Run& run) {
   struct Arguments {
     StageArguments stage;
     CorrectionWords corrections;
+    std::optional<std::string> prior;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
@@ -18,11 +20,17 @@ void add_segment(CLI::App& app, Run& run) {
       "and at pictures/leak_NN.png where a leak alarm rang.");
   add_stage_arguments(*command, arguments->stage);
   add_correction_words(*command, arguments->corrections);
+  add_prior_word(*command, arguments->prior);
   command->callback([arguments, &run] {
     run = [arguments] {
       return run_stage(
           arguments->stage, study::Stage::Import, [](Chain& chain) { chain.segment(); },
-          [&](Orders& orders) { take_corrections(arguments->corrections, orders); });
+          [&](Orders& orders) {
+            take_corrections(arguments->corrections, orders);
+            if (!arguments->prior) return;
+            orders.recipe.segment.prior = *arguments->prior;
+            check_prior(orders.recipe);
+          });
     };
   });
 }

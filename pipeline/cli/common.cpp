@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/prior_words.h"
 #include "pipeline/cli/progress.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
@@ -70,6 +71,7 @@ int run_stage(const StageArguments& arguments, study::Stage before,
   Orders orders = orders_of(study);
   if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
   if (change) change(orders);
+  note_prior(orders, &study);
   orders.discard_edits = arguments.discard_edits;
   keep_orders(orders, study);
   if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);

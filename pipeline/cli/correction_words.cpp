@@ -325,9 +325,9 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
 
 Segmentation segment_with(const Exam& exam, const Corrections& corrections,
                           const segment::SegmentOptions& options, StageContext& context,
-                          SolveMemory* memory) {
+                          SolveMemory* memory, const prior::PriorCycle* prior) {
   if (corrections.known.phases.empty()) {
-    return segment::segment_exam(exam, corrections.seeds, options, context, {}, memory);
+    return segment::segment_exam(exam, corrections.seeds, options, context, {}, memory, prior);
   }
   if (memory != nullptr) *memory = {};
   const bool all =
@@ -336,7 +336,7 @@ Segmentation segment_with(const Exam& exam, const Corrections& corrections,
     context.warn("the seeds are not used: the labels given are of every phase");
   }
   return segment::segment_with_labels(exam, corrections.known, corrections.seeds, options, context,
-                                      corrections.coverage);
+                                      corrections.coverage, prior);
 }
 
 }  // namespace beatlas::cli

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "pipeline/cli/prior_words.h"
 #include "pipeline/cli/seeds.h"
 #include "pipeline/cli/version.h"
 #include "pipeline/study/files.h"
@@ -69,6 +70,7 @@ Orders orders_of(const study::Study& study) {
   out.labels_from = index + ": /given/labels";
   out.coverage_from = index + ": /given";
   if (out.painted) out.seeds_from = index + ": /given/painted";
+  note_prior(out, &study);
   return out;
 }
 
@@ -89,6 +91,7 @@ study::Wanted wanted_of(Stage stage, const Orders& orders) {
   study::Wanted out;
   out.version = kVersion;
   out.options = stage_options(orders.recipe, stage);
+  if (stage == Stage::Segment) out.options[kPriorOption] = orders.prior_sha256;
   if (stage == Stage::Segment && !orders.seeds.empty()) {
     const std::string text = seeds_to_json(orders.seeds).dump();
     out.options[kSeeds] = {{"count", orders.seeds.size()},

@@ -23,6 +23,9 @@ struct Orders {
   std::string labels_from;
   std::map<Structure, study::GivenImages> coverage;  ///< of those labels
   std::string coverage_from;
+  /// Of the model that recipe.segment.prior names, see prior_words.h; in place of its name it tells
+  /// what segmentation was run with.
+  std::string prior_sha256;
   bool discard_edits = false;  ///< make anew what was edited by hand
 };
 

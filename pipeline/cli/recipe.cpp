@@ -57,6 +57,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.choice("method", recipe.segment.method, kMethods);
   visit.choice("papillary", recipe.segment.papillary, kPapillary);
   visit.choice("labels_drawn_on", recipe.segment.labels_drawn_on, kLabelsDrawnOn);
+  visit.text("prior", recipe.segment.prior);
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
   visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);
@@ -107,6 +108,7 @@ class Reader {
     section_->read(key, value, low, high);
   }
   void flag(const std::string& key, bool& value) { section_->read(key, value); }
+  void text(const std::string& key, std::string& value) { section_->read(key, value); }
   template <class T, std::size_t N>
   void choice(const std::string& key, T& value, const std::array<Choice<T>, N>& choices) {
     if (!section_->has(key)) return;
@@ -168,6 +170,7 @@ class Writer {
     out_[section_][key] = value;
   }
   void flag(const std::string& key, bool value) { out_[section_][key] = value; }
+  void text(const std::string& key, const std::string& value) { out_[section_][key] = value; }
   template <class T, std::size_t N>
   void choice(const std::string& key, const T& value, const std::array<Choice<T>, N>& choices) {
     for (const Choice<T>& each : choices) {

@@ -99,7 +99,8 @@ void check_known(const KnownLabels& known, const Grid& grid, int phases) {
 
 Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
                                  const std::vector<Seed>& seeds, const SegmentOptions& options,
-                                 StageContext& context, const GivenCoverage& coverage) {
+                                 StageContext& context, const GivenCoverage& coverage,
+                                 const prior::PriorCycle* prior) {
   const int phases = exam.stack.phase_count();
   check_known(given, exam.stack.grid(), phases);
   if (given.phases.size() == static_cast<std::size_t>(phases)) {
@@ -117,7 +118,7 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
   }
   SegmentOptions without_atria = options;
   without_atria.atria = false;
-  Segmentation made = segment_exam(exam, seeds, without_atria, context, known);
+  Segmentation made = segment_exam(exam, seeds, without_atria, context, known, nullptr, prior);
   LabelCycle labels = made.labels;
   drop_unknown_labels(known, labels);
   for (std::size_t at = 0; at < known.phases.size(); ++at) {

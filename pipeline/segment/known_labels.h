@@ -16,13 +16,15 @@ namespace beatlas::segment {
 /// @param known on the exam's grid, see labels_on_grid
 /// @param coverage of labels of all phases: it tells where in its voxels a structure's surface
 /// runs; empty: the labels alone tell
+/// @param prior see segment_exam
 /// @throws Error{InvalidInput} as check_known; as segment_exam where phases have to be grown; if a
 /// structure is there in some phases and not in others; as take_given_coverage; if there is
 /// coverage and not every phase is known.
 [[nodiscard]] Segmentation segment_with_labels(const Exam& exam, const KnownLabels& known,
                                                const std::vector<Seed>& seeds,
                                                const SegmentOptions& options, StageContext& context,
-                                               const GivenCoverage& coverage = {});
+                                               const GivenCoverage& coverage = {},
+                                               const prior::PriorCycle* prior = nullptr);
 
 /// @throws Error{InvalidInput} if phases are not ascending phases of the exam, one a label image,
 /// or if a phase has no heart.

@@ -119,7 +119,9 @@ void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box, LabelCycle
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const SegmentOptions& options, StageContext& context,
-                          const KnownLabels& known_labels, SolveMemory* memory) {
+                          const KnownLabels& known_labels, SolveMemory* memory,
+                          const prior::PriorCycle* prior) {
+  (void)prior;
   const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
   ImageCycle<float> mended;
   if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);

@@ -11,6 +11,10 @@
 #include "pipeline/core/stage_context.h"
 #include "pipeline/segment/alarm.h"
 
+namespace beatlas::prior {
+struct PriorCycle;
+}
+
 namespace beatlas::segment {
 
 /// What a technician marked with one label in one phase: a ball around a place, or a stroke.
@@ -65,6 +69,9 @@ struct SegmentOptions {
   double threshold_low = 0;
   double threshold_high = 0;
   Neighbours threshold_neighbours = Neighbours::Faces;
+  /// The model whose prior is asked for first (pipeline/prior): NAME.onnx, "" for the built-in one,
+  /// "none" for none. segment_exam is given what it said.
+  std::string prior = "none";
   /// Of labels given from elsewhere, see labels_on_grid; segment_exam takes them as they are.
   LabelsDrawnOn labels_drawn_on = LabelsDrawnOn::Imaged;
   /// Of leak_alarms, which whoever calls segment_exam asks afterwards.
@@ -86,11 +93,13 @@ struct KnownLabels {
 /// segment_with_labels for what keeps them
 /// @param memory of a solve of the same images with the same options and, where labels are known,
 /// none; what it leaves is of this one. It only saves time. May be null.
+/// @param prior of this exam, what its voxels are likely to be; null: nothing was learned
 /// @throws Error{InvalidInput} if no heart is found, saying what was looked for.
 [[nodiscard]] Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& seeds,
                                         const SegmentOptions& options, StageContext& context,
                                         const KnownLabels& known = {},
-                                        SolveMemory* memory = nullptr);
+                                        SolveMemory* memory = nullptr,
+                                        const prior::PriorCycle* prior = nullptr);
 
 /// Enclosed volume [ml] of a structure in every phase, from coverage.
 [[nodiscard]] std::vector<double> volume_curve_ml(const CoverageCycle& coverage,

@@ -49,6 +49,13 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/samples ${CMAKE_SOURCE_DIR}/schemas
         DESTINATION ${CMAKE_INSTALL_DATADIR}/beatlas)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/scripts/cohort DESTINATION ${CMAKE_INSTALL_DATADIR}/beatlas
         PATTERN "__pycache__" EXCLUDE)
+# The prior's weights and what tells of them.
+foreach(file heart_prior.onnx heart_prior.json)
+  if(BEATLAS_PIPELINE AND EXISTS ${CMAKE_SOURCE_DIR}/pipeline/prior/${file})
+    install(FILES ${CMAKE_SOURCE_DIR}/pipeline/prior/${file}
+            DESTINATION ${CMAKE_INSTALL_DATADIR}/beatlas)
+  endif()
+endforeach()
 install(FILES ${CMAKE_SOURCE_DIR}/README.md ${CMAKE_SOURCE_DIR}/LICENSE.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/LICENSES ${CMAKE_SOURCE_DIR}/docs

@@ -19,6 +19,7 @@ def main():
     program, source, name = sys.argv[1:4]
     code, command, wanted = find_case(name)
     environment = dict(os.environ, SAMPLES=f"{source}/samples", LC_ALL="C",
+                       MODELS=f"{source}/tests/unit/prior/models",
                        PATH=f"{pathlib.Path(program).parent}:{os.environ['PATH']}")
     with tempfile.TemporaryDirectory(prefix="beatlas-cli-") as folder:
         done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment,

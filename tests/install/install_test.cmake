@@ -1,5 +1,5 @@
 # cmake -DBUILD=folder -DWORK=folder -DEXAMPLE=a.cpp -DC_EXAMPLE=a.c -DOUTSIDE=folder
-#       -DPACKAGE=a.beatlas -DPIPELINE=ON|OFF -P install_test.cmake
+#       -DPACKAGE=a.beatlas -DMODEL=a.onnx -DPIPELINE=ON|OFF -P install_test.cmake
 #
 # Installs into a folder that is then moved, builds another project against it there, runs that
 # project's programs and the installed ones. WORK must not lie in the sources: nothing may be found by
@@ -37,5 +37,8 @@ foreach(file Snakefile README.md profiles/slurm/config.yaml profiles/kubernetes/
 endforeach()
 step("the cohort's tool" /usr/bin/python3 -B ${cohort}/cohort.py --help)
 if(PIPELINE)
+  if(EXISTS ${MODEL} AND NOT EXISTS ${WORK}/moved/share/beatlas/heart_prior.onnx)
+    message(FATAL_ERROR "the prior's model is not installed")
+  endif()
   step("beatlas" ${WORK}/moved/bin/beatlas info ${PACKAGE})
 endif()

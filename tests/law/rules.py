@@ -28,7 +28,8 @@ ROOMS = {
     "pipeline/ingest": _CORE + ("pipeline/formats",),
     "pipeline/phantom": _CORE,
     "pipeline/register": _CORE,
-    "pipeline/segment": _CORE + ("pipeline/register",),
+    "pipeline/prior": _CORE,
+    "pipeline/segment": _CORE + ("pipeline/register", "pipeline/prior"),
     "pipeline/field": _CORE,
     "pipeline/keyframes": _CORE + ("pipeline/field",),
     "pipeline/mesh": _CORE + ("pipeline/field", "runtime/palpation"),
@@ -43,7 +44,8 @@ ROOMS = {
                              "pipeline/formats", "pipeline/ingest", "pipeline/phantom",
                              "pipeline/register", "pipeline/segment", "pipeline/field",
                              "pipeline/mesh", "pipeline/pack", "pipeline/assess",
-                             "pipeline/report", "pipeline/identify", "pipeline/keyframes"),
+                             "pipeline/report", "pipeline/identify", "pipeline/keyframes",
+                             "pipeline/prior"),
 }
 
 
@@ -71,8 +73,12 @@ LIBRARIES = {
     "Qt": _library(r"^Q[A-Z]|^Qt[A-Z]", r"/qt5/", r"^libQt5",
                    r"\bQ(Widget|MainWindow|Application|Painter|Image|Color|String|Rect)\b",
                    "runtime/viewer"),
-    "OpenCV": _library(r"^opencv", r"/include/opencv", r"^libopencv", r"\bcv::\w+",
-                       "pipeline/segment", "pipeline/register", "pipeline/report"),
+    "OpenCV": _library(r"^opencv(?!2/dnn)", r"/include/opencv(?!.*/opencv2/dnn)", r"^libopencv",
+                       r"\bcv::\w+", "pipeline/segment", "pipeline/register", "pipeline/report",
+                       "pipeline/prior"),
+    # The part of OpenCV that runs networks.
+    "OpenCV dnn": _library(r"^opencv2/dnn", r"/opencv2/dnn", r"^libopencv_dnn", r"\bcv::dnn\b",
+                           "pipeline/prior"),
     "OpenVDB": _library(r"^(open|nano)vdb/", r"/include/(open|nano)vdb/", r"^libopenvdb",
                         r"\b(openvdb|nanovdb)::\w+|\bnamespace (openvdb|nanovdb)\b",
                         "pipeline/field"),

@@ -85,7 +85,7 @@ class TextLaws(House):
                     "OpenVDB": "openvdb/openvdb.h", "CGAL": "CGAL/Surface_mesh.h",
                     "OpenMesh": "OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh",
                     "Draco": "draco/mesh/mesh.h", "niftilib": "nifti/nifti1_io.h",
-                    "GDCM": "gdcmTrace.h", "Qt": "QWidget"}
+                    "GDCM": "gdcmTrace.h", "Qt": "QWidget", "OpenCV dnn": "opencv2/dnn.hpp"}
         self.assertEqual(set(examples), set(rules.LIBRARIES))
         for name, header in examples.items():
             with self.subTest(name):
@@ -175,6 +175,7 @@ class BuiltLaws(House):
     def test_a_header_read_through_others_is_found(self):
         for header, name in (("CGAL/version.h", "CGAL"), ("vtk-9.1/vtkObject.h", "VTK"),
                              ("opencv4/core.hpp", "OpenCV"), ("openvdb/tree.h", "OpenVDB"),
+                             ("opencv4/opencv2/dnn/dnn.hpp", "OpenCV dnn"),
                              ("OpenMesh/mesh.hh", "OpenMesh"), ("string_view.h", None)):
             with self.subTest(header):
                 self.write(header, "", self.system)

@@ -1,0 +1,83 @@
+#include "pipeline/cli/prior_words.h"
+
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::cli {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+constexpr auto kNone = "none";
+
+/// @pre the word names a model
+fs::path model_path(const std::string& word) {
+  return word.empty() ? prior::default_model_path() : fs::path(word);
+}
+
+std::optional<prior::Model> model_of(const Recipe& recipe) {
+  const std::string& word = recipe.segment.prior;
+  if (word == kNone) return std::nullopt;
+  return prior::Model::load(model_path(word));
+}
+
+/// What the study's segmentation was made with; empty: there is none.
+std::string made_with(const study::Study* study) {
+  const study::StageRecord* record =
+      study == nullptr ? nullptr : study->find(study::Stage::Segment);
+  if (record == nullptr) return {};
+  const auto option = record->options.find(kPriorOption);
+  return option != record->options.end() && option->is_string() ? option->get<std::string>()
+                                                                : std::string();
+}
+
+}  // namespace
+
+void add_prior_word(CLI::App& command, std::optional<std::string>& word) {
+  command
+      .add_option("--prior", word,
+                  "The network that tells what voxels are likely to be before labels grow: a file "
+                  "with its MODEL.json beside it, none, or '' for the built-in one; see "
+                  "/segment/prior of 'beatlas defaults'")
+      ->type_name("MODEL.onnx|none");
+}
+
+void note_prior(Orders& orders, const study::Study* study) {
+  const std::string& word = orders.recipe.segment.prior;
+  orders.prior_sha256 = kNone;
+  if (word == kNone) return;
+  try {
+    orders.prior_sha256 = study::sha256_of_file(model_path(word));
+  } catch (const Error&) {  // whoever needs the model itself says so
+    const json of_study = study != nullptr && study->recipe() ? *study->recipe() : json::object();
+    const json segment = of_study.value("segment", json::object());
+    const bool same = segment.contains(kPriorOption) && segment.at(kPriorOption) == word;
+    orders.prior_sha256 = same ? made_with(study) : std::string();
+  }
+}
+
+void check_prior(const Recipe& recipe) { (void)model_of(recipe); }
+
+void check_prior(const Orders& orders, const study::Study* study) {
+  if (orders.prior_sha256.empty() || made_with(study) != orders.prior_sha256) {
+    check_prior(orders.recipe);
+  }
+}
+
+std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe,
+                                          StageContext context) {
+  const std::optional<prior::Model> model = model_of(recipe);
+  if (!model) return std::nullopt;
+  return prior::heart_prior(exam, *model, context);
+}
+
+bool wants_prior(const Exam& exam, const Corrections& corrections, const Recipe& recipe) {
+  return recipe.segment.prior != kNone &&
+         corrections.known.phases.size() < static_cast<std::size_t>(exam.stack.phase_count());
+}
+
+}  // namespace beatlas::cli
