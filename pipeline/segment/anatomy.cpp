@@ -377,11 +377,19 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
   const cv::Point2d pixel_mm(spacing[0], spacing[1]);
   const double step_mm = std::sqrt(spacing[0] * spacing[1]);
   const bool thick = spacing[2] >= kThickSlicesMm;
-  // Nested sets, so that each surface is smoothed once: cavities, the LV's outside, the heart.
-  const std::array<std::array<bool, 5>, 4> sets{{{false, true, false, false, false},
-                                                 {false, false, false, true, false},
-                                                 {false, false, true, true, false},
-                                                 {false, true, true, true, true}}};
+  // Nested sets, so that each surface is smoothed once: the heart, cavities and the aorta, the LV's
+  // outside, its cavity. A later one is painted over those before it.
+  struct Set {
+    std::uint8_t label;                ///< that it is painted with
+    std::vector<std::uint8_t> within;  ///< labels that it holds
+  };
+  const std::array<Set, 7> sets{{{kLabelRestOfHeart, {1, 2, 3, 4, 5, 6, 7}},
+                                 {kLabelAorta, {kLabelAorta}},
+                                 {kLabelLaBlood, {kLabelLaBlood}},
+                                 {kLabelRaBlood, {kLabelRaBlood}},
+                                 {kLabelRvBlood, {kLabelRvBlood}},
+                                 {kLabelLvMyocardium, {kLabelLvMyocardium, kLabelLvBlood}},
+                                 {kLabelLvBlood, {kLabelLvBlood}}}};
   parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t k) {
     const std::size_t begin = k * grid.slice_count();
     const auto from = static_cast<std::ptrdiff_t>(begin);
@@ -394,18 +402,17 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
       std::copy_n((*before.out)[p].begin() + from, to - from, phase.begin() + from);
       done[p] = 1;
     }
-    std::array<std::vector<cv::Mat>, 4> smooth;
+    std::array<std::vector<cv::Mat>, sets.size()> smooth;
     for (std::size_t set = 0; set < sets.size(); ++set) {
-      const bool outside = sets[set][kLabelLvMyocardium];
+      const bool outside =
+          sets[set].label == kLabelRestOfHeart || sets[set].label == kLabelLvMyocardium;
       const double sigma_px = sigma_mm * (thick && outside ? kThickOutsideFactor : 1.0) / step_mm;
       // Farther from the outline than the Gaussian reaches nothing can come below zero.
       const int room = 2 * static_cast<int>(std::ceil(4 * sigma_px + 1)) + 1;
       const auto outline = [&](const std::vector<std::uint8_t>& phase, double smoothing_px) {
         const cv::Mat slice = slice_of(grid, phase, static_cast<int>(k));
         cv::Mat mask = cv::Mat::zeros(slice.size(), CV_8U);
-        for (int label = 0; label < 5; ++label) {
-          if (sets[set][static_cast<std::size_t>(label)]) mask |= slice == label;
-        }
+        for (const std::uint8_t label : sets[set].within) mask |= slice == label;
         cv::Mat out(slice.size(), CV_32F, cv::Scalar(kFarOutsideMm));
         const cv::Rect part =
             known.phases.empty() ? rect_around(mask, room) : cv::Rect({0, 0}, mask.size());
@@ -434,15 +441,10 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm, const Kn
     for (std::size_t p = 0; p < n; ++p) {
       if (done[p] != 0) continue;
       cv::Mat slice = slice_of(grid, labels.phases[p], static_cast<int>(k));
-      const cv::Mat rv = smooth[0][p] < 0;
-      const cv::Mat lv = smooth[1][p] < 0;
-      const cv::Mat lv_outer = smooth[2][p] < 0;
-      const cv::Mat heart = smooth[3][p] < 0;
       slice.setTo(cv::Scalar(kLabelBackground));
-      slice.setTo(cv::Scalar(kLabelRestOfHeart), heart);
-      slice.setTo(cv::Scalar(kLabelRvBlood), rv);
-      slice.setTo(cv::Scalar(kLabelLvMyocardium), lv_outer);
-      slice.setTo(cv::Scalar(kLabelLvBlood), lv);
+      for (std::size_t set = 0; set < sets.size(); ++set) {
+        slice.setTo(cv::Scalar(sets[set].label), smooth[set][p] < 0);
+      }
     }
   });
 }

@@ -22,7 +22,7 @@ constexpr std::uint32_t kBuckets = kMaxArc + 1;
 using State = std::uint32_t;
 constexpr int kLabelBits = 3;
 constexpr State kUnreached = std::numeric_limits<State>::max();
-static_assert(TravelCost::kLabels < 1 << kLabelBits);
+static_assert(TravelCost::kLabels <= 1 << kLabelBits && VoxelPrices::kLabels <= 1 << kLabelBits);
 
 constexpr State state_of(std::uint32_t cost, std::uint32_t label) {
   return cost << kLabelBits | label;
@@ -41,12 +41,15 @@ class Fronts {
         count_(static_cast<Node>(input.images.grid.count())),
         phases_(static_cast<Node>(input.images.phase_count())),
         nodes_(std::size_t{count_} * phases_),
-        cell_(std::make_unique_for_overwrite<std::uint16_t[]>(nodes_)),
+        cell_(
+            std::make_unique_for_overwrite<std::uint16_t[]>(input.prices == nullptr ? nodes_ : 0)),
         state_(std::make_unique_for_overwrite<State[]>(nodes_)) {
     parallel_for(phases_, [&](std::size_t p) {
       for (std::size_t v = 0; v < count_; ++v) {
         const std::size_t node = p * count_ + v;
-        cell_[node] = input.cost.cell(input.classes[p][v], input.images.phases[p][v]);
+        if (input.prices == nullptr) {
+          cell_[node] = input.cost.cell(input.classes[p][v], input.images.phases[p][v]);
+        }
         const std::uint8_t seed = input.seeds[p][v];
         state_[node] = seed != kUnlabelled ? state_of(0, seed) : kUnreached;
       }
@@ -126,13 +129,21 @@ class Fronts {
     const std::uint32_t label = label_of(here);
     const float* image = in_.images.phases[p].data();
     const float level = image[v];
-    const std::array<float, TravelCost::kCells>& per_mm = in_.cost.of(label);
+    const std::array<float, TravelCost::kCells>* table =
+        in_.prices == nullptr ? &in_.cost.of(label) : nullptr;
+    const auto per_mm = [&](Node to) {
+      if (table != nullptr) return static_cast<double>((*table)[cell_[to]]);
+      const std::size_t phase = to / count_;
+      const std::size_t voxel = to % count_;
+      return in_.prices->phases[phase][voxel * VoxelPrices::kLabels + label] *
+             (1.0 / VoxelPrices::kUnits);
+    };
     const auto offer = [&](Node to, float there, double step_mm) {
       std::atomic_ref<State> target(state_[to]);
       State held = target.load(std::memory_order_relaxed);
       if (cost_of(held) <= cost) return;
       const double jump = std::abs(there - level) - in_.edge_free;
-      const double price = step_mm * per_mm[cell_[to]] + (jump > 0 ? in_.edge_cost * jump : 0.0);
+      const double price = step_mm * per_mm(to) + (jump > 0 ? in_.edge_cost * jump : 0.0);
       const auto arc = static_cast<std::uint32_t>(
           std::clamp(price * kUnitsPerMm, 1.0, static_cast<double>(kMaxArc)));
       const State offered = state_of(cost + arc, label);

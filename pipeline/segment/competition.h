@@ -41,6 +41,15 @@ class TravelCost {
       std::vector<std::array<float, kCells>>(static_cast<std::size_t>(kLabels));
 };
 
+/// What a millimetre costs each label in each voxel, where something knows better than a table by
+/// intensity does.
+struct VoxelPrices {
+  static constexpr int kLabels = 8;
+  static constexpr int kUnits = 16;  ///< of a price of 1
+  /// [phase][voxel * kLabels + label], price times kUnits, 1..255.
+  std::vector<std::vector<std::uint8_t>> phases;
+};
+
 struct CompetitionInput {
   const ImageCycle<float>& images;
   /// Class of each voxel of each phase, < TravelCost::kClasses.
@@ -55,6 +64,8 @@ struct CompetitionInput {
   /// changes beyond `edge_free` (noise).
   double edge_free = 0;
   double edge_cost = 0;
+  /// In place of `classes` and `cost`, which are not asked then; may be null.
+  const VoxelPrices* prices = nullptr;
 };
 
 inline constexpr std::uint8_t kUnlabelled = 255;

@@ -1,6 +1,7 @@
 #include "pipeline/segment/connected.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "pipeline/core/parallel.h"
@@ -105,6 +106,17 @@ class Parts {
 };
 
 }  // namespace
+
+void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
+                  ImageCycle<std::uint8_t>& labels) {
+  std::array<bool, 256> wanted{};
+  for (const std::uint8_t label : of_labels) wanted[label] = true;
+  Parts parts(labels.grid, labels.phases.size(),
+              [&](std::size_t p, std::size_t v) { return wanted[labels.phases[p][v]]; });
+  for (const Run& run : parts.others()) {
+    run.each(labels.grid.size[0], [&](std::size_t v) { labels.phases[run.phase][v] = instead; });
+  }
+}
 
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
   Parts parts(labels.grid, labels.phases.size(),

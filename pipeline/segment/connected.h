@@ -14,6 +14,11 @@ using VoxelCycle = std::vector<std::vector<std::uint32_t>>;
 /// Keeps in each phase what hangs together with the heart's largest part, through space and time.
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 
+/// Of these labels together, what does not hang together with their largest part, through space and
+/// time, gets `instead`.
+void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
+                  ImageCycle<std::uint8_t>& labels);
+
 /// Of the right ventricle's blood each phase keeps its largest part; the others are rest of heart:
 /// fat as bright beyond its thin wall, and, where the outflow tract comes into a thick slice, blood
 /// that no other slice joins to the ventricle yet.

@@ -19,6 +19,7 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/fat_layer.h"
 #include "pipeline/segment/followed_seeds.h"
+#include "pipeline/segment/from_prior.h"
 #include "pipeline/segment/groundwork.h"
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/known_seeds.h"
@@ -121,7 +122,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const SegmentOptions& options, StageContext& context,
                           const KnownLabels& known_labels, SolveMemory* memory,
                           const prior::PriorCycle* prior) {
-  (void)prior;
+  if (prior != nullptr && known_labels.phases.empty() && options.method == Method::Competition) {
+    if (memory != nullptr) *memory = {};
+    return segment_from_prior(exam, given, options, *prior, context);
+  }
   const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
   ImageCycle<float> mended;
   if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);

@@ -1,0 +1,166 @@
+#include "pipeline/segment/from_prior.h"
+
+#include <algorithm>
+#include <optional>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/register/phase_motion.h"
+#include "pipeline/segment/anatomy.h"
+#include "pipeline/segment/bad_frames.h"
+#include "pipeline/segment/chambers.h"
+#include "pipeline/segment/connected.h"
+#include "pipeline/segment/coverage.h"
+#include "pipeline/segment/denoise.h"
+#include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/segment/fat_layer.h"
+#include "pipeline/segment/followed_seeds.h"
+#include "pipeline/segment/outer_surface.h"
+#include "pipeline/segment/papillary.h"
+#include "pipeline/segment/prior_ground.h"
+#include "pipeline/segment/shading.h"
+#include "pipeline/segment/tissue.h"
+#include "pipeline/segment/valves.h"
+#include "pipeline/segment/ventricle_ends.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::segment {
+namespace {
+
+/// Muscle that LV blood encloses within a slice is papillary muscle or trabecula, and counts as
+/// cavity.
+void fill_cavity(ImageCycle<std::uint8_t>& labels) {
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    for (int k = 0; k < labels.grid.size[2]; ++k) {
+      cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
+      std::vector<std::vector<cv::Point>> outlines;
+      const cv::Mat blood = slice == kLabelLvBlood;
+      cv::findContours(blood, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+      cv::Mat filled = cv::Mat::zeros(slice.size(), CV_8U);
+      cv::drawContours(filled, outlines, -1, cv::Scalar(255), cv::FILLED);
+      slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
+    }
+  });
+}
+
+void put_in(const ImageCycle<std::uint8_t>& labels, const Box& box, LabelCycle& whole) {
+  whole.phases.resize(labels.phases.size());
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    whole.phases[p].assign(whole.grid.count(), kLabelBackground);
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const auto from =
+            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, j, k));
+        std::copy(from, from + box.size[0],
+                  whole.phases[p].begin() + static_cast<std::ptrdiff_t>(whole.grid.offset(
+                                                box.first[0], box.first[1] + j, box.first[2] + k)));
+      }
+    }
+  });
+}
+
+}  // namespace
+
+Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given,
+                                const SegmentOptions& options, const prior::PriorCycle& prior,
+                                StageContext& context) {
+  const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
+  ImageCycle<float> mended;
+  if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);
+  const ImageCycle<float>& stack = bad.empty() ? exam.stack.images : mended;
+  check_seeds(given, stack.grid, stack.phase_count());
+  context.progress(0, "where the heart is");
+  const LabelCycle likeliest = likeliest_labels(prior);
+  std::vector<Seed> drawn = given;
+  if (!holds_heart(likeliest) && given.empty()) {
+    throw_invalid(
+        "no heart found: nothing in the images looks like a left ventricle; give seeds with "
+        "--seeds, or another stack of the exam with --stack");
+  }
+  const Box box = box_with_seeds(stack.grid, box_of_heart(stack.grid, likeliest), drawn);
+  ImageCycle<float> images = crop(stack, box);
+  if (options.even_shading) {
+    images = without_shading(images, find_shading(images.grid, temporal_stats(images)));
+  }
+  const double noise = noise_level(images);
+  context.check_cancelled();
+  context.progress(0.1, "seeds");
+  PriorGround ground = lay_prior_ground(images, prior, likeliest);
+  draw_seeds(images.grid, drawn, ground.seeds);
+  LabelImages marks(images.phases.size(),
+                    std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
+  draw_seeds(images.grid, drawn, marks);
+  const TissueLevels& levels = ground.levels;
+  const double contrast = std::max(levels.blood - levels.muscle, 1e-6);
+
+  context.progress(0.25, "noise");
+  const double phase_step_mm = std::clamp(45.0 / images.phase_count(), 1.5, 30.0);
+  const ImageCycle<float> calm = denoised(images, options.denoise ? noise : 0, phase_step_mm);
+  std::optional<reg::PhaseMotion> motion;
+  if (options.follow_motion && images.phase_count() > 1) {
+    context.progress(0.35, "motion");
+    motion = reg::phase_motion(calm, 1.5 * levels.blood);
+  }
+  StageContext growing = context.part(0.4, 0.6, "growing");
+  const LabelImages no_classes;
+  const TravelCost no_table(1);
+  ImageCycle<std::uint8_t> labels =
+      grow_in_competition({.images = calm,
+                           .classes = no_classes,
+                           .seeds = ground.seeds,
+                           .cost = no_table,
+                           .phase_step_mm = phase_step_mm,
+                           .motion = motion ? &*motion : nullptr,
+                           .edge_free = std::max(3 * noise_level(calm), 0.2 * contrast),
+                           .edge_cost = options.edge_cost_mm / contrast,
+                           .prices = &ground.prices},
+                          growing);
+  motion.reset();
+  ground.seeds = {};
+  ground.prices = {};
+  context.progress(0.65, "outlines");
+  fill_cavity(labels);
+  smooth_outlines(labels, options.outline_sigma_mm);
+  if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
+  for (std::size_t p = 0; p < marks.size(); ++p) {
+    for (std::size_t v = 0; v < marks[p].size(); ++v) {
+      if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
+    }
+  }
+  keep_connected_heart(labels);
+
+  context.progress(0.85, "boundaries within voxels");
+  Segmentation out;
+  out.warnings = told(bad, stack.grid.size[2]);
+  const double still_noise = std::min(noise, noise_level(stack));
+  std::vector<Structure> structures(kVentricular.begin(), kVentricular.end());
+  if (options.atria) structures.insert(structures.end(), kBeyondBase.begin(), kBeyondBase.end());
+  if (!options.atria) {
+    for (std::vector<std::uint8_t>& phase : labels.phases) {
+      for (std::uint8_t& label : phase) label = ventricles_apart(label);
+    }
+  }
+  Covered covered = cover(images, labels, box, levels, still_noise, {}, structures);
+  out.coverage = std::move(covered.coverage);
+  out.uncertainty = std::move(covered.uncertainty);
+  if (out.coverage.phases.count(Structure::Heart) == 0) {
+    throw_invalid("no heart found: what grew from the seeds is empty");
+  }
+  const std::vector<std::string> ignored = seeds_not_followed(labels, given, marks);
+  out.warnings.insert(out.warnings.end(), ignored.begin(), ignored.end());
+  if (stack.grid.spacing_mm()[2] >= kThickSlicesMm) {
+    out.base_cuts = flat_base_cuts(labels, base_step_from(labels));
+    for (auto& [structure, cut] : out.base_cuts) {
+      for (double& k : cut.k) k += box.first[2];
+    }
+  }
+  find_ends(out);
+  out.labels.grid = stack.grid;
+  put_in(labels, box, out.labels);
+  out.axis = ventricle_axis(out, {});
+  return out;
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,18 @@
+#pragma once
+/// Region growing from what a prior knows: it says where the heart is, the images say where its
+/// edges are, and both are one price for each label in each voxel.
+
+#include "pipeline/prior/prior.h"
+#include "pipeline/segment/segment.h"
+
+namespace beatlas::segment {
+
+/// As segment_exam, without known labels.
+/// @param prior of this exam's stack
+/// @throws Error{InvalidInput} if it holds no heart and no seeds are given
+[[nodiscard]] Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given,
+                                              const SegmentOptions& options,
+                                              const prior::PriorCycle& prior,
+                                              StageContext& context);
+
+}  // namespace beatlas::segment

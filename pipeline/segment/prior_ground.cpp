@@ -1,0 +1,261 @@
+#include "pipeline/segment/prior_ground.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/segment/connected.h"
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr std::size_t kLabels = VoxelPrices::kLabels;
+constexpr double kRoomMm = 20;        ///< beside what the prior takes for heart
+constexpr float kSure = 0.9F;         ///< probability of a seed
+constexpr double kLeastLvMl = 4;      ///< 40 ml at an EF of 90 %, phantom/family.json
+constexpr int kBins = 64;             ///< of intensity
+constexpr double kUnseen = 0.02;      ///< least density of a bin, over that of all bins alike
+constexpr double kImageWeight = 0.5;  ///< the prior has seen the images, too: half counts twice
+constexpr double kPricePerNat = 2;    ///< of improbability, over the price of a sure millimetre
+
+/// Intensities' place among bins that end at the images' 99.5th percentile.
+class Bins {
+ public:
+  explicit Bins(const ImageCycle<float>& images) {
+    std::vector<float> some;
+    for (const std::vector<float>& phase : images.phases) {
+      for (std::size_t v = 0; v < phase.size(); v += 7) some.push_back(phase[v]);
+    }
+    const auto at = some.begin() + static_cast<std::ptrdiff_t>(0.995 * (some.size() - 1.0));
+    std::nth_element(some.begin(), at, some.end());
+    top_ = std::max(*at, 1e-6F);
+  }
+  [[nodiscard]] int of(float value) const {
+    return std::clamp(static_cast<int>(value / top_ * kBins), 0, kBins - 1);
+  }
+
+ private:
+  float top_ = 1;
+};
+
+using Densities = std::array<std::array<double, kBins>, kLabels>;
+
+/// What each label looks like: its histogram over voxels by their probability, smoothed.
+Densities smooth_densities(Densities counts) {
+  for (auto& label : counts) {
+    std::array<double, kBins> smooth{};
+    double sum = 0;
+    for (int b = 0; b < kBins; ++b) {
+      for (int d = -2; d <= 2; ++d) {
+        constexpr std::array<double, 5> kWeights{1, 4, 6, 4, 1};
+        const auto from = static_cast<std::size_t>(std::clamp(b + d, 0, kBins - 1));
+        smooth[static_cast<std::size_t>(b)] +=
+            kWeights[static_cast<std::size_t>(d + 2)] * label[from];
+      }
+      sum += smooth[static_cast<std::size_t>(b)];
+    }
+    for (int b = 0; b < kBins; ++b) {
+      const double share = sum > 0 ? smooth[static_cast<std::size_t>(b)] / sum : 1.0 / kBins;
+      label[static_cast<std::size_t>(b)] = (1 - kUnseen) * share * kBins + kUnseen;
+    }
+  }
+  return counts;
+}
+
+double median(std::vector<float>& values) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Label of the prior's grid at a voxel of the part: that of the pixel in which its centre lies.
+class LikeliestAt {
+ public:
+  LikeliestAt(const LabelCycle& likeliest, const Grid& part)
+      : labels_(likeliest),
+        part_(part),
+        to_prior_(likeliest.grid.mm_from_index.inverse(Eigen::Affine) * part.mm_from_index) {}
+
+  [[nodiscard]] std::uint8_t operator()(std::size_t phase, int i, int j, int k) const {
+    const Vec3 at = to_prior_ * Vec3(i, j, k);
+    const auto near = [&](int a) {
+      return std::clamp(static_cast<int>(std::lround(at[a])), 0, labels_.grid.size[a] - 1);
+    };
+    return labels_.phases[phase][labels_.grid.offset(near(0), near(1), near(2))];
+  }
+
+ private:
+  const LabelCycle& labels_;
+  const Grid& part_;
+  Affine to_prior_;
+};
+
+}  // namespace
+
+LabelCycle likeliest_labels(const prior::PriorCycle& prior) {
+  LabelCycle out{prior.grid, {}};
+  out.phases.resize(prior.phases.size());
+  const std::size_t count = prior.grid.count();
+  parallel_for(prior.phases.size(), [&](std::size_t p) {
+    const std::vector<std::int8_t>& logs = prior.phases[p];
+    out.phases[p].resize(count);
+    for (std::size_t v = 0; v < count; ++v) {
+      std::size_t best = 0;
+      for (std::size_t o = 1; o < prior.labels.size(); ++o) {
+        if (logs[o * count + v] > logs[best * count + v]) best = o;
+      }
+      out.phases[p][v] = prior.labels[best];
+    }
+  });
+  keep_connected_heart(out);
+  keep_largest({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, out);
+  keep_largest({kLabelLvBlood}, kLabelBackground, out);
+  keep_largest({kLabelRvBlood}, kLabelBackground, out);
+  return out;
+}
+
+bool holds_heart(const LabelCycle& likeliest) {
+  double most = 0;
+  for (const std::vector<std::uint8_t>& phase : likeliest.phases) {
+    const auto voxels = std::count(phase.begin(), phase.end(), kLabelLvBlood);
+    most = std::max(most, static_cast<double>(voxels) * likeliest.grid.voxel_ml());
+  }
+  return most >= kLeastLvMl;
+}
+
+Box box_of_heart(const Grid& stack, const LabelCycle& likeliest) {
+  const Box found = box_around(likeliest.grid, likeliest.phases);
+  if (found.empty()) return {};
+  const Affine to_stack = stack.mm_from_index.inverse(Eigen::Affine) * likeliest.grid.mm_from_index;
+  Box out;
+  for (int a = 0; a < 3; ++a) {
+    const auto s = static_cast<std::size_t>(a);
+    Vec3 low = Vec3::Zero();
+    low[a] = found.first[s] - 0.5;
+    Vec3 high = Vec3::Zero();
+    high[a] = found.first[s] + found.size[s] - 0.5;
+    const double room = a == 2 ? 1.0 : kRoomMm / stack.spacing_mm()[a];
+    const int first = static_cast<int>(std::floor((to_stack * low)[a] + 0.5 - room));
+    const int end = static_cast<int>(std::ceil((to_stack * high)[a] + 0.5 + room));
+    out.first[s] = std::max(0, first);
+    out.size[s] = std::min(stack.size[s], end) - out.first[s];
+  }
+  return out;
+}
+
+PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::PriorCycle& prior,
+                             const LabelCycle& likeliest) {
+  const Grid& grid = images.grid;
+  const std::size_t count = grid.count();
+  const auto phases = static_cast<std::size_t>(images.phase_count());
+  PriorGround out;
+  out.seeds.assign(phases, std::vector<std::uint8_t>(count, kUnlabelled));
+  const LikeliestAt likeliest_at(likeliest, grid);
+  const Bins bins(images);
+  std::vector<Densities> counts(phases);
+  std::vector<std::array<std::vector<float>, kLabels>> sure(phases);
+  // Probabilities of a phase, and what they and the one heart say of seeds.
+  const auto probabilities = [&](std::size_t p) {
+    std::vector<std::vector<float>> by_output =
+        prior::probabilities_on(prior, static_cast<int>(p), grid);
+    std::vector<std::vector<float>> out_by_label(kLabels, std::vector<float>(count, 1e-4F));
+    for (std::size_t o = 0; o < prior.labels.size(); ++o) {
+      out_by_label[prior.labels[o]] = std::move(by_output[o]);
+    }
+    return out_by_label;
+  };
+  parallel_for(phases, [&](std::size_t p) {
+    const std::vector<std::vector<float>> likely = probabilities(p);
+    counts[p] = {};
+    std::size_t v = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i, ++v) {
+          const std::uint8_t here = likeliest_at(p, i, j, k);
+          const float value = images.phases[p][v];
+          const auto bin = static_cast<std::size_t>(bins.of(value));
+          for (std::size_t l = 0; l < kLabels; ++l) {
+            if (likely[l][v] > 0.5F) counts[p][l][bin] += static_cast<double>(likely[l][v]);
+          }
+          if (likely[here][v] < kSure) {
+            // Sure of something that does not hang together with the heart: it is none.
+            if (here == kLabelBackground && likely[0][v] < 0.5F) out.seeds[p][v] = kLabelBackground;
+            continue;
+          }
+          out.seeds[p][v] = here;
+          sure[p][here].push_back(value);
+        }
+      }
+    }
+  });
+  Densities all{};
+  std::array<std::vector<float>, kLabels> values;
+  for (std::size_t p = 0; p < phases; ++p) {
+    for (std::size_t l = 0; l < kLabels; ++l) {
+      for (std::size_t b = 0; b < kBins; ++b) all[l][b] += counts[p][l][b];
+      values[l].insert(values[l].end(), sure[p][l].begin(), sure[p][l].end());
+    }
+  }
+  sure.clear();
+  const Densities densities = smooth_densities(all);
+  TissueLevels& levels = out.levels;
+  levels.blood = median(values[kLabelLvBlood]);
+  levels.rv_blood = values[kLabelRvBlood].empty() ? levels.blood : median(values[kLabelRvBlood]);
+  levels.muscle = median(values[kLabelLvMyocardium]);
+  levels.threshold = 0.5 * (levels.blood + levels.muscle);
+  levels.dark = 0.5 * levels.muscle;
+
+  out.prices.phases.resize(phases);
+  parallel_for(phases, [&](std::size_t p) {
+    const std::vector<std::vector<float>> likely = probabilities(p);
+    std::vector<std::uint8_t>& prices = out.prices.phases[p];
+    prices.resize(count * kLabels);
+    for (std::size_t v = 0; v < count; ++v) {
+      const auto bin = static_cast<std::size_t>(bins.of(images.phases[p][v]));
+      std::array<double, kLabels> weight{};
+      double sum = 0;
+      for (std::size_t l = 0; l < kLabels; ++l) {
+        weight[l] = static_cast<double>(likely[l][v]) * std::pow(densities[l][bin], kImageWeight);
+        sum += weight[l];
+      }
+      for (std::size_t l = 0; l < kLabels; ++l) {
+        const double nats = -std::log(std::max(weight[l] / sum, 1e-4));
+        const double price = VoxelPrices::kUnits * (1 + kPricePerNat * nats);
+        prices[v * kLabels + l] = static_cast<std::uint8_t>(std::clamp(price, 1.0, 255.0));
+      }
+    }
+  });
+  return out;
+}
+
+int base_step_from(const LabelCycle& labels) {
+  std::array<double, 8> sum{};
+  std::array<double, 8> number{};
+  const std::size_t slice = labels.grid.slice_count();
+  for (const std::vector<std::uint8_t>& phase : labels.phases) {
+    for (std::size_t v = 0; v < phase.size(); ++v) {
+      sum[phase[v]] += static_cast<double>(v / slice);
+      number[phase[v]] += 1;
+    }
+  }
+  const auto mean = [&](std::initializer_list<std::size_t> of) {
+    double total = 0;
+    double count = 0;
+    for (const std::size_t l : of) {
+      total += sum[l];
+      count += number[l];
+    }
+    return count > 0 ? total / count : 0;
+  };
+  const double beyond = number[kLabelLaBlood] + number[kLabelRaBlood] + number[kLabelAorta];
+  // A few stray voxels tell nothing.
+  const double way = beyond > 0.05 * number[kLabelLvBlood]
+                         ? mean({kLabelLaBlood, kLabelRaBlood, kLabelAorta}) - mean({kLabelLvBlood})
+                         : mean({kLabelLvBlood}) - mean({kLabelLvMyocardium});
+  return way < 0 ? -1 : 1;
+}
+
+}  // namespace beatlas::segment
