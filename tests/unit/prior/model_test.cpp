@@ -187,7 +187,7 @@ TEST(PriorModel, a_layer_that_opencv_refuses_is_told_in_one_line) {
     bytes.replace(bytes.find(type), type.size(), "\4Conx");
   });
   const std::string said = refusal_of(onnx);
-  EXPECT_TRUE(made::tells(said, "OpenCV's dnn cannot"));
+  EXPECT_TRUE(made::tells(said, "OpenCV's dnn cannot read it for its layer Conx;"));
   EXPECT_EQ(said.find(".cpp"), std::string::npos) << said;
 }
 
