@@ -45,7 +45,7 @@ PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& conte
     throw_invalid("the stack has no images, so nothing in it can be told");
   }
   const ModelCard& card = model.card();
-  const SeenSlices seen = see(stack, card.pixel_mm, context.part(0, kSeen));
+  const SeenSlices seen = see(stack, card, context.part(0, kSeen));
   const PaddedSize padded = padded_size(seen.grid, card.multiple);
   const std::size_t plane =
       static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height);

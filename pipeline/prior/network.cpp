@@ -1,9 +1,11 @@
 #include "pipeline/prior/network.h"
 
 #include <array>
+#include <cctype>
 #include <mutex>
 #include <new>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,38 +18,27 @@
 namespace beatlas::prior {
 namespace {
 
-constexpr std::size_t kMostTold = 120;  // characters of what OpenCV said
-
-/// The end of what OpenCV said, which names the cause, in one line and without its files.
-std::string told(const cv::Exception& exception) {
-  std::string line;
-  for (const char c : exception.err) {
-    const bool blank = static_cast<unsigned char>(c) <= ' ';
-    if (!blank) line += static_cast<unsigned char>(c) < 0x7F ? c : '?';
-    if (blank && !line.empty() && line.back() != ' ') line += ' ';
+/// The layer that OpenCV's words are about, if they name one. The words themselves run over several
+/// lines and speak of its own sources.
+std::string layer_of(const cv::Exception& exception) {
+  // "Node [Conv@ai.onnx]:(name) parse error: ..."
+  constexpr std::string_view kNode = "Node [";
+  const std::size_t at = exception.err.find(kNode);
+  if (at == std::string::npos) return {};
+  const std::size_t begin = at + kNode.size();
+  std::size_t end = begin;
+  while (end < exception.err.size() &&
+         std::isalnum(static_cast<unsigned char>(exception.err[end]))) {
+    ++end;
   }
-  // "Node [Conv@ai.onnx]:(name) parse error: OpenCV(4.6.0) FILE:LINE: error: (-215) CAUSE"
-  std::string node;
-  if (line.starts_with("Node [")) {
-    const std::size_t end = line.find_first_of("@]", 6);
-    node = " (layer of type " + line.substr(6, end - 6) + ")";
-    const std::size_t error = line.rfind("error: (");
-    const std::size_t cause = error == std::string::npos ? error : line.find(") ", error);
-    line = cause == std::string::npos ? "" : line.substr(cause + 2);
-  }
-  if (const std::size_t where = line.find(" in function "); where != std::string::npos) {
-    line.erase(where);
-  }
-  if (line.size() > kMostTold) line = line.substr(0, kMostTold) + "...";
-  while (line.ends_with(' ')) line.pop_back();
-  return node + (line.empty() ? "" : ": " + line);
+  return " for its layer " + exception.err.substr(begin, end - begin);
 }
 
 [[noreturn]] void refuse(const std::string& what, const cv::Exception& exception) {
   if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
-  throw_invalid("OpenCV's dnn cannot " + what + told(exception) +
-                "; export the network with layers it knows (opset 11), for whatever height and "
-                "width");
+  throw_invalid("OpenCV's dnn cannot " + what + layer_of(exception) +
+                "; export the network with layers it knows (opset 11) and for any height and width "
+                "that are multiples of \"multiple\"");
 }
 
 std::string shape_text(const cv::Mat& blob) {

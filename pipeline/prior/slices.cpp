@@ -13,6 +13,7 @@ constexpr double kHighShare = 0.995;
 constexpr float kBrightest = 1.2F;
 constexpr double kNearestMm = 4;    // a slice that is closer shows the same again
 constexpr double kFarthestMm = 20;  // one that is farther shows other things
+constexpr double kRimMm = 8;        // of the images' edges together, which may go unseen
 constexpr double kTruncate = 4;     // standard deviations of a Gaussian that are summed
 constexpr float kDeviationGain = 4;
 
@@ -73,23 +74,32 @@ std::vector<float> resampled(const std::vector<float>& image, int width, int hei
   return out;
 }
 
-int pixels(int source, double spacing_mm, double pixel_mm) {
-  return std::max(1, static_cast<int>(std::lround(source * spacing_mm / pixel_mm)));
+int pixels(int source, double spacing_mm, double pixel_mm, int multiple) {
+  const int all = std::max(1, static_cast<int>(std::lround(source * spacing_mm / pixel_mm)));
+  const int beyond = all % multiple;
+  const bool few = all > multiple && 4 * beyond <= multiple && beyond * pixel_mm <= kRimMm;
+  return few ? all - beyond : all;
+}
+
+/// Where the first pixel of a lattice lies in the source, if both have the same middle.
+double first_place(int source, int result, double factor) {
+  return 0.5 * (source - 1) - 0.5 * (result - 1) * factor;
 }
 
 }  // namespace
 
-Grid network_grid(const Grid& stack, double pixel_mm) {
+Grid network_grid(const Grid& stack, double pixel_mm, int multiple) {
   const Vec3 spacing = stack.spacing_mm();
   Grid out;
-  out.size = {pixels(stack.size[0], spacing[0], pixel_mm),
-              pixels(stack.size[1], spacing[1], pixel_mm), stack.size[2]};
+  out.size = {pixels(stack.size[0], spacing[0], pixel_mm, multiple),
+              pixels(stack.size[1], spacing[1], pixel_mm, multiple), stack.size[2]};
   const double fi = pixel_mm / spacing[0];
   const double fj = pixel_mm / spacing[1];
   out.mm_from_index = stack.mm_from_index;
   out.mm_from_index.linear().col(0) *= fi;
   out.mm_from_index.linear().col(1) *= fj;
-  out.mm_from_index.translation() = stack.mm(0.5 * fi - 0.5, 0.5 * fj - 0.5, 0);
+  out.mm_from_index.translation() = stack.mm(first_place(stack.size[0], out.size[0], fi),
+                                             first_place(stack.size[1], out.size[1], fj), 0);
   return out;
 }
 
@@ -119,7 +129,8 @@ AxisWeights axis_weights(int source, int result, double factor) {
   const int radius = static_cast<int>(smooth.size() / 2);
   AxisWeights out;
   for (int o = 0; o < result; ++o) {
-    const double place = std::clamp((o + 0.5) * factor - 0.5, 0.0, source - 1.0);
+    const double place =
+        std::clamp(first_place(source, result, factor) + o * factor, 0.0, source - 1.0);
     const int below = static_cast<int>(place);
     const double share = place - below;
     std::vector<float> weights;
@@ -145,13 +156,15 @@ std::optional<int> neighbour_of(int slice, int step, int slices, double spacing_
   return found;
 }
 
-SeenSlices see(const Cine& stack, double pixel_mm, const StageContext& context) {
+SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& context) {
   const Grid& grid = stack.grid();
   const Vec3 spacing = grid.spacing_mm();
   SeenSlices out;
-  out.grid = network_grid(grid, pixel_mm);
-  const AxisWeights along = axis_weights(grid.size[0], out.grid.size[0], pixel_mm / spacing[0]);
-  const AxisWeights across = axis_weights(grid.size[1], out.grid.size[1], pixel_mm / spacing[1]);
+  out.grid = network_grid(grid, card.pixel_mm, card.multiple);
+  const AxisWeights along =
+      axis_weights(grid.size[0], out.grid.size[0], card.pixel_mm / spacing[0]);
+  const AxisWeights across =
+      axis_weights(grid.size[1], out.grid.size[1], card.pixel_mm / spacing[1]);
   const auto slices = static_cast<std::size_t>(grid.size[2]);
   const std::size_t phases = stack.images.phases.size();
   out.frames.resize(slices);

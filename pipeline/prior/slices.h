@@ -10,9 +10,9 @@
 
 namespace beatlas::prior {
 
-/// Square pixels of `pixel_mm` in the slices of `stack`: as many as fit in best, the first one's
-/// edges on the edges of the stack's first pixel.
-[[nodiscard]] Grid network_grid(const Grid& stack, double pixel_mm);
+/// Square pixels of `pixel_mm` in the slices of `stack`, about the same middle: as many as fit in
+/// best, without the 4 mm along its edges if that saves a `multiple` of mostly nothing.
+[[nodiscard]] Grid network_grid(const Grid& stack, double pixel_mm, int multiple);
 
 /// Brightness of a slice in all phases, alike for any scanner.
 struct Brightness {
@@ -30,7 +30,7 @@ struct AxisWeights {
   std::vector<int> first;
   std::vector<std::vector<float>> weights;
 };
-/// @param factor pixel of the result over pixel of the source; both begin at the same edge
+/// @param factor pixel of the result over pixel of the source; both have the same middle
 [[nodiscard]] AxisWeights axis_weights(int source, int result, double factor);
 
 /// The slice below (step -1) or above (step +1) that the network is shown; none: not known.
@@ -45,7 +45,7 @@ struct SeenSlices {
   std::vector<std::vector<float>> means;
   std::vector<std::vector<float>> deviations;
 };
-[[nodiscard]] SeenSlices see(const Cine& stack, double pixel_mm, const StageContext& context);
+[[nodiscard]] SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& context);
 
 /// The network's input of one slice and phase: [channel][row][column] of a width and height that
 /// are the grid's, filled up to the model's multiple.

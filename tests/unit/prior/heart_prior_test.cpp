@@ -57,7 +57,7 @@ std::vector<double> stored(const std::vector<double>& logits) {
 
 TEST(HeartPrior, is_what_the_network_says_of_every_channel) {
   // Slices 5 mm apart: neighbours two away; of the second slice the first, 5 mm away.
-  const Exam exam = made::rough_exam(made::turned_grid({23, 17, 6}, {2, 2, 5}), 3);
+  const Exam exam = made::rough_exam(made::turned_grid({23, 18, 6}, {2, 2, 5}), 3);
   const Model model = Model::load(made::model_file("pixelwise"));
   StageContext context;
   const PriorCycle prior = heart_prior(exam, model, context);

@@ -12,7 +12,7 @@ namespace {
 /// Of two outputs on the lattice of a stack, with log-probabilities that follow no pattern.
 PriorCycle rough_prior(const Grid& stack) {
   PriorCycle out;
-  out.grid = network_grid(stack, 2);
+  out.grid = network_grid(stack, 2, 1);
   out.labels = {0, 3};
   std::vector<std::int8_t>& phase = out.phases.emplace_back(2 * out.grid.count());
   std::uint32_t state = 99;

@@ -10,19 +10,32 @@
 namespace beatlas::prior {
 namespace {
 
-TEST(PriorSlices, the_lattice_begins_where_the_stack_begins) {
+TEST(PriorSlices, the_lattice_has_the_middle_of_the_stack) {
   const Grid stack = made::turned_grid({101, 67, 9}, {1.37, 0.83, 7.5});
-  const Grid seen = network_grid(stack, 2);
+  const Grid seen = network_grid(stack, 2, 16);
   EXPECT_EQ(seen.size, (Index3{69, 28, 9}));
   const Vec3 spacing = seen.spacing_mm();
   EXPECT_NEAR(spacing[0], 2, 1e-12);
   EXPECT_NEAR(spacing[1], 2, 1e-12);
   EXPECT_NEAR(spacing[2], 7.5, 1e-12);
   for (int k = 0; k < 9; ++k) {
-    EXPECT_LT((seen.mm(-0.5, -0.5, k) - stack.mm(-0.5, -0.5, k)).norm(), 1e-9);
+    EXPECT_LT((seen.mm(34, 13.5, k) - stack.mm(50, 33, k)).norm(), 1e-9);
   }
   const Vec3 i_axis = seen.mm_from_index.linear().col(0).normalized();
   EXPECT_LT((i_axis - stack.mm_from_index.linear().col(0).normalized()).norm(), 1e-12);
+}
+
+TEST(PriorSlices, a_rim_is_left_out_where_a_multiple_of_zeros_would_be_seen) {
+  const auto width = [](int size, double spacing_mm, int multiple) {
+    return network_grid(made::turned_grid({size, 20, 1}, {spacing_mm, 2, 8}), 2, multiple).size[0];
+  };
+  EXPECT_EQ(width(256, 1.4, 16), 176);  // of 179
+  EXPECT_EQ(width(256, 1.0, 16), 128);  // as it is
+  EXPECT_EQ(width(181, 2.0, 16), 181);  // 5 of 16 are image
+  EXPECT_EQ(width(180, 2.0, 16), 176);  // 4 mm at each edge
+  EXPECT_EQ(width(133, 2.0, 64), 133);  // more than that
+  EXPECT_EQ(width(3, 2.0, 16), 3);      // all that there is
+  EXPECT_EQ(width(1, 0.5, 16), 1);
 }
 
 TEST(PriorSlices, percentiles_are_those_of_all_phases_of_the_slice) {
@@ -51,6 +64,7 @@ TEST(PriorSlices, a_ramp_stays_where_it_is_in_the_patient) {
     const int source = 90;
     const int result = static_cast<int>(std::lround(source / factor));
     const AxisWeights axis = axis_weights(source, result, factor);
+    const double edge_mm = (source * spacing_mm - result * 2) / 2;
     const int margin = 8;
     for (int o = margin; o < result - margin; ++o) {
       const auto at = static_cast<std::size_t>(o);
@@ -61,7 +75,7 @@ TEST(PriorSlices, a_ramp_stays_where_it_is_in_the_patient) {
         value += axis.weights[at][n] * (axis.first[at] + static_cast<int>(n) + 0.5) * spacing_mm;
       }
       EXPECT_NEAR(sum, 1, 1e-6);
-      EXPECT_NEAR(value, (o + 0.5) * 2, 1e-4) << spacing_mm << " " << o;
+      EXPECT_NEAR(value, edge_mm + (o + 0.5) * 2, 1e-4) << spacing_mm << " " << o;
     }
   }
 }
@@ -69,7 +83,7 @@ TEST(PriorSlices, a_ramp_stays_where_it_is_in_the_patient) {
 TEST(PriorSlices, shrinking_is_a_gaussian_and_then_linear) {
   // Straight from the definition, in two dimensions and in double.
   const Exam exam = made::rough_exam(made::turned_grid({31, 26, 1}, {1.2, 0.8, 8}), 1);
-  const SeenSlices seen = see(exam.stack, 2, {});
+  const SeenSlices seen = see(exam.stack, ModelCard{}, {});
   const Brightness brightness = brightness_of(exam.stack.images, 0);
   const double fi = 2 / 1.2;
   const double fj = 2 / 0.8;
@@ -93,8 +107,9 @@ TEST(PriorSlices, shrinking_is_a_gaussian_and_then_linear) {
   };
   for (int b = 0; b < seen.grid.size[1]; ++b) {
     for (int a = 0; a < seen.grid.size[0]; ++a) {
-      const double x = std::clamp((a + 0.5) * fi - 0.5, 0.0, 30.0);
-      const double y = std::clamp((b + 0.5) * fj - 0.5, 0.0, 25.0);
+      const Vec3 place = exam.stack.grid().mm_from_index.inverse() * seen.grid.mm(a, b, 0);
+      const double x = std::clamp(place[0], 0.0, 30.0);
+      const double y = std::clamp(place[1], 0.0, 25.0);
       const int i = std::min(static_cast<int>(x), 29);
       const int j = std::min(static_cast<int>(y), 24);
       const double u = x - i;
@@ -123,7 +138,7 @@ TEST(PriorSlices, neighbours_are_the_slices_that_show_something_else) {
 
 TEST(PriorSlices, the_deviation_is_four_times_that_of_the_phases) {
   Exam exam = made::rough_exam(made::turned_grid({12, 10, 2}, {2, 2, 9}), 2);
-  const SeenSlices seen = see(exam.stack, 2, {});
+  const SeenSlices seen = see(exam.stack, ModelCard{}, {});
   for (std::size_t k = 0; k < 2; ++k) {
     for (std::size_t v = 0; v < seen.grid.slice_count(); ++v) {
       const float first = seen.frames[k][0][v];
@@ -133,7 +148,7 @@ TEST(PriorSlices, the_deviation_is_four_times_that_of_the_phases) {
     }
   }
   exam.stack.images.phases.pop_back();
-  const SeenSlices still = see(exam.stack, 2, {});
+  const SeenSlices still = see(exam.stack, ModelCard{}, {});
   for (const float value : still.deviations[0]) EXPECT_EQ(value, 0);
 }
 
