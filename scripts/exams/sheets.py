@@ -14,6 +14,8 @@ from measures import ENDS, LABELS, Labels, drawn_labels, nearest_voxels
 COLOURS = {"lv_blood": "#ff4040", "lv_myocardium": "#40e040", "rv_blood": "#50a0ff"}
 MARGIN_MM = 30
 TILE_INCHES = 2.2
+MOST_COLUMNS = 6
+UNKNOWN = 255  # a label that says nothing
 
 
 def _window(masks, spacing, size):
@@ -72,22 +74,28 @@ def write_sheet(study, exam, data, name, file):
     known = list(LABELS.values())
     (i0, i1), (j0, j1) = _window([numpy.isin(m, known) for e in ends for m in e[2:]],
                                  numpy.linalg.norm(affine[:3, :3], axis=0), size)
-    figure, grid = plt.subplots(2, size[2], squeeze=False, dpi=80,
-                                figsize=(TILE_INCHES * size[2], 2 * TILE_INCHES + 0.6))
-    for line, (end, phase, ours, theirs) in zip(grid, ends):
-        for k, axes in enumerate(line):
-            layers = []
+    columns = min(size[2], MOST_COLUMNS)
+    lines = -(-size[2] // columns)  # of one phase
+    figure, grid = plt.subplots(2 * lines, columns, squeeze=False, dpi=80,
+                                figsize=(TILE_INCHES * columns, 2 * lines * TILE_INCHES + 0.6))
+    for axes in grid.ravel():
+        axes.set_axis_off()
+    for n, (end, phase, ours, theirs) in enumerate(ends):
+        for k in range(size[2]):
+            axes = grid[n * lines + k // columns, k % columns]
+            axes.set_axis_on()
+            heart = (ours[..., k] > 0) & (ours[..., k] != UNKNOWN)
+            layers = [(heart, "white", "solid", 0.6)]
             for structure, label in LABELS.items():
-                colour = COLOURS[structure]
-                layers.append((ours[..., k] == label, colour, "solid", 1.2))
+                layers.append((ours[..., k] == label, COLOURS[structure], "solid", 1.2))
                 layers.append((theirs[..., k] == label, "#ffff60" if structure == "lv_blood" else "#ffa0ff",
                                "dotted", 1.6))
             _tile(axes, stack[..., k, phase], shifts[k], layers)
             axes.set_xlim(i0 - 0.5, i1 - 0.5)
             axes.set_ylim(j1 - 0.5, j0 - 0.5)
             axes.set_title(f"{end.upper()} phase {phase}, slice {k}", fontsize=7, pad=2)
-    figure.suptitle(f"{name}: lines ours (LV red, muscle green, RV blue), dots the experts' (LV yellow, muscle pink)",
+    figure.suptitle(f"{name}: lines ours (heart white, LV red, muscle green, RV blue), dots the experts' (LV yellow, muscle pink)",
                     fontsize=9)
-    figure.tight_layout(pad=0.3)
+    figure.tight_layout(pad=0.3, rect=(0, 0, 1, 1 - 0.3 / figure.get_figheight()))
     figure.savefig(file)
     plt.close(figure)
