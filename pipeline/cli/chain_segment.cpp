@@ -113,8 +113,7 @@ void Chain::note_segmentation() {
   for (Structure structure : kAllStructures) {
     if (segmentation_->coverage.phases.count(structure) == 0) {
       if (is_beyond_base(structure)) continue;
-      facts_.warnings.push_back(std::string(structure_name(structure)) +
-                                " was not found; the package lacks it");
+      facts_.warnings.push_back(std::string(structure_name(structure)) + " was not found");
       continue;
     }
     facts_.volumes.push_back({structure, segmented_volume_ml(*segmentation_, structure)});
