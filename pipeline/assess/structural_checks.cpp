@@ -11,6 +11,7 @@
 #include "pipeline/assess/field_checks.h"
 #include "pipeline/assess/surface_checks.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/possible_heart.h"
 #include "runtime/atlas/scene.h"
 
 namespace beatlas::assess {
@@ -29,9 +30,11 @@ std::string words_of(const std::string& name) {
   if (name.starts_with(kCrosses)) {
     return "triangles of its surface that cut those of " + name.substr(kCrosses.size()) + " [%]";
   }
-  static constexpr std::array<std::pair<const char*, const char*>, 13> kWords{
+  static constexpr std::array<std::pair<const char*, const char*>, 15> kWords{
       {{"content", "payloads that its scene does not name, or that it lacks"},
        {"end_phases", "end-diastole or end-systole is no extreme of the LV's volume"},
+       {"missing_phases", "its scene needs it, and it is missing in phases"},
+       {"impossible_ef_points", "no living heart ejects like this, by points of the EF"},
        {"open_edges", "its surface is open at edges"},
        {"pinched_vertices", "its surface is pinched at vertices"},
        {"crossing_percent", "triangles of its surface that cut others [%]"},
@@ -160,6 +163,35 @@ int wrong_end_phases(const atlas::Manifest& manifest) {
          (smallest && *smallest <= *low + tolerance ? 0 : 1);
 }
 
+/// The structures without which the package is not what its scene is for, as its maker wrote down.
+std::vector<std::string> needs_of(const atlas::Manifest& manifest) {
+  std::vector<std::string> out;
+  const auto needs = manifest.provenance.find("needs");
+  if (needs == manifest.provenance.end() || !needs->is_array()) return out;
+  for (const nlohmann::json& name : *needs) {
+    if (name.is_string()) out.push_back(name.get<std::string>());
+  }
+  return out;
+}
+
+/// In how many phases it is not there.
+std::size_t missing_phases(const atlas::Manifest& manifest, const std::string& name) {
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    if (entry.name != name) continue;
+    return static_cast<std::size_t>(std::count_if(entry.volume_ml.begin(), entry.volume_ml.end(),
+                                                  [](double ml) { return !(ml > 0); }));
+  }
+  return std::max<std::size_t>(1, manifest.frame_times_s.size());
+}
+
+/// By how much the LV's ejection fraction lies outside what is possible [points].
+double impossible_ef_points(const std::vector<double>& volume_ml) {
+  if (volume_ml.empty()) return 0;
+  const auto [low, high] = std::minmax_element(volume_ml.begin(), volume_ml.end());
+  const double ef = *high > 0 ? 100 * (*high - *low) / *high : 0;
+  return std::max({0.0, kLeastEfPercent - ef, ef - kMostEfPercent});
+}
+
 }  // namespace
 
 std::vector<Check> check_one(const atlas::StructureEntry& entry,
@@ -184,8 +216,18 @@ std::vector<Check> check_one(const atlas::StructureEntry& entry,
 }
 
 std::vector<Check> check_manifest(const atlas::Manifest& manifest) {
-  return {{"package", "content", static_cast<double>(content_differences(manifest)), 0},
-          {"package", "end_phases", static_cast<double>(wrong_end_phases(manifest)), 0}};
+  std::vector<Check> checks{
+      {"package", "content", static_cast<double>(content_differences(manifest)), 0},
+      {"package", "end_phases", static_cast<double>(wrong_end_phases(manifest)), 0}};
+  for (const std::string& name : needs_of(manifest)) {
+    checks.push_back({name, "missing_phases", double(missing_phases(manifest, name)), 0});
+  }
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    if (entry.name != structure_name(Structure::LvBlood)) continue;
+    checks.push_back(
+        {entry.name, "impossible_ef_points", impossible_ef_points(entry.volume_ml), 0});
+  }
+  return checks;
 }
 
 std::vector<Check> check_structure(const atlas::Atlas& package, const StructuralLimits& limits,

@@ -38,7 +38,9 @@ struct StructuralLimits {
 
 /// Of the package:
 /// - `content`: payloads that its scene holds and it lacks, or that it holds beyond its scene; 0;
-/// - `end_phases`: end diastole and end systole that are no extremes of the LV's volume; 0.
+/// - `end_phases`: end diastole and end systole that are no extremes of the LV's volume; 0;
+/// - `missing_phases` of each structure that the provenance's `needs` names: where it is not; 0;
+/// - `impossible_ef_points` of the LV: see possible_heart.h; 0.
 /// For every surface `open_edges` and `pinched_vertices` (both 0: a closed 2-manifold),
 /// `crossing_percent` (pairs that cut each other, of the triangles), `surface_volume_gap_percent`
 /// and `wrap_step_ratio`; for every field `field_volume_gap_percent`, `stray_percent` and
@@ -60,7 +62,8 @@ struct StructuralLimits {
 /// And for the manifest.
 [[nodiscard]] std::vector<Check> check_manifest(const atlas::Manifest& manifest);
 
-/// What did not pass, a sentence each.
+/// What did not pass, a sentence each. `validate` passes a package, and `build` calls one good,
+/// only where there is nothing of it.
 [[nodiscard]] std::vector<std::string> failures_of(const std::vector<Check>& checks);
 
 /// {"checks": [{"structure", "name", "worst", "limit", "passed"}], "failures", "passed"}

@@ -64,7 +64,11 @@ class Chain {
   void registration(bool for_volume = false);
   void fields();
   void surfaces();
-  /// Volume curves are those of all fields, whatever the scene.
+  /// Refuses at once, before surfaces and fields are made, what `pack` would refuse by the
+  /// segmentation alone. @throws Error{Quality}
+  void demand_heart(const Scene& scene, const std::filesystem::path& file);
+  /// Volume curves are those of all fields, whatever the scene. What the report calls rejected is
+  /// refused.
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
   void pack(const Scene& scene, const std::filesystem::path& file);
 
@@ -127,6 +131,17 @@ class Chain {
   [[nodiscard]] pack::PackedVolume packed_volume(const FieldCycle& heart);
   void note_exam();
   void note_segmentation();
+  /// What Pack is to be run with for a scene.
+  [[nodiscard]] study::Wanted wanted_pack(const Scene& scene);
+  /// Whether `file` is the package that would be written.
+  [[nodiscard]] bool is_packed(const study::Wanted& with, const std::filesystem::path& file) const;
+  [[nodiscard]] std::vector<Structure> needed(const Scene& scene);
+  /// The scene last asked for; else that of the study's package; else the default one.
+  [[nodiscard]] Scene told_scene() const;
+  /// Asks of what is known by now what the report asks too.
+  /// @param surfaces none: not yet made
+  /// @throws Error{Quality} if the report would call it rejected
+  void demand_usable(const Scene& scene, const std::vector<SurfaceCycle>& surfaces);
 
   Console& console_;
   Orders orders_;
@@ -146,6 +161,7 @@ class Chain {
   std::optional<std::vector<SurfaceMap>> maps_;
   bool exam_noted_ = false;
   bool segmentation_noted_ = false;
+  std::optional<Scene> scene_;      ///< that was asked for
   bool reads_uncertainty_ = false;  ///< of a segmentation that is read, for the report
 };
 

@@ -30,6 +30,12 @@ std::vector<assess::Check> checks_of(const fs::path& file, StageContext context)
   return assess::check_structure(atlas::Atlas::open(file, all), {}, context);
 }
 
+json names_of(const std::vector<Structure>& structures) {
+  json out = json::array();
+  for (const Structure structure : structures) out.push_back(structure_name(structure));
+  return out;
+}
+
 }  // namespace
 
 pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {
@@ -43,15 +49,24 @@ pack::PackedVolume Chain::packed_volume(const FieldCycle& heart) {
   return pack::pack_volume(around.images, around.noise, heart, orders_.recipe.pack);
 }
 
-void Chain::pack(const Scene& scene, const fs::path& file) {
+study::Wanted Chain::wanted_pack(const Scene& scene) {
   study::Wanted with = wanted_of(Stage::Pack, orders_);
   with.with_surfaces = scene_has_surfaces(scene);
-  with.options["scene"] = {{"content", scene.content},
-                           {"stiffness_n_per_m", scene.stiffness_n_per_m},
-                           {"surface_edges_mm", scene.surface_edges_mm}};
+  with.options["scene"] = scene_to_json(scene);
   with.options["quality"] = recipe_to_json(orders_.recipe).at("quality");
-  if (study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
-      study::holds(file, study_->find(Stage::Pack)->package_sha256)) {
+  with.options["needs"] = names_of(needed(scene));
+  return with;
+}
+
+bool Chain::is_packed(const study::Wanted& with, const fs::path& file) const {
+  return study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
+         study::holds(file, study_->find(Stage::Pack)->package_sha256);
+}
+
+void Chain::pack(const Scene& scene, const fs::path& file) {
+  scene_ = scene;
+  const study::Wanted with = wanted_pack(scene);
+  if (is_packed(with, file)) {
     kept_.push_back(Stage::Pack);
     forget_refusal();
     return;
@@ -59,6 +74,7 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
   run(Stage::Pack, [&](StageContext& context) {
     note_for_package();
     segmentation_.reset();
+    demand_usable(scene, with.with_surfaces ? surface_cycles() : std::vector<SurfaceCycle>());
     const std::vector<FieldCycle>& fields = field_cycles();
     std::vector<SurfaceCycle> used;
     for (const FieldCycle& field : fields) {
@@ -115,7 +131,8 @@ void Chain::pack(const Scene& scene, const fs::path& file) {
                            {"source_format", facts_.source_format},
                            {"decisions", facts_.decisions},
                            {"warnings", facts_.warnings},
-                           {"quality", quality_to_json(quality)}};
+                           {"quality", quality_to_json(quality)},
+                           {"needs", names_of(needed(scene))}};
     if (!facts_.phantom_identity.empty()) {
       manifest.provenance["phantom_identity"] = facts_.phantom_identity;
     }

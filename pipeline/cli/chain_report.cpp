@@ -91,6 +91,15 @@ json before_of(json former, const json& now) {
   return older;
 }
 
+/// Whether a stage would run again.
+bool is_behind(const report::ReportInput& input, Stage stage) {
+  return std::any_of(input.stages.begin(), input.stages.end(),
+                     [&](const report::ReportStage& known) {
+                       return known.name == study::stage_name(stage) &&
+                              (known.state == "stale" || known.state == "waits");
+                     });
+}
+
 }  // namespace
 
 json Chain::report(const fs::path& page, bool anew) {
@@ -130,7 +139,11 @@ json Chain::report(const fs::path& page, bool anew) {
     if (study_->find(Stage::Register) != nullptr) {
       input.workspace_from_lps = study::read_workspace_from_lps(study_->folder());
     }
-    if (study_->find(Stage::Mesh) != nullptr) {
+    input.stages = stage_facts(*study_, console_.times());
+    // A build that was refused by its labels leaves the surfaces of those before, which the page
+    // would show beside them.
+    if (study_->find(Stage::Mesh) != nullptr &&
+        !(study_->refusal() && is_behind(input, Stage::Mesh))) {
       input.surfaces = surface_cycles();
       for (const SurfaceCycle& surface : input.surfaces) {
         context.check_cancelled();
@@ -138,13 +151,15 @@ json Chain::report(const fs::path& page, bool anew) {
       }
     }
     context.progress(0.6);
+    input.needed = needed(told_scene());
+    const study::StageRecord* packed = study_->find(Stage::Pack);
+    input.has_made_package = packed != nullptr && !packed->package_sha256.empty();
     // What lies there from before a refusal is of other labels or options.
     if (study_->refusal()) {
       input.refused = study_->refusal()->reason;
     } else {
       input.package = packed_facts(*study_);
     }
-    input.stages = stage_facts(*study_, console_.times());
     const auto& inputs = study_->find(Stage::Import)->inputs;
     if (inputs.count(study::kSourceStack) != 0) {
       input.input_sha256 = inputs.at(study::kSourceStack);

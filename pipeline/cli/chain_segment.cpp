@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/overlay.h"
 #include "pipeline/segment/edited_labels.h"
+#include "pipeline/segment/painting.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/solve_files.h"
 #include "runtime/base/error.h"
@@ -29,6 +31,14 @@ constexpr auto kRefusedLeak = "pictures/refused_leak";  ///< of a segmentation t
 /// Of the alarm `at`, counted from 0.
 std::string leak_picture(const std::string& stem, std::size_t at) {
   return stem + (at < 9 ? "_0" : "_") + std::to_string(at + 1) + ".png";
+}
+
+/// The labels where the slices lay before import moved them; none where it moved none.
+std::optional<LabelCycle> labels_as_acquired(const LabelCycle& labels, const Exam& exam) {
+  if (exam.slice_shifts_mm.empty()) return {};
+  std::vector<Vec2> back = exam.slice_shifts_mm;
+  for (Vec2& shift : back) shift = -shift;
+  return segment::labels_on_grid(labels, labels.grid, back);
 }
 
 void remove_refused_leaks(const fs::path& study) {
@@ -105,8 +115,7 @@ void Chain::note_segmentation() {
   for (Structure structure : kAllStructures) {
     if (segmentation_->coverage.phases.count(structure) == 0) {
       if (is_beyond_base(structure)) continue;
-      facts_.warnings.push_back(std::string(structure_name(structure)) +
-                                " was not found; the package lacks it");
+      facts_.warnings.push_back(std::string(structure_name(structure)) + " was not found");
       continue;
     }
     facts_.volumes.push_back({structure, segmented_volume_ml(*segmentation_, structure)});
@@ -160,7 +169,8 @@ void Chain::segment() {
       leave(Stage::Segment, new_record(Stage::Segment), [&] {
         const double interval_s = exam().stack.frame_interval_s();
         study::FileList files =
-            study::write_segmentation(study_->folder(), *segmentation_, interval_s);
+            study::write_segmentation(study_->folder(), *segmentation_, interval_s,
+                                      labels_as_acquired(segmentation_->labels, exam()));
         if (memory.empty()) return files;
         const study::FileList kept =
             study::write_solve_memory(study_->folder(), memory, key, interval_s);

@@ -90,6 +90,7 @@ int build(const Arguments& arguments) {
   chain.import({arguments.sources.begin(), arguments.sources.end()});
   try {
     chain.segment();
+    chain.demand_heart(scene, output);
     chain.registration(scene_has_volume(scene));
     chain.fields();
     if (with_surfaces) chain.surfaces();

@@ -57,8 +57,16 @@ fs::path made_package(const study::Study& study) {
 Scene made_scene(const study::Study& study) {
   try {
     const json& told = record_of(study)->options.at("scene");
-    return {told.at("content").get<std::string>(), told.at("stiffness_n_per_m").get<double>(),
-            told.value("surface_edges_mm", std::vector<double>())};
+    Scene scene{told.at("content").get<std::string>(),
+                told.at("stiffness_n_per_m").get<double>(),
+                told.value("surface_edges_mm", std::vector<double>()),
+                {}};
+    for (const json& name : told.value("structures", json::array())) {
+      if (const auto known = structure_from_name(name.get<std::string>())) {
+        scene.structures.push_back(*known);
+      }
+    }
+    return scene;
   } catch (const json::exception&) {
     throw_invalid((study.folder() / "study.json").string() +
                   ": /stages/pack/options/scene is not what it was made as; name the scene");

@@ -1,11 +1,21 @@
 #include "pipeline/cli/scene.h"
 
+#include <algorithm>
+#include <optional>
+
 #include "pipeline/study/files.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_object.h"
 
 namespace beatlas::cli {
+namespace {
+
+bool is_among(Structure structure, const std::vector<Structure>& list) {
+  return std::find(list.begin(), list.end(), structure) != list.end();
+}
+
+}  // namespace
 
 Scene scene_from_json(const nlohmann::json& json) {
   Scene scene;
@@ -35,8 +45,58 @@ Scene scene_from_json(const nlohmann::json& json) {
       scene.surface_edges_mm.push_back(mm);
     }
   }
+  if (object.has("structures")) {
+    const nlohmann::json& names = object.at("structures");
+    if (!names.is_array() || names.empty()) {
+      throw_invalid("/structures must be a list of one structure or more");
+    }
+    for (std::size_t at = 0; at < names.size(); ++at) {
+      const auto structure =
+          names[at].is_string() ? structure_from_name(names[at].get<std::string>()) : std::nullopt;
+      if (!structure || is_among(*structure, scene.structures)) {
+        throw_invalid("/structures/" + std::to_string(at) +
+                      " must be the name of a structure, and of another than those before: heart, "
+                      "lv_blood, rv_blood, lv_myocardium, la_blood, ra_blood or aorta");
+      }
+      scene.structures.push_back(*structure);
+    }
+  }
   object.finish();
   return scene;
+}
+
+nlohmann::json scene_to_json(const Scene& scene) {
+  nlohmann::json out{{"content", scene.content},
+                     {"stiffness_n_per_m", scene.stiffness_n_per_m},
+                     {"surface_edges_mm", scene.surface_edges_mm}};
+  for (const Structure structure : scene.structures) {
+    out["structures"].push_back(structure_name(structure));
+  }
+  return out;
+}
+
+std::vector<Structure> structures_needed(const Scene& scene, bool every_phase_given) {
+  std::vector<Structure> out;
+  for (const Structure structure : kAllStructures) {
+    bool needed = false;
+    if (!scene.structures.empty()) {
+      needed = is_among(structure, scene.structures);
+    } else if (every_phase_given) {
+      needed = structure == Structure::Heart;
+    } else if (!is_beyond_base(structure)) {
+      const bool has_map =
+          std::any_of(kAllStructures.begin(), kAllStructures.end(), [&](Structure mapped) {
+            return atlas::scene_holds(scene.content, atlas::kMapKind, mapped);
+          });
+      // A map tells the thickness of the LV's muscle, and the septum by the RV beside it.
+      const bool of_map =
+          has_map && (structure == Structure::RvBlood || structure == Structure::LvMyocardium);
+      needed = of_map || atlas::scene_holds(scene.content, atlas::kFieldKind, structure) ||
+               atlas::scene_holds(scene.content, atlas::kSurfaceKind, structure);
+    }
+    if (needed) out.push_back(structure);
+  }
+  return out;
 }
 
 std::vector<double> surface_edges_mm(const Scene& scene, double made_mm) {

@@ -53,6 +53,12 @@ std::vector<Place> places_of(const ReportInput& input) {
   return places;
 }
 
+bool painted(const ReportInput& input) {
+  return std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
+    return stage.name == "segment" && !stage.edited.empty();
+  });
+}
+
 std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Place>& places) {
   VerdictInput asked;
   const VerdictLimits limits;
@@ -71,7 +77,15 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   }
   if (input.segmentation != nullptr) {
     asked.segmented = true;
-    asked.segmentation = heart_figures(segmented_volumes(*input.segmentation));
+    const std::vector<VolumeCurve> volumes = segmented_volumes(*input.segmentation);
+    asked.segmentation = heart_figures(volumes);
+    asked.missing = missing_structures(volumes, input.needed);
+    if (!asked.missing.empty()) {
+      WaysToFind ways = ways_to_find(asked.missing, input.segmentation->end_diastole,
+                                     painted(input), input.has_made_package);
+      asked.how_to_find = std::move(ways.how);
+      asked.finding_commands = std::move(ways.commands);
+    }
     const std::vector<std::string>& own = input.segmentation->warnings;
     asked.warnings.insert(asked.warnings.begin(), own.begin(), own.end());
     std::copy_if(places.begin(), places.end(), std::back_inserter(asked.leaks),
@@ -95,12 +109,6 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   asked.phases = input.exam->stack.phase_count();
   asked.rr_interval_s = input.exam->stack.rr_interval_s;
   return findings(asked, limits);
-}
-
-bool painted(const ReportInput& input) {
-  return std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
-    return stage.name == "segment" && !stage.edited.empty();
-  });
 }
 
 json figures_to_json(const HeartFigures& figures, double rr_interval_s) {
@@ -138,7 +146,9 @@ json findings_to_json(const std::vector<Finding>& findings) {
                    {"level", level_name(finding.level)},
                    {"said", finding.said},
                    {"limit", finding.limit},
-                   {"why", finding.why}});
+                   {"why", finding.why},
+                   {"how", finding.how},
+                   {"commands", finding.commands}});
   }
   return out;
 }
@@ -156,7 +166,7 @@ json places_to_json(const ReportInput& input, const std::vector<Place>& places) 
                {"lps_mm", vector_to_json(place.lps_mm)},
                {"title", place.title},
                {"sentence", place.sentence},
-               {"commands", correcting_commands(place, painted(input))}};
+               {"commands", correcting_commands(place, painted(input), input.has_made_package)}};
     if (input.workspace_from_lps) {
       entry["workspace_mm"] = vector_to_json(*input.workspace_from_lps * place.lps_mm);
     }
@@ -306,22 +316,6 @@ json normal_to_json() {
 
 }  // namespace
 
-std::vector<std::string> correcting_commands(const Place& place, bool painted) {
-  // Without a name: it finds the package that the study made last.
-  const std::string build = "beatlas build --study .";
-  // Whether an uncertain boundary is wrong, and which way, only the image tells.
-  if (!place.seed || painted) {
-    return {"itksnap -g exam/stack.nii.gz -s segment/labels.nii.gz", build};
-  }
-  const LeakSeed& seed = *place.seed;
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "beatlas seeds . add --label %s --lps=%.1f,%.1f,%.1f --phase %d --radius %.1f",
-                std::string(kLabelWords.at(seed.label)).c_str(), seed.lps_mm[0], seed.lps_mm[1],
-                seed.lps_mm[2], seed.phase, seed.radius_mm);
-  return {text, build};
-}
-
 json report_summary(const ReportInput& input) {
   const std::vector<Place> places = places_of(input);
   const std::vector<Finding> found = findings_of(input, places);
@@ -332,15 +326,18 @@ json report_summary(const ReportInput& input) {
     reasons.push_back({{"id", finding.id},
                        {"level", level_name(finding.level)},
                        {"sentence", finding.trouble + ": " + finding.said}});
+    if (!finding.how.empty()) reasons.back()["how"] = finding.how;
+    if (!finding.commands.empty()) reasons.back()["commands"] = finding.commands;
   }
   json alarms = json::array();
   for (const Place& place : places) {
-    alarms.push_back({{"kind", place.kind == Place::Kind::Leak ? "leak" : "uncertain"},
-                      {"structure", structure_name(place.structure)},
-                      {"phase", place.phase},
-                      {"lps_mm", vector_to_json(place.lps_mm)},
-                      {"sentence", place.sentence},
-                      {"commands", correcting_commands(place, painted(input))}});
+    alarms.push_back(
+        {{"kind", place.kind == Place::Kind::Leak ? "leak" : "uncertain"},
+         {"structure", structure_name(place.structure)},
+         {"phase", place.phase},
+         {"lps_mm", vector_to_json(place.lps_mm)},
+         {"sentence", place.sentence},
+         {"commands", correcting_commands(place, painted(input), input.has_made_package)}});
     if (place.kind != Place::Kind::Leak) continue;
     alarms.back()["alarm"] = place.alarm;
     alarms.back()["figure"] = rounded(place.figure, 10);

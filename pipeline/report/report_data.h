@@ -57,7 +57,9 @@ struct ReportInput {
   std::vector<SurfaceFigures> surface_figures;
   std::optional<Affine> workspace_from_lps;
   std::optional<ReportPackage> package;
-  std::string refused;  ///< why no package was written
+  std::string refused;            ///< why no package was written
+  std::vector<Structure> needed;  ///< by the scene
+  bool has_made_package = false;  ///< at any time, so that `build` knows where to write it
   std::vector<ReportStage> stages;
   std::string input_sha256;
   std::string program;    ///< name and version
@@ -80,6 +82,18 @@ struct ReportInput {
 /// The commands that correct what is wrong at a place, to be run in the study's folder: a seed that
 /// pushes a leak back, an editor to paint where labels do not tell which one would; then the build.
 /// @param painted the labels were edited by hand: they are kept, whatever is seeded
-[[nodiscard]] std::vector<std::string> correcting_commands(const Place& place, bool painted);
+[[nodiscard]] std::vector<std::string> correcting_commands(const Place& place, bool painted,
+                                                           bool has_made_package = true);
+
+/// How to get structures that were not found: what to do, and the commands, to be run in the
+/// study's folder, with X,Y,Z for a place that only an eye finds.
+/// @param phase in which they are to be marked
+/// @param painted as above
+struct WaysToFind {
+  std::string how;
+  std::vector<std::string> commands;
+};
+[[nodiscard]] WaysToFind ways_to_find(const std::vector<Structure>& missing, int phase,
+                                      bool painted, bool has_made_package);
 
 }  // namespace beatlas::report

@@ -82,6 +82,37 @@ Finding of_checks(const VerdictInput& input) {
   return out;
 }
 
+/// What the scene needs and is not there leads to no package; what it could do without is told.
+Finding of_structures(const VerdictInput& input) {
+  const HeartFigures& figures = input.segmentation;
+  Finding out{"structures",
+              "All structures were found",
+              "A structure was not found",
+              Level::Good,
+              "heart, LV blood, RV blood and LV muscle",
+              "all four",
+              "What is missing can be neither drawn nor touched. A scene that does without a "
+              "structure says so (/structures of its JSON file); of labels that were given for "
+              "every phase, what they hold is enough.",
+              "",
+              {}};
+  if (!input.missing.empty()) {
+    out.level = Level::Rejected;
+    out.trouble = "A structure that the scene needs was not found";
+    out.said = "";
+    for (const Structure structure : input.missing) {
+      out.said += (out.said.empty() ? "" : ", ") + std::string(structure_name(structure));
+    }
+    out.how = input.how_to_find;
+    out.commands = input.finding_commands;
+  } else if (!figures.lv || !figures.rv || !figures.lv_mass_g) {
+    out.level = Level::Check;
+    out.said = text("not found:%s%s%s", figures.lv ? "" : " LV blood",
+                    figures.rv ? "" : " RV blood", figures.lv_mass_g ? "" : " LV muscle");
+  }
+  return out;
+}
+
 Finding of_ejection(const VentricleFigures& lv, const VerdictLimits& limits) {
   const double ef = lv.ef_percent();
   return {"ef_possible",
@@ -163,6 +194,7 @@ std::string level_name(Level level) {
 
 std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& limits) {
   std::vector<Finding> out;
+  if (!input.missing.empty()) out.push_back(of_structures(input));
   out.push_back(of_package(input, limits));
   if (!input.stale.empty()) {
     out.push_back({"up_to_date", "Everything is up to date", "The package is not of these labels",
@@ -172,13 +204,7 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   if (input.checks > 0) out.push_back(of_checks(input));
   const HeartFigures& figures = input.segmentation;
   if (input.segmented) {
-    const bool both = figures.lv && figures.rv && figures.lv_mass_g;
-    out.push_back(
-        {"structures", "All structures were found", "A structure was not found", check_if(!both),
-         both ? "heart, LV blood, RV blood and LV muscle"
-              : text("not found:%s%s%s", figures.lv ? "" : " LV blood",
-                     figures.rv ? "" : " RV blood", figures.lv_mass_g ? "" : " LV muscle"),
-         "all four", "What is missing can be neither drawn nor touched."});
+    if (input.missing.empty()) out.push_back(of_structures(input));
     out.push_back(
         {"leaks", "No label has leaked", "A label may have leaked", check_if(!input.leaks.empty()),
          input.leaks.empty() ? "no alarm" : alarms_in_words(input.leaks), "0 alarms",
@@ -242,6 +268,28 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
                    "What was mended on the way from labels to surfaces. What it cost is measured "
                    "above, in volumes, surfaces and checks; this tells where to look for the "
                    "reason."});
+  }
+  return out;
+}
+
+std::vector<Structure> missing_structures(const std::vector<VolumeCurve>& volumes,
+                                          const std::vector<Structure>& needed) {
+  std::vector<Structure> out;
+  for (const Structure structure : needed) {
+    const bool there = std::any_of(volumes.begin(), volumes.end(), [&](const VolumeCurve& curve) {
+      return curve.structure == structure && !curve.volume_ml.empty() &&
+             std::all_of(curve.volume_ml.begin(), curve.volume_ml.end(),
+                         [](double ml) { return ml > 0; });
+    });
+    if (!there) out.push_back(structure);
+  }
+  return out;
+}
+
+std::vector<std::string> rejections(const std::vector<Finding>& findings) {
+  std::vector<std::string> out;
+  for (const Finding& finding : findings) {
+    if (finding.level == Level::Rejected) out.push_back(finding.trouble + ": " + finding.said);
   }
   return out;
 }

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "pipeline/core/exam.h"
+#include "pipeline/core/possible_heart.h"
+#include "pipeline/report/curves.h"
 #include "pipeline/report/heart_figures.h"
 #include "pipeline/report/places.h"
 
@@ -21,9 +23,11 @@ struct Finding {
   std::string title;    ///< what should be
   std::string trouble;  ///< what is so where it is not good, in a few words
   Level level = Level::Good;
-  std::string said;   ///< what was found, for people
-  std::string limit;  ///< beyond what it is no longer good
-  std::string why;    ///< of the limit
+  std::string said;                        ///< what was found, for people
+  std::string limit;                       ///< beyond what it is no longer good
+  std::string why;                         ///< of the limit
+  std::string how = {};                    ///< to mend it; empty: nothing is known to
+  std::vector<std::string> commands = {};  ///< that do, in the study's folder
 };
 
 /// Each with its reason in verdict.cpp, which the page shows.
@@ -32,8 +36,8 @@ struct VerdictLimits {
   double ef_difference_points = 3;  ///< of the same two
   double stroke_difference_percent = 20;
   double muscle_change_percent = 15;
-  double least_ef_percent = 5;  ///< below, and beyond most_ef_percent, no heart lives
-  double most_ef_percent = 90;
+  double least_ef_percent = kLeastEfPercent;
+  double most_ef_percent = kMostEfPercent;
   double shift_mm = 5;
   double uncertain_percent = 10;
   double uncertain_mm = 2;
@@ -56,6 +60,9 @@ struct VerdictInput {
   std::vector<std::string> stale;  ///< stages that would run again
   bool segmented = false;
   HeartFigures segmentation;
+  std::vector<Structure> missing;  ///< that the scene needs, see missing_structures
+  std::string how_to_find;         ///< them
+  std::vector<std::string> finding_commands;
   std::optional<HeartFigures> package;      ///< from its distance fields
   std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
   std::string worst_gap_of;                 ///< what differs so: "the surface of heart"
@@ -72,9 +79,16 @@ struct VerdictInput {
   double rr_interval_s = 0;
 };
 
+/// Those of `needed` that are not there in every phase.
+[[nodiscard]] std::vector<Structure> missing_structures(const std::vector<VolumeCurve>& volumes,
+                                                        const std::vector<Structure>& needed);
+
 /// In order of importance.
 [[nodiscard]] std::vector<Finding> findings(const VerdictInput& input,
                                             const VerdictLimits& limits = {});
+/// Those of them for which no package may be used, a sentence each: where there is one, `build`
+/// leaves no package.
+[[nodiscard]] std::vector<std::string> rejections(const std::vector<Finding>& findings);
 /// The worst of them.
 [[nodiscard]] Level verdict(const std::vector<Finding>& findings);
 

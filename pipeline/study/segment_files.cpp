@@ -125,7 +125,7 @@ std::string uncertainty_name(Structure structure) {
 }  // namespace
 
 FileList write_segmentation(const fs::path& study, const Segmentation& segmentation,
-                            double frame_interval_s) {
+                            double frame_interval_s, const std::optional<LabelCycle>& as_acquired) {
   const fs::path folder = study / "segment";
   make_folder(folder);
   FileList files{"segment/segment.json", "segment/labels.nii.gz", kLabelsAsMade};
@@ -135,6 +135,13 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
   for (const fs::path& file : {folder / "labels.nii.gz", study / kLabelsAsMade}) {
     writes.emplace_back(
         [&, file] { write_labels(file, labels.phases, labels.grid, frame_interval_s); });
+  }
+  if (as_acquired) {
+    writes.emplace_back([&] {
+      write_labels(study / kLabelsAsAcquired, as_acquired->phases, as_acquired->grid,
+                   frame_interval_s);
+    });
+    files.emplace_back(kLabelsAsAcquired);
   }
   std::vector<Structure> structures;
   for (const auto& [structure, phases] : coverage.phases) {

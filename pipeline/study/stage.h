@@ -29,6 +29,9 @@ inline constexpr std::array kAllStages{Stage::Import,   Stage::Segment, Stage::P
 /// The labels as the stage segment made them, beside labels.nii.gz which may be edited.
 inline constexpr auto kLabelsAsMade = "segment/labels_as_made.nii.gz";
 
+/// The labels as made, on the slices where they were acquired, if import moved any; for the eye.
+inline constexpr auto kLabelsAsAcquired = "segment/labels_source.nii.gz";
+
 /// Whether an output, named as in study.json, is there to be looked at only, or to save a stage's
 /// next run time: no other stage reads it.
 [[nodiscard]] bool for_the_eye(std::string_view file) noexcept;

@@ -28,8 +28,11 @@ struct StackLattice {
 
 /// segment/: labels on the source's grid; coverage of each structure on its part of it and, beside
 /// it, how well its boundary is known; the LV's long axis (schemas/long_axis.schema.json).
+/// @param as_acquired the labels where the slices lay before import moved them, for
+/// labels_source.nii.gz; none where no slice was moved, and then there is no such file
 FileList write_segmentation(const std::filesystem::path& study, const Segmentation& segmentation,
-                            double frame_interval_s);
+                            double frame_interval_s,
+                            const std::optional<LabelCycle>& as_acquired = {});
 
 /// A segmentation as it was made, and its labels as they are now: those may have been painted over.
 /// Without its uncertainty, which no stage reads.

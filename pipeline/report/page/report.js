@@ -29,7 +29,8 @@
     const header = at("verdict");
     header.classList.add(summary.verdict);
     header.append(make("div", {}, make("h1", {}, sign(summary.verdict), words[summary.verdict]), make("p", {class: "lead"}, leads[summary.verdict]),
-                       bad.length ? make("ul", {}, bad.map((finding) => make("li", {}, make("strong", {}, finding.trouble + ": "), finding.said))) : null),
+                       bad.length ? make("ul", {}, bad.map((finding) => make("li", {}, make("strong", {}, finding.trouble + ": "), finding.said,
+                         finding.how ? make("p", {}, finding.how) : null, finding.commands.map(command)))) : null),
                   make("dl", {class: "figures"}, shown.map(([name, value, unit, digits]) =>
                     make("div", {}, make("dt", {}, name), make("dd", {}, number(value, digits), make("small", {}, " " + unit))))));
   }

@@ -264,5 +264,44 @@ TEST(ManifestChecks, ContentIsWhatTheSceneHolds) {
   EXPECT_EQ(worst(1), 2);
 }
 
+TEST(ManifestChecks, WhatTheSceneNeedsIsThereInEveryPhase) {
+  atlas::Manifest manifest;
+  manifest.frame_times_s = {0, 0.2, 0.4, 0.6};
+  manifest.structures = {{"heart", {100, 80, 60, 90}}, {"rv_blood", {50, 0, 20, 0}}};
+  const auto missing = [&] {
+    std::map<std::string, double> out;
+    for (const Check& check : check_manifest(manifest)) {
+      if (check.name == "missing_phases") out[check.structure] = check.worst;
+    }
+    return out;
+  };
+  EXPECT_TRUE(missing().empty()) << "a package that tells no needs";
+  manifest.provenance = {{"needs", {"heart", "lv_blood", "rv_blood"}}};
+  EXPECT_EQ(missing(),
+            (std::map<std::string, double>{{"heart", 0}, {"lv_blood", 4}, {"rv_blood", 2}}));
+  const std::vector<std::string> failures = failures_of(check_manifest(manifest));
+  EXPECT_EQ(std::count_if(failures.begin(), failures.end(),
+                          [](const std::string& said) {
+                            return said.starts_with("lv_blood: its scene needs it");
+                          }),
+            1);
+}
+
+TEST(ManifestChecks, AnEjectionFractionIsOneOfALivingHeart) {
+  atlas::Manifest manifest;
+  const auto beyond = [&](std::vector<double> volume_ml) {
+    manifest.structures = {{"lv_blood", std::move(volume_ml)}};
+    const std::vector<Check> checks = check_manifest(manifest);
+    EXPECT_EQ(checks.back().name, "impossible_ef_points");
+    return checks.back().worst;
+  };
+  EXPECT_EQ(beyond({100, 40}), 0);
+  EXPECT_EQ(beyond({100, 95}), 0);
+  EXPECT_NEAR(beyond({100, 97}), 2, 1e-9);
+  EXPECT_NEAR(beyond({100, 4}), 6, 1e-9);
+  EXPECT_NEAR(beyond({50, 50}), 5, 1e-9);
+  EXPECT_EQ(check_manifest({}).back().name, "end_phases") << "no LV, no ejection fraction";
+}
+
 }  // namespace
 }  // namespace beatlas::assess

@@ -6,6 +6,7 @@
 
 #include "pipeline/report/base64.h"
 #include "pipeline/report/coarse_surface.h"
+#include "pipeline/report/report_data.h"
 
 namespace beatlas::report {
 namespace {
@@ -75,6 +76,46 @@ TEST(Verdict, RejectsWhatCannotBeUsed) {
   input.segmentation.lv->esv_ml = 0.98 * input.segmentation.lv->edv_ml;
   EXPECT_EQ(level_of(input, "ef_possible"), Level::Rejected);
   EXPECT_EQ(verdict(findings(input)), Level::Rejected);
+}
+
+TEST(Verdict, RejectsAStudyWithoutWhatItsSceneNeeds) {
+  VerdictInput input = sound();
+  input.segmentation.rv.reset();
+  EXPECT_EQ(level_of(input, "structures"), Level::Check) << "the scene does without it";
+  EXPECT_TRUE(rejections(findings(input)).empty());
+  input.missing = {Structure::RvBlood};
+  const WaysToFind ways = ways_to_find(input.missing, 3, false, false);
+  input.how_to_find = ways.how;
+  input.finding_commands = ways.commands;
+  const std::vector<Finding> all = findings(input);
+  EXPECT_EQ(all.front().id, "structures") << "what comes first on the page";
+  EXPECT_EQ(all.front().level, Level::Rejected);
+  EXPECT_EQ(std::count_if(all.begin(), all.end(),
+                          [](const Finding& finding) { return finding.id == "structures"; }),
+            1);
+  ASSERT_EQ(rejections(all).size(), 1U);
+  EXPECT_NE(rejections(all)[0].find("rv_blood"), std::string::npos);
+  EXPECT_FALSE(all.front().how.empty());
+  EXPECT_EQ(all.front().commands,
+            (std::vector<std::string>{"beatlas seeds . add --label rv_blood --ras=X,Y,Z --phase 3",
+                                      "beatlas build --study . -o heart.beatlas"}));
+}
+
+TEST(Verdict, AStructureIsMissingWhereAPhaseLacksIt) {
+  const std::vector<VolumeCurve> curves{{Structure::LvBlood, {150, 55}},
+                                        {Structure::RvBlood, {120, 0}}};
+  EXPECT_EQ(
+      missing_structures(curves, {Structure::LvBlood, Structure::RvBlood, Structure::LvMyocardium}),
+      (std::vector<Structure>{Structure::RvBlood, Structure::LvMyocardium}));
+  EXPECT_TRUE(missing_structures(curves, {Structure::LvBlood}).empty());
+  EXPECT_TRUE(missing_structures({}, {}).empty());
+}
+
+TEST(Verdict, OffersToPaintWhatIsMissingWhereLabelsArePainted) {
+  const WaysToFind ways = ways_to_find({Structure::LvBlood}, 0, true, true);
+  ASSERT_EQ(ways.commands.size(), 2U);
+  EXPECT_EQ(ways.commands[0].rfind("itksnap", 0), 0U);
+  EXPECT_EQ(ways.commands[1], "beatlas build --study .");
 }
 
 TEST(Verdict, TellsWhatDiffersFromTheSegmentation) {

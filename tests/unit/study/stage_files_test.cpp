@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/study/files.h"
+#include "pipeline/study/images.h"
 #include "pipeline/study/stage.h"
 #include "runtime/base/error.h"
 #include "tests/unit/study/temporary_folder.h"
@@ -229,6 +230,25 @@ TEST(StageFiles, uncertainty_comes_back_bit_by_bit) {
   }
   EXPECT_TRUE(for_the_eye("segment/uncertainty_rv_blood.nii.gz"));
   EXPECT_FALSE(for_the_eye("segment/long_axis.json"));
+}
+
+TEST(StageFiles, labels_as_acquired_are_written_where_there_are_any) {
+  const TemporaryFolder folder;
+  const Segmentation made = make_segmentation();
+  LabelCycle moved = made.labels;
+  std::rotate(moved.phases.front().begin(), moved.phases.front().begin() + 1,
+              moved.phases.front().end());
+  const FileList files = write_segmentation(folder.path(), made, 0.05, moved);
+  EXPECT_EQ(std::count(files.begin(), files.end(), kLabelsAsAcquired), 1);
+  const LabelCycle again =
+      read_labels(folder.path() / kLabelsAsAcquired, {moved.grid, moved.grid, moved.phase_count()});
+  EXPECT_EQ(again.phases, moved.phases);
+  EXPECT_EQ(read_segmentation(folder.path()).labels.phases, made.labels.phases);
+  const TemporaryFolder other;
+  const FileList without = write_segmentation(other.path(), made, 0.05);
+  EXPECT_EQ(std::count(without.begin(), without.end(), kLabelsAsAcquired), 0);
+  EXPECT_FALSE(fs::exists(other.path() / kLabelsAsAcquired));
+  EXPECT_TRUE(for_the_eye(kLabelsAsAcquired));
 }
 
 TEST(StageFiles, an_image_of_another_place_or_size_is_refused) {

@@ -1,0 +1,61 @@
+// The commands that a report offers.
+
+#include <algorithm>
+#include <cstdio>
+
+#include "pipeline/core/shapes.h"
+#include "pipeline/core/words.h"
+#include "pipeline/report/report_data.h"
+
+namespace beatlas::report {
+namespace {
+
+constexpr auto kPaint = "itksnap -g exam/stack.nii.gz -s segment/labels.nii.gz";
+
+/// Without a name it finds the package that the study made last.
+std::string build_command(bool has_made_package) {
+  return has_made_package ? "beatlas build --study ." : "beatlas build --study . -o heart.beatlas";
+}
+
+}  // namespace
+
+std::vector<std::string> correcting_commands(const Place& place, bool painted,
+                                             bool has_made_package) {
+  const std::string build = build_command(has_made_package);
+  // Whether an uncertain boundary is wrong, and which way, only the image tells.
+  if (!place.seed || painted) return {kPaint, build};
+  const LeakSeed& seed = *place.seed;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "beatlas seeds . add --label %s --lps=%.1f,%.1f,%.1f --phase %d --radius %.1f",
+                std::string(kLabelWords.at(seed.label)).c_str(), seed.lps_mm[0], seed.lps_mm[1],
+                seed.lps_mm[2], seed.phase, seed.radius_mm);
+  return {text, build};
+}
+
+WaysToFind ways_to_find(const std::vector<Structure>& missing, int phase, bool painted,
+                        bool has_made_package) {
+  const std::string build = build_command(has_made_package);
+  if (painted) {
+    return {
+        "Labels were painted and stay as they are: paint what is missing, in every phase, and "
+        "build again.",
+        {kPaint, build}};
+  }
+  WaysToFind out;
+  out.how =
+      "Mark it, best in three slices: open exam/stack.nii.gz in 3D Slicer or ITK-SNAP at the phase "
+      "below, put the cursor into it, give the place that is shown there [mm, RAS] for X,Y,Z, and "
+      "build again.";
+  for (const Structure structure : missing) {
+    // The heart has no label of its own: it is all that has one.
+    const std::uint8_t label =
+        structure == Structure::Heart ? std::uint8_t{kLabelRestOfHeart} : label_of(structure);
+    out.commands.push_back("beatlas seeds . add --label " + std::string(kLabelWords.at(label)) +
+                           " --ras=X,Y,Z --phase " + std::to_string(phase));
+  }
+  out.commands.push_back(build);
+  return out;
+}
+
+}  // namespace beatlas::report

@@ -1,0 +1,66 @@
+"""Labels on the slices as acquired, where import moved some: acquired_test.py BEATLAS WORK_FOLDER"""
+import json
+
+import nibabel
+import numpy
+
+from stage_test import WORK, beatlas, new_folder
+
+SOURCE = "segment/labels_source.nii.gz"
+
+
+def values(file):
+    return numpy.asarray(nibabel.load(file).dataobj)
+
+
+def nearest(labels, slices_mm, spacing):
+    """Each slice of [i, j, k, phase] read at x - shift, in whole voxels; background beyond the rim."""
+    out = numpy.zeros_like(labels)
+    size = labels.shape[:2]
+    for k, shift in enumerate(slices_mm):
+        i, j = (numpy.rint(numpy.arange(size[a]) - shift[a] / spacing[a]).astype(int) for a in (0, 1))
+        fits_i, fits_j = ((at >= 0) & (at < n) for at, n in zip((i, j), size))
+        to = numpy.ix_(numpy.flatnonzero(fits_i), numpy.flatnonzero(fits_j))
+        out[:, :, k][to] = labels[:, :, k][numpy.ix_(i[fits_i], j[fits_j])]
+    return out
+
+
+def main():
+    exam, folder = new_folder("acquired_exam"), new_folder("acquired")
+    beatlas("phantom", "-o", exam, "--preset", "small", "--without", "all", "--phases", "4", "--format",
+            "nifti", "--shifts", "2", "--matrix", "128", "128", "18", "--spacing", "1.8", "1.8", "8",
+            "--noise-seed", "3")
+    beatlas("import", exam / "cine.nii.gz", "--study", folder)
+    shifts = json.loads((folder / "exam" / "exam.json").read_text())["slice_shifts_mm"]
+    assert len(shifts) == 18 and numpy.abs(shifts).max() > 1, shifts
+
+    # Labels drawn on the images as they came, given back as drawn: nearest voxels there and back.
+    drawn = exam / "truth_labels.nii.gz"
+    beatlas("segment", "--study", folder, "--labels", drawn)
+    image = nibabel.load(folder / "segment" / "labels.nii.gz")
+    as_acquired = nibabel.load(folder / SOURCE)
+    assert as_acquired.shape == image.shape and as_acquired.get_data_dtype() == image.get_data_dtype()
+    assert numpy.array_equal(as_acquired.affine, image.affine)
+    assert as_acquired.header.get_zooms() == image.header.get_zooms()
+    labels, source = numpy.asarray(image.dataobj), numpy.asarray(as_acquired.dataobj)
+    assert (source == nearest(labels, shifts, image.header.get_zooms())).all()
+    assert (source == values(drawn)).all() and (labels != source).any()
+
+    # It is an output of the stage as the others are, and nobody's input.
+    record = json.loads((folder / "study.json").read_text())["stages"]
+    assert SOURCE in record["segment"]["outputs"] and SOURCE not in record["pictures"]["inputs"]
+    (folder / SOURCE).unlink()
+    states = {s["name"]: s["state"] for s in json.loads(beatlas("status", folder, "--json").stdout)["stages"]}
+    assert states["segment"] == "stale", states
+
+    # Slices that stay where they are have no labels elsewhere.
+    recipe = WORK / "acquired.json"
+    recipe.write_text(json.dumps({"import": {"align_slices": "off"}}))
+    beatlas("import", exam / "cine.nii.gz", "--study", folder, "--recipe", recipe)
+    beatlas("segment", "--study", folder, "--recipe", recipe, "--labels", drawn)
+    assert not (folder / SOURCE).exists() and (values(folder / "segment/labels.nii.gz") == values(drawn)).all()
+    record = json.loads((folder / "study.json").read_text())["stages"]
+    assert SOURCE not in record["segment"]["outputs"]
+
+
+main()
