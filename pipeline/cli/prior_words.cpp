@@ -1,5 +1,6 @@
 #include "pipeline/cli/prior_words.h"
 
+#include <cstdlib>
 #include <filesystem>
 
 #include <CLI/CLI.hpp>
@@ -14,13 +15,20 @@ namespace {
 
 constexpr auto kNone = "none";
 
+/// What the recipe says, else what the environment says for all exams; empty: the built-in one.
+std::string word_of(const Recipe& recipe) {
+  if (!recipe.segment.prior.empty()) return recipe.segment.prior;
+  const char* everywhere = std::getenv("BEATLAS_PRIOR");
+  return everywhere != nullptr ? everywhere : "";
+}
+
 /// @pre the word names a model
 fs::path model_path(const std::string& word) {
   return word.empty() ? prior::default_model_path() : fs::path(word);
 }
 
 std::optional<prior::Model> model_of(const Recipe& recipe) {
-  const std::string& word = recipe.segment.prior;
+  const std::string word = word_of(recipe);
   if (word == kNone) return std::nullopt;
   return prior::Model::load(model_path(word));
 }
@@ -47,7 +55,7 @@ void add_prior_word(CLI::App& command, std::optional<std::string>& word) {
 }
 
 void note_prior(Orders& orders, const study::Study* study) {
-  const std::string& word = orders.recipe.segment.prior;
+  const std::string word = word_of(orders.recipe);
   orders.prior_sha256 = kNone;
   if (word == kNone) return;
   try {
@@ -55,7 +63,8 @@ void note_prior(Orders& orders, const study::Study* study) {
   } catch (const Error&) {  // whoever needs the model itself says so
     const json of_study = study != nullptr && study->recipe() ? *study->recipe() : json::object();
     const json segment = of_study.value("segment", json::object());
-    const bool same = segment.contains(kPriorOption) && segment.at(kPriorOption) == word;
+    const bool same =
+        segment.contains(kPriorOption) && segment.at(kPriorOption) == orders.recipe.segment.prior;
     orders.prior_sha256 = same ? made_with(study) : std::string();
   }
 }
@@ -75,9 +84,8 @@ std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe
   return prior::heart_prior(exam, *model, context);
 }
 
-bool wants_prior(const Exam& exam, const Corrections& corrections, const Recipe& recipe) {
-  return recipe.segment.prior != kNone &&
-         corrections.known.phases.size() < static_cast<std::size_t>(exam.stack.phase_count());
+bool wants_prior(const Corrections& corrections, const Recipe& recipe) {
+  return word_of(recipe) != kNone && corrections.known.phases.empty();
 }
 
 }  // namespace beatlas::cli

@@ -1,5 +1,7 @@
 #pragma once
-/// --prior: the model that tells what voxels are likely to be before labels grow.
+/// --prior: the model that tells what voxels are likely to be before labels grow. Where neither the
+/// command nor the recipe names one, the environment's BEATLAS_PRIOR does for all exams, in the
+/// same words.
 
 #include <optional>
 #include <string>
@@ -33,8 +35,7 @@ void check_prior(const Orders& orders, const study::Study* study);
 /// The prior of an exam, of the model that the recipe names; nothing without one.
 [[nodiscard]] std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe,
                                                         StageContext context);
-/// Whether labels will grow, so that it is of use.
-[[nodiscard]] bool wants_prior(const Exam& exam, const Corrections& corrections,
-                               const Recipe& recipe);
+/// Whether it is of use: labels given of some phases or of all tell where the heart is themselves.
+[[nodiscard]] bool wants_prior(const Corrections& corrections, const Recipe& recipe);
 
 }  // namespace beatlas::cli

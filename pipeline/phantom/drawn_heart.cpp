@@ -358,10 +358,10 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
   if (mitral > 0) {
     if (lv.inner < 0) {
       if (lv.inner > -trabeculae_ && lv.share > 0.12F) {
-        // Trabeculae move together as the cavity shrinks.
+        // Dense at the wall, loose towards the middle; they move together as the cavity shrinks.
         const float grain = 0.5F + 0.9F * lattice_noise(place / 4, seed_ ^ 0x22U);
-        if (grain < trabeculae_density_ * (1 + 0.7F * lv.inner / trabeculae_) *
-                        (1 + 0.5F * moment.contraction)) {
+        if (grain < trabeculae_density_ * (1 + 0.8F * lv.inner / trabeculae_) *
+                        (1 + 0.4F * moment.contraction)) {
           return Tissue::Papillary;
         }
       }

@@ -105,17 +105,49 @@ class Parts {
   std::vector<std::size_t> first_;  ///< [row of all phases], and their number
 };
 
+std::array<bool, 256> those(const std::vector<std::uint8_t>& labels) {
+  std::array<bool, 256> out{};
+  for (const std::uint8_t label : labels) out[label] = true;
+  return out;
+}
+
 }  // namespace
 
 void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels) {
-  std::array<bool, 256> wanted{};
-  for (const std::uint8_t label : of_labels) wanted[label] = true;
+  const std::array<bool, 256> wanted = those(of_labels);
   Parts parts(labels.grid, labels.phases.size(),
               [&](std::size_t p, std::size_t v) { return wanted[labels.phases[p][v]]; });
   for (const Run& run : parts.others()) {
     run.each(labels.grid.size[0], [&](std::size_t v) { labels.phases[run.phase][v] = instead; });
   }
+}
+
+void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
+                                ImageCycle<std::uint8_t>& labels) {
+  const std::array<bool, 256> wanted = those(of_labels);
+  Grid one = labels.grid;
+  one.size[2] = 1;
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    for (int k = 0; k < labels.grid.size[2]; ++k) {
+      std::uint8_t* slice = labels.phases[p].data() + labels.grid.offset(0, 0, k);
+      Parts parts(one, 1, [&](std::size_t, std::size_t v) { return wanted[slice[v]]; });
+      for (const Run& run : parts.others()) {
+        run.each(one.size[0], [&](std::size_t v) { slice[v] = instead; });
+      }
+    }
+  });
+}
+
+void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
+                                ImageCycle<std::uint8_t>& labels) {
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    std::vector<std::uint8_t>& phase = labels.phases[p];
+    Parts parts(labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == label; });
+    for (const Run& run : parts.others()) {
+      run.each(labels.grid.size[0], [&](std::size_t v) { phase[v] = instead; });
+    }
+  });
 }
 
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {

@@ -19,6 +19,14 @@ void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels);
 
+/// The same in each slice of each phase for itself: a plane cuts a ventricle in one piece.
+void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
+                                ImageCycle<std::uint8_t>& labels);
+
+/// The same of one label in each phase for itself.
+void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
+                                ImageCycle<std::uint8_t>& labels);
+
 /// Of the right ventricle's blood each phase keeps its largest part; the others are rest of heart:
 /// fat as bright beyond its thin wall, and, where the outflow tract comes into a thick slice, blood
 /// that no other slice joins to the ventricle yet.

@@ -113,6 +113,7 @@ LabelCycle likeliest_labels(const prior::PriorCycle& prior) {
   keep_connected_heart(out);
   keep_largest({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, out);
   keep_largest({kLabelLvBlood}, kLabelBackground, out);
+  keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, out);
   keep_largest({kLabelRvBlood}, kLabelBackground, out);
   return out;
 }

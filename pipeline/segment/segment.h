@@ -71,7 +71,7 @@ struct SegmentOptions {
   Neighbours threshold_neighbours = Neighbours::Faces;
   /// The model whose prior is asked for first (pipeline/prior): NAME.onnx, "" for the built-in one,
   /// "none" for none. segment_exam is given what it said.
-  std::string prior = "none";
+  std::string prior;
   /// Of labels given from elsewhere, see labels_on_grid; segment_exam takes them as they are.
   LabelsDrawnOn labels_drawn_on = LabelsDrawnOn::Imaged;
   /// Of leak_alarms, which whoever calls segment_exam asks afterwards.

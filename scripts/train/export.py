@@ -73,7 +73,8 @@ def description(content: bytes, run: dict) -> dict:
         "neighbour_mm": NEIGHBOUR_MM, "multiple": MULTIPLE, "sha256": hashlib.sha256(content).hexdigest(),
         "card": {
             "trained_on": "drawn slices of random hearts alone (heart_draws); no image of a person",
-            "samples": run["samples"], "minutes": round(run["minutes"], 1), "held_out_dice": run["dice"],
+            "samples": run["samples"], "minutes": round(run["minutes"], 1),
+            **{f"held_out_dice_{name}": value for name, value in (run["dice"] or {}).items()},
             "date": run["date"], "licence": "CC0-1.0",
         },
     }
