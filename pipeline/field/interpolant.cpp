@@ -39,7 +39,8 @@ struct Taps {
   std::array<std::size_t, 4> at{};
 
   Taps(double x, int size, std::size_t stride) {
-    const double inside = std::clamp(x, 0.0, static_cast<double>(size - 1));
+    // A coordinate that is no number, of a surface that could not be carried, is read at the start.
+    const double inside = x > 0 ? std::min(x, static_cast<double>(size - 1)) : 0.0;
     const int left = std::min(static_cast<int>(inside), std::max(size - 2, 0));
     t = inside - left;
     first = left - 1;

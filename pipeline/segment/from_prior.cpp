@@ -163,8 +163,17 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
        {kLabelLvBlood, kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
     keep_largest_of_each_phase(cavity, kLabelRestOfHeart, labels);
   }
+  const int base_step = base_step_from(labels);  // Atria tell, so before they are merged.
   std::vector<std::string> part_view;
-  if (options.atria) part_view = drop_what_comes_and_goes(labels);
+  // One or two thick slices of an atrium are no body that could be drawn.
+  const bool atria = options.atria && stack.grid.spacing_mm()[2] < kThickSlicesMm;
+  if (atria) {
+    part_view = drop_what_comes_and_goes(labels);
+  } else {
+    for (std::vector<std::uint8_t>& phase : labels.phases) {
+      std::transform(phase.begin(), phase.end(), phase.begin(), ventricles_apart);
+    }
+  }
 
   context.progress(0.85, "boundaries within voxels");
   Segmentation out;
@@ -172,13 +181,8 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
   out.warnings.insert(out.warnings.end(), part_view.begin(), part_view.end());
   const double still_noise = std::min(noise, noise_level(stack));
   const std::vector<Structure> structures =
-      options.atria ? std::vector<Structure>(kAllStructures.begin(), kAllStructures.end())
-                    : std::vector<Structure>(kVentricular.begin(), kVentricular.end());
-  if (!options.atria) {
-    for (std::vector<std::uint8_t>& phase : labels.phases) {
-      for (std::uint8_t& label : phase) label = ventricles_apart(label);
-    }
-  }
+      atria ? std::vector<Structure>(kAllStructures.begin(), kAllStructures.end())
+            : std::vector<Structure>(kVentricular.begin(), kVentricular.end());
   Covered covered = cover(images, labels, box, levels, still_noise, {}, structures);
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
@@ -188,7 +192,7 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
   const std::vector<std::string> ignored = seeds_not_followed(labels, given, marks);
   out.warnings.insert(out.warnings.end(), ignored.begin(), ignored.end());
   if (stack.grid.spacing_mm()[2] >= kThickSlicesMm) {
-    out.base_cuts = flat_base_cuts(labels, base_step_from(labels));
+    out.base_cuts = flat_base_cuts(labels, base_step);
     for (auto& [structure, cut] : out.base_cuts) {
       for (double& k : cut.k) k += box.first[2];
     }
