@@ -1,9 +1,8 @@
 #include "pipeline/phantom/family.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <unordered_map>
 
@@ -36,9 +35,7 @@ const Range& range_of(std::string_view name) {
   }();
   const auto at = table.find(std::string(name));
   if (at == table.end()) {
-    std::fprintf(stderr, "family.json has no row \"%.*s\"\n", static_cast<int>(name.size()),
-                 name.data());
-    std::abort();
+    throw std::logic_error("family.json has no row \"" + std::string(name) + "\"");
   }
   return at->second;
 }

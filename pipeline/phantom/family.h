@@ -20,8 +20,7 @@ class Family {
   [[nodiscard]] std::uint32_t seed() const noexcept { return seed_; }
   [[nodiscard]] Purpose purpose() const noexcept { return purpose_; }
   /// A number of the table within its range, by its law: uniform or, where a quantity spans
-  /// factors, uniform in its logarithm. @param name in family.json, else the program is wrong and
-  /// ends
+  /// factors, uniform in its logarithm. @throws std::logic_error if family.json has no such row
   [[nodiscard]] float number(std::string_view name, std::uint32_t index = 0) const;
   /// Whether something happens that the table gives a chance.
   [[nodiscard]] bool happens(std::string_view name, std::uint32_t index = 0) const;

@@ -163,7 +163,10 @@ def offered():
     # Slices stay where the ball's closed form has them.
     recipe = WORK / "offered.json"
     write_recipe(recipe, **{"import": {"align_slices": "off"}})
-    beatlas("build", images, "-o", package, "--study", folder, "--recipe", recipe)
+    # A ball has no ventricles, and the scene asks for none.
+    scene = WORK / "offered_scene.json"
+    scene.write_text(json.dumps({"content": "full", "structures": ["heart"]}))
+    beatlas("build", images, "-o", package, "--study", folder, "--recipe", recipe, "--scene", scene)
     voxel_ml = 0.012
 
     def seen():
