@@ -98,11 +98,14 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
   ImageCycle<float> mended;
   if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);
   const ImageCycle<float>& stack = bad.empty() ? exam.stack.images : mended;
+  if (stack.phase_count() < 2) {
+    throw_invalid("only one phase: a beating heart needs at least two");
+  }
   check_seeds(given, stack.grid, stack.phase_count());
   context.progress(0, "where the heart is");
   const LabelCycle likeliest = likeliest_labels(prior);
   std::vector<Seed> drawn = given;
-  if (!holds_heart(likeliest) && given.empty()) {
+  if (!holds_heart(likeliest)) {
     throw_invalid(
         "no heart found: nothing in the images looks like a left ventricle; give seeds with "
         "--seeds, or another stack of the exam with --stack");

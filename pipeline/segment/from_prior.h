@@ -9,7 +9,7 @@ namespace beatlas::segment {
 
 /// As segment_exam, without known labels.
 /// @param prior of this exam's stack
-/// @throws Error{InvalidInput} if it holds no heart and no seeds are given
+/// @throws Error{InvalidInput} if it holds no heart, or the exam one phase alone
 [[nodiscard]] Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given,
                                               const SegmentOptions& options,
                                               const prior::PriorCycle& prior,

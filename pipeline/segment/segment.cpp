@@ -28,6 +28,7 @@
 #include "pipeline/segment/outer_layer.h"
 #include "pipeline/segment/outer_surface.h"
 #include "pipeline/segment/papillary.h"
+#include "pipeline/segment/prior_ground.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/shading.h"
 #include "pipeline/segment/slice_gain.h"
@@ -122,7 +123,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const SegmentOptions& options, StageContext& context,
                           const KnownLabels& known_labels, SolveMemory* memory,
                           const prior::PriorCycle* prior) {
-  if (prior != nullptr && known_labels.phases.empty() && options.method == Method::Competition) {
+  // Seeds of a person count where the prior overlooked the heart: they grow without it then.
+  if (prior != nullptr && known_labels.phases.empty() && options.method == Method::Competition &&
+      (given.empty() || holds_heart(likeliest_labels(*prior)))) {
     if (memory != nullptr) *memory = {};
     return segment_from_prior(exam, given, options, *prior, context);
   }
