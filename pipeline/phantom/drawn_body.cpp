@@ -13,20 +13,32 @@ DrawnBody::DrawnBody(const Family& family, float heart_reach) : seed_(family.see
   muscle_ = family.number("chest_muscle");
   // The heart leans on the front of the chest, left of its middle.
   const float inner_depth = depth_ - 0.6F * skin_ - muscle_;
-  chest_ = {-family.between(5, 45, "chest_x"),
-            std::max(0.0F, inner_depth - family.between(0.55F, 0.95F, "chest_y") * heart_reach), 0};
-  spine_radius_ = family.between(14, 24, "spine_radius");
+  chest_ = {-family.number("chest_x"),
+            std::max(0.0F, inner_depth - family.number("chest_y") * heart_reach), 0};
+  spine_radius_ = family.number("spine_radius");
   spine_ = {chest_.x(), chest_.y() + inner_depth - spine_radius_, 0};
   descending_ = family.number("descending_radius");
-  aorta_ = {spine_.x() + family.between(5, 35, "descending_x"),
-            spine_.y() - spine_radius_ - family.between(-8, 8, "descending_y"), 0};
+  aorta_ = {spine_.x() + family.number("descending_x"),
+            spine_.y() - spine_radius_ - family.number("descending_y"), 0};
   column_ = 15 + family.number("mediastinum");
-  diaphragm_ = -0.55F * heart_reach - family.number("diaphragm");
-  liver_to_ = family.between(-50, 70, "liver_to");
-  stomach_ = {family.between(20, 90, "stomach_x"), family.between(-40, 60, "stomach_y"),
-              diaphragm_ - family.between(20, 60, "stomach_z")};
-  stomach_radius_ = family.between(20, 60, "stomach_radius");
-  gas_above_ = family.between(-60, 120, "stomach_gas");
+  diaphragm_ = -heart_reach * family.number("diaphragm");
+  liver_to_ = family.number("liver_to");
+  stomach_ = {family.number("stomach_x"), family.number("stomach_y"),
+              diaphragm_ - family.number("stomach_z")};
+  stomach_radius_ = family.number("stomach_radius");
+  gas_above_ = family.number("stomach_gas");
+  stomach_wall_ = family.number("stomach_wall");
+  cortex_ = family.number("kidney_cortex");
+  for (std::uint32_t n = 0; n < 2; ++n) {
+    const float radius = family.number("kidney_radius", n);
+    Kidney& kidney = kidneys_[n];
+    kidney.radius = radius;
+    kidney.centre = {spine_.x() + (n == 0 ? -1.0F : 1.0F) * family.number("kidney_x", n),
+                     spine_.y() - family.number("kidney_y", n),
+                     diaphragm_ - family.number("kidney_z", n)};
+  }
+  loop_ = family.number("bowel_loop");
+  loop_wall_ = family.number("bowel_wall");
   arms_ = family.happens("arms");
   const int count = static_cast<int>(family.number("decoys"));
   constexpr std::array<Tissue, 8> kKinds{Tissue::OtherA, Tissue::OtherB,     Tissue::OtherC,
@@ -37,10 +49,10 @@ DrawnBody::DrawnBody(const Family& family, float heart_reach) : seed_(family.see
     Organ organ;
     Vec3F way(family.normal("decoy_x", n), family.normal("decoy_y", n),
               family.normal("decoy_z", n));
-    organ.centre = way.normalized() * family.between(0.5F, 1.7F, "decoy_off", n) * heart_reach;
+    organ.centre = way.normalized() * family.number("decoy_off", n) * heart_reach;
     const float radius = family.number("decoy_radius", n);
     for (std::uint32_t a = 0; a < 3; ++a) {
-      const float axis = radius * family.between(0.6F, 1.9F, "decoy_axis", 3 * n + a);
+      const float axis = radius * family.number("decoy_axis", 3 * n + a);
       organ.per_axis[static_cast<Eigen::Index>(a)] = 1 / axis;
     }
     organ.core = kKinds[static_cast<std::size_t>(family.between(0, 7.99F, "decoy_core", n))];
@@ -48,10 +60,71 @@ DrawnBody::DrawnBody(const Family& family, float heart_reach) : seed_(family.see
     if (family.happens("decoy_ring", n)) {
       organ.core = family.uniform("decoy_bright", n) < 0.6F ? Tissue::Vessel : Tissue::OtherA;
       organ.shell = kKinds[static_cast<std::size_t>(family.between(0, 7.99F, "decoy_shell", n))];
-      organ.shell_from = family.between(0.5F, 0.85F, "decoy_from", n);
+      organ.shell_from = family.number("decoy_from", n);
     }
     organs_.push_back(organ);
   }
+  for (std::uint32_t n = 0; n < 4; ++n) {
+    if (!family.happens("heart_like", n)) continue;
+    Organ organ;
+    // Mostly below the heart.
+    const Vec3F way(family.normal("heart_like_x", n), family.normal("heart_like_y", n),
+                    family.normal("heart_like_z", n) - 1);
+    organ.centre = way.normalized() * family.number("heart_like_off", n) * heart_reach;
+    const float radius = family.number("heart_like_radius", n);
+    const float outer = radius + family.number("heart_like_wall", n);
+    organ.per_axis = Vec3F(1, 1, 0.7F) / outer;
+    organ.core = Tissue::Vessel;
+    organ.shell =
+        family.uniform("heart_like_shell", n) < 0.7F ? Tissue::ChestMuscle : Tissue::OtherA;
+    organ.shell_from = radius / outer;
+    organs_.insert(organs_.begin(), organ);
+  }
+}
+
+Tissue DrawnBody::abdomen(const Vec3F& lps, float rough) const {
+  const float stomach = (lps - stomach_).norm() - stomach_radius_ * (1 + 0.2F * rough);
+  if (stomach < -stomach_wall_ * (1 + 0.5F * rough)) {
+    return lps.y() < stomach_.y() - gas_above_ * 0.3F ? Tissue::Gas : Tissue::Stomach;
+  }
+  if (stomach < 0) return Tissue::ChestMuscle;
+  for (const Kidney& kidney : kidneys_) {
+    const Vec3F off = (lps - kidney.centre).cwiseProduct(Vec3F(1, 1, 0.55F));
+    const float inside = kidney.radius * (1 + 0.1F * rough) - off.norm();
+    if (inside <= 0) continue;
+    if (inside < cortex_) return Tissue::OtherA;
+    return off.norm() < 0.35F * kidney.radius ? Tissue::Vessel : Tissue::OtherB;
+  }
+  if (lps.x() < liver_to_ + 15 * rough) {
+    return lattice_noise(lps / 13, seed_ ^ 0x72U) > 0.72F ? Tissue::Vessel : Tissue::Liver;
+  }
+  if (lps.y() > 30) return Tissue::Spleen;
+  // Loops of bowel: cells about points that stand one in each cube, what lies between is wall.
+  const Vec3F in_loops = lps / loop_;
+  const Vec3F corner = (in_loops.array() - 0.5F).floor();
+  float nearest = 1e3F;
+  float next = 1e3F;
+  float kind = 0;
+  for (int n = 0; n < 8; ++n) {
+    const Vec3F cube = corner + Vec3F(static_cast<float>(n & 1), static_cast<float>((n >> 1) & 1),
+                                      static_cast<float>(n >> 2));
+    const Vec3F off(lattice_value(cube, seed_ ^ 0x81U), lattice_value(cube, seed_ ^ 0x82U),
+                    lattice_value(cube, seed_ ^ 0x83U));
+    const Vec3F point = cube + Vec3F::Constant(0.5F) + 0.35F * off;
+    const float far = (in_loops - point).norm();
+    if (far < nearest) {
+      next = nearest;
+      nearest = far;
+      kind = lattice_value(cube, seed_ ^ 0x84U);
+    } else {
+      next = std::min(next, far);
+    }
+  }
+  const float wall = (next - nearest) * loop_;
+  if (wall < 2 * loop_wall_) return wall < loop_wall_ ? Tissue::Fat : Tissue::ChestMuscle;
+  constexpr std::array<Tissue, 6> kContents{Tissue::OtherC,  Tissue::OtherD, Tissue::Gas,
+                                            Tissue::Stomach, Tissue::Fat,    Tissue::OtherB};
+  return kContents[static_cast<std::size_t>(std::clamp((kind + 1) * 3, 0.0F, 5.99F))];
 }
 
 Tissue DrawnBody::at(const Vec3F& lps) const {
@@ -87,16 +160,7 @@ Tissue DrawnBody::at(const Vec3F& lps) const {
     return std::fmod(std::abs(z), 32.0F) < 7 ? Tissue::OtherD : Tissue::Bone;
   if (std::hypot(lps.x() - aorta_.x(), lps.y() - aorta_.y()) < descending_) return Tissue::Vessel;
   const float dome = diaphragm_ + 6 * rough - 0.0012F * (x * x + 1.5F * y * y);
-  if (z < dome) {
-    const float stomach = (lps - stomach_).norm() / stomach_radius_;
-    if (stomach < 1 + 0.2F * rough)
-      return lps.y() < stomach_.y() - gas_above_ * 0.3F ? Tissue::Gas : Tissue::Stomach;
-    if (lps.x() < liver_to_ + 15 * rough) {
-      return lattice_noise(lps / 13, seed_ ^ 0x72U) > 0.72F ? Tissue::Vessel : Tissue::Liver;
-    }
-    if (lps.y() > 30) return Tissue::Spleen;
-    return rough > 0 ? Tissue::Fat : Tissue::OtherB;
-  }
+  if (z < dome) return abdomen(lps, rough);
   if (std::abs(x) < column_ + 12 * rough) {
     const float grain = lattice_noise(lps / 11, seed_ ^ 0x73U);
     return grain > 0.5F ? Tissue::Vessel : grain > -0.1F ? Tissue::Fat : Tissue::Mediastinum;

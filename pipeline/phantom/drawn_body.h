@@ -4,6 +4,7 @@
 ///
 /// Patient frame LPS [mm], origin at the heart's middle.
 
+#include <array>
 #include <vector>
 
 #include "pipeline/phantom/drawn_heart.h"
@@ -26,6 +27,14 @@ class DrawnBody {
     float shell_from = 1;  ///< share of the radius at which the shell begins
   };
 
+  struct Kidney {
+    Vec3F centre = Vec3F::Zero();
+    float radius = 25;  ///< [mm] across; its length is nearly twice as much
+  };
+
+  /// Below the diaphragm. @param rough smooth noise in [-1, 1]
+  [[nodiscard]] Tissue abdomen(const Vec3F& lps, float rough) const;
+
   std::uint32_t seed_;
   Vec3F chest_ = Vec3F::Zero();  ///< the chest's middle line passes through it
   float width_ = 0, depth_ = 0, skin_ = 0, muscle_ = 0;
@@ -33,7 +42,9 @@ class DrawnBody {
   Vec3F spine_ = Vec3F::Zero();
   Vec3F aorta_ = Vec3F::Zero();
   Vec3F stomach_ = Vec3F::Zero();
-  float stomach_radius_ = 40, gas_above_ = 0;
+  float stomach_radius_ = 40, stomach_wall_ = 4, gas_above_ = 0;
+  std::array<Kidney, 2> kidneys_;
+  float cortex_ = 8, loop_ = 30, loop_wall_ = 3;  ///< [mm]
   bool arms_ = false;
   std::vector<Organ> organs_;
 };

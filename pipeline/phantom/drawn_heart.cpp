@@ -55,6 +55,11 @@ float lattice_noise(const Vec3F& at, std::uint32_t seed) {
   return a + t.z() * (layer(1) - a);
 }
 
+float lattice_value(const Vec3F& corner, std::uint32_t seed) {
+  return hashed(static_cast<std::int32_t>(corner.x()), static_cast<std::int32_t>(corner.y()),
+                static_cast<std::int32_t>(corner.z()), seed);
+}
+
 std::uint8_t label_of(Tissue tissue) {
   switch (tissue) {
     case Tissue::LvBlood:
@@ -96,6 +101,7 @@ float DrawnHeart::Ball::distance(const Vec3F& at, float grown) const {
 }
 
 DrawnHeart::DrawnHeart(const Family& family) : seed_(family.seed()) {
+  bare_ = family.happens("bare");
   size_left(family);
   size_right(family);
   place_beyond(family);
@@ -145,7 +151,7 @@ void DrawnHeart::size_left(const Family& family) {
   tilt_y_ = 0.12F * family.normal("base_tilt_y");
   // Ejection is shared between the base's descent and the radius.
   const float kept = 1 - family.number("lv_ef") / 100;
-  mapse_ = std::min(family.number("mapse"), length_ * (1 - std::pow(kept, 0.6F)));
+  mapse_ = length_ * (1 - std::pow(kept, family.number("lv_long_share")));
   radial_loss_ = 1 - std::sqrt(kept / (1 - mapse_ / length_));
   wall_ = std::min(family.number("wall"), 0.9F * radius_);
   uneven1_ = family.number("wall_uneven", 0);
@@ -154,23 +160,26 @@ void DrawnHeart::size_left(const Family& family) {
   uneven2_angle_ = family.between(0, kPi, "wall_uneven_angle", 1);
   wall_apex_ = family.number("wall_apex");
   gap_ = family.number("wall_base_gap");
-  gap_angle_ = degrees(family.between(-75, -15, "wall_gap_angle"));
+  gap_angle_ = degrees(family.number("wall_gap_angle"));
+  gap_sharpness_ = family.number("wall_gap_sharpness");
+  lvot_bulge_ = family.number("lvot_bulge");
+  lvot_rise_ = family.number("lvot_rise");
   infarct_ = family.happens("infarct");
   scar_angle_ = family.between(0, 2 * kPi, "infarct_angle");
-  scar_share_ = family.between(0, 1, "infarct_share");
+  scar_share_ = family.number("infarct_share");
   scar_width_ = family.number("infarct_width");
   scar_height_ = family.number("infarct_height");
   scar_thin_ = family.number("infarct_thinning");
   scar_still_ = family.number("infarct_bulge");
   trabeculae_ = std::min(family.number("trabeculae"), 0.35F * radius_);
   trabeculae_density_ = family.number("trabeculae_density");
-  const int count = static_cast<int>(family.between(0.6F, 4.6F, "papillary_count"));
+  const int count = static_cast<int>(family.number("papillary_count"));
   for (int i = 0; i < count; ++i) {
     const auto n = static_cast<std::uint32_t>(i);
     const float angle = family.between(0, 2 * kPi, "papillary_angle", n);
-    const float off = family.between(0.5F, 0.85F, "papillary_off", n) * radius_;
-    const float low = family.between(0.2F, 0.45F, "papillary_low", n) * length_;
-    const float high = low + family.between(0.15F, 0.35F, "papillary_long", n) * length_;
+    const float off = family.number("papillary_off", n) * radius_;
+    const float low = family.number("papillary_low", n) * length_;
+    const float high = low + family.number("papillary_long", n) * length_;
     const Vec3F side(std::cos(angle), std::sin(angle), 0);
     papillary_.push_back({off * 0.85F * side + Vec3F(0, 0, low),
                           off * 0.8F * side + Vec3F(0, 0, high),
@@ -220,6 +229,8 @@ DrawnHeart::Ventricle DrawnHeart::left(const Vec3F& place, const Moment& moment)
       (1 - narrowing_ * narrow * narrow) *
       (1 + lobe2_ * turned(c2, s2, 2 * lobe2_angle_) + lobe3_ * turned(c3, s3, 3 * lobe3_angle_));
   if (flattening_ > 0 && c > 0) shape *= 1 - flattening_ * c * c * c;
+  const float opened = std::max(0.0F, turned(c, s, gap_angle_));
+  shape *= 1 + lvot_bulge_ * opened * opened * narrow;
   const float scarred = scar(u, c, s);
   const float still = std::min(1.0F, scarred) * scar_still_;
   const float contracted = 1 - (1 - moment.radial) * (1 - still);
@@ -251,19 +262,26 @@ DrawnHeart::Ventricle DrawnHeart::left(const Vec3F& place, const Moment& moment)
 }
 
 float DrawnHeart::rv_depth(float share, float cosine, float sine) const {
-  const float angle = std::abs(std::atan2(sine, cosine)) / rv_half_angle_;
+  // Leant over, the arc keeps its ends: the longer side falls off more slowly.
+  const float way = std::atan2(sine, cosine);
+  const float off = way - rv_lean_;
+  const float angle =
+      std::abs(off) / (off > 0 ? rv_half_angle_ - rv_lean_ : rv_half_angle_ + rv_lean_);
   const float height = std::max(share, 0.0F) / rv_length_;
   if (angle >= 1 || height >= 1) return -1;
   const float round = std::pow(std::cos(0.5F * kPi * angle), rv_roundness_);
-  return rv_depth_ * round * std::pow(1 - std::pow(height, 1.8F), 0.7F);
+  return rv_depth_ * round * std::pow(1 - std::pow(height, 1.8F), rv_taper_);
 }
 
 void DrawnHeart::size_right(const Family& family) {
   rv_half_angle_ = degrees(family.number("rv_half_angle"));
   rv_roundness_ = family.number("rv_roundness");
   rv_length_ = family.number("rv_length");
-  tapse_ = std::min(family.number("tapse"), 0.35F * length_);
+  rv_lean_ = degrees(family.number("rv_lean"));
+  rv_taper_ = family.number("rv_taper");
   tricuspid_ = family.number("tricuspid_beyond_mitral");
+  rv_tilt_x_ = tilt_x_ + 0.12F * family.normal("tricuspid_tilt_x");
+  rv_tilt_y_ = tilt_y_ + 0.12F * family.normal("tricuspid_tilt_y");
   rv_wall_ = family.number("rv_wall");
   rv_trabeculae_ = family.number("rv_trabeculae");
   const float wanted = family.number("rv_over_lv") * family.number("lv_edv") * 1000;
@@ -294,8 +312,11 @@ void DrawnHeart::size_right(const Family& family) {
   }
   rv_depth_ = 0.5F * (low + high);
   rv_reach_ = rv_depth_;
-  const float shortened = std::min(tapse_ / (length_ * rv_length_), 0.6F);
   const float kept = 1 - family.number("rv_ef") / 100;
+  const float rv_long = length_ * std::min(rv_length_, 1.0F);
+  tapse_ = rv_long * (1 - std::pow(kept, family.number("rv_long_share")));
+  tapse_ = std::clamp(tapse_, 2.0F, std::min(30.0F, 0.35F * length_));
+  const float shortened = tapse_ / rv_long;
   rv_loss_ = std::clamp(1 - kept / (1 - shortened), 0.0F, 0.8F);
 
   const float angle = -degrees(family.number("outflow_angle"));
@@ -303,11 +324,11 @@ void DrawnHeart::size_right(const Family& family) {
   const float off = radius_ + wall_ + 0.45F * rv_depth_;
   const float rise = family.number("outflow_rise");
   const Vec3F start(off * std::cos(angle), off * std::sin(angle),
-                    family.between(0.1F, 0.3F, "outflow_start") * length_);
-  const float beyond = angle - degrees(family.between(15, 40, "outflow_turn"));
-  const float near = family.between(0.75F, 1.0F, "outflow_near") * (radius_ + wall_);
+                    family.number("outflow_start") * length_);
+  const float beyond = angle - degrees(family.number("outflow_turn"));
+  const float near = family.number("outflow_near") * (radius_ + wall_);
   const Vec3F valve(near * std::cos(beyond), near * std::sin(beyond), -rise);
-  const Vec3F end = valve + Vec3F(-12, -10, -family.between(15, 40, "trunk_long"));
+  const Vec3F end = valve + Vec3F(-12, -10, -family.number("trunk_long"));
   outflow_ = {Tube{start, valve, radius}, Tube{valve, end, 0.95F * radius}};
 }
 
@@ -319,42 +340,45 @@ void DrawnHeart::place_beyond(const Family& family) {
   const float ra = family.number("ra_radius");
   const auto stretch = [&](std::uint32_t i) { return family.number("atrium_stretch", i); };
   la_.axes = la * Vec3F(stretch(0), stretch(1), 0.9F * stretch(2));
-  la_.centre = Vec3F(family.between(-10, 8, "la_x"), family.between(-4, 16, "la_y"),
-                     -family.between(0.65F, 0.95F, "la_z") * la_.axes.z());
+  la_.centre =
+      Vec3F(family.number("la_x"), family.number("la_y"), -family.number("la_z") * la_.axes.z());
   ra_.axes = ra * Vec3F(stretch(3), stretch(4), 0.9F * stretch(5));
-  const float side = radius_ + wall_ + 0.5F * rv_depth_ + family.between(-8, 8, "ra_x");
+  const float side = radius_ + wall_ + 0.5F * rv_depth_ + family.number("ra_x");
   ra_.centre = Vec3F(std::max(side, la_.centre.x() + 0.6F * la_.axes.x() + 0.5F * ra_.axes.x()),
-                     family.between(0, 22, "ra_y"),
-                     tricuspid_ - family.between(0.6F, 0.9F, "ra_z") * ra_.axes.z());
+                     family.number("ra_y"), tricuspid_ - family.number("ra_z") * ra_.axes.z());
   const float radius = std::min(family.number("aorta_radius"), 0.75F * radius_ + 4);
-  const Vec3F root(family.between(0.3F, 0.7F, "aorta_x") * radius_,
-                   -family.between(0.15F, 0.6F, "aorta_y") * radius_, 4);
+  const float off = family.number("aorta_off") * radius_;
+  const Vec3F root(off * std::cos(gap_angle_), off * std::sin(gap_angle_), 4);
+  aortic_valve_ = family.number("aortic_valve");
   const float reach = family.number("aorta_reach");
-  const Vec3F bend = root + 0.5F * reach *
-                                Vec3F(family.between(0.1F, 0.7F, "aorta_dx"),
-                                      -family.between(0.0F, 0.4F, "aorta_dy"), -1);
-  const Vec3F end = bend + 0.7F * reach * Vec3F(-0.2F, -family.between(0.3F, 1.0F, "aorta_up"), -1);
+  const Vec3F bend =
+      root + 0.5F * reach * Vec3F(family.number("aorta_dx"), -family.number("aorta_dy"), -1);
+  const Vec3F end = bend + 0.7F * reach * Vec3F(-0.2F, -family.number("aorta_up"), -1);
   aorta_ = {Tube{root, bend, radius}, Tube{bend, end, 0.95F * radius}};
-  const int count = static_cast<int>(family.between(0, 5.99F, "vein_count"));
+  const int count = static_cast<int>(family.number("vein_count"));
   for (int i = 0; i < count; ++i) {
     const auto n = static_cast<std::uint32_t>(i);
     const bool of_left = i < 3;
     const Ball& from = of_left ? la_ : ra_;
     const Vec3F way(family.normal("vein_x", n), family.normal("vein_y", n),
                     -0.4F - std::abs(family.normal("vein_z", n)));
-    const float long_mm = from.axes.maxCoeff() + family.between(15, 40, "vein_long", n);
+    const float long_mm = from.axes.maxCoeff() + family.number("vein_long", n);
     veins_.push_back(
         {from.centre, from.centre + long_mm * way.normalized(), family.number("vein_radius", n)});
   }
 }
 
 Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
-  const float mitral = place.z() - moment.base - tilt_x_ * place.x() - tilt_y_ * place.y();
   const float tricuspid =
-      place.z() - moment.tricuspid - tilt_x_ * (place.x() - radius_) - tilt_y_ * place.y();
+      place.z() - moment.tricuspid - rv_tilt_x_ * (place.x() - radius_) - rv_tilt_y_ * place.y();
   float outside = 1e3F;  // Distance from the heart's outside.
   const Ventricle lv = left(place, moment);
-  const float gap = gap_ * std::max(0.0F, turned(lv.cosine, lv.sine, gap_angle_));
+  const float toward_gap = std::max(0.0F, turned(lv.cosine, lv.sine, gap_angle_));
+  const float gap = gap_ * std::pow(toward_gap, gap_sharpness_);
+  // Toward the aorta the ventricle reaches farther than at the mitral valve.
+  const float rise =
+      lvot_rise_ * toward_gap * std::min(1.0F, std::hypot(place.x(), place.y()) / radius_);
+  const float mitral = place.z() - moment.base - tilt_x_ * place.x() - tilt_y_ * place.y() + rise;
   if (mitral > 0) {
     if (lv.inner < 0) {
       if (lv.inner > -trabeculae_ && lv.share > 0.12F) {
@@ -383,7 +407,7 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
   lowered.z() -= 0.5F * (moment.tricuspid - tricuspid_);
   const float tract =
       outflow_[0].distance(lowered) + (1 - moment.rv_depth) * 0.35F * outflow_[0].radius;
-  const float trunk = outflow_[1].distance(lowered);
+  const float trunk = bare_ ? 1e3F : outflow_[1].distance(lowered);
   float rv = 1e3F;
   if (tricuspid > 0) {
     const float depth = rv_depth(lv.share, lv.cosine, lv.sine);
@@ -391,10 +415,13 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
       rv = std::max(lv.outer - depth * moment.rv_depth, mitral < 0 ? -mitral - 6 : -1e3F);
     }
   }
-  rv = std::min(rv, tract);
+  if (!bare_) rv = std::min(rv, tract);
   const Vec3F below(place.x(), place.y(), place.z() - 0.5F * moment.base);
-  const float aorta = std::min(aorta_[0].distance(below), aorta_[1].distance(below));
-  if (mitral <= 0 && aorta < 0) return Tissue::Aorta;
+  const float aorta = bare_ ? 1e3F : std::min(aorta_[0].distance(below), aorta_[1].distance(below));
+  // The outflow tract is the LV's up to the aortic valve.
+  if (mitral <= 0 && aorta < 0) {
+    return mitral > -aortic_valve_ ? Tissue::LvBlood : Tissue::Aorta;
+  }
   if (rv < 0) {
     if (rv > -rv_trabeculae_ || lv.outer < 0.4F * rv_trabeculae_) {
       const float grain = 0.5F + 0.9F * lattice_noise(place / 4.5F, seed_ ^ 0x33U);
@@ -406,14 +433,14 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
 
   float la = 1e3F;
   float ra = 1e3F;
-  if (mitral <= 0) {
+  if (mitral <= 0 && !bare_) {
     la = la_.distance(below, moment.atria);
     if (mitral > -10) {
       la = std::min(la, std::hypot(place.x(), place.y()) - mouth_);
     }
     if (la < 0) return Tissue::LaBlood;
   }
-  if (tricuspid <= 0 && lv.outer > atrium_wall_) {
+  if (tricuspid <= 0 && lv.outer > atrium_wall_ && !bare_) {
     const Vec3F with_valve(place.x(), place.y(),
                            place.z() - 0.5F * (moment.tricuspid - tricuspid_));
     ra = ra_.distance(with_valve, moment.atria);
@@ -431,7 +458,7 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
   if (rv < rv_wall_ || std::min(la, ra) < atrium_wall_ || (mitral <= 0 && vessel_wall < 1.5F)) {
     return Tissue::Wall;
   }
-  if (mitral < 10) {
+  if (mitral < 10 && !bare_) {
     for (const Tube& vein : veins_) {
       if (vein.distance(below) < 0) return Tissue::Vessel;
     }

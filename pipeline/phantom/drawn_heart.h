@@ -56,6 +56,8 @@ enum class Tissue : std::uint8_t {
 /// Smooth noise in [-1, 1] with features of unit size: values on a lattice, hashed and
 /// interpolated.
 [[nodiscard]] float lattice_noise(const Vec3F& at, std::uint32_t seed);
+/// Its value at a place of the lattice itself. @pre whole numbers
+[[nodiscard]] float lattice_value(const Vec3F& corner, std::uint32_t seed);
 
 class DrawnHeart {
  public:
@@ -117,7 +119,8 @@ class DrawnHeart {
   float lobe2_ = 0, lobe2_angle_ = 0, lobe3_ = 0, lobe3_angle_ = 0, flattening_ = 0, bumps_ = 0;
   float radial_loss_ = 0, mapse_ = 0, tilt_x_ = 0, tilt_y_ = 0;
   float wall_ = 0, uneven1_ = 0, uneven1_angle_ = 0, uneven2_ = 0, uneven2_angle_ = 0;
-  float wall_apex_ = 1, gap_ = 0, gap_angle_ = 0;
+  float wall_apex_ = 1, gap_ = 0, gap_angle_ = 0, gap_sharpness_ = 1, lvot_bulge_ = 0,
+        lvot_rise_ = 0;
   bool infarct_ = false;
   float scar_angle_ = 0, scar_share_ = 0, scar_width_ = 1, scar_height_ = 1, scar_thin_ = 0,
         scar_still_ = 0;
@@ -126,12 +129,12 @@ class DrawnHeart {
   // RV
   float rv_depth_ = 0, rv_half_angle_ = 1, rv_roundness_ = 1, rv_length_ = 1, rv_loss_ = 0;
   float tapse_ = 0, tricuspid_ = 0, rv_wall_ = 0, rv_trabeculae_ = 0;
-  float rv_reach_ = 0;
+  float rv_reach_ = 0, rv_lean_ = 0, rv_taper_ = 1, rv_tilt_x_ = 0, rv_tilt_y_ = 0;
   std::array<Tube, 2> outflow_{};
-  float pulmonary_valve_ = 0.7F;
   // Beyond the base
   Ball la_, ra_;
-  float filling_ = 0, atrium_wall_ = 2, mouth_ = 12;
+  bool bare_ = false;  ///< no atria, no great vessels
+  float filling_ = 0, atrium_wall_ = 2, mouth_ = 12, aortic_valve_ = 0;
   std::array<Tube, 2> aorta_{};
   std::vector<Tube> veins_;
   // Around

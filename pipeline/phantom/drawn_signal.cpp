@@ -121,10 +121,10 @@ class Scanner {
     blur_ = family.number("blur");
     // A pixel of 2 mm averages two of the acquired ones.
     noise_ = 0.7F / family.number("snr");
-    noise_blur_ = family.between(0, 0.8F, "noise_blur");
+    noise_blur_ = family.number("noise_blur");
     gamma_ = family.number("gamma");
     ghost_ = family.happens("ghosts") ? family.number("ghost_strength") : 0;
-    ghost_shift_ = static_cast<int>(family.between(10, kN / 2, "ghost_shift"));
+    ghost_shift_ = static_cast<int>(family.number("ghost_shift"));
     ghost_rows_ = family.uniform("ghost_rows") < 0.5F;
     draw_coil();
     draw_texture();
@@ -159,8 +159,8 @@ class Scanner {
     coil_.resize(kPixels);
     const float factor = std::log(family_.number("shading"));
     const float way = family_.between(0, 6.2832F, "coil_way");
-    const float bow = family_.between(-0.7F, 0.7F, "coil_bow");
-    const float across = family_.between(-0.5F, 0.5F, "coil_across");
+    const float bow = family_.number("coil_bow");
+    const float across = family_.number("coil_across");
     float low = 1e9F;
     float high = -1e9F;
     for (std::size_t p = 0; p < kPixels; ++p) {
@@ -181,7 +181,7 @@ class Scanner {
     if (!family_.happens("masked")) return;
     const bool round = family_.uniform("mask_round") < 0.4F;
     const float edge = family_.number("mask_edge");
-    const float bend = family_.between(0, 0.25F, "mask_bend");
+    const float bend = family_.number("mask_bend");
     const float way = family_.between(0, 6.2832F, "mask_way");
     for (std::size_t p = 0; p < kPixels; ++p) {
       const float x = 2 * static_cast<float>(p % kN) / kN - 1;

@@ -76,7 +76,7 @@ Plane draw_plane(const Family& family, const DrawnHeart& heart, const Eigen::Mat
   } else if (family.happens("axial_plane")) {
     normal =
         Vec3F(0.05F * family.normal("axial_tilt", 0), 0.05F * family.normal("axial_tilt", 1), 1);
-    centre = (2 * kind - 1) * 0.5F * heart.reach() * normal;
+    centre = family.number("axial_height") * heart.reach() * normal;
   } else if (family.happens("any_plane")) {
     normal = {family.normal("any", 0), family.normal("any", 1), family.normal("any", 2)};
     centre = (2 * kind - 1) * 0.45F * heart.reach() * normal.normalized();
@@ -94,7 +94,7 @@ Plane draw_plane(const Family& family, const DrawnHeart& heart, const Eigen::Mat
   const float turn = family.between(0, 2 * kPi, "plane_turn");
   out.u = Eigen::AngleAxisf(turn, normal) * u;
   out.v = normal.cross(out.u);
-  const float off = family.number("off_centre");
+  const float off = family.number(family.happens("far_off") ? "far_off_centre" : "off_centre");
   const float way = family.between(0, 2 * kPi, "off_way");
   out.centre = centre + off * (std::cos(way) * out.u + std::sin(way) * out.v);
   return out;

@@ -13,7 +13,7 @@ import torch
 
 SIZE = 128
 CROP = 96        # pixels along an edge of what is learned from, a multiple of 16
-ABOUT_HEART = 0.75  # of the parts; the others show what lies around it and is none
+ABOUT_HEART = 0.65  # of the parts; the others show what lies around it and is none
 PLANES = 6
 RECORD_BYTES = PLANES * SIZE * SIZE
 BYTE_OF_ONE = 212.0   # 1.2, the largest value, lies at 254
