@@ -150,7 +150,7 @@ void add_draw(CLI::App& command, const std::shared_ptr<Arguments>& arguments) {
           "--most-voxels", arguments->most_voxels,
           "Of the drawn exam, all slices and phases together: fewer frames or larger pixels, "
           "then a smaller field of view")
-      ->check(CLI::Range(100000, 200000000))
+      ->check(CLI::Range(1100000, 200000000))
       ->needs(draw)
       ->capture_default_str();
 }

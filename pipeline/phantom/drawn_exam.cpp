@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kVersion = 1;
 constexpr float kLatticeMm = 2;
-constexpr double kVolumeErrorMl = 0.2;
+constexpr double kVolumeErrorMl = 0.5;
 constexpr std::uint32_t kAttempts = 40;
 constexpr std::uint32_t kAttemptStep = kMostDrawSeed + 1;
 
@@ -79,10 +79,13 @@ void each_heart_point(const DrawnHeart& heart, const HeartCells& cells, float co
     for (int k = 0; k < per_edge; ++k) {
       for (int j = 0; j < per_edge; ++j) {
         for (int i = 0; i < per_edge; ++i) {
-          // Off the heart's planes of symmetry and its valve planes.
+          // Each column has heights of its own, so that no valve plane falls between two layers.
+          const auto x = static_cast<float>(i);
+          const auto y = static_cast<float>(j);
+          const float height = 0.43F + 0.618F * x + 0.755F * y;
           const Vec3F place =
-              corner + step * Vec3F(static_cast<float>(i) + 0.31F, static_cast<float>(j) + 0.17F,
-                                    static_cast<float>(k) + 0.43F);
+              corner + step * Vec3F(x + 0.31F, y + 0.17F,
+                                    static_cast<float>(k) + height - std::floor(height));
           const std::uint8_t label = label_of(heart.at(place, moment));
           if (label != kLabelBackground) body(place, label);
         }
@@ -141,7 +144,8 @@ struct Measured {
   float in_view = 0;                // share of the LV's blood
   int lv_slices = 0;                // in which the LV's cavity is at least a thumb wide
   bool cropped = false;             // the LV leaves the view within a slice
-  float cnr = 0;
+  float contrast = 0;               // of blood over muscle, in the brightest tissue
+  float cnr = 0;                    // in noise
 };
 
 Measured measure(const Draw& draw) {
@@ -192,6 +196,7 @@ Measured measure(const Draw& draw) {
   const TissueSignals signals = draw_signals(draw.family);
   const float contrast = signals[static_cast<std::size_t>(Tissue::LvBlood)] -
                          signals[static_cast<std::size_t>(Tissue::LvMuscle)];
+  out.contrast = contrast / *std::max_element(signals.begin(), signals.end());
   out.cnr = contrast * draw.family.number("snr");
   return out;
 }
@@ -203,7 +208,7 @@ bool is_sound(const Measured& m) {
          Family::in_range("exam_rv_over_lv", m.rv_over_lv) &&
          Family::in_range("exam_rv_ef", m.rv_ef) && Family::in_range("exam_wall", m.wall) &&
          Family::in_range("exam_in_view", m.in_view) && Family::in_range("exam_cnr", m.cnr) &&
-         m.lv_slices >= kLeastSlices && !m.cropped;
+         Family::in_range("exam_contrast", m.contrast) && m.lv_slices >= kLeastSlices && !m.cropped;
 }
 
 std::vector<std::uint8_t> labels_of(const Draw& draw, float contraction, bool shifted) {
@@ -264,6 +269,7 @@ nlohmann::json measured_json(const Measured& m) {
           {"wall", m.wall},
           {"in_view", m.in_view},
           {"lv_slices", m.lv_slices},
+          {"blood_over_muscle", m.contrast},
           {"blood_over_muscle_in_noise", m.cnr}};
 }
 

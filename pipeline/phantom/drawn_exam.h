@@ -21,7 +21,7 @@ inline constexpr std::uint32_t kMostDrawSeed = 99999999;
 inline constexpr const char* kDrawnTruthFormat = "beatlas-drawn-truth";
 
 struct DrawnExamOptions {
-  int most_voxels = 2000000;  ///< of all slices and phases together
+  int most_voxels = 2000000;  ///< of all slices and phases together; 1100000 or more
 };
 
 struct DrawnExam {
@@ -48,7 +48,7 @@ struct DrawnExam {
 
 /// [label][ml] of a heart at a moment, by points of a lattice of 8 mm / per_edge in its frame;
 /// truth.json's volumes are of 2 mm. How far that is off the implicit body is "volume_error_ml":
-/// tests/unit/phantom/drawn_exam_test.cpp compares it with a lattice of 0.67 mm.
+/// tests/unit/phantom/drawn_exam_test.cpp compares it with a lattice of 0.8 mm.
 [[nodiscard]] std::array<double, 8> drawn_volumes_ml(const DrawnHeart& heart, float contraction,
                                                      int per_edge);
 

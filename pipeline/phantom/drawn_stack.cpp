@@ -87,7 +87,7 @@ Sampling sampled(const Family& family, int slices, int most) {
   out.larger_pixels(most, 2);
   out.smaller_field(most);
   out.fewer_phases(most, 2);
-  out.larger_pixels(most, 6);  // Never with the limit that the program has by itself.
+
   return out;
 }
 

@@ -42,7 +42,8 @@ def outcome_of(row, gate):
         right = row["exit"] == 3 and "no heart found" in row["told"]
         return "refused, no heart" if right else "not refused" if refused else "a heart where there is none"
     if row["phases"] == 1:
-        return "refused, one phase" if row["exit"] == 3 and "one phase" in row["told"] else "not refused"
+        said = "one image only" in row["told"] or "one phase" in row["told"]
+        return "refused, one phase" if row["exit"] == 3 and said else "not refused"
     if refused:
         return "refused"
     if row["lv_ed_ml"] == 0:
