@@ -75,7 +75,9 @@ constexpr std::array kEntries{
           "Distances beyond the band: fast sweeping, Zhao, Math. Comp. 74, 2005. Images: wavelet "
           "shrinkage,\nDonoho and Johnstone, Biometrika 81, 1994. The format: "
           "docs/package_format.md"},
-    Entry{"phantom", "beatlas phantom -o p --preset small --without all",
+    Entry{"phantom",
+          "beatlas phantom -o p --preset small --without all\n"
+          "beatlas phantom -o d --draw 12345 --format nifti",
           "Shares of voxels: Scardovelli and Zaleski, J. Comput. Phys. 164, 2000; noise: Rician, "
           "Gudbjartsson and\nPatz, Magn. Reson. Med. 34, 1995, drawn by Salmon et al., SC 2011. "
           "The preset adult has the\nnumbers of Nakao et al., MEDINFO 2001"},

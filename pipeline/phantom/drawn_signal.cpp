@@ -11,7 +11,7 @@ constexpr int kN = kDrawnPixels;
 constexpr std::size_t kPixels = DrawnSample::kPixels;
 using Image = std::vector<float>;  // kPixels
 
-constexpr auto kTissues = static_cast<std::size_t>(Tissue::Count);
+}  // namespace
 
 bool is_blood(Tissue t) {
   return t == Tissue::LvBlood || t == Tissue::RvBlood || t == Tissue::LaBlood ||
@@ -23,8 +23,7 @@ bool is_muscle(Tissue t) {
          t == Tissue::Wall;
 }
 
-/// Signal of every tissue, blood of the LV 1.
-std::array<float, kTissues> draw_signals(const Family& family) {
+TissueSignals draw_signals(const Family& family) {
   constexpr std::array<const char*, kTissues> kNames{"signal_outside",
                                                      "signal_fat",
                                                      "signal_chest_muscle",
@@ -78,6 +77,8 @@ std::array<float, kTissues> draw_signals(const Family& family) {
   of(Tissue::Trunk) = of(Tissue::RvBlood);
   return out;
 }
+
+namespace {
 
 /// Separable Gaussian, edges repeated. @param sigma [pixel]
 void blur(Image& image, float sigma) {

@@ -10,6 +10,15 @@
 
 namespace beatlas::phantom {
 
+inline constexpr auto kTissues = static_cast<std::size_t>(Tissue::Count);
+using TissueSignals = std::array<float, kTissues>;
+
+/// Signal of every tissue, blood of the LV 1, but where the contrast is random.
+[[nodiscard]] TissueSignals draw_signals(const Family& family);
+/// Of any vessel or chamber; of any wall.
+[[nodiscard]] bool is_blood(Tissue tissue);
+[[nodiscard]] bool is_muscle(Tissue tissue);
+
 /// Tissues of each pixel's centre and of two places beside it: [place][pixel].
 using TissueImage = std::array<std::array<Tissue, DrawnSample::kPixels>, 3>;
 

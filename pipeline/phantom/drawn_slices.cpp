@@ -26,8 +26,8 @@ struct Plane {
   [[nodiscard]] Plane moved(const Vec3F& by) const { return {centre + by, u, v, normal}; }
 };
 
-/// Contraction through the beat: systole to 0.35 of it, quick filling, diastasis, atrial kick;
-/// after the normalised elastance of Stergiopulos 1996 and volume curves of cine MRI.
+}  // namespace
+
 float contraction_at(float time) {
   const auto ease = [](float t) { return t * t * (3 - 2 * t); };
   if (time < 0.35F) return ease(time / 0.35F);
@@ -36,7 +36,6 @@ float contraction_at(float time) {
   return 0.18F * (1 - ease((time - 0.85F) / 0.15F));
 }
 
-/// Columns: the heart's axes in the patient, for the heart of textbooks, turned a little.
 Eigen::Matrix3f heart_axes(const Family& family) {
   Vec3F z = Vec3F(0.65F, -0.5F, -0.55F).normalized();
   Vec3F x(-0.6F, -0.75F, 0.1F);
@@ -50,6 +49,8 @@ Eigen::Matrix3f heart_axes(const Family& family) {
   }
   return axes;
 }
+
+namespace {
 
 /// Height of a short-axis slice over the base: base and apex are where it is hard to tell.
 float short_axis_height(const Family& family, float length) {

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "pipeline/phantom/family.h"
 
 namespace beatlas::phantom {
@@ -20,6 +22,14 @@ struct DrawnSample {
   static constexpr std::size_t kPixels = std::size_t{kDrawnPixels} * kDrawnPixels;
   std::array<std::array<std::uint8_t, kPixels>, kDrawnChannels + 1> planes;
 };
+
+/// Contraction, 0 to 1, at a share of the beat in [0, 1): systole to 0.35 of it, quick filling,
+/// diastasis, atrial kick; after the normalised elastance of Stergiopulos 1996 and volume curves of
+/// cine MRI.
+[[nodiscard]] float contraction_at(float time);
+
+/// Columns: the heart's axes in the patient (LPS), for the heart of textbooks, turned a little.
+[[nodiscard]] Eigen::Matrix3f heart_axes(const Family& family);
 
 /// Up to three frames of one slice of the heart with this seed, each with a contrast and a
 /// scanner's faults of its own.

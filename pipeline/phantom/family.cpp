@@ -76,6 +76,11 @@ float Family::number(std::string_view name, std::uint32_t index) const {
                    : range.low + (range.high - range.low) * u;
 }
 
+bool Family::in_range(std::string_view name, float value) {
+  const Range& range = range_of(name);
+  return range.low <= value && value <= range.high;
+}
+
 bool Family::happens(std::string_view name, std::uint32_t index) const {
   return uniform(name, index) < range_of(name).chance;
 }

@@ -24,6 +24,8 @@ class Family {
   [[nodiscard]] float number(std::string_view name, std::uint32_t index = 0) const;
   /// Whether something happens that the table gives a chance.
   [[nodiscard]] bool happens(std::string_view name, std::uint32_t index = 0) const;
+  /// Whether a value lies in the range of a row. @throws as number
+  [[nodiscard]] static bool in_range(std::string_view name, float value);
   /// Uniform in (0, 1), and standard normal, for choices that have no range of their own.
   [[nodiscard]] float uniform(std::string_view name, std::uint32_t index = 0) const;
   [[nodiscard]] float normal(std::string_view name, std::uint32_t index = 0) const;

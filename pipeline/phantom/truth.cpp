@@ -7,6 +7,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/phantom/acquisition.h"
+#include "pipeline/phantom/drawn_exam.h"
 #include "pipeline/phantom/motion.h"
 #include "runtime/base/json_object.h"
 
@@ -70,6 +71,11 @@ Phantom phantom_from_truth(const nlohmann::json& truth) {
   JsonObject object(truth, "");
   std::string format;
   object.read("format", format);
+  if (format == kDrawnTruthFormat) {
+    throw_invalid(
+        "this is the truth of a drawn exam, which has labels and volumes but no distances: compare "
+        "labels with its truth_labels.nii.gz, as scripts/score_draws does");
+  }
   if (format != kFormat)
     throw_invalid("/format must be \"beatlas-phantom-truth\": this is no truth of a phantom");
   int version = 0;
