@@ -201,7 +201,6 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
 }
 
 std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
-                                        const LabelImages& automatic,
                                         const std::vector<Seed>& seeds,
                                         const TissueLevels& levels) {
   constexpr std::size_t kMost = 5;
@@ -211,32 +210,22 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
     const Seed& seed = seeds[s];
     double sum = 0;
     std::size_t count = 0;
-    std::array<std::size_t, TravelCost::kLabels> others{};
     const std::vector<std::size_t> marked = voxels_of(images.grid, seed);
     for (std::size_t p = 0; p < images.phases.size(); ++p) {
       if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
       for (const std::size_t v : marked) {
         sum += images.phases[p][v];
         ++count;
-        const std::uint8_t there = automatic[p][v];
-        if (there < others.size() && there != seed.label) ++others[there];
       }
     }
     if (count == 0) continue;
-    const auto most = std::max_element(others.begin(), others.end());
     const char* looks = looks_wrong(seed.label, sum / static_cast<double>(count), levels);
-    const bool against = 2 * *most > count;
-    if (looks == nullptr && !against) continue;
+    if (looks == nullptr) continue;
     if (out.size() == kMost) {
       ++more;
       continue;
     }
-    std::string told = seed_told(seeds, s) + " lies where ";
-    if (looks != nullptr) told += std::string("the image is ") + looks;
-    if (against) {
-      told += (looks != nullptr ? " and " : "") + std::string("an automatic seed says ") +
-              std::string(kLabelWords.at(static_cast<std::size_t>(most - others.begin())));
-    }
+    const std::string told = seed_told(seeds, s) + " lies where the image is " + looks;
     out.push_back(told + "; if that is a slip, take it out with 'beatlas seeds STUDY remove'");
   }
   if (more > 0) {

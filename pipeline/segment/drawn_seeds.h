@@ -32,12 +32,10 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
 
 /// Seeds that are likely a slip, a sentence each with seed (counted from 1), place and phase: where
 /// the image is as dark as muscle or lung under a seed of blood, as bright as blood or as dark as
-/// lung under one of muscle, as dark as lung under one of the rest; or where more than half of a
-/// seed lies on automatic seeds of another label. At most five, and how many more.
-/// @param automatic on the images' grid, or a part of the stack's, as the images
+/// lung under one of muscle, as dark as lung under one of the rest. At most five, and how many
+/// more. They are followed all the same.
 /// @param levels without blood above muscle: images tell nothing
 [[nodiscard]] std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
-                                                      const LabelImages& automatic,
                                                       const std::vector<Seed>& seeds,
                                                       const TissueLevels& levels);
 

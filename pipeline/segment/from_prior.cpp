@@ -20,6 +20,7 @@
 #include "pipeline/segment/outer_surface.h"
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/prior_ground.h"
+#include "pipeline/segment/seed_ground.h"
 #include "pipeline/segment/shading.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valves.h"
@@ -32,7 +33,9 @@ namespace {
 /// Papillary muscles and trabeculae count as cavity, as experts draw it (Schulz-Menger 2020,
 /// doi:10.1186/s12968-020-00610-6): within a slice the cavity is convex, as far as its own wall
 /// goes.
-void fill_cavity(ImageCycle<std::uint8_t>& labels) {
+/// @param round the cavity is filled to the ellipse that fits its hull, too: papillary muscles that
+/// stand against the wall are no part of the hull, and nothing else tells them from it
+void fill_cavity(ImageCycle<std::uint8_t>& labels, bool round) {
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     for (int k = 0; k < labels.grid.size[2]; ++k) {
       cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
@@ -43,23 +46,11 @@ void fill_cavity(ImageCycle<std::uint8_t>& labels) {
       cv::convexHull(blood, hull);
       cv::Mat filled = cv::Mat::zeros(slice.size(), CV_8U);
       cv::fillConvexPoly(filled, hull, cv::Scalar(255));
-      slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
-    }
-  });
-}
-
-void put_in(const ImageCycle<std::uint8_t>& labels, const Box& box, LabelCycle& whole) {
-  whole.phases.resize(labels.phases.size());
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    whole.phases[p].assign(whole.grid.count(), kLabelBackground);
-    for (int k = 0; k < box.size[2]; ++k) {
-      for (int j = 0; j < box.size[1]; ++j) {
-        const auto from =
-            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, j, k));
-        std::copy(from, from + box.size[0],
-                  whole.phases[p].begin() + static_cast<std::ptrdiff_t>(whole.grid.offset(
-                                                box.first[0], box.first[1] + j, box.first[2] + k)));
+      if (round && hull.size() >= 5) {
+        const cv::RotatedRect fit = cv::fitEllipse(hull);
+        cv::ellipse(filled, fit, cv::Scalar(255), cv::FILLED);
       }
+      slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
     }
   });
 }
@@ -89,11 +80,31 @@ std::vector<std::string> drop_what_comes_and_goes(ImageCycle<std::uint8_t>& labe
   return told;
 }
 
-}  // namespace
+/// What was marked wins over what the prior is sure of: within a ball of twice the radius nothing
+/// else is seeded, and the label marked costs least. Elsewhere the ground stays as it was.
+void give_way(const Grid& grid, const std::vector<Seed>& drawn, const LabelImages& marks,
+              PriorGround& ground) {
+  for (const Seed& seed : drawn) {
+    Seed around = seed;
+    around.radius_mm *= 2;
+    for (const std::size_t v : voxels_of(grid, around)) {
+      for (std::size_t p = 0; p < marks.size(); ++p) {
+        if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
+        if (ground.seeds[p][v] != seed.label) ground.seeds[p][v] = kUnlabelled;
+        ground.prices.phases[p][v * VoxelPrices::kLabels + seed.label] = VoxelPrices::kUnits;
+      }
+    }
+  }
+  for (std::size_t p = 0; p < marks.size(); ++p) {
+    for (std::size_t v = 0; v < marks[p].size(); ++v) {
+      if (marks[p][v] != kUnlabelled) ground.seeds[p][v] = marks[p][v];
+    }
+  }
+}
 
-Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given,
-                                const SegmentOptions& options, const prior::PriorCycle& prior,
-                                StageContext& context) {
+/// @param prior null: seeds alone tell
+Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const SegmentOptions& options,
+                   const prior::PriorCycle* prior, StageContext& context) {
   const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
   ImageCycle<float> mended;
   if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);
@@ -103,14 +114,17 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
   }
   check_seeds(given, stack.grid, stack.phase_count());
   context.progress(0, "where the heart is");
-  const LabelCycle likeliest = likeliest_labels(prior);
   std::vector<Seed> drawn = given;
-  if (!holds_heart(likeliest)) {
+  std::optional<LabelCycle> likeliest;
+  if (prior != nullptr) likeliest = likeliest_labels(*prior);
+  if (likeliest && !holds_heart(*likeliest)) {
     throw_invalid(
         "no heart found: nothing in the images looks like a left ventricle; give seeds with "
         "--seeds, or another stack of the exam with --stack");
   }
-  const Box box = box_with_seeds(stack.grid, box_of_heart(stack.grid, likeliest), drawn);
+  const Box box = box_with_seeds(
+      stack.grid,
+      likeliest ? box_of_heart(stack.grid, *likeliest) : box_of_marks(stack.grid, given), drawn);
   ImageCycle<float> images = crop(stack, box);
   if (options.even_shading) {
     images = without_shading(images, find_shading(images.grid, temporal_stats(images)));
@@ -118,11 +132,12 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
   const double noise = noise_level(images);
   context.check_cancelled();
   context.progress(0.1, "seeds");
-  PriorGround ground = lay_prior_ground(images, prior, likeliest);
-  draw_seeds(images.grid, drawn, ground.seeds);
   LabelImages marks(images.phases.size(),
                     std::vector<std::uint8_t>(images.grid.count(), kUnlabelled));
   draw_seeds(images.grid, drawn, marks);
+  PriorGround ground = likeliest ? lay_prior_ground(images, *prior, *likeliest)
+                                 : lay_seed_ground(images, marks, noise);
+  if (likeliest) give_way(images.grid, drawn, marks, ground);
   const TissueLevels& levels = ground.levels;
   const double contrast = std::max(levels.blood - levels.muscle, 1e-6);
 
@@ -137,34 +152,46 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
   StageContext growing = context.part(0.4, 0.6, "growing");
   const LabelImages no_classes;
   const TravelCost no_table(1);
-  ImageCycle<std::uint8_t> labels =
-      grow_in_competition({.images = calm,
-                           .classes = no_classes,
-                           .seeds = ground.seeds,
-                           .cost = no_table,
-                           .phase_step_mm = phase_step_mm,
-                           .motion = motion ? &*motion : nullptr,
-                           .edge_free = std::max(3 * noise_level(calm), 0.2 * contrast),
-                           .edge_cost = options.edge_cost_mm / contrast,
-                           .prices = &ground.prices},
-                          growing);
+  const auto grow = [&] {
+    return grow_in_competition({.images = calm,
+                                .classes = no_classes,
+                                .seeds = ground.seeds,
+                                .cost = no_table,
+                                .phase_step_mm = phase_step_mm,
+                                .motion = motion ? &*motion : nullptr,
+                                .edge_free = std::max(3 * noise_level(calm), 0.2 * contrast),
+                                .edge_cost = options.edge_cost_mm / contrast,
+                                .prices = &ground.prices},
+                               growing);
+  };
+  ImageCycle<std::uint8_t> labels = grow();
+  if (!likeliest) {
+    for (const std::uint8_t cavity : {kLabelLvBlood, kLabelRvBlood}) {
+      keep_largest_of_each_slice({cavity}, kLabelBackground, labels);
+    }
+    ground = lay_seed_ground(images, marks, noise, &labels);
+    labels = grow();
+    for (const std::uint8_t cavity : {kLabelLvBlood, kLabelRvBlood}) {
+      keep_largest_of_each_slice({cavity}, kLabelBackground, labels);
+    }
+  }
   motion.reset();
   ground.seeds = {};
   ground.prices = {};
   context.progress(0.65, "outlines");
-  fill_cavity(labels);
+  fill_cavity(labels, !likeliest);
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
+  keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
   for (std::size_t p = 0; p < marks.size(); ++p) {
     for (std::size_t v = 0; v < marks[p].size(); ++v) {
       if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
     }
   }
-  keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
   keep_connected_heart(labels);
   for (const std::uint8_t cavity :
        {kLabelLvBlood, kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
-    keep_largest_of_each_phase(cavity, kLabelRestOfHeart, labels);
+    keep_largest_of_each_phase(cavity, likeliest ? kLabelRestOfHeart : kLabelBackground, labels);
   }
   const int base_step = base_step_from(labels);  // Atria tell, so before they are merged.
   std::vector<std::string> part_view;
@@ -202,9 +229,22 @@ Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given
   }
   find_ends(out);
   out.labels.grid = stack.grid;
-  put_in(labels, box, out.labels);
+  put_back(labels, box, out.labels);
   out.axis = ventricle_axis(out, {});
   return out;
+}
+
+}  // namespace
+
+Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given,
+                                const SegmentOptions& options, const prior::PriorCycle& prior,
+                                StageContext& context) {
+  return grown(exam, given, options, &prior, context);
+}
+
+Segmentation segment_from_seeds(const Exam& exam, const std::vector<Seed>& given,
+                                const SegmentOptions& options, StageContext& context) {
+  return grown(exam, given, options, nullptr, context);
 }
 
 }  // namespace beatlas::segment

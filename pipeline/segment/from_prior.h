@@ -15,4 +15,9 @@ namespace beatlas::segment {
                                               const prior::PriorCycle& prior,
                                               StageContext& context);
 
+/// The same from a person's seeds alone, see seed_ground.h.  @pre tell_heart(given)
+/// @throws Error{InvalidInput} as check_seeds; if muscle is marked on what is as bright as blood
+[[nodiscard]] Segmentation segment_from_seeds(const Exam& exam, const std::vector<Seed>& given,
+                                              const SegmentOptions& options, StageContext& context);
+
 }  // namespace beatlas::segment

@@ -6,6 +6,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/connected.h"
+#include "pipeline/segment/looks.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
@@ -15,61 +16,7 @@ constexpr std::size_t kLabels = VoxelPrices::kLabels;
 constexpr double kRoomMm = 20;        ///< beside what the prior takes for heart
 constexpr float kSure = 0.9F;         ///< probability of a seed
 constexpr double kLeastLvMl = 4;      ///< 40 ml at an EF of 90 %, phantom/family.json
-constexpr int kBins = 64;             ///< of intensity
-constexpr double kUnseen = 0.02;      ///< least density of a bin, over that of all bins alike
 constexpr double kImageWeight = 0.5;  ///< the prior has seen the images, too: half counts twice
-constexpr double kPricePerNat = 2;    ///< of improbability, over the price of a sure millimetre
-
-/// Intensities' place among bins that end at the images' 99.5th percentile.
-class Bins {
- public:
-  explicit Bins(const ImageCycle<float>& images) {
-    std::vector<float> some;
-    for (const std::vector<float>& phase : images.phases) {
-      for (std::size_t v = 0; v < phase.size(); v += 7) some.push_back(phase[v]);
-    }
-    const auto at = some.begin() + static_cast<std::ptrdiff_t>(0.995 * (some.size() - 1.0));
-    std::nth_element(some.begin(), at, some.end());
-    top_ = std::max(*at, 1e-6F);
-  }
-  [[nodiscard]] int of(float value) const {
-    return std::clamp(static_cast<int>(value / top_ * kBins), 0, kBins - 1);
-  }
-
- private:
-  float top_ = 1;
-};
-
-using Densities = std::array<std::array<double, kBins>, kLabels>;
-
-/// What each label looks like: its histogram over voxels by their probability, smoothed.
-Densities smooth_densities(Densities counts) {
-  for (auto& label : counts) {
-    std::array<double, kBins> smooth{};
-    double sum = 0;
-    for (int b = 0; b < kBins; ++b) {
-      for (int d = -2; d <= 2; ++d) {
-        constexpr std::array<double, 5> kWeights{1, 4, 6, 4, 1};
-        const auto from = static_cast<std::size_t>(std::clamp(b + d, 0, kBins - 1));
-        smooth[static_cast<std::size_t>(b)] +=
-            kWeights[static_cast<std::size_t>(d + 2)] * label[from];
-      }
-      sum += smooth[static_cast<std::size_t>(b)];
-    }
-    for (int b = 0; b < kBins; ++b) {
-      const double share = sum > 0 ? smooth[static_cast<std::size_t>(b)] / sum : 1.0 / kBins;
-      label[static_cast<std::size_t>(b)] = (1 - kUnseen) * share * kBins + kUnseen;
-    }
-  }
-  return counts;
-}
-
-double median(std::vector<float>& values) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// Label of the prior's grid at a voxel of the part: that of the pixel in which its centre lies.
 class LikeliestAt {
@@ -156,7 +103,7 @@ PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::Prior
   out.seeds.assign(phases, std::vector<std::uint8_t>(count, kUnlabelled));
   const LikeliestAt likeliest_at(likeliest, grid);
   const Bins bins(images);
-  std::vector<Densities> counts(phases);
+  std::vector<Looks> counts(phases);
   std::vector<std::array<std::vector<float>, kLabels>> sure(phases);
   // Probabilities of a phase, and what they and the one heart say of seeds.
   const auto probabilities = [&](std::size_t p) {
@@ -177,7 +124,7 @@ PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::Prior
         for (int i = 0; i < grid.size[0]; ++i, ++v) {
           const std::uint8_t here = likeliest_at(p, i, j, k);
           const float value = images.phases[p][v];
-          const auto bin = static_cast<std::size_t>(bins.of(value));
+          const std::size_t bin = bins.of(value);
           for (std::size_t l = 0; l < kLabels; ++l) {
             if (likely[l][v] > 0.5F) counts[p][l][bin] += static_cast<double>(likely[l][v]);
           }
@@ -192,20 +139,20 @@ PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::Prior
       }
     }
   });
-  Densities all{};
+  Looks all{};
   std::array<std::vector<float>, kLabels> values;
   for (std::size_t p = 0; p < phases; ++p) {
     for (std::size_t l = 0; l < kLabels; ++l) {
-      for (std::size_t b = 0; b < kBins; ++b) all[l][b] += counts[p][l][b];
+      for (std::size_t b = 0; b < kLookBins; ++b) all[l][b] += counts[p][l][b];
       values[l].insert(values[l].end(), sure[p][l].begin(), sure[p][l].end());
     }
   }
   sure.clear();
-  const Densities densities = smooth_densities(all);
+  const Looks densities = densities_of(all);
   TissueLevels& levels = out.levels;
-  levels.blood = median(values[kLabelLvBlood]);
-  levels.rv_blood = values[kLabelRvBlood].empty() ? levels.blood : median(values[kLabelRvBlood]);
-  levels.muscle = median(values[kLabelLvMyocardium]);
+  levels.blood = median_of(values[kLabelLvBlood]);
+  levels.rv_blood = values[kLabelRvBlood].empty() ? levels.blood : median_of(values[kLabelRvBlood]);
+  levels.muscle = median_of(values[kLabelLvMyocardium]);
   levels.threshold = 0.5 * (levels.blood + levels.muscle);
   levels.dark = 0.5 * levels.muscle;
 
@@ -215,18 +162,12 @@ PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::Prior
     std::vector<std::uint8_t>& prices = out.prices.phases[p];
     prices.resize(count * kLabels);
     for (std::size_t v = 0; v < count; ++v) {
-      const auto bin = static_cast<std::size_t>(bins.of(images.phases[p][v]));
+      const std::size_t bin = bins.of(images.phases[p][v]);
       std::array<double, kLabels> weight{};
-      double sum = 0;
       for (std::size_t l = 0; l < kLabels; ++l) {
         weight[l] = static_cast<double>(likely[l][v]) * std::pow(densities[l][bin], kImageWeight);
-        sum += weight[l];
       }
-      for (std::size_t l = 0; l < kLabels; ++l) {
-        const double nats = -std::log(std::max(weight[l] / sum, 1e-4));
-        const double price = VoxelPrices::kUnits * (1 + kPricePerNat * nats);
-        prices[v * kLabels + l] = static_cast<std::uint8_t>(std::clamp(price, 1.0, 255.0));
-      }
+      set_prices(weight, prices.data() + v * kLabels);
     }
   });
   return out;

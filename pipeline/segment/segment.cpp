@@ -29,6 +29,7 @@
 #include "pipeline/segment/outer_surface.h"
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/prior_ground.h"
+#include "pipeline/segment/seed_ground.h"
 #include "pipeline/segment/seeds.h"
 #include "pipeline/segment/shading.h"
 #include "pipeline/segment/slice_gain.h"
@@ -100,23 +101,6 @@ void keep_where_alike(const LabelImages& labels, const ImageCycle<std::uint8_t>&
   }
 }
 
-/// Labels of the box into those of the whole grid; beyond it there are none.
-void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box, LabelCycle& whole) {
-  whole.phases.resize(labels.phases.size());
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    whole.phases[p].resize(whole.grid.count(), kLabelBackground);
-    for (int k = 0; k < box.size[2]; ++k) {
-      for (int j = 0; j < box.size[1]; ++j) {
-        const auto from =
-            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, j, k));
-        std::copy(from, from + box.size[0],
-                  whole.phases[p].begin() + static_cast<std::ptrdiff_t>(whole.grid.offset(
-                                                box.first[0], box.first[1] + j, box.first[2] + k)));
-      }
-    }
-  });
-}
-
 }  // namespace
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
@@ -128,6 +112,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       (given.empty() || holds_heart(likeliest_labels(*prior)))) {
     if (memory != nullptr) *memory = {};
     return segment_from_prior(exam, given, options, *prior, context);
+  }
+  if (known_labels.phases.empty() && options.method == Method::Competition && tell_heart(given)) {
+    if (memory != nullptr) *memory = {};
+    return segment_from_seeds(exam, given, options, context);
   }
   const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
   ImageCycle<float> mended;
@@ -167,8 +155,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (!chambers.found_lv() && !(drawn.empty() && known.phases.empty())) {
     chambers.levels = levels_from_seeds(images, seeds, chambers.levels);
   }
-  const std::vector<std::string> doubts =
-      doubtful_seeds(images, ground.automatic, given, chambers.levels);
+  const std::vector<std::string> doubts = doubtful_seeds(images, given, chambers.levels);
   const bool any_heart = std::any_of(seeds.begin(), seeds.end(), [](const auto& phase) {
     return std::any_of(phase.begin(), phase.end(),
                        [](std::uint8_t s) { return s != kUnlabelled && s != kLabelBackground; });

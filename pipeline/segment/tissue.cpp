@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
+#include "runtime/atlas/structures.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -252,6 +253,23 @@ ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box) {
 
 template ImageCycle<float> crop(const ImageCycle<float>&, const Box&);
 template ImageCycle<std::uint8_t> crop(const ImageCycle<std::uint8_t>&, const Box&);
+
+void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box,
+              ImageCycle<std::uint8_t>& whole) {
+  whole.phases.resize(labels.phases.size());
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    whole.phases[p].assign(whole.grid.count(), kLabelBackground);
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const auto from =
+            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, j, k));
+        std::copy(from, from + box.size[0],
+                  whole.phases[p].begin() + static_cast<std::ptrdiff_t>(whole.grid.offset(
+                                                box.first[0], box.first[1] + j, box.first[2] + k)));
+      }
+    }
+  });
+}
 
 double otsu_threshold(std::vector<float> values) {
   if (values.empty()) return 0;

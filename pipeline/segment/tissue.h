@@ -1,6 +1,9 @@
 #pragma once
 /// What the images themselves say before any growing: noise, motion, where the heart is.
 
+#include <cstdint>
+#include <vector>
+
 #include "pipeline/core/exam.h"
 #include "pipeline/core/stage_context.h"
 #include "pipeline/segment/box.h"
@@ -33,6 +36,10 @@ struct TemporalStats {
 /// The part of a cine, or of its labels, in a box. T: float, std::uint8_t.
 template <class T>
 [[nodiscard]] ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box);
+
+/// Labels of a box into those of the whole grid; beyond the box there are none.
+void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box,
+              ImageCycle<std::uint8_t>& whole);
 
 /// Otsu's threshold of values (two classes of least inner variance).
 [[nodiscard]] double otsu_threshold(std::vector<float> values);

@@ -17,7 +17,7 @@ LabelImages blank(const Grid& grid, int phases) {
                      std::vector<std::uint8_t>(grid.count(), kUnlabelled));
 }
 
-TEST(DoubtfulSeeds, are_those_that_images_or_automatic_seeds_speak_against) {
+TEST(DoubtfulSeeds, are_those_that_images_speak_against) {
   TissueLevels levels;
   levels.blood = 300;
   levels.muscle = 100;
@@ -25,10 +25,9 @@ TEST(DoubtfulSeeds, are_those_that_images_or_automatic_seeds_speak_against) {
   ImageCycle<float> images{kOblique, {}};
   images.phases.assign(2, std::vector<float>(kOblique.count(), 300.0F));
   std::fill(images.phases[1].begin(), images.phases[1].end(), 100.0F);
-  LabelImages automatic = blank(kOblique, 2);
   const Vec3 here = kOblique.mm(20, 18, 12);
   const auto doubts = [&](std::uint8_t label, int phase) {
-    return doubtful_seeds(images, automatic, {{label, here, 3.0, phase}}, levels);
+    return doubtful_seeds(images, {{label, here, 3.0, phase}}, levels);
   };
   EXPECT_TRUE(doubts(kLabelLvBlood, 0).empty());
   EXPECT_TRUE(doubts(kLabelBackground, 0).empty()) << "background is anything";
@@ -41,13 +40,8 @@ TEST(DoubtfulSeeds, are_those_that_images_or_automatic_seeds_speak_against) {
   EXPECT_TRUE(doubts(kLabelLvMyocardium, 1).empty());
   std::fill(images.phases[1].begin(), images.phases[1].end(), 20.0F);
   EXPECT_EQ(doubts(kLabelRestOfHeart, 1).size(), 1U) << "lung";
-  std::fill(automatic[0].begin(), automatic[0].end(), std::uint8_t{kLabelLvBlood});
-  EXPECT_TRUE(doubts(kLabelLvBlood, 0).empty());
-  ASSERT_EQ(doubts(kLabelBackground, 0).size(), 1U);
-  EXPECT_NE(doubts(kLabelBackground, 0)[0].find("an automatic seed says lv_blood"),
-            std::string::npos);
   const std::vector<Seed> many(9, Seed{kLabelLvBlood, here, 3.0, 1});
-  const std::vector<std::string> some = doubtful_seeds(images, automatic, many, levels);
+  const std::vector<std::string> some = doubtful_seeds(images, many, levels);
   EXPECT_EQ(some.size(), 5U);
   EXPECT_NE(some.back().find("the same of 4 more seeds"), std::string::npos);
 }

@@ -1,0 +1,137 @@
+/// A heart that marks alone tell, on discs and rings in closed form.
+#include "pipeline/segment/seed_ground.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/segment/segment.h"
+#include "pipeline/segment/tissue.h"
+#include "tests/unit/segment/made_images.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr int kPhases = 4;
+constexpr int kFirst = 1;  ///< slices with a heart
+constexpr int kLast = 6;
+
+/// Half the swing of the cavity's radius is 3 mm; all else stands still.
+double cavity_mm(int phase) { return 20 + 3 * std::cos(2 * M_PI * phase / kPhases); }
+
+/// A round LV in a wall that ends at 31 mm, an RV as a disc beside it that the wall cuts, lung
+/// about, and liver as dark as muscle below.
+std::uint8_t truth_at(double x, double y, int k, int phase) {
+  if (k < kFirst || k > kLast) return kLabelBackground;
+  const double r = std::hypot(x, y);
+  if (r < cavity_mm(phase)) return kLabelLvBlood;
+  if (r < 31) return kLabelLvMyocardium;
+  return std::hypot(x + 36, y) < 22 ? kLabelRvBlood : kLabelBackground;
+}
+
+struct Drawn {
+  Exam exam;
+  LabelCycle truth;
+};
+
+Drawn drawn_heart() {
+  Drawn out;
+  const Grid grid = made::straight_grid({100, 84, 8}, {1.5, 1.5, 8});
+  out.exam.stack.images = made::constant_images(grid, kPhases, 20);
+  out.exam.stack.rr_interval_s = 1;
+  out.truth = {grid, std::vector(kPhases, std::vector<std::uint8_t>(grid.count()))};
+  for (int p = 0; p < kPhases; ++p) {
+    out.exam.stack.frame_times_s.push_back(p * 1.0 / kPhases);
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i) {
+          const double x = 1.5 * i - 85;
+          const double y = 1.5 * j - 50;
+          const std::uint8_t label = truth_at(x, y, k, p);
+          float value = y > 40 ? 100.0F : 20.0F;
+          if (label == kLabelLvMyocardium) value = 100;
+          if (label == kLabelLvBlood || label == kLabelRvBlood) value = 300;
+          const auto phase = static_cast<std::size_t>(p);
+          out.truth.phases[phase][grid.offset(i, j, k)] = label;
+          out.exam.stack.images.phases[phase][grid.offset(i, j, k)] = value;
+        }
+      }
+    }
+  }
+  made::add_noise(out.exam.stack.images, 8, 5);
+  return out;
+}
+
+/// A ball of each in three slices of the first phase.
+std::vector<Seed> marks() {
+  std::vector<Seed> out;
+  for (const int k : {kFirst, 4, kLast}) {
+    const auto at = [&](double x, double y) { return Vec3(x + 85, y + 50, 8.0 * k); };
+    out.push_back({kLabelLvBlood, at(3, -2), 5, 0});
+    out.push_back({kLabelLvMyocardium, at(0, 27), 2, 0});
+    out.push_back({kLabelRvBlood, at(-44, 0), 4, 0});
+    out.push_back({kLabelBackground, at(0, 48), 4, 0});
+  }
+  return out;
+}
+
+TEST(SeedGround, twelve_balls_of_one_phase_tell_the_heart_in_all) {
+  const Drawn made = drawn_heart();
+  StageContext context;
+  const Segmentation found = segment_exam(made.exam, marks(), {}, context);
+  for (std::size_t p = 0; p < kPhases; ++p) {
+    const auto dice = [&](std::uint8_t label) {
+      return made::label_dice(found.labels.phases[p], made.truth.phases[p], label);
+    };
+    EXPECT_GT(dice(kLabelLvBlood), 0.93) << p;
+    EXPECT_GT(dice(kLabelLvMyocardium), 0.80) << p;
+    EXPECT_GT(dice(kLabelRvBlood), 0.85) << p;
+  }
+}
+
+TEST(SeedGround, a_mark_is_kept_whatever_the_image_shows) {
+  const Drawn made = drawn_heart();
+  std::vector<Seed> seeds = marks();
+  seeds.push_back({kLabelLvBlood, Vec3(85 + 26, 50, 32), 4, 2});  // in the wall
+  StageContext context;
+  const Segmentation found = segment_exam(made.exam, seeds, {}, context);
+  const Grid& grid = found.labels.grid;
+  EXPECT_EQ(found.labels.phases[2][grid.offset(74, 33, 4)], kLabelLvBlood);
+  for (const std::string& warning : found.warnings) {
+    EXPECT_EQ(warning.find("automatic seed"), std::string::npos) << warning;
+  }
+}
+
+TEST(SeedGround, needs_blood_and_muscle_of_the_lv_and_background) {
+  std::vector<Seed> seeds = marks();
+  EXPECT_TRUE(tell_heart(seeds));
+  std::erase_if(seeds, [](const Seed& seed) { return seed.label == kLabelLvMyocardium; });
+  EXPECT_FALSE(tell_heart(seeds));
+}
+
+TEST(SeedGround, muscle_marked_as_bright_as_blood_is_refused) {
+  const Drawn made = drawn_heart();
+  std::vector<Seed> seeds = marks();
+  for (Seed& seed : seeds) {
+    if (seed.label == kLabelLvMyocardium) seed.lps_mm += Vec3(0, -20, 0);
+  }
+  StageContext context;
+  EXPECT_NE(made::refusal([&] {
+              (void)segment_exam(made.exam, seeds, {}, context);
+            }).find("no darker than blood"),
+            std::string::npos);
+}
+
+TEST(Boxes, what_was_cropped_goes_back_to_its_place) {
+  const Grid grid = made::straight_grid({7, 6, 5}, {1, 1, 2});
+  ImageCycle<std::uint8_t> whole{grid, {std::vector<std::uint8_t>(grid.count())}};
+  const Box box{{2, 1, 1}, {3, 4, 2}};
+  whole.phases[0][grid.offset(2, 1, 1)] = 3;
+  whole.phases[0][grid.offset(4, 4, 2)] = 1;
+  ImageCycle<std::uint8_t> again{grid, {}};
+  put_back(crop(whole, box), box, again);
+  EXPECT_EQ(again.phases, whole.phases);
+}
+
+}  // namespace
+}  // namespace beatlas::segment
