@@ -54,12 +54,16 @@ class Parts {
 
   /// Those of all parts but the largest.
   [[nodiscard]] std::vector<Run> others() {
-    std::vector<std::size_t> voxels(runs_.size(), 0);
-    for (std::uint32_t at = 0; at < runs_.size(); ++at) {
-      voxels[root(at)] += static_cast<std::size_t>(runs_[at].end - runs_[at].begin);
-    }
+    return others([](const Run& run) { return static_cast<std::size_t>(run.end - run.begin); });
+  }
+
+  /// Those of all parts but the one whose runs measure most together.
+  template <class Measure>
+  [[nodiscard]] std::vector<Run> others(const Measure& measure) {
+    std::vector<std::size_t> sums(runs_.size(), 0);
+    for (std::uint32_t at = 0; at < runs_.size(); ++at) sums[root(at)] += measure(runs_[at]);
     const auto largest =
-        static_cast<std::uint32_t>(std::max_element(voxels.begin(), voxels.end()) - voxels.begin());
+        static_cast<std::uint32_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
     std::vector<Run> out;
     for (std::uint32_t at = 0; at < runs_.size(); ++at) {
       if (root(at) != largest) out.push_back(runs_[at]);
@@ -145,6 +149,31 @@ void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
     std::vector<std::uint8_t>& phase = labels.phases[p];
     Parts parts(labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == label; });
     for (const Run& run : parts.others()) {
+      run.each(labels.grid.size[0], [&](std::size_t v) { phase[v] = instead; });
+    }
+  });
+}
+
+void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
+                               ImageCycle<std::uint8_t>& labels) {
+  const auto width = static_cast<std::size_t>(labels.grid.size[0]);
+  const auto height = static_cast<std::size_t>(labels.grid.size[1]);
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    std::vector<std::uint8_t>& phase = labels.phases[p];
+    Parts parts(labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == cavity; });
+    const auto at_wall = [&](const Run& run) {
+      std::size_t faces = 0;
+      run.each(labels.grid.size[0], [&](std::size_t v) {
+        const std::size_t i = v % width;
+        const std::size_t j = v / width % height;
+        faces += i > 0 && phase[v - 1] == wall ? 1 : 0;
+        faces += i + 1 < width && phase[v + 1] == wall ? 1 : 0;
+        faces += j > 0 && phase[v - width] == wall ? 1 : 0;
+        faces += j + 1 < height && phase[v + width] == wall ? 1 : 0;
+      });
+      return faces;
+    };
+    for (const Run& run : parts.others(at_wall)) {
       run.each(labels.grid.size[0], [&](std::size_t v) { phase[v] = instead; });
     }
   });

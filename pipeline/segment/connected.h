@@ -27,6 +27,11 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
 void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
                                 ImageCycle<std::uint8_t>& labels);
 
+/// Of a cavity each phase keeps the part that has most of its wall about it in the plane of slices:
+/// an atrium that was taken for ventricle may be the larger one at end-systole.
+void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
+                               ImageCycle<std::uint8_t>& labels);
+
 /// Of the right ventricle's blood each phase keeps its largest part; the others are rest of heart:
 /// fat as bright beyond its thin wall, and, where the outflow tract comes into a thick slice, blood
 /// that no other slice joins to the ventricle yet.

@@ -189,9 +189,10 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
     }
   }
   keep_connected_heart(labels);
-  for (const std::uint8_t cavity :
-       {kLabelLvBlood, kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
-    keep_largest_of_each_phase(cavity, likeliest ? kLabelRestOfHeart : kLabelBackground, labels);
+  const std::uint8_t apart = likeliest ? kLabelRestOfHeart : kLabelBackground;
+  keep_cavity_of_each_phase(kLabelLvBlood, kLabelLvMyocardium, apart, labels);
+  for (const std::uint8_t cavity : {kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
+    keep_largest_of_each_phase(cavity, apart, labels);
   }
   const int base_step = base_step_from(labels);  // Atria tell, so before they are merged.
   std::vector<std::string> part_view;

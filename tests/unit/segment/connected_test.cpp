@@ -128,5 +128,21 @@ TEST(Connected, OfScatteredVoxelsThoseOfTheLargestPartStay) {
   }
 }
 
+TEST(Connected, TheCavityInMuscleStaysWhereAnAtriumIsTheLargerPart) {
+  ImageCycle<std::uint8_t> labels = cycle_of(8);
+  for (std::size_t p = 0; p < 2; ++p) {
+    fill(labels, p, {4, 4, 0}, {12, 12, 4}, kLabelLvMyocardium);
+    fill(labels, p, {7, 7, 1}, {9, 9, 4}, kLabelLvBlood);
+    // Beyond a slice between them, beside a rest of the ring on one side.
+    fill(labels, p, {4, 4, 6}, {14, 14, 8}, kLabelLvBlood);
+    fill(labels, p, {3, 4, 6}, {3, 8, 6}, kLabelLvMyocardium);
+  }
+  keep_cavity_of_each_phase(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+  for (std::size_t p = 0; p < 2; ++p) {
+    EXPECT_EQ(count_of(labels, p, kLabelLvBlood), 3 * 3 * 4);
+    EXPECT_EQ(count_of(labels, p, kLabelRestOfHeart), 11 * 11 * 3);
+  }
+}
+
 }  // namespace
 }  // namespace beatlas::segment
