@@ -208,6 +208,13 @@ DrawnHeart::Moment DrawnHeart::moment(float contraction) const {
   return out;
 }
 
+float DrawnHeart::lvot(const Vec3F& place, const Moment& moment) const {
+  if (bare_) return 1e3F;
+  const Vec3F at(place.x(), place.y(), place.z() - moment.base);
+  const float beyond = (at - lvot_.to).dot((lvot_.to - lvot_.from).normalized());
+  return std::max(lvot_.distance(at), beyond);  // The valve is flat.
+}
+
 DrawnHeart::Ventricle DrawnHeart::left(const Vec3F& place, const Moment& moment) const {
   Ventricle out;
   const float u = std::max(0.0F, (place.z() - moment.base) / moment.length);
@@ -348,13 +355,17 @@ void DrawnHeart::place_beyond(const Family& family) {
                      family.number("ra_y"), tricuspid_ - family.number("ra_z") * ra_.axes.z());
   const float radius = std::min(family.number("aorta_radius"), 0.75F * radius_ + 4);
   const float off = family.number("aorta_off") * radius_;
-  const Vec3F root(off * std::cos(gap_angle_), off * std::sin(gap_angle_), 4);
-  aortic_valve_ = family.number("aortic_valve");
+  const Vec3F root(off * std::cos(gap_angle_), off * std::sin(gap_angle_), 12);
+  const float lean = degrees(family.number("lvot_lean"));
+  const float turn = gap_angle_ + degrees(family.number("lvot_turn"));
+  const Vec3F way(std::sin(lean) * std::cos(turn), std::sin(lean) * std::sin(turn),
+                  -std::cos(lean));
+  const Vec3F valve = root + family.number("lvot_length") * way;
   const float reach = family.number("aorta_reach");
-  const Vec3F bend =
-      root + 0.5F * reach * Vec3F(family.number("aorta_dx"), -family.number("aorta_dy"), -1);
+  const Vec3F bend = valve + 0.5F * reach * (0.6F * way + Vec3F(0, 0, -0.6F)).normalized();
   const Vec3F end = bend + 0.7F * reach * Vec3F(-0.2F, -family.number("aorta_up"), -1);
-  aorta_ = {Tube{root, bend, radius}, Tube{bend, end, 0.95F * radius}};
+  lvot_ = Tube{root, valve, radius};
+  aorta_ = {Tube{valve, bend, radius}, Tube{bend, end, 0.95F * radius}};
   const int count = static_cast<int>(family.number("vein_count"));
   for (int i = 0; i < count; ++i) {
     const auto n = static_cast<std::uint32_t>(i);
@@ -396,7 +407,9 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
       }
       return Tissue::LvBlood;
     }
-    if (lv.outer < 0) return mitral > gap ? Tissue::LvMuscle : Tissue::Wall;
+    const float tract = lvot(place, moment);
+    if (tract < 0) return Tissue::LvBlood;
+    if (lv.outer < 0) return mitral > gap && tract > 1.5F ? Tissue::LvMuscle : Tissue::Wall;
     outside = lv.outer;
     // Beside the ventricles, past all that may lean on them, nothing of the heart is left.
     if (tricuspid > 0 && lv.outer > beside_) return Tissue::Outside;
@@ -417,10 +430,13 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
   }
   if (!bare_) rv = std::min(rv, tract);
   const Vec3F below(place.x(), place.y(), place.z() - 0.5F * moment.base);
-  const float aorta = bare_ ? 1e3F : std::min(aorta_[0].distance(below), aorta_[1].distance(below));
-  // The outflow tract is the LV's up to the aortic valve.
-  if (mitral <= 0 && aorta < 0) {
-    return mitral > -aortic_valve_ ? Tissue::LvBlood : Tissue::Aorta;
+  const Vec3F with_base(place.x(), place.y(), place.z() - moment.base);
+  const float aorta =
+      bare_ ? 1e3F : std::min(aorta_[0].distance(with_base), aorta_[1].distance(with_base));
+  if (mitral <= 0) {
+    // The outflow tract is the LV's up to the aortic valve.
+    if (lvot(place, moment) < 0) return Tissue::LvBlood;
+    if (aorta < 0) return Tissue::Aorta;
   }
   if (rv < 0) {
     if (rv > -rv_trabeculae_ || lv.outer < 0.4F * rv_trabeculae_) {

@@ -94,6 +94,8 @@ class DrawnHeart {
   };
   [[nodiscard]] Ventricle left(const Vec3F& place, const Moment& moment) const;
   [[nodiscard]] float rv_depth(float share, float cosine, float sine) const;
+  /// [mm] Distance from the LV's outflow tract.
+  [[nodiscard]] float lvot(const Vec3F& place, const Moment& moment) const;
   [[nodiscard]] float scar(float share, float cosine, float sine) const;
   void size_left(const Family& family);
   void size_right(const Family& family);
@@ -134,7 +136,8 @@ class DrawnHeart {
   // Beyond the base
   Ball la_, ra_;
   bool bare_ = false;  ///< no atria, no great vessels
-  float filling_ = 0, atrium_wall_ = 2, mouth_ = 12, aortic_valve_ = 0;
+  float filling_ = 0, atrium_wall_ = 2, mouth_ = 12;
+  Tube lvot_;  ///< to the aortic valve
   std::array<Tube, 2> aorta_{};
   std::vector<Tube> veins_;
   // Around
