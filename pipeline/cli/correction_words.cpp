@@ -186,7 +186,8 @@ segment::KnownLabels known_labels(const study::GivenLabels& given, const Cine& s
     double voxels = 0;
     for (const std::vector<std::uint8_t>& image : labels.phases) {
       voxels += static_cast<double>(image.size()) -
-                static_cast<double>(std::count(image.begin(), image.end(), kLabelBackground));
+                static_cast<double>(std::count(image.begin(), image.end(), kLabelBackground)) -
+                static_cast<double>(std::count(image.begin(), image.end(), kLabelUnknown));
     }
     return voxels * labels.grid.voxel_ml();
   };
@@ -241,8 +242,8 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
           "--label-map", words.label_map,
           "What the numbers of a label image are: acdc (1 RV, 2 myocardium, 3 LV), mms (1 "
           "LV, 2 myocardium, 3 RV), or as in 3=lv_blood,7=background; else 1 RV blood, 2 "
-          "LV myocardium, 3 LV blood, 4 rest of the heart, 5 LA blood, 6 RA blood, 7 aorta; in "
-          "labels of some phases alone the last three count as rest of the heart")
+          "LV myocardium, 3 LV blood, 4 rest of the heart, 5 LA blood, 6 RA blood, 7 aorta "
+          "(in labels of some phases alone the last three count as rest of the heart), 255 unknown")
       ->type_name("MAP");
 }
 

@@ -165,6 +165,7 @@ LabelCycle mapped_labels(LabelCycle images, const LabelMap& map, std::uint8_t un
   std::array<int, 256> table{};
   table.fill(-1);
   table[0] = unnamed;
+  table[kLabelUnknown] = kLabelUnknown;
   std::string known;
   for (const auto& [number, label] : map) {
     table[static_cast<std::size_t>(number)] = label;

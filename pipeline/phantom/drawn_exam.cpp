@@ -251,8 +251,8 @@ nlohmann::json stack_json(const DrawnStack& stack) {
 /// Numbers of the family that a reader of failures asks for first.
 nlohmann::json drawn_json(const Family& family) {
   nlohmann::json out;
-  for (const char* name : {"lv_edv", "lv_ef", "wall", "mapse", "rv_over_lv", "rv_ef", "tapse",
-                           "trabeculae", "snr", "shading", "shift", "gamma"}) {
+  for (const char* name : {"lv_edv", "lv_ef", "wall", "lv_long_share", "rv_over_lv", "rv_ef",
+                           "rv_long_share", "trabeculae", "snr", "shading", "shift", "gamma"}) {
     out[name] = family.number(name);
   }
   for (const char* name : {"infarct", "effusion", "random_contrast", "arms", "masked", "ghosts"}) {

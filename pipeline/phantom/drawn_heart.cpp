@@ -358,11 +358,11 @@ void DrawnHeart::place_beyond(const Family& family) {
   const Vec3F root(off * std::cos(gap_angle_), off * std::sin(gap_angle_), 12);
   const float lean = degrees(family.number("lvot_lean"));
   const float turn = gap_angle_ + degrees(family.number("lvot_turn"));
-  const Vec3F way(std::sin(lean) * std::cos(turn), std::sin(lean) * std::sin(turn),
-                  -std::cos(lean));
-  const Vec3F valve = root + family.number("lvot_length") * way;
+  const Vec3F outflow(std::sin(lean) * std::cos(turn), std::sin(lean) * std::sin(turn),
+                      -std::cos(lean));
+  const Vec3F valve = root + family.number("lvot_length") * outflow;
   const float reach = family.number("aorta_reach");
-  const Vec3F bend = valve + 0.5F * reach * (0.6F * way + Vec3F(0, 0, -0.6F)).normalized();
+  const Vec3F bend = valve + 0.5F * reach * (0.6F * outflow + Vec3F(0, 0, -0.6F)).normalized();
   const Vec3F end = bend + 0.7F * reach * Vec3F(-0.2F, -family.number("aorta_up"), -1);
   lvot_ = Tube{root, valve, radius};
   aorta_ = {Tube{valve, bend, radius}, Tube{bend, end, 0.95F * radius}};

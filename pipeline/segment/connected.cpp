@@ -54,19 +54,28 @@ class Parts {
 
   /// Those of all parts but the largest.
   [[nodiscard]] std::vector<Run> others() {
-    return others([](const Run& run) { return static_cast<std::size_t>(run.end - run.begin); });
+    const auto voxels = [](const Run& run) {
+      return static_cast<std::size_t>(run.end - run.begin);
+    };
+    // No part is half of thrice its voxels, so none but the largest stays.
+    return others(voxels, [&](const Run& run) { return 3 * voxels(run); });
   }
 
-  /// Those of all parts but the one whose runs measure most together.
-  template <class Measure>
-  [[nodiscard]] std::vector<Run> others(const Measure& measure) {
+  /// The same, but parts that measure at least half of what they are stay, too.
+  template <class Measure, class All>
+  [[nodiscard]] std::vector<Run> others(const Measure& measure, const All& all) {
     std::vector<std::size_t> sums(runs_.size(), 0);
-    for (std::uint32_t at = 0; at < runs_.size(); ++at) sums[root(at)] += measure(runs_[at]);
-    const auto largest =
+    std::vector<std::size_t> of(runs_.size(), 0);
+    for (std::uint32_t at = 0; at < runs_.size(); ++at) {
+      sums[root(at)] += measure(runs_[at]);
+      of[root(at)] += all(runs_[at]);
+    }
+    const auto most =
         static_cast<std::uint32_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
     std::vector<Run> out;
     for (std::uint32_t at = 0; at < runs_.size(); ++at) {
-      if (root(at) != largest) out.push_back(runs_[at]);
+      const std::uint32_t part = root(at);
+      if (part != most && 2 * sums[part] < of[part]) out.push_back(runs_[at]);
     }
     return out;
   }
@@ -161,19 +170,26 @@ void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     Parts parts(labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == cavity; });
-    const auto at_wall = [&](const Run& run) {
-      std::size_t faces = 0;
+    // Faces in the plane, of what lies beyond a part and passes the test.
+    const auto faces = [&](const Run& run, const auto& test) {
+      std::size_t count = 0;
       run.each(labels.grid.size[0], [&](std::size_t v) {
         const std::size_t i = v % width;
         const std::size_t j = v / width % height;
-        faces += i > 0 && phase[v - 1] == wall ? 1 : 0;
-        faces += i + 1 < width && phase[v + 1] == wall ? 1 : 0;
-        faces += j > 0 && phase[v - width] == wall ? 1 : 0;
-        faces += j + 1 < height && phase[v + width] == wall ? 1 : 0;
+        count += i > 0 && test(phase[v - 1]) ? 1 : 0;
+        count += i + 1 < width && test(phase[v + 1]) ? 1 : 0;
+        count += j > 0 && test(phase[v - width]) ? 1 : 0;
+        count += j + 1 < height && test(phase[v + width]) ? 1 : 0;
       });
-      return faces;
+      return count;
     };
-    for (const Run& run : parts.others(at_wall)) {
+    const auto at_wall = [&](const Run& run) {
+      return faces(run, [&](std::uint8_t label) { return label == wall; });
+    };
+    const auto outline = [&](const Run& run) {
+      return faces(run, [&](std::uint8_t label) { return label != cavity; });
+    };
+    for (const Run& run : parts.others(at_wall, outline)) {
       run.each(labels.grid.size[0], [&](std::size_t v) { phase[v] = instead; });
     }
   });

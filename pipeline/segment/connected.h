@@ -27,8 +27,11 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
 void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
                                 ImageCycle<std::uint8_t>& labels);
 
-/// Of a cavity each phase keeps the part that has most of its wall about it in the plane of slices:
-/// an atrium that was taken for ventricle may be the larger one at end-systole.
+/// Of a cavity each phase keeps the part that has most of its wall about it in the plane of slices
+/// (an atrium that was taken for ventricle may be the larger one at end-systole), and those of
+/// whose outline at least half is wall: where slices lie far apart, a cavity need not overlap with
+/// itself. Half is what experts ask of a basal slice (Schulz-Menger 2020,
+/// doi:10.1186/s12968-020-00610-6).
 void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                                ImageCycle<std::uint8_t>& labels);
 

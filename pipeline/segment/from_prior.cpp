@@ -17,6 +17,8 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/fat_layer.h"
 #include "pipeline/segment/followed_seeds.h"
+#include "pipeline/segment/known_ground.h"
+#include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/outer_surface.h"
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/prior_ground.h"
@@ -104,7 +106,8 @@ void give_way(const Grid& grid, const std::vector<Seed>& drawn, const LabelImage
 
 /// @param prior null: seeds alone tell
 Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const SegmentOptions& options,
-                   const prior::PriorCycle* prior, StageContext& context) {
+                   const KnownLabels& known_labels, const prior::PriorCycle* prior,
+                   StageContext& context) {
   const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
   ImageCycle<float> mended;
   if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);
@@ -122,9 +125,11 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
         "no heart found: nothing in the images looks like a left ventricle; give seeds with "
         "--seeds, or another stack of the exam with --stack");
   }
-  const Box box = box_with_seeds(
-      stack.grid,
-      likeliest ? box_of_heart(stack.grid, *likeliest) : box_of_marks(stack.grid, given), drawn);
+  const Box found =
+      likeliest ? box_of_heart(stack.grid, *likeliest) : box_of_marks(stack.grid, given);
+  const Box box =
+      box_with_seeds(stack.grid, box_with_labels(stack.grid, found, known_labels), drawn);
+  const KnownLabels known = crop(known_labels, box);
   ImageCycle<float> images = crop(stack, box);
   if (options.even_shading) {
     images = without_shading(images, find_shading(images.grid, temporal_stats(images)));
@@ -137,6 +142,7 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   draw_seeds(images.grid, drawn, marks);
   PriorGround ground = likeliest ? lay_prior_ground(images, *prior, *likeliest)
                                  : lay_seed_ground(images, marks, noise);
+  hold_known(known, ground);
   if (likeliest) give_way(images.grid, drawn, marks, ground);
   const TissueLevels& levels = ground.levels;
   const double contrast = std::max(levels.blood - levels.muscle, 1e-6);
@@ -183,6 +189,7 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
+  put_known(known, labels);
   for (std::size_t p = 0; p < marks.size(); ++p) {
     for (std::size_t v = 0; v < marks[p].size(); ++v) {
       if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
@@ -237,15 +244,20 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
 
 }  // namespace
 
+bool prior_tells(const prior::PriorCycle* prior, const SegmentOptions& options) {
+  return prior != nullptr && options.method == Method::Competition &&
+         holds_heart(likeliest_labels(*prior));
+}
+
 Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given,
-                                const SegmentOptions& options, const prior::PriorCycle& prior,
-                                StageContext& context) {
-  return grown(exam, given, options, &prior, context);
+                                const SegmentOptions& options, const KnownLabels& known,
+                                const prior::PriorCycle& prior, StageContext& context) {
+  return grown(exam, given, options, known, &prior, context);
 }
 
 Segmentation segment_from_seeds(const Exam& exam, const std::vector<Seed>& given,
                                 const SegmentOptions& options, StageContext& context) {
-  return grown(exam, given, options, nullptr, context);
+  return grown(exam, given, options, {}, nullptr, context);
 }
 
 }  // namespace beatlas::segment

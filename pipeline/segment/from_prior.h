@@ -7,11 +7,15 @@
 
 namespace beatlas::segment {
 
-/// As segment_exam, without known labels.
+/// Whether a prior takes part in what segment_exam makes: one was given, and it holds a heart.
+[[nodiscard]] bool prior_tells(const prior::PriorCycle* prior, const SegmentOptions& options);
+
+/// As segment_exam. Labels known in some phases hold there, see known_ground.h.
 /// @param prior of this exam's stack
 /// @throws Error{InvalidInput} if it holds no heart, or the exam one phase alone
 [[nodiscard]] Segmentation segment_from_prior(const Exam& exam, const std::vector<Seed>& given,
                                               const SegmentOptions& options,
+                                              const KnownLabels& known,
                                               const prior::PriorCycle& prior,
                                               StageContext& context);
 

@@ -7,6 +7,8 @@
 #include "pipeline/core/words.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/edited_labels.h"
+#include "pipeline/segment/from_prior.h"
+#include "pipeline/segment/known_ground.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/valves.h"
 #include "pipeline/segment/ventricle_ends.h"
@@ -16,6 +18,21 @@ namespace beatlas::segment {
 namespace {
 
 using Mask = std::vector<std::uint8_t>;
+
+/// The largest label; what is unknown has none.
+std::uint8_t most_of(const Mask& image) {
+  std::uint8_t most = 0;
+  for (const std::uint8_t label : image) {
+    if (label != kLabelUnknown) most = std::max(most, label);
+  }
+  return most;
+}
+
+bool has_unknown(const KnownLabels& known) {
+  return std::any_of(known.labels.phases.begin(), known.labels.phases.end(), [](const Mask& image) {
+    return std::find(image.begin(), image.end(), kLabelUnknown) != image.end();
+  });
+}
 
 /// Of labels that are known in every phase.
 Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage,
@@ -86,13 +103,13 @@ void check_known(const KnownLabels& known, const Grid& grid, int phases) {
   if (!(known.labels.grid == grid)) throw_invalid("the labels are not on the grid of the images");
   for (std::size_t p = 0; p < at.size(); ++p) {
     const Mask& phase = known.labels.phases[p];
-    const auto [least, most] = std::minmax_element(phase.begin(), phase.end());
-    if (phase.empty() || *most == kLabelBackground) {
+    const std::uint8_t most = most_of(phase);
+    if (most == kLabelBackground) {
       throw_invalid("the labels hold no heart in phase " + std::to_string(at[p]));
     }
-    if (*most > kLastLabel) {
-      throw_invalid("the labels hold the value " + std::to_string(*most) + " in phase " +
-                    std::to_string(at[p]) + "; use " + kLabelNumbers);
+    if (most > kLastLabel) {
+      throw_invalid("the labels hold the value " + std::to_string(most) + " in phase " +
+                    std::to_string(at[p]) + "; use " + kLabelNumbers + ", 255 unknown");
     }
   }
 }
@@ -103,7 +120,8 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
                                  const prior::PriorCycle* prior) {
   const int phases = exam.stack.phase_count();
   check_known(given, exam.stack.grid(), phases);
-  if (given.phases.size() == static_cast<std::size_t>(phases)) {
+  const bool open = has_unknown(given);
+  if (given.phases.size() == static_cast<std::size_t>(phases) && !open) {
     return as_they_are(given.labels, coverage, context);
   }
   if (!coverage.empty()) {
@@ -116,13 +134,23 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
   for (Mask& phase : known.labels.phases) {
     std::transform(phase.begin(), phase.end(), phase.begin(), ventricles_apart);
   }
+  const bool beside_prior = prior_tells(prior, options);
+  if (open && !beside_prior) {
+    throw_invalid(
+        "the labels hold 255, unknown, and nothing else tells what is there: no prior is asked, or "
+        "it finds no heart; label these voxels, or leave --prior out");
+  }
   SegmentOptions without_atria = options;
   without_atria.atria = false;
   Segmentation made = segment_exam(exam, seeds, without_atria, context, known, nullptr, prior);
   LabelCycle labels = made.labels;
-  drop_unknown_labels(known, labels);
-  for (std::size_t at = 0; at < known.phases.size(); ++at) {
-    labels.phases[static_cast<std::size_t>(known.phases[at])] = known.labels.phases[at];
+  if (beside_prior) {
+    put_known(known, labels);
+  } else {
+    drop_unknown_labels(known, labels);
+    for (std::size_t at = 0; at < known.phases.size(); ++at) {
+      labels.phases[static_cast<std::size_t>(known.phases[at])] = known.labels.phases[at];
+    }
   }
   made = with_other_labels(std::move(made), labels, context);
   for (auto& [structure, cut] : made.base_cuts) {

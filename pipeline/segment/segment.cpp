@@ -108,10 +108,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const KnownLabels& known_labels, SolveMemory* memory,
                           const prior::PriorCycle* prior) {
   // Seeds of a person count where the prior overlooked the heart: they grow without it then.
-  if (prior != nullptr && known_labels.phases.empty() && options.method == Method::Competition &&
-      (given.empty() || holds_heart(likeliest_labels(*prior)))) {
+  const bool marked = !given.empty() || !known_labels.phases.empty();
+  if (prior != nullptr && options.method == Method::Competition &&
+      (!marked || prior_tells(prior, options))) {
     if (memory != nullptr) *memory = {};
-    return segment_from_prior(exam, given, options, *prior, context);
+    return segment_from_prior(exam, given, options, known_labels, *prior, context);
   }
   if (known_labels.phases.empty() && options.method == Method::Competition && tell_heart(given)) {
     if (memory != nullptr) *memory = {};

@@ -50,6 +50,8 @@ enum Label : std::uint8_t {
   kLabelAorta = 7,
 };
 inline constexpr std::uint8_t kLastLabel = kLabelAorta;
+/// Of given labels: nobody said what is there. No package holds it.
+inline constexpr std::uint8_t kLabelUnknown = 255;
 /// For messages.
 inline constexpr const char* kLabelNumbers =
     "0 background, 1 RV blood, 2 LV myocardium, 3 LV blood, 4 rest of heart, 5 LA blood, 6 RA "
@@ -60,7 +62,7 @@ inline constexpr const char* kLabelNumbers =
 
 /// The same without a difference between atria, aorta and the rest of the heart.
 [[nodiscard]] constexpr std::uint8_t ventricles_apart(std::uint8_t label) noexcept {
-  return label > kLabelRestOfHeart ? std::uint8_t{kLabelRestOfHeart} : label;
+  return label > kLabelRestOfHeart && label <= kLastLabel ? std::uint8_t{kLabelRestOfHeart} : label;
 }
 
 /// Whether a voxel of `label` belongs to `structure`.

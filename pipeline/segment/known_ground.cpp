@@ -1,0 +1,66 @@
+#include "pipeline/segment/known_ground.h"
+
+#include <array>
+
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr std::uint8_t kDearest = 255;
+
+/// Which labels an image has, kLabelBackground left out; atria and vessels are rest of heart.
+std::array<bool, kLastLabel + 1> labels_in(const std::vector<std::uint8_t>& image) {
+  std::array<bool, kLastLabel + 1> out{};
+  for (const std::uint8_t label : image) {
+    if (label != kLabelUnknown) out[label] = true;
+  }
+  for (const std::uint8_t label : {kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
+    out[label] = out[kLabelRestOfHeart];
+  }
+  out[kLabelBackground] = false;
+  return out;
+}
+
+}  // namespace
+
+void hold_known(const KnownLabels& known, PriorGround& ground) {
+  for (std::size_t n = 0; n < known.phases.size(); ++n) {
+    const std::vector<std::uint8_t>& image = known.labels.phases[n];
+    const auto p = static_cast<std::size_t>(known.phases[n]);
+    const std::array<bool, kLastLabel + 1> has = labels_in(image);
+    std::vector<std::uint8_t>& seeds = ground.seeds[p];
+    std::uint8_t* prices = ground.prices.phases[p].data();
+    for (std::size_t v = 0; v < image.size(); ++v, prices += VoxelPrices::kLabels) {
+      if (image[v] == kLabelUnknown) continue;
+      if (image[v] != kLabelBackground) {
+        seeds[v] = image[v];
+        prices[image[v]] = VoxelPrices::kUnits;
+        continue;
+      }
+      if (seeds[v] <= kLastLabel && has[seeds[v]]) seeds[v] = kUnlabelled;
+      for (std::size_t label = 0; label < has.size(); ++label) {
+        if (has[label]) prices[label] = kDearest;
+      }
+    }
+  }
+}
+
+void put_known(const KnownLabels& known, ImageCycle<std::uint8_t>& labels) {
+  for (std::size_t n = 0; n < known.phases.size(); ++n) {
+    const std::vector<std::uint8_t>& image = known.labels.phases[n];
+    const std::array<bool, kLastLabel + 1> has = labels_in(image);
+    std::vector<std::uint8_t>& phase = labels.phases[static_cast<std::size_t>(known.phases[n])];
+    for (std::size_t v = 0; v < image.size(); ++v) {
+      if (image[v] == kLabelUnknown) continue;
+      if (image[v] != kLabelBackground) {
+        phase[v] = image[v];
+      } else if (has[phase[v]]) {
+        const bool wall = phase[v] == kLabelLvBlood && !has[kLabelLvMyocardium];
+        phase[v] = wall ? kLabelLvMyocardium : kLabelBackground;
+      }
+    }
+  }
+}
+
+}  // namespace beatlas::segment
