@@ -104,6 +104,12 @@ void give_way(const Grid& grid, const std::vector<Seed>& drawn, const LabelImage
   }
 }
 
+[[noreturn]] void throw_no_heart() {
+  throw_invalid(
+      "no heart found: nothing in the images looks like a left ventricle; give seeds with "
+      "--seeds, or another stack of the exam with --stack");
+}
+
 /// @param prior null: seeds alone tell
 Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const SegmentOptions& options,
                    const KnownLabels& known_labels, const prior::PriorCycle* prior,
@@ -120,11 +126,7 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   std::vector<Seed> drawn = given;
   std::optional<LabelCycle> likeliest;
   if (prior != nullptr) likeliest = likeliest_labels(*prior);
-  if (likeliest && !holds_heart(*likeliest)) {
-    throw_invalid(
-        "no heart found: nothing in the images looks like a left ventricle; give seeds with "
-        "--seeds, or another stack of the exam with --stack");
-  }
+  if (likeliest && !holds_heart(*likeliest)) throw_no_heart();
   const Box found =
       likeliest ? box_of_heart(stack.grid, *likeliest) : box_of_marks(stack.grid, given);
   const Box box =
@@ -185,6 +187,7 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   ground.seeds = {};
   ground.prices = {};
   context.progress(0.65, "outlines");
+  if (likeliest) take_back_trabeculae(*likeliest, labels);
   fill_cavity(labels, !likeliest);
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
@@ -201,6 +204,8 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   for (const std::uint8_t cavity : {kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
     keep_largest_of_each_phase(cavity, apart, labels);
   }
+  // What the prior took for one may come apart as the images are asked.
+  if (given.empty() && known.phases.empty() && !holds_heart(labels)) throw_no_heart();
   const int base_step = base_step_from(labels);  // Atria tell, so before they are merged.
   std::vector<std::string> part_view;
   // One or two thick slices of an atrium are no body that could be drawn.
