@@ -40,8 +40,8 @@ using LabelMap = std::map<int, std::uint8_t>;
 /// @throws Error{Usage} naming --label-map
 [[nodiscard]] LabelMap label_map_from_word(const std::string& word);
 
-/// Replaces the numbers of label images by our labels; 0 becomes `unnamed`, and 255 stays what it is
-/// (unknown, or not painted) unless the map names it.
+/// Replaces the numbers of label images by our labels; 0 becomes `unnamed`, and 255 stays what it
+/// is (unknown, or not painted) unless the map names it.
 /// @throws Error{InvalidInput} if a number is not in the map, naming number, map and option
 [[nodiscard]] LabelCycle mapped_labels(LabelCycle images, const LabelMap& map,
                                        std::uint8_t unnamed);
