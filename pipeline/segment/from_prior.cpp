@@ -35,9 +35,10 @@ namespace {
 /// Papillary muscles and trabeculae count as cavity, as experts draw it (Schulz-Menger 2020,
 /// doi:10.1186/s12968-020-00610-6): within a slice the cavity is convex, as far as its own wall
 /// goes.
-/// @param round the cavity is filled to the ellipse that fits its hull, too: papillary muscles that
-/// stand against the wall are no part of the hull, and nothing else tells them from it
-void fill_cavity(ImageCycle<std::uint8_t>& labels, bool round) {
+/// Papillary muscles that stand against the wall are no part of the hull; they lie in the ellipse
+/// that fits it.
+/// @param seeds of muscle stay muscle
+void fill_cavity(const LabelImages& seeds, ImageCycle<std::uint8_t>& labels) {
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     for (int k = 0; k < labels.grid.size[2]; ++k) {
       cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
@@ -48,9 +49,9 @@ void fill_cavity(ImageCycle<std::uint8_t>& labels, bool round) {
       cv::convexHull(blood, hull);
       cv::Mat filled = cv::Mat::zeros(slice.size(), CV_8U);
       cv::fillConvexPoly(filled, hull, cv::Scalar(255));
-      if (round && hull.size() >= 5) {
-        const cv::RotatedRect fit = cv::fitEllipse(hull);
-        cv::ellipse(filled, fit, cv::Scalar(255), cv::FILLED);
+      if (hull.size() >= 5) {
+        cv::ellipse(filled, cv::fitEllipse(hull), cv::Scalar(255), cv::FILLED);
+        filled &= slice_of(labels.grid, seeds[p], k) != kLabelLvMyocardium;
       }
       slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
     }
@@ -184,11 +185,10 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
     }
   }
   motion.reset();
-  ground.seeds = {};
   ground.prices = {};
   context.progress(0.65, "outlines");
-  if (likeliest) take_back_trabeculae(*likeliest, labels);
-  fill_cavity(labels, !likeliest);
+  fill_cavity(ground.seeds, labels);
+  ground.seeds = {};
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);

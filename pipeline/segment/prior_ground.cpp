@@ -173,23 +173,6 @@ PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::Prior
   return out;
 }
 
-void take_back_trabeculae(const LabelCycle& likeliest, ImageCycle<std::uint8_t>& labels) {
-  const LikeliestAt likeliest_at(likeliest, labels.grid);
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    std::size_t v = 0;
-    for (int k = 0; k < labels.grid.size[2]; ++k) {
-      for (int j = 0; j < labels.grid.size[1]; ++j) {
-        for (int i = 0; i < labels.grid.size[0]; ++i, ++v) {
-          std::uint8_t& label = labels.phases[p][v];
-          if (label == kLabelLvMyocardium && likeliest_at(p, i, j, k) == kLabelLvBlood) {
-            label = kLabelLvBlood;
-          }
-        }
-      }
-    }
-  });
-}
-
 int base_step_from(const LabelCycle& labels) {
   std::array<double, 8> sum{};
   std::array<double, 8> number{};

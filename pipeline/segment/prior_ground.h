@@ -35,10 +35,6 @@ struct PriorGround {
                                            const prior::PriorCycle& prior,
                                            const LabelCycle& likeliest);
 
-/// What grew as the LV's muscle is cavity where the prior takes it for that: trabeculae are as dark
-/// as muscle, and the image alone calls them so.
-void take_back_trabeculae(const LabelCycle& likeliest, ImageCycle<std::uint8_t>& labels);
-
 /// +1 if the base lies towards larger k, -1 if smaller: where atria and aorta are in view on their
 /// side, else on the side of the wall on which the cavity is open.
 [[nodiscard]] int base_step_from(const LabelCycle& labels);
