@@ -148,7 +148,7 @@ void Chain::segment() {
       SolveMemory memory = study_ ? study::read_solve_memory(*study_, key) : SolveMemory();
       try {
         const std::optional<prior::PriorCycle> learned =
-            wants_prior(corrections, orders_.recipe)
+            wants_prior(corrections, orders_.recipe, images.stack.phase_count())
                 ? prior_of(images, orders_.recipe,
                            context.part(0, kPriorShare, "what voxels look like"))
                 : std::nullopt;

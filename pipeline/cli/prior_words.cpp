@@ -1,11 +1,13 @@
 #include "pipeline/cli/prior_words.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
 #include <CLI/CLI.hpp>
 
 #include "pipeline/study/files.h"
+#include "runtime/atlas/structures.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -84,8 +86,13 @@ std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe
   return prior::heart_prior(exam, *model, context);
 }
 
-bool wants_prior(const Corrections& corrections, const Recipe& recipe) {
-  return word_of(recipe) != kNone && corrections.known.phases.empty();
+bool wants_prior(const Corrections& corrections, const Recipe& recipe, int phases) {
+  const std::vector<std::vector<std::uint8_t>>& known = corrections.known.labels.phases;
+  const bool all = known.size() == static_cast<std::size_t>(phases) &&
+                   std::all_of(known.begin(), known.end(), [](const auto& image) {
+                     return std::find(image.begin(), image.end(), kLabelUnknown) == image.end();
+                   });
+  return word_of(recipe) != kNone && !all;
 }
 
 }  // namespace beatlas::cli

@@ -35,7 +35,7 @@ void check_prior(const Orders& orders, const study::Study* study);
 /// The prior of an exam, of the model that the recipe names; nothing without one.
 [[nodiscard]] std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe,
                                                         StageContext context);
-/// Whether it is of use: labels given of some phases or of all tell where the heart is themselves.
-[[nodiscard]] bool wants_prior(const Corrections& corrections, const Recipe& recipe);
+/// Whether it is of use: labels of every phase in which nothing is left unknown tell all.
+[[nodiscard]] bool wants_prior(const Corrections& corrections, const Recipe& recipe, int phases);
 
 }  // namespace beatlas::cli

@@ -37,8 +37,8 @@ namespace {
 /// goes.
 /// Papillary muscles that stand against the wall are no part of the hull; they lie in the ellipse
 /// that fits it.
-/// @param seeds of muscle stay muscle
-void fill_cavity(const LabelImages& seeds, ImageCycle<std::uint8_t>& labels) {
+/// @param sure muscle stays muscle
+void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     for (int k = 0; k < labels.grid.size[2]; ++k) {
       cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
@@ -51,7 +51,7 @@ void fill_cavity(const LabelImages& seeds, ImageCycle<std::uint8_t>& labels) {
       cv::fillConvexPoly(filled, hull, cv::Scalar(255));
       if (hull.size() >= 5) {
         cv::ellipse(filled, cv::fitEllipse(hull), cv::Scalar(255), cv::FILLED);
-        filled &= slice_of(labels.grid, seeds[p], k) != kLabelLvMyocardium;
+        filled &= slice_of(labels.grid, sure[p], k) != kLabelLvMyocardium;
       }
       slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
     }
@@ -187,7 +187,7 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   motion.reset();
   ground.prices = {};
   context.progress(0.65, "outlines");
-  fill_cavity(ground.seeds, labels);
+  fill_cavity(likeliest ? ground.seeds : marks, labels);
   ground.seeds = {};
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
