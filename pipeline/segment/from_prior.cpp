@@ -35,10 +35,9 @@ namespace {
 /// Papillary muscles and trabeculae count as cavity, as experts draw it (Schulz-Menger 2020,
 /// doi:10.1186/s12968-020-00610-6): within a slice the cavity is convex, as far as its own wall
 /// goes.
-/// Papillary muscles that stand against the wall are no part of the hull; they lie in the ellipse
-/// that fits it.
-/// @param sure muscle stays muscle
-void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
+/// @param round the cavity is filled to the ellipse that fits its hull, too: papillary muscles that
+/// stand against the wall are no part of the hull, and nothing but a prior tells them from it
+void fill_cavity(ImageCycle<std::uint8_t>& labels, bool round) {
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     for (int k = 0; k < labels.grid.size[2]; ++k) {
       cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
@@ -49,9 +48,8 @@ void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
       cv::convexHull(blood, hull);
       cv::Mat filled = cv::Mat::zeros(slice.size(), CV_8U);
       cv::fillConvexPoly(filled, hull, cv::Scalar(255));
-      if (hull.size() >= 5) {
+      if (round && hull.size() >= 5) {
         cv::ellipse(filled, cv::fitEllipse(hull), cv::Scalar(255), cv::FILLED);
-        filled &= slice_of(labels.grid, sure[p], k) != kLabelLvMyocardium;
       }
       slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
     }
@@ -185,10 +183,10 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
     }
   }
   motion.reset();
+  ground.seeds = {};
   ground.prices = {};
   context.progress(0.65, "outlines");
-  fill_cavity(likeliest ? ground.seeds : marks, labels);
-  ground.seeds = {};
+  fill_cavity(labels, !likeliest);
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);

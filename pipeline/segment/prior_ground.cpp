@@ -13,10 +13,9 @@ namespace beatlas::segment {
 namespace {
 
 constexpr std::size_t kLabels = VoxelPrices::kLabels;
-constexpr double kRoomMm = 20;        ///< beside what the prior takes for heart
-constexpr float kSure = 0.9F;         ///< probability of a seed
-constexpr double kLeastLvMl = 4;      ///< 40 ml at an EF of 90 %, phantom/family.json
-constexpr double kImageWeight = 0.5;  ///< the prior has seen the images, too: half counts twice
+constexpr double kRoomMm = 20;    ///< beside what the prior takes for heart
+constexpr float kSure = 0.98F;    ///< probability of a seed; below it the image has a say
+constexpr double kLeastLvMl = 4;  ///< 40 ml at an EF of 90 %, phantom/family.json
 
 /// Label of the prior's grid at a voxel of the part: that of the pixel in which its centre lies.
 class LikeliestAt {
@@ -165,7 +164,7 @@ PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::Prior
       const std::size_t bin = bins.of(images.phases[p][v]);
       std::array<double, kLabels> weight{};
       for (std::size_t l = 0; l < kLabels; ++l) {
-        weight[l] = static_cast<double>(likely[l][v]) * std::pow(densities[l][bin], kImageWeight);
+        weight[l] = static_cast<double>(likely[l][v]) * densities[l][bin];
       }
       set_prices(weight, prices.data() + v * kLabels);
     }
