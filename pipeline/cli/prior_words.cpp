@@ -1,13 +1,12 @@
 #include "pipeline/cli/prior_words.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/segment/known_labels.h"
 #include "pipeline/study/files.h"
-#include "runtime/atlas/structures.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -87,11 +86,9 @@ std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe
 }
 
 bool wants_prior(const Corrections& corrections, const Recipe& recipe, int phases) {
-  const std::vector<std::vector<std::uint8_t>>& known = corrections.known.labels.phases;
-  const bool all = known.size() == static_cast<std::size_t>(phases) &&
-                   std::all_of(known.begin(), known.end(), [](const auto& image) {
-                     return std::find(image.begin(), image.end(), kLabelUnknown) == image.end();
-                   });
+  const segment::KnownLabels& known = corrections.known;
+  const bool all =
+      known.phases.size() == static_cast<std::size_t>(phases) && !segment::has_unknown(known);
   return word_of(recipe) != kNone && !all;
 }
 

@@ -226,6 +226,7 @@ std::vector<std::uint8_t> labels_of(const Draw& draw, float contraction, bool sh
     std::size_t at = k * pixels;
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i, ++at) {
+        if (near[at - k * pixels] == 0) continue;
         out[at] =
             label_of(scene.heart_at(draw.stack.seen_at(static_cast<float>(i), static_cast<float>(j),
                                                        static_cast<float>(k), shift),

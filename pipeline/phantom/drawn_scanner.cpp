@@ -8,6 +8,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/phantom/drawn_signal.h"
 #include "pipeline/phantom/drawn_slices.h"
+#include "pipeline/phantom/image_faults.h"
 #include "pipeline/phantom/noise.h"
 
 namespace beatlas::phantom {
@@ -45,46 +46,8 @@ std::vector<Sub> subs_of(VoxelShape shape, float thickness_mm, float tails) {
   return out;
 }
 
-/// An image of one slice and frame.
-struct Image {
-  int columns = 0;
-  std::vector<float> values;
-
-  explicit Image(int n)
-      : columns(n), values(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)) {}
-};
-
-/// Separable Gaussian, edges repeated. @param sigma [pixel]
-void blur(Image& image, float sigma) {
-  if (sigma < 0.2F) return;
-  const int reach = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
-  std::vector<float> weights(static_cast<std::size_t>(reach) + 1);
-  float sum = 0;
-  for (int d = 0; d <= reach; ++d) {
-    const auto x = static_cast<float>(d);
-    weights[static_cast<std::size_t>(d)] = std::exp(-0.5F * x * x / (sigma * sigma));
-    sum += (d == 0 ? 1.0F : 2.0F) * weights[static_cast<std::size_t>(d)];
-  }
-  const int n = image.columns;
-  std::vector<float> other(image.values.size());
-  for (int pass = 0; pass < 2; ++pass) {
-    const int step = pass == 0 ? 1 : n;
-    const int line = pass == 0 ? n : 1;
-    for (int l = 0; l < n; ++l) {
-      const float* from = image.values.data() + l * line;
-      float* to = other.data() + l * line;
-      for (int x = 0; x < n; ++x) {
-        float value = weights[0] * from[x * step];
-        for (int d = 1; d <= reach; ++d) {
-          value += weights[static_cast<std::size_t>(d)] *
-                   (from[std::max(x - d, 0) * step] + from[std::min(x + d, n - 1) * step]);
-        }
-        to[x * step] = value / sum;
-      }
-    }
-    image.values.swap(other);
-  }
-}
+/// Of one slice and frame.
+using Image = std::vector<float>;
 
 /// Blood that loses or gains signal about a place while it streams.
 struct FlowVoid {
@@ -108,7 +71,8 @@ class Scanner {
         stack_(stack),
         shape_(shape),
         signals_(draw_signals(family)),
-        subs_(subs_of(shape, stack.thickness_mm, family.number("exam_tails"))) {
+        subs_(subs_of(shape, stack.thickness_mm, family.number("exam_tails"))),
+        ghost_(family) {
     const bool box = shape == VoxelShape::Box;
     muscle_uneven_ = family.number("muscle_uneven");
     blood_uneven_ = family.number("blood_uneven");
@@ -116,13 +80,9 @@ class Scanner {
     blur_ = family.number(box ? "exam_blur_box" : "exam_blur");
     ringing_ = box ? 0 : family.number("exam_ringing");
     noise_ = 1 / family.number("snr");
-    noise_blur_ = family.between(0, 0.8F, "noise_blur");
+    noise_blur_ = family.number("noise_blur");
     gamma_ = family.number("gamma");
     counts_ = family.number("exam_counts");
-    ghost_ = family.happens("ghosts") ? family.number("ghost_strength") : 0;
-    ghost_shift_ = static_cast<int>(family.between(0.1F, 0.5F, "ghost_shift") *
-                                    static_cast<float>(stack.columns));
-    ghost_rows_ = family.uniform("ghost_rows") < 0.5F;
     draw_coil();
     draw_mask();
     draw_voids();
@@ -147,14 +107,14 @@ class Scanner {
     for (std::size_t p = 0; p < stack_.times.size(); ++p) {
       const float time = stack_.times[p];
       Image image = signal(k, time, still, fine, coarse, places, near);
-      if (ghost_ > 0) haunt(image);
-      for (std::size_t at = 0; at < pixels; ++at) image.values[at] *= coil[at];
+      ghost_.add(image, stack_.columns);
+      for (std::size_t at = 0; at < pixels; ++at) image[at] *= coil[at];
       sharpen_or_blur(image);
       add_noise(k, static_cast<std::uint32_t>(p), image);
       float* out = to[p].data() + static_cast<std::size_t>(k) * pixels;
       for (std::size_t at = 0; at < pixels; ++at) {
         const float value =
-            masked_[at] != 0 ? 0 : counts_ * std::pow(std::max(0.0F, image.values[at]), gamma_);
+            masked_[at] != 0 ? 0 : counts_ * std::pow(std::max(0.0F, image[at]), gamma_);
         out[at] = std::min(std::round(value), kMostCounts);
       }
     }
@@ -196,7 +156,7 @@ class Scanner {
                              const std::vector<float>& fine, const std::vector<float>& coarse,
                              const std::vector<Vec3F>& places,
                              const std::vector<std::uint8_t>& near) const {
-    Image out(stack_.columns);
+    Image out(count());
     DrawnHeart::Moment moment;
     if (scene_.heart != nullptr) moment = scene_.heart->moment(contraction_at(time));
     const std::vector<Tissue> heart = heart_tissues(k, moment, near);
@@ -214,7 +174,7 @@ class Scanner {
                   : is_muscle(tissue) ? muscle
                                       : uneven);
       }
-      out.values[at] = value;
+      out[at] = value;
     });
     return out;
   }
@@ -264,47 +224,33 @@ class Scanner {
   }
 
   void sharpen_or_blur(Image& image) const {
-    if (ringing_ <= 0) return blur(image, blur_);
+    if (ringing_ <= 0) return blur(image, stack_.columns, blur_);
     Image wide = image;
-    blur(image, blur_);
-    blur(wide, 1.7F * blur_ + 0.3F);
-    for (std::size_t at = 0; at < image.values.size(); ++at) {
-      image.values[at] += ringing_ * (image.values[at] - wide.values[at]);
-    }
-  }
-
-  void haunt(Image& image) const {
-    const Image before = image;
-    const int n = stack_.columns;
-    for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) {
-        const int from_i = ghost_rows_ ? i : (i + ghost_shift_) % n;
-        const int from_j = ghost_rows_ ? (j + ghost_shift_) % n : j;
-        image.values[static_cast<std::size_t>(j * n + i)] +=
-            ghost_ * before.values[static_cast<std::size_t>(from_j * n + from_i)];
-      }
+    blur(image, stack_.columns, blur_);
+    blur(wide, stack_.columns, 1.7F * blur_ + 0.3F);
+    for (std::size_t at = 0; at < image.size(); ++at) {
+      image[at] += ringing_ * (image[at] - wide[at]);
     }
   }
 
   /// Two halves of a complex image (Gudbjartsson 1995); what interpolation smoothed keeps its size.
   void add_noise(int k, std::uint32_t phase, Image& image) const {
-    Image real(stack_.columns);
-    Image imaginary(stack_.columns);
+    Image real(count());
+    Image imaginary(count());
     const std::size_t first = static_cast<std::size_t>(k) * count();
     for (std::size_t at = 0; at < count(); ++at) {
       const auto drawn = normal_pair(first + at, phase, family_.seed());
-      real.values[at] = static_cast<float>(drawn[0]);
-      imaginary.values[at] = static_cast<float>(drawn[1]);
+      real[at] = static_cast<float>(drawn[0]);
+      imaginary[at] = static_cast<float>(drawn[1]);
     }
     float gain = noise_;
     if (noise_blur_ > 0.4F) {
-      blur(real, noise_blur_);
-      blur(imaginary, noise_blur_);
+      blur(real, stack_.columns, noise_blur_);
+      blur(imaginary, stack_.columns, noise_blur_);
       gain *= 2 * std::sqrt(kPi) * noise_blur_;
     }
     for (std::size_t at = 0; at < count(); ++at) {
-      image.values[at] =
-          std::hypot(image.values[at] + gain * real.values[at], gain * imaginary.values[at]);
+      image[at] = std::hypot(image[at] + gain * real[at], gain * imaginary[at]);
     }
   }
 
@@ -312,8 +258,8 @@ class Scanner {
   void draw_coil() {
     coil_way_ = Vec3F(family_.normal("coil_x"), family_.normal("coil_y"), family_.normal("coil_z"))
                     .normalized();
-    coil_bow_ = family_.between(-0.7F, 0.7F, "coil_bow");
-    coil_across_ = family_.between(-0.5F, 0.5F, "coil_across");
+    coil_bow_ = family_.number("coil_bow");
+    coil_across_ = family_.number("coil_across");
     float low = 1e9F;
     float high = -1e9F;
     for (const int k : {0, stack_.slices / 2, stack_.slices - 1}) {
@@ -336,26 +282,17 @@ class Scanner {
     return std::exp(coil_gain_ * (coil_exponent(lps) - coil_middle_));
   }
 
-  /// What a scanner blanks: beyond the field of view, bent by the gradients, or beyond a disc;
-  /// never about the heart.
+  /// What the scanner blanks is never about the heart.
   void draw_mask() {
+    const BlankedEdge edge(family_);
     masked_.assign(count(), 0);
-    if (!family_.happens("masked")) return;
-    const bool round = family_.uniform("mask_round") < 0.4F;
-    const float edge = family_.number("mask_edge");
-    const float bend = family_.between(0, 0.25F, "mask_bend");
-    const float way = family_.between(0, 2 * kPi, "mask_way");
     const auto half = 0.5F * static_cast<float>(stack_.columns);
     const int middle = stack_.slices / 2;
     each_pixel([&](std::size_t at, float i, float j) {
-      const float x = (i + 0.5F) / half - 1;
-      const float y = (j + 0.5F) / half - 1;
-      const float s = x * std::cos(way) + y * std::sin(way);
-      const float t = -x * std::sin(way) + y * std::cos(way);
-      const float far = round ? std::hypot(x, y) : std::abs(s) + bend * t * t;
+      if (!edge.blanks((i + 0.5F) / half - 1, (j + 0.5F) / half - 1)) return;
       const Vec3F place = seen(i, j, middle, 0);
       const Vec3F off = place - place.dot(stack_.normal) * stack_.normal;
-      masked_[at] = far > edge && off.norm() > 0.8F * scene_.heart_reach ? 1 : 0;
+      masked_[at] = off.norm() > 0.8F * scene_.heart_reach ? 1 : 0;
     });
   }
 
@@ -366,7 +303,7 @@ class Scanner {
       if (!family_.happens("flow_void", n)) continue;
       FlowVoid lost;
       lost.radius = family_.number("flow_void_radius", n);
-      lost.depth = family_.number("flow_void_depth", n) * family_.between(-0.4F, 1, "flow_way", n);
+      lost.depth = family_.number("flow_void_depth", n) * family_.number("flow_way", n);
       lost.when = family_.uniform("flow_when", n);
       constexpr std::uint32_t kTries = 200;
       for (std::uint32_t t = 0; t < kTries; ++t) {
@@ -390,9 +327,7 @@ class Scanner {
   std::vector<Sub> subs_;
   float muscle_uneven_ = 0, blood_uneven_ = 0, tissue_uneven_ = 0;
   float blur_ = 0, ringing_ = 0, noise_ = 0, noise_blur_ = 0, gamma_ = 1, counts_ = 1000;
-  float ghost_ = 0;
-  int ghost_shift_ = 0;
-  bool ghost_rows_ = false;
+  Ghost ghost_;
   Vec3F coil_way_ = Vec3F::UnitX();
   float coil_bow_ = 0, coil_across_ = 0, coil_gain_ = 0, coil_middle_ = 0;
   std::vector<std::uint8_t> masked_;

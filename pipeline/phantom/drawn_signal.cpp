@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "pipeline/phantom/image_faults.h"
+
 namespace beatlas::phantom {
 namespace {
 
@@ -80,42 +82,11 @@ TissueSignals draw_signals(const Family& family) {
 
 namespace {
 
-/// Separable Gaussian, edges repeated. @param sigma [pixel]
-void blur(Image& image, float sigma) {
-  const int reach = std::max(1, static_cast<int>(std::ceil(2.5F * sigma)));
-  std::vector<float> weights(static_cast<std::size_t>(reach) + 1);
-  float sum = 0;
-  for (int d = 0; d <= reach; ++d) {
-    weights[static_cast<std::size_t>(d)] =
-        std::exp(-0.5F * static_cast<float>(d * d) / (sigma * sigma));
-    sum += (d == 0 ? 1 : 2) * weights[static_cast<std::size_t>(d)];
-  }
-  for (float& w : weights) w /= sum;
-  Image other(kPixels);
-  for (int pass = 0; pass < 2; ++pass) {
-    const int step = pass == 0 ? 1 : kN;
-    const int line = pass == 0 ? kN : 1;
-    for (int l = 0; l < kN; ++l) {
-      const float* from = image.data() + l * line;
-      float* to = other.data() + l * line;
-      for (int n = 0; n < kN; ++n) {
-        float value = weights[0] * from[n * step];
-        for (int d = 1; d <= reach; ++d) {
-          value += weights[static_cast<std::size_t>(d)] *
-                   (from[std::max(n - d, 0) * step] + from[std::min(n + d, kN - 1) * step]);
-        }
-        to[n * step] = value;
-      }
-    }
-    image.swap(other);
-  }
-}
-
 /// One scanner with one coil and one contrast.
 class Scanner {
  public:
   explicit Scanner(const Family& family)
-      : family_(family), signals_(draw_signals(family)), random_(family.seed()) {
+      : family_(family), signals_(draw_signals(family)), random_(family.seed()), ghost_(family) {
     muscle_uneven_ = family.number("muscle_uneven");
     blood_uneven_ = family.number("blood_uneven");
     tissue_uneven_ = family.number("tissue_uneven");
@@ -124,9 +95,6 @@ class Scanner {
     noise_ = 0.7F / family.number("snr");
     noise_blur_ = family.number("noise_blur");
     gamma_ = family.number("gamma");
-    ghost_ = family.happens("ghosts") ? family.number("ghost_strength") : 0;
-    ghost_shift_ = static_cast<int>(family.number("ghost_shift"));
-    ghost_rows_ = family.uniform("ghost_rows") < 0.5F;
     draw_coil();
     draw_texture();
     draw_mask();
@@ -144,9 +112,9 @@ class Scanner {
       out[p] = value / 3;
     }
     flow(tissues, out);
-    if (ghost_ > 0) haunt(out);
+    ghost_.add(out, kN);
     for (std::size_t p = 0; p < kPixels; ++p) out[p] *= coil_[p];
-    blur(out, blur_);
+    blur(out, kN, blur_);
     add_noise(out);
     for (float& value : out) value = std::pow(value, gamma_);
     for (std::size_t p = 0; p < kPixels; ++p) {
@@ -176,21 +144,14 @@ class Scanner {
     for (float& value : coil_) value = std::exp(factor * ((value - low) / (high - low) - 0.5F));
   }
 
-  /// What a scanner blanks: beyond the field of view, bent by the gradients, or beyond a disc.
   void draw_mask() {
+    const BlankedEdge edge(family_);
     masked_.assign(kPixels, 0);
-    if (!family_.happens("masked")) return;
-    const bool round = family_.uniform("mask_round") < 0.4F;
-    const float edge = family_.number("mask_edge");
-    const float bend = family_.number("mask_bend");
-    const float way = family_.between(0, 6.2832F, "mask_way");
     for (std::size_t p = 0; p < kPixels; ++p) {
-      const float x = 2 * static_cast<float>(p % kN) / kN - 1;
-      const float y = 2 * static_cast<float>(p / kN) / kN - 1;
-      const float s = x * std::cos(way) + y * std::sin(way);
-      const float t = -x * std::sin(way) + y * std::cos(way);
-      const float at = round ? std::hypot(x, y) : std::abs(s) + bend * t * t;
-      masked_[p] = at > edge ? 1 : 0;
+      masked_[p] = edge.blanks(2 * static_cast<float>(p % kN) / kN - 1,
+                               2 * static_cast<float>(p / kN) / kN - 1)
+                       ? 1
+                       : 0;
     }
   }
 
@@ -231,18 +192,6 @@ class Scanner {
     }
   }
 
-  void haunt(Image& image) const {
-    const Image before = image;
-    for (int j = 0; j < kN; ++j) {
-      for (int i = 0; i < kN; ++i) {
-        const int from_i = ghost_rows_ ? i : (i + ghost_shift_) % kN;
-        const int from_j = ghost_rows_ ? (j + ghost_shift_) % kN : j;
-        image[static_cast<std::size_t>(j * kN + i)] +=
-            ghost_ * before[static_cast<std::size_t>(from_j * kN + from_i)];
-      }
-    }
-  }
-
   void add_noise(Image& image) {
     // Two halves of a complex image (Gudbjartsson 1995); what interpolation smoothed keeps its
     // size.
@@ -252,7 +201,7 @@ class Scanner {
       part.resize(kPixels);
       for (float& value : part) value = normal(random_);
       if (noise_blur_ > 0.3F) {
-        blur(part, noise_blur_);
+        blur(part, kN, noise_blur_);
         for (float& value : part) value *= 3.545F * noise_blur_;
       }
     }
@@ -267,9 +216,8 @@ class Scanner {
   std::array<float, kTissues> signals_;
   std::mt19937 random_;
   float muscle_uneven_ = 0, blood_uneven_ = 0, tissue_uneven_ = 0;
-  float blur_ = 0, noise_ = 0, noise_blur_ = 0, gamma_ = 1, ghost_ = 0;
-  int ghost_shift_ = 0;
-  bool ghost_rows_ = false;
+  float blur_ = 0, noise_ = 0, noise_blur_ = 0, gamma_ = 1;
+  Ghost ghost_;
   Image coil_;
   std::vector<std::uint8_t> masked_;
   Image coarse_;  ///< texture in [-1, 1], of blood

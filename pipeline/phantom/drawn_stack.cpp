@@ -87,7 +87,6 @@ Sampling sampled(const Family& family, int slices, int most) {
   out.larger_pixels(most, 2);
   out.smaller_field(most);
   out.fewer_phases(most, 2);
-
   return out;
 }
 

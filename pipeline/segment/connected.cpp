@@ -26,6 +26,8 @@ struct Run {
   }
 };
 
+std::size_t length_of(const Run& run) { return static_cast<std::size_t>(run.end - run.begin); }
+
 /// Parts of what `holds` over some phases that share faces of voxels or, with more than one phase,
 /// places in phases that follow each other round the cycle.
 class Parts {
@@ -54,28 +56,30 @@ class Parts {
 
   /// Those of all parts but the largest.
   [[nodiscard]] std::vector<Run> others() {
-    const auto voxels = [](const Run& run) {
-      return static_cast<std::size_t>(run.end - run.begin);
-    };
-    // No part is half of thrice its voxels, so none but the largest stays.
-    return others(voxels, [&](const Run& run) { return 3 * voxels(run); });
+    const std::vector<std::size_t> voxels = sums(length_of);
+    const std::size_t largest = most(voxels);
+    return runs_of([&](std::size_t part) { return part != largest; });
   }
 
-  /// The same, but parts that measure at least half of what they are stay, too.
-  template <class Measure, class All>
-  [[nodiscard]] std::vector<Run> others(const Measure& measure, const All& all) {
-    std::vector<std::size_t> sums(runs_.size(), 0);
-    std::vector<std::size_t> of(runs_.size(), 0);
-    for (std::uint32_t at = 0; at < runs_.size(); ++at) {
-      sums[root(at)] += measure(runs_[at]);
-      of[root(at)] += all(runs_[at]);
-    }
-    const auto most =
-        static_cast<std::uint32_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
+  /// What the runs of each part measure together; by the part's first run, 0 elsewhere.
+  template <class Measure>
+  [[nodiscard]] std::vector<std::size_t> sums(const Measure& measure) {
+    std::vector<std::size_t> out(runs_.size(), 0);
+    for (std::uint32_t at = 0; at < runs_.size(); ++at) out[root(at)] += measure(runs_[at]);
+    return out;
+  }
+
+  /// The part that measures most.
+  static std::size_t most(const std::vector<std::size_t>& sums) {
+    return static_cast<std::size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
+  }
+
+  /// Runs of the parts that pass a test.
+  template <class Test>
+  [[nodiscard]] std::vector<Run> runs_of(const Test& test) {
     std::vector<Run> out;
     for (std::uint32_t at = 0; at < runs_.size(); ++at) {
-      const std::uint32_t part = root(at);
-      if (part != most && 2 * sums[part] < of[part]) out.push_back(runs_[at]);
+      if (test(root(at))) out.push_back(runs_[at]);
     }
     return out;
   }
@@ -163,6 +167,37 @@ void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
   });
 }
 
+void keep_within_fullest(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
+                         ImageCycle<std::uint8_t>& labels) {
+  std::vector<std::ptrdiff_t> sizes;
+  for (const std::vector<std::uint8_t>& phase : labels.phases) {
+    sizes.push_back(std::count(phase.begin(), phase.end(), cavity));
+  }
+  const auto largest = std::max_element(sizes.begin(), sizes.end()) - sizes.begin();
+  const std::vector<std::uint8_t> fullest = labels.phases[static_cast<std::size_t>(largest)];
+  Grid one = labels.grid;
+  one.size[2] = 1;
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    for (int k = 0; k < labels.grid.size[2]; ++k) {
+      const std::size_t first = labels.grid.offset(0, 0, k);
+      std::uint8_t* slice = labels.phases[p].data() + first;
+      const std::uint8_t* then = fullest.data() + first;
+      Parts parts(one, 1, [&](std::size_t, std::size_t v) { return slice[v] == cavity; });
+      const std::vector<std::size_t> voxels = parts.sums(length_of);
+      const std::vector<std::size_t> within = parts.sums([&](const Run& run) {
+        std::size_t count = 0;
+        run.each(one.size[0],
+                 [&](std::size_t v) { count += then[v] == cavity || then[v] == wall ? 1 : 0; });
+        return count;
+      });
+      const auto goes = [&](std::size_t part) { return 2 * within[part] < voxels[part]; };
+      for (const Run& run : parts.runs_of(goes)) {
+        run.each(one.size[0], [&](std::size_t v) { slice[v] = instead; });
+      }
+    }
+  });
+}
+
 void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                                ImageCycle<std::uint8_t>& labels) {
   const auto width = static_cast<std::size_t>(labels.grid.size[0]);
@@ -183,13 +218,17 @@ void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint
       });
       return count;
     };
-    const auto at_wall = [&](const Run& run) {
+    const std::vector<std::size_t> walled = parts.sums([&](const Run& run) {
       return faces(run, [&](std::uint8_t label) { return label == wall; });
-    };
-    const auto outline = [&](const Run& run) {
+    });
+    const std::vector<std::size_t> outline = parts.sums([&](const Run& run) {
       return faces(run, [&](std::uint8_t label) { return label != cavity; });
+    });
+    const std::size_t most = Parts::most(walled);
+    const auto goes = [&](std::size_t part) {
+      return part != most && 2 * walled[part] < outline[part];
     };
-    for (const Run& run : parts.others(at_wall, outline)) {
+    for (const Run& run : parts.runs_of(goes)) {
       run.each(labels.grid.size[0], [&](std::size_t v) { phase[v] = instead; });
     }
   });

@@ -27,6 +27,12 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
 void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
                                 ImageCycle<std::uint8_t>& labels);
 
+/// A ventricle empties within the place that it fills at its fullest: of what a slice of a phase
+/// has of a cavity in one piece, at least half lies where cavity or wall are in the phase in which
+/// the cavity is largest, or it gets `instead`.
+void keep_within_fullest(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
+                         ImageCycle<std::uint8_t>& labels);
+
 /// Of a cavity each phase keeps the part that has most of its wall about it in the plane of slices
 /// (an atrium that was taken for ventricle may be the larger one at end-systole), and those of
 /// whose outline at least half is wall: where slices lie far apart, a cavity need not overlap with

@@ -200,6 +200,15 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
       [&](const Seed& seed, std::size_t p, std::size_t v) { images[p][v] = seed.label; });
 }
 
+void part_marked(TissueLevels& levels) {
+  if (!(levels.blood > levels.muscle)) {
+    throw_invalid(
+        "seeds of muscle lie on tissue that is no darker than blood; move them, or those of "
+        "blood");
+  }
+  levels.part();
+}
+
 std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
                                         const std::vector<Seed>& seeds,
                                         const TissueLevels& levels) {

@@ -30,6 +30,10 @@ namespace beatlas::segment {
 /// that only a part of a stroke need be in the grid
 void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& images);
 
+/// Parts the levels of blood and muscle that were marked.
+/// @throws Error{InvalidInput} if muscle was marked on what is as bright as blood
+void part_marked(TissueLevels& levels);
+
 /// Seeds that are likely a slip, a sentence each with seed (counted from 1), place and phase: where
 /// the image is as dark as muscle or lung under a seed of blood, as bright as blood or as dark as
 /// lung under one of muscle, as dark as lung under one of the rest. At most five, and how many

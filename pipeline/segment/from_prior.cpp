@@ -35,9 +35,10 @@ namespace {
 /// Papillary muscles and trabeculae count as cavity, as experts draw it (Schulz-Menger 2020,
 /// doi:10.1186/s12968-020-00610-6): within a slice the cavity is convex, as far as its own wall
 /// goes.
-/// @param round the cavity is filled to the ellipse that fits its hull, too: papillary muscles that
-/// stand against the wall are no part of the hull, and nothing but a prior tells them from it
-void fill_cavity(ImageCycle<std::uint8_t>& labels, bool round) {
+/// Papillary muscles that stand against the wall are no part of its hull, but of the ellipse that
+/// fits that.
+/// @param sure labels, [phase][voxel]; muscle there stays muscle
+void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     for (int k = 0; k < labels.grid.size[2]; ++k) {
       cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
@@ -48,8 +49,9 @@ void fill_cavity(ImageCycle<std::uint8_t>& labels, bool round) {
       cv::convexHull(blood, hull);
       cv::Mat filled = cv::Mat::zeros(slice.size(), CV_8U);
       cv::fillConvexPoly(filled, hull, cv::Scalar(255));
-      if (round && hull.size() >= 5) {
+      if (hull.size() >= 5) {
         cv::ellipse(filled, cv::fitEllipse(hull), cv::Scalar(255), cv::FILLED);
+        filled &= slice_of(labels.grid, sure[p], k) != kLabelLvMyocardium;
       }
       slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
     }
@@ -160,33 +162,33 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   const LabelImages no_classes;
   const TravelCost no_table(1);
   const auto grow = [&] {
-    return grow_in_competition({.images = calm,
-                                .classes = no_classes,
-                                .seeds = ground.seeds,
-                                .cost = no_table,
-                                .phase_step_mm = phase_step_mm,
-                                .motion = motion ? &*motion : nullptr,
-                                .edge_free = std::max(3 * noise_level(calm), 0.2 * contrast),
-                                .edge_cost = options.edge_cost_mm / contrast,
-                                .prices = &ground.prices},
-                               growing);
+    ImageCycle<std::uint8_t> out =
+        grow_in_competition({.images = calm,
+                             .classes = no_classes,
+                             .seeds = ground.seeds,
+                             .cost = no_table,
+                             .phase_step_mm = phase_step_mm,
+                             .motion = motion ? &*motion : nullptr,
+                             .edge_free = std::max(3 * noise_level(calm), 0.2 * contrast),
+                             .edge_cost = options.edge_cost_mm / contrast,
+                             .prices = &ground.prices},
+                            growing);
+    if (likeliest) return out;
+    for (const std::uint8_t cavity : {kLabelLvBlood, kLabelRvBlood}) {
+      keep_largest_of_each_slice({cavity}, kLabelBackground, out);
+    }
+    return out;
   };
   ImageCycle<std::uint8_t> labels = grow();
   if (!likeliest) {
-    for (const std::uint8_t cavity : {kLabelLvBlood, kLabelRvBlood}) {
-      keep_largest_of_each_slice({cavity}, kLabelBackground, labels);
-    }
     ground = lay_seed_ground(images, marks, noise, &labels);
     labels = grow();
-    for (const std::uint8_t cavity : {kLabelLvBlood, kLabelRvBlood}) {
-      keep_largest_of_each_slice({cavity}, kLabelBackground, labels);
-    }
   }
   motion.reset();
-  ground.seeds = {};
   ground.prices = {};
   context.progress(0.65, "outlines");
-  fill_cavity(labels, !likeliest);
+  fill_cavity(likeliest ? ground.seeds : marks, labels);
+  ground.seeds = {};
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
@@ -198,6 +200,9 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   }
   keep_connected_heart(labels);
   const std::uint8_t apart = likeliest ? kLabelRestOfHeart : kLabelBackground;
+  for (const std::uint8_t ventricle : {kLabelLvBlood, kLabelRvBlood}) {
+    keep_within_fullest(ventricle, kLabelLvMyocardium, apart, labels);
+  }
   keep_cavity_of_each_phase(kLabelLvBlood, kLabelLvMyocardium, apart, labels);
   for (const std::uint8_t cavity : {kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
     keep_largest_of_each_phase(cavity, apart, labels);

@@ -28,12 +28,6 @@ std::uint8_t most_of(const Mask& image) {
   return most;
 }
 
-bool has_unknown(const KnownLabels& known) {
-  return std::any_of(known.labels.phases.begin(), known.labels.phases.end(), [](const Mask& image) {
-    return std::find(image.begin(), image.end(), kLabelUnknown) != image.end();
-  });
-}
-
 /// Of labels that are known in every phase.
 Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage,
                          StageContext& context) {
@@ -89,6 +83,12 @@ int base_step_of(const LabelCycle& labels) {
   };
   const int by_cavity = step_by([](std::uint8_t label) { return label == kLabelLvBlood; });
   return by_cavity != 0 ? by_cavity : step_by([](std::uint8_t label) { return label != 0; });
+}
+
+bool has_unknown(const KnownLabels& known) {
+  return std::any_of(known.labels.phases.begin(), known.labels.phases.end(), [](const Mask& image) {
+    return std::find(image.begin(), image.end(), kLabelUnknown) != image.end();
+  });
 }
 
 void check_known(const KnownLabels& known, const Grid& grid, int phases) {

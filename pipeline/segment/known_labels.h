@@ -26,6 +26,9 @@ namespace beatlas::segment {
                                                const GivenCoverage& coverage = {},
                                                const prior::PriorCycle* prior = nullptr);
 
+/// Whether a voxel of a known phase is kLabelUnknown.
+[[nodiscard]] bool has_unknown(const KnownLabels& known);
+
 /// @throws Error{InvalidInput} if phases are not ascending phases of the exam, one a label image,
 /// or if a phase has no heart.
 void check_known(const KnownLabels& known, const Grid& grid, int phases);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kLabels = VoxelPrices::kLabels;
 constexpr double kRoomMm = 20;    ///< beside what the prior takes for heart
-constexpr float kSure = 0.98F;    ///< probability of a seed; below it the image has a say
+constexpr float kSure = 0.9F;     ///< probability of a seed
 constexpr double kLeastLvMl = 4;  ///< 40 ml at an EF of 90 %, phantom/family.json
 
 /// Label of the prior's grid at a voxel of the part: that of the pixel in which its centre lies.
@@ -152,8 +152,7 @@ PriorGround lay_prior_ground(const ImageCycle<float>& images, const prior::Prior
   levels.blood = median_of(values[kLabelLvBlood]);
   levels.rv_blood = values[kLabelRvBlood].empty() ? levels.blood : median_of(values[kLabelRvBlood]);
   levels.muscle = median_of(values[kLabelLvMyocardium]);
-  levels.threshold = 0.5 * (levels.blood + levels.muscle);
-  levels.dark = 0.5 * levels.muscle;
+  levels.part();
 
   out.prices.phases.resize(phases);
   parallel_for(phases, [&](std::size_t p) {

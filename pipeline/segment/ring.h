@@ -16,6 +16,12 @@ struct TissueLevels {
   double threshold = 0;  ///< between muscle and blood
   double dark = 0;       ///< below it: lung, air
   double fat = std::numeric_limits<double>::infinity();  ///< above it: fat
+
+  /// Sets what lies between, from blood and muscle.
+  void part() {
+    threshold = 0.5 * (blood + muscle);
+    dark = 0.5 * muscle;
+  }
 };
 
 /// What rays from a point in a blood pool meet. Angle a is 2 pi a / rays, from +column to +row.

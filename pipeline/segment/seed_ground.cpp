@@ -23,7 +23,7 @@ constexpr std::array<std::uint8_t, 3> kHeart{kLabelRvBlood, kLabelLvMyocardium, 
 /// Of the logarithm of a wall's distance from a mark in the cavity, by direction: a mark a fifth of
 /// the radius off the middle of a round wall sees it between 4/5 and 6/5 of its mean.
 constexpr double kUneven = 0.2;
-constexpr double kSure = 0.9;  ///< probability of a seed, as of the prior's
+constexpr double kSure = 0.9;  ///< probability of a seed of the second growing
 
 /// A quantity known in some slices: between them it goes straight on, beyond them it stays.
 template <class T>
@@ -385,13 +385,7 @@ PriorGround lay_seed_ground(const ImageCycle<float>& images, const LabelImages& 
   levels.blood = along(kLabelLvBlood, middle);
   levels.muscle = along(kLabelLvMyocardium, middle);
   levels.rv_blood = !along.has(kLabelRvBlood) ? levels.blood : along(kLabelRvBlood, middle);
-  if (!(levels.blood > levels.muscle)) {
-    throw_invalid(
-        "seeds of muscle lie on tissue that is no darker than blood; move them, or those of "
-        "blood");
-  }
-  levels.threshold = 0.5 * (levels.blood + levels.muscle);
-  levels.dark = 0.5 * levels.muscle;
+  part_marked(levels);
 
   out.prices.phases.resize(phases);
   parallel_for(phases, [&](std::size_t p) {

@@ -24,6 +24,7 @@
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/known_seeds.h"
 #include "pipeline/segment/long_axis.h"
+#include "pipeline/segment/looks.h"
 #include "pipeline/segment/open_base.h"
 #include "pipeline/segment/outer_layer.h"
 #include "pipeline/segment/outer_surface.h"
@@ -57,21 +58,10 @@ TissueLevels levels_from_seeds(const ImageCycle<float>& images, const LabelImage
       if (seeds[p][v] != kUnlabelled) values[seeds[p][v]].push_back(images.phases[p][v]);
     }
   }
-  const auto middle = [](std::vector<float>& list) {
-    const auto at = list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2);
-    std::nth_element(list.begin(), at, list.end());
-    return static_cast<double>(*at);
-  };
-  if (!values[kLabelLvBlood].empty()) levels.blood = middle(values[kLabelLvBlood]);
+  if (!values[kLabelLvBlood].empty()) levels.blood = median_of(values[kLabelLvBlood]);
   if (!values[kLabelLvMyocardium].empty()) {
-    levels.muscle = middle(values[kLabelLvMyocardium]);
-    if (!(levels.blood > levels.muscle)) {
-      throw_invalid(
-          "seeds of muscle lie on tissue that is no darker than blood; move them, or those of "
-          "blood");
-    }
-    levels.threshold = 0.5 * (levels.blood + levels.muscle);
-    levels.dark = 0.5 * levels.muscle;
+    levels.muscle = median_of(values[kLabelLvMyocardium]);
+    part_marked(levels);
   }
   return levels;
 }

@@ -144,5 +144,19 @@ TEST(Connected, TheCavityInMuscleStaysWhereAnAtriumIsTheLargerPart) {
   }
 }
 
+TEST(Connected, AVentricleEmptiesWhereItWasFullest) {
+  ImageCycle<std::uint8_t> labels = cycle_of(8);
+  fill(labels, 0, {4, 4, 1}, {12, 12, 5}, kLabelLvMyocardium);
+  fill(labels, 0, {5, 5, 1}, {11, 11, 5}, kLabelLvBlood);
+  // The cavity moves into what was wall; an atrium beyond the base and one beside it do not count.
+  fill(labels, 1, {9, 9, 1}, {12, 12, 4}, kLabelLvBlood);
+  fill(labels, 1, {9, 9, 5}, {16, 16, 5}, kLabelLvBlood);
+  fill(labels, 1, {6, 6, 6}, {8, 8, 6}, kLabelLvBlood);
+  keep_within_fullest(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+  EXPECT_EQ(count_of(labels, 0, kLabelLvBlood), 7 * 7 * 5);
+  EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 4 * 4 * 4);
+  EXPECT_EQ(count_of(labels, 1, kLabelRestOfHeart), 8 * 8 + 3 * 3);
+}
+
 }  // namespace
 }  // namespace beatlas::segment
