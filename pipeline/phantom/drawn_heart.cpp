@@ -171,9 +171,10 @@ void DrawnHeart::size_left(const Family& family) {
   scar_height_ = family.number("infarct_height");
   scar_thin_ = family.number("infarct_thinning");
   scar_still_ = family.number("infarct_bulge");
-  trabeculae_ = std::min(family.number("trabeculae"), 0.35F * radius_);
+  smooth_ = family.happens("smooth");
+  trabeculae_ = smooth_ ? 0 : std::min(family.number("trabeculae"), 0.35F * radius_);
   trabeculae_density_ = family.number("trabeculae_density");
-  const int count = static_cast<int>(family.number("papillary_count"));
+  const int count = smooth_ ? 0 : static_cast<int>(family.number("papillary_count"));
   for (int i = 0; i < count; ++i) {
     const auto n = static_cast<std::uint32_t>(i);
     const float angle = family.between(0, 2 * kPi, "papillary_angle", n);
@@ -290,7 +291,7 @@ void DrawnHeart::size_right(const Family& family) {
   rv_tilt_x_ = tilt_x_ + 0.12F * family.normal("tricuspid_tilt_x");
   rv_tilt_y_ = tilt_y_ + 0.12F * family.normal("tricuspid_tilt_y");
   rv_wall_ = family.number("rv_wall");
-  rv_trabeculae_ = family.number("rv_trabeculae");
+  rv_trabeculae_ = smooth_ ? 0 : family.number("rv_trabeculae");
   const float wanted = family.number("rv_over_lv") * family.number("lv_edv") * 1000;
   // The volume grows with the depth: bisection of a coarse sum over angle and height.
   const auto volume = [&](float depth) {
@@ -396,7 +397,7 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
         // Dense at the wall, loose towards the middle; they move together as the cavity shrinks.
         const float grain = 0.5F + 0.9F * lattice_noise(place / 4, seed_ ^ 0x22U);
         if (grain < trabeculae_density_ * (1 + 0.8F * lv.inner / trabeculae_) *
-                        (1 + 0.4F * moment.contraction)) {
+                        (1 + 0.1F * moment.contraction)) {
           return Tissue::Papillary;
         }
       }
@@ -439,7 +440,7 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
     if (aorta < 0) return Tissue::Aorta;
   }
   if (rv < 0) {
-    if (rv > -rv_trabeculae_ || lv.outer < 0.4F * rv_trabeculae_) {
+    if (!smooth_ && (rv > -rv_trabeculae_ || lv.outer < 0.4F * rv_trabeculae_)) {
       const float grain = 0.5F + 0.9F * lattice_noise(place / 4.5F, seed_ ^ 0x33U);
       if (grain < 0.6F * trabeculae_density_) return Tissue::RvTrabecula;
     }

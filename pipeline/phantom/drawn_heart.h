@@ -126,6 +126,7 @@ class DrawnHeart {
   bool infarct_ = false;
   float scar_angle_ = 0, scar_share_ = 0, scar_width_ = 1, scar_height_ = 1, scar_thin_ = 0,
         scar_still_ = 0;
+  bool smooth_ = false;  ///< neither trabeculae nor papillary muscles
   float trabeculae_ = 0, trabeculae_density_ = 0;
   std::vector<Tube> papillary_;  ///< at end-diastole
   // RV

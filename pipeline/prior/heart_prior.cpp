@@ -3,81 +3,112 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/prior/network.h"
+#include "pipeline/prior/orientations.h"
 #include "pipeline/prior/prior.h"
 #include "pipeline/prior/slices.h"
+#include "pipeline/prior/window.h"
+#include "runtime/atlas/structures.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::prior {
 namespace {
 
-constexpr double kSeen = 0.1;  // share of the time before the network runs
+// Shares of the time.
+constexpr double kSeen = 0.1;
+constexpr double kLooked = 0.3;
 
-/// Logits of one pixel -> its log-probabilities as they are stored.
-class Softmax {
+/// A probability as its logarithm is stored; what is no number is as unlikely as can be.
+std::int8_t stored(float probability) {
+  const float log = std::log(probability);
+  const bool likely = log > static_cast<float>(PriorCycle::kLeast);
+  const float kept = likely ? std::min(log, 0.0F) : static_cast<float>(PriorCycle::kLeast);
+  return static_cast<std::int8_t>(std::lround(kept * PriorCycle::kUnits));
+}
+
+/// Runs networks on slices of phases and keeps what they say.
+class Reader {
  public:
-  explicit Softmax(std::size_t outputs) : logits_(outputs) {}
+  Reader(const SeenSlices& seen, const Model& model)
+      : seen_(seen), card_(model.card()), networks_(model) {}
 
-  /// @param from, to first output of the pixel; the others follow at these distances
-  void store(const float* from, std::size_t from_step, std::int8_t* to, std::size_t to_step) {
-    for (std::size_t o = 0; o < logits_.size(); ++o) logits_[o] = from[o * from_step];
-    const float most = *std::max_element(logits_.begin(), logits_.end());
-    float sum = 0;
-    for (const float logit : logits_) sum += std::exp(logit - most);
-    const float log_sum = most + std::log(sum);
-    for (std::size_t o = 0; o < logits_.size(); ++o) {
-      const float log = logits_[o] - log_sum;
-      // What is no number is as unlikely as can be.
-      const bool likely = log > static_cast<float>(PriorCycle::kLeast);
-      const float kept = likely ? std::min(log, 0.0F) : static_cast<float>(PriorCycle::kLeast);
-      to[o * to_step] = static_cast<std::int8_t>(std::lround(kept * PriorCycle::kUnits));
-    }
+  void read(const std::vector<int>& phases, const Window& window, int orientations,
+            const StageContext& context, PriorCycle& out) {
+    const PaddedSize padded = padded_size(window, card_.multiple);
+    const auto slices = static_cast<std::size_t>(window.size[2]);
+    const std::size_t voxels = seen_.grid.count();
+    const std::size_t plane =
+        static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height);
+    with_quiet_opencv([&] {
+      parallel_for(phases.size() * slices, context, "image", [&](std::size_t at) {
+        const int p = phases[at / slices];
+        const int k = window.first[2] + static_cast<int>(at % slices);
+        std::vector<float> input;
+        fill_input(seen_, card_, k, p, window, input);
+        std::vector<float> likely;
+        networks_.with([&](Network& network) {
+          run_turned(network, card_, input, padded.width, padded.height, orientations, likely);
+        });
+        std::vector<std::int8_t>& phase = out.phases[static_cast<std::size_t>(p)];
+        for (std::size_t o = 0; o < card_.outputs.size(); ++o) {
+          for (int j = 0; j < window.size[1]; ++j) {
+            const float* from =
+                likely.data() + o * plane + static_cast<std::ptrdiff_t>(j) * padded.width;
+            std::transform(
+                from, from + window.size[0],
+                phase.begin() + static_cast<std::ptrdiff_t>(
+                                    o * voxels +
+                                    seen_.grid.offset(window.first[0], window.first[1] + j, k)),
+                stored);
+          }
+        }
+      });
+    });
   }
 
  private:
-  std::vector<float> logits_;
+  const SeenSlices& seen_;
+  const ModelCard& card_;
+  NetworkPool networks_;
 };
+
+/// Nothing but background.
+std::vector<std::int8_t> no_heart(const std::vector<std::uint8_t>& labels, std::size_t voxels) {
+  std::vector<std::int8_t> out(labels.size() * voxels,
+                               PriorCycle::kLeast * PriorCycle::kUnits);
+  for (std::size_t o = 0; o < labels.size(); ++o) {
+    if (labels[o] != kLabelBackground) continue;
+    std::fill_n(out.begin() + static_cast<std::ptrdiff_t>(o * voxels), voxels, std::int8_t{0});
+  }
+  return out;
+}
 
 }  // namespace
 
 PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
   const Cine& stack = exam.stack;
-  if (stack.grid().count() == 0 || stack.phase_count() == 0) {
+  const int phases = stack.phase_count();
+  if (stack.grid().count() == 0 || phases == 0) {
     throw_invalid("the stack has no images, so nothing in it can be told");
   }
   const ModelCard& card = model.card();
   const SeenSlices seen = see(stack, card, context.part(0, kSeen));
-  const PaddedSize padded = padded_size(seen.grid, card.multiple);
-  const std::size_t plane =
-      static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height);
-  const std::size_t outputs = card.outputs.size();
-  const std::size_t voxels = seen.grid.count();
   PriorCycle out;
   out.grid = seen.grid;
   out.labels = card.outputs;
-  out.phases.resize(stack.images.phases.size());
-  for (std::vector<std::int8_t>& phase : out.phases) phase.resize(outputs * voxels);
-
-  const auto slices = static_cast<std::size_t>(seen.grid.size[2]);
-  const StageContext running = context.part(kSeen, 1);
-  NetworkPool networks(model);
-  with_quiet_opencv([&] {
-    parallel_for(out.phases.size() * slices, running, "image", [&](std::size_t at) {
-      const std::size_t p = at / slices;
-      const std::size_t k = at % slices;
-      std::vector<float> input;
-      fill_input(seen, card, static_cast<int>(k), static_cast<int>(p), input);
-      Softmax softmax(outputs);
-      networks.with([&](Network& network) {
-        const float* logits = network.run(input, padded.width, padded.height).data();
-        for (int j = 0; j < seen.grid.size[1]; ++j) {
-          const float* from = logits + static_cast<std::ptrdiff_t>(j) * padded.width;
-          std::int8_t* to = out.phases[p].data() + seen.grid.offset(0, j, static_cast<int>(k));
-          for (int i = 0; i < seen.grid.size[0]; ++i)
-            softmax.store(from + i, plane, to + i, voxels);
-        }
-      });
-    });
-  });
+  out.phases.resize(static_cast<std::size_t>(phases));
+  const std::vector<int> looked = looked_at(phases);
+  for (const int p : looked) {
+    out.phases[static_cast<std::size_t>(p)] = no_heart(out.labels, out.grid.count());
+  }
+  Reader reader(seen, model);
+  reader.read(looked, {{0, 0, 0}, seen.grid.size}, 1, context.part(kSeen, kLooked), out);
+  const Window window = window_of_heart(out, card.multiple);
+  std::vector<int> all;
+  for (int p = 0; p < phases; ++p) {
+    all.push_back(p);
+    out.phases[static_cast<std::size_t>(p)] = no_heart(out.labels, out.grid.count());
+  }
+  reader.read(all, window, card.orientations, context.part(kLooked, 1), out);
   return out;
 }
 

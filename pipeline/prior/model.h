@@ -23,7 +23,10 @@ struct ModelCard {
   std::vector<std::uint8_t> outputs;  ///< atlas Label of each plane of the output
   double neighbour_mm = 8;            ///< [mm] 4..20: from `frame` to `below` and `above`
   int multiple = 16;                  ///< 1..256: of height and width of the input
-  std::string sha256;                 ///< of NAME.onnx
+  /// 1..4: so many half turns of a slice are shown and their probabilities averaged. More than 1
+  /// for networks that were trained on slices turned in any way.
+  int orientations = 1;
+  std::string sha256;  ///< of NAME.onnx
   nlohmann::json card = nlohmann::json::object();  ///< strings and numbers, for people
 };
 

@@ -201,14 +201,14 @@ SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& con
   return out;
 }
 
-PaddedSize padded_size(const Grid& grid, int multiple) {
+PaddedSize padded_size(const Window& window, int multiple) {
   const auto up = [&](int size) { return (size + multiple - 1) / multiple * multiple; };
-  return {up(grid.size[0]), up(grid.size[1])};
+  return {up(window.size[0]), up(window.size[1])};
 }
 
 void fill_input(const SeenSlices& seen, const ModelCard& card, int slice, int phase,
-                std::vector<float>& input) {
-  const PaddedSize padded = padded_size(seen.grid, card.multiple);
+                const Window& window, std::vector<float>& input) {
+  const PaddedSize padded = padded_size(window, card.multiple);
   const std::size_t plane =
       static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height);
   input.assign(plane * card.channels.size(), 0.0F);
@@ -237,10 +237,10 @@ void fill_input(const SeenSlices& seen, const ModelCard& card, int slice, int ph
   for (std::size_t c = 0; c < card.channels.size(); ++c) {
     const std::vector<float>* image = shown(card.channels[c]);
     if (image == nullptr) continue;
-    const auto width = static_cast<std::ptrdiff_t>(seen.grid.size[0]);
-    for (int j = 0; j < seen.grid.size[1]; ++j) {
-      const auto from = image->begin() + j * width;
-      std::copy(from, from + width,
+    for (int j = 0; j < window.size[1]; ++j) {
+      const auto from = image->begin() + static_cast<std::ptrdiff_t>(seen.grid.offset(
+                                             window.first[0], window.first[1] + j, 0));
+      std::copy(from, from + window.size[0],
                 input.begin() + static_cast<std::ptrdiff_t>(c * plane) +
                     static_cast<std::ptrdiff_t>(j) * padded.width);
     }

@@ -47,14 +47,20 @@ struct SeenSlices {
 };
 [[nodiscard]] SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& context);
 
+/// Pixels and slices of the network's grid.
+struct Window {
+  Index3 first{0, 0, 0};
+  Index3 size{0, 0, 0};
+};
+
 /// The network's input of one slice and phase: [channel][row][column] of a width and height that
-/// are the grid's, filled up to the model's multiple.
+/// are the window's, filled up to the model's multiple.
 struct PaddedSize {
   int width = 0;
   int height = 0;
 };
-[[nodiscard]] PaddedSize padded_size(const Grid& grid, int multiple);
+[[nodiscard]] PaddedSize padded_size(const Window& window, int multiple);
 void fill_input(const SeenSlices& seen, const ModelCard& card, int slice, int phase,
-                std::vector<float>& input);
+                const Window& window, std::vector<float>& input);
 
 }  // namespace beatlas::prior

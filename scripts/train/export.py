@@ -18,7 +18,7 @@ import numpy
 import torch
 
 import checkpoint
-from model import CHANNELS, MULTIPLE, NEIGHBOUR_MM, OUTPUTS, PIXEL_MM, HeartNet, folded
+from model import CHANNELS, MULTIPLE, NEIGHBOUR_MM, ORIENTATIONS, OUTPUTS, PIXEL_MM, HeartNet, folded
 
 FORMAT = 1
 MAX_BYTES = 3_000_000
@@ -70,7 +70,8 @@ def description(content: bytes, run: dict) -> dict:
     """What a program that uses the file must know, and where the weights come from."""
     return {
         "format": FORMAT, "pixel_mm": PIXEL_MM, "channels": list(CHANNELS), "outputs": list(OUTPUTS),
-        "neighbour_mm": NEIGHBOUR_MM, "multiple": MULTIPLE, "sha256": hashlib.sha256(content).hexdigest(),
+        "neighbour_mm": NEIGHBOUR_MM, "multiple": MULTIPLE,
+        "orientations": ORIENTATIONS, "sha256": hashlib.sha256(content).hexdigest(),
         "card": {
             "trained_on": "drawn slices of random hearts alone (heart_draws); no image of a person",
             "samples": run["samples"], "minutes": round(run["minutes"], 1),

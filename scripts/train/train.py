@@ -5,6 +5,7 @@ DIR/checkpoint.pt is replaced every few minutes and at the end, on Ctrl-C too; D
 printed. Exit 0 done, 2 usage, 3 bad input or a program that ended.
 """
 import argparse
+import json
 import math
 import pathlib
 import signal
@@ -18,6 +19,7 @@ import checkpoint
 from draws import HELD_OUT_FIRST, DrawsEnded, Ring, planes, read_all, vary
 from losses import DiceCount, loss
 from model import MAX_PARAMETERS, HeartNet, parameters
+from weights import exported
 
 WARM_UP = 0.02           # of the planned duration
 LAST_RATE = 0.01         # of the rate, at the end
@@ -25,6 +27,7 @@ WEIGHT_DECAY = 0.01
 LARGEST_GRADIENT = 5.0   # norm over all weights
 AVERAGE_STEPS = 1000     # of the moving average of the weights
 LOG_SECONDS = 30
+MEASURED = 128           # records on which the batch norms of an exported network are measured
 
 
 class Average:
@@ -74,7 +77,7 @@ def judge(state: dict[str, torch.Tensor], widths: tuple[int, ...], held_out: num
 class Run:
     """A run in progress: what a checkpoint holds, and how far the plan has come."""
 
-    def __init__(self, args: argparse.Namespace) -> None:
+    def __init__(self, args: argparse.Namespace, held_out: numpy.ndarray) -> None:
         self.args = args
         torch.manual_seed(args.seed)
         self.random = numpy.random.default_rng(args.seed)
@@ -84,8 +87,13 @@ class Run:
         self.plan_step, self.plan_minutes = 0, 0.0  # since the schedule began
         self.first = args.first
         self.dice: dict[str, float] = {}
-        before = checkpoint.load(args.resume) if args.resume else None
-        if before:
+        before = None
+        if args.resume and args.resume.suffix == ".onnx":
+            self.model = exported(args.resume, planes(held_out[:MEASURED])[0])
+            card = json.loads(args.resume.with_suffix(".json").read_text())["card"]
+            self.samples, self.minutes = card["samples"], card["minutes"]
+        elif args.resume:
+            before = checkpoint.load(args.resume)
             self.model = checkpoint.network(before, "weights")
         self.model = self.model.train().to(memory_format=torch.channels_last)
         self.average = Average(before["average"] if before else self.model.state_dict())
@@ -186,7 +194,7 @@ def parsed() -> argparse.Namespace:
     plan = parser.add_mutually_exclusive_group()
     plan.add_argument("--minutes", type=float, default=90, help="planned duration (90)")
     plan.add_argument("--steps", type=int, help="planned duration in steps")
-    parser.add_argument("--resume", type=pathlib.Path, help="go on from this checkpoint, as a new plan")
+    parser.add_argument("--resume", type=pathlib.Path, help="go on from this checkpoint, or the ONNX file of one, as a new plan")
     parser.add_argument("--same-optimiser", action="store_true",
                         help="with --resume: go on with the plan that was stopped")
     parser.add_argument("--seed", type=int, default=1, help="of weights and variations (1)")
@@ -203,8 +211,8 @@ def parsed() -> argparse.Namespace:
             or (args.steps is not None and args.steps < 1) or not 0 <= args.first < HELD_OUT_FIRST:
         parser.error("numbers must be positive, --first less than the first held-out seed, "
                      f"{HELD_OUT_FIRST}")
-    if args.same_optimiser and not args.resume:
-        parser.error("--same-optimiser goes with --resume")
+    if args.same_optimiser and (not args.resume or args.resume.suffix == ".onnx"):
+        parser.error("--same-optimiser goes with --resume CHECKPOINT")
     return args
 
 
@@ -222,10 +230,10 @@ def main() -> int:
         return 3
     ring = None
     try:
-        run = Run(args)
+        held_out = read_all(args.draws, HELD_OUT_FIRST, args.held_out)
+        run = Run(args, held_out)
         args.out.mkdir(parents=True, exist_ok=True)
         assert parameters(run.model) <= MAX_PARAMETERS
-        held_out = read_all(args.draws, HELD_OUT_FIRST, args.held_out)
         ring = Ring(args.draws, run.first, args.pool, args.reuse)
         with open(args.out / "log.txt", "a") as log:
             def say(line: str) -> None:

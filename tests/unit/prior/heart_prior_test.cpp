@@ -156,6 +156,61 @@ TEST(HeartPrior, exams_of_two_phases_and_of_one_slice_have_one) {
   }
 }
 
+/// The exam after a half turn about the axis in which its voxels keep their order.
+Exam half_turned(const Exam& exam, int about) {
+  Exam out = exam;
+  const Grid& grid = exam.stack.grid();
+  for (std::size_t p = 0; p < out.stack.images.phases.size(); ++p) {
+    std::size_t v = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i, ++v) {
+          const auto there = grid.offset(about == 0 ? i : grid.size[0] - 1 - i,
+                                         about == 1 ? j : grid.size[1] - 1 - j,
+                                         about == 2 ? k : grid.size[2] - 1 - k);
+          out.stack.images.phases[p][v] = exam.stack.images.phases[p][there];
+        }
+      }
+    }
+  }
+  return out;
+}
+
+TEST(HeartPrior, a_mean_over_four_orientations_turns_with_the_exam) {
+  const made::Folder folder;
+  const Exam exam = made::rough_exam(made::turned_grid({32, 48, 3}, {2, 2, 8}), 2);
+  for (const int orientations : {1, 4}) {
+    const Model model = Model::load(folder.copy_of(
+        "unet", {}, [&](nlohmann::json& card) { card["orientations"] = orientations; }));
+    StageContext context;
+    const PriorCycle prior = heart_prior(exam, model, context);
+    const Grid& grid = prior.grid;
+    for (const int about : {0, 1, 2}) {
+      const PriorCycle turned = heart_prior(half_turned(exam, about), model, context);
+      int most = 0;
+      std::size_t v = 0;
+      for (int k = 0; k < grid.size[2]; ++k) {
+        for (int j = 0; j < grid.size[1]; ++j) {
+          for (int i = 0; i < grid.size[0]; ++i, ++v) {
+            const auto there = grid.offset(about == 0 ? i : grid.size[0] - 1 - i,
+                                           about == 1 ? j : grid.size[1] - 1 - j,
+                                           about == 2 ? k : grid.size[2] - 1 - k);
+            for (std::size_t o = 0; o < 8; ++o) {
+              most = std::max(most, std::abs(prior.phases[1][o * grid.count() + v] -
+                                             turned.phases[1][o * grid.count() + there]));
+            }
+          }
+        }
+      }
+      if (orientations == 4) {
+        EXPECT_LE(most, 1) << about;  // sums in another order, rounded
+      } else {
+        EXPECT_GT(most, 8) << about;  // a network by itself sees a turned slice otherwise
+      }
+    }
+  }
+}
+
 TEST(HeartPrior, stops_when_asked_and_tells_how_far_it_is) {
   const Exam exam = made::rough_exam(made::turned_grid({30, 40, 6}, {2, 2, 8}), 3);
   const Model model = Model::load(made::model_file("unet"));

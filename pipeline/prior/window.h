@@ -1,0 +1,22 @@
+#pragma once
+/// Where in a stack the heart lies, so that the network need not run over all of every phase.
+
+#include <vector>
+
+#include "pipeline/prior/prior.h"
+#include "pipeline/prior/slices.h"
+
+namespace beatlas::prior {
+
+/// Phases that are looked at for it: three, so that one lies near end-diastole and one near
+/// end-systole, wherever the beat begins; of three and fewer, all.
+[[nodiscard]] std::vector<int> looked_at(int phases);
+
+/// The least box around what is likeliest to be heart in the phases that hold anything, with room
+/// for what the others add. Of several bodies apart from each other those count that hold half as
+/// much blood of the LV as the one with most: which one is the heart is told by who reads the
+/// prior. All of the lattice if there is none.
+/// @param multiple of width and height, as far as the lattice goes
+[[nodiscard]] Window window_of_heart(const PriorCycle& looked, int multiple);
+
+}  // namespace beatlas::prior
