@@ -46,7 +46,8 @@ class Reader {
         fill_input(seen_, card_, k, p, window, input);
         std::vector<float> likely;
         networks_.with([&](Network& network) {
-          run_turned(network, card_, input, padded.width, padded.height, orientations, likely);
+          run_turned(network, card_, input, padded.width, padded.height,
+                     turns_of(orientations, out.phase_count(), k, p), likely);
         });
         std::vector<std::int8_t>& phase = out.phases[static_cast<std::size_t>(p)];
         for (std::size_t o = 0; o < card_.outputs.size(); ++o) {

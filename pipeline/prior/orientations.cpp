@@ -6,6 +6,8 @@
 namespace beatlas::prior {
 namespace {
 
+constexpr int kFewPhases = 4;  ///< cost little, and have fewer neighbours
+
 /// Where pixels of a slice lie in the turned one.
 class Turn {
  public:
@@ -46,15 +48,21 @@ std::size_t shown_as(const std::vector<Channel>& channels, std::size_t channel) 
 
 }  // namespace
 
+Turns turns_of(int orientations, int phases, int slice, int phase) {
+  if (phases <= kFewPhases) return {0, orientations};
+  const int half = (orientations + 1) / 2;
+  return {(slice + phase) % 2 == 0 ? 0 : orientations - half, half};
+}
+
 void run_turned(Network& network, const ModelCard& card, const std::vector<float>& input, int width,
-                int height, int orientations, std::vector<float>& probabilities) {
+                int height, const Turns& turns, std::vector<float>& probabilities) {
   const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   const std::size_t outputs = card.outputs.size();
   probabilities.assign(outputs * plane, 0.0F);
   std::vector<float> turned(input.size());
   std::vector<float> likely(outputs);
-  for (std::size_t n = 0; n < static_cast<std::size_t>(orientations); ++n) {
-    const Orientation& how = kOrientations.at(n);
+  for (int n = turns.first; n < turns.first + turns.count; ++n) {
+    const Orientation& how = kOrientations.at(static_cast<std::size_t>(n));
     const Turn turn(how, width, height);
     for (std::size_t c = 0; c < card.channels.size(); ++c) {
       const float* from = input.data() + c * plane;
@@ -70,7 +78,7 @@ void run_turned(Network& network, const ModelCard& card, const std::vector<float
         likely[o] = std::exp(logits[o * plane + there] - most);
         sum += likely[o];
       }
-      const float share = 1 / (sum * static_cast<float>(orientations));
+      const float share = 1 / (sum * static_cast<float>(turns.count));
       for (std::size_t o = 0; o < outputs; ++o) probabilities[o * plane + v] += likely[o] * share;
     });
   }

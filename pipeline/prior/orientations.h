@@ -21,14 +21,25 @@ struct Orientation {
 /// them shows a mirror image.
 inline constexpr std::array<Orientation, 4> kOrientations{{
     {false, false, false},
-    {true, true, false},
     {true, false, true},
+    {true, true, false},
     {false, true, true},
 }};
 
-/// @param input [channel][row][column], see fill_input  @param orientations 1..4
+/// Which of kOrientations an image is shown in.
+struct Turns {
+  int first = 0;
+  int count = 1;
+};
+
+/// Of a model of so many orientations. Of a beat of many phases each image has half of them, and its
+/// neighbours in space and time, from and to which labels grow, have the others: the time of two
+/// networks for what four know.
+[[nodiscard]] Turns turns_of(int orientations, int phases, int slice, int phase);
+
+/// @param input [channel][row][column], see fill_input
 /// @param probabilities [output][row][column], replaced: of each pixel 1 in sum, > 0 or underflowed
 void run_turned(Network& network, const ModelCard& card, const std::vector<float>& input, int width,
-                int height, int orientations, std::vector<float>& probabilities);
+                int height, const Turns& turns, std::vector<float>& probabilities);
 
 }  // namespace beatlas::prior

@@ -270,6 +270,37 @@ std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure str
   return curve;
 }
 
+void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& labels) {
+  const auto heart = covered.phases.find(Structure::Heart);
+  if (heart == covered.phases.end()) return;
+  std::array<bool, kLastLabel + 1> has{};  // a coverage of its own
+  for (const auto& [structure, phases] : covered.phases) {
+    if (structure != Structure::Heart) has.at(label_of(structure)) = true;
+  }
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    std::vector<std::uint8_t>& phase = labels.phases[p];
+    for (std::size_t v = 0; v < phase.size(); ++v) {
+      float most = 0.5F;
+      std::uint8_t best = kLabelBackground;
+      for (const auto& [structure, phases] : covered.phases) {
+        if (structure == Structure::Heart || phases[p][v] < most) continue;
+        most = phases[p][v];
+        best = label_of(structure);
+      }
+      const std::uint8_t before = phase[v];
+      if (best != kLabelBackground) {
+        phase[v] = best;
+      } else if (heart->second[p][v] < 0.5F) {
+        phase[v] = kLabelBackground;
+      } else if (before == kLabelLvBlood && has[kLabelLvMyocardium]) {
+        phase[v] = kLabelLvMyocardium;
+      } else if (before == kLabelBackground || has[before]) {
+        phase[v] = kLabelRestOfHeart;
+      }
+    }
+  });
+}
+
 void find_ends(Segmentation& segmentation) {
   const std::vector<double> curve = segmented_volume_ml(
       segmentation, segmentation.coverage.phases.count(Structure::LvBlood) != 0 ? Structure::LvBlood

@@ -192,12 +192,15 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   smooth_outlines(labels, options.outline_sigma_mm);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
-  put_known(known, labels);
-  for (std::size_t p = 0; p < marks.size(); ++p) {
-    for (std::size_t v = 0; v < marks[p].size(); ++v) {
-      if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
+  const auto hold_marks = [&] {
+    put_known(known, labels);
+    for (std::size_t p = 0; p < marks.size(); ++p) {
+      for (std::size_t v = 0; v < marks[p].size(); ++v) {
+        if (marks[p][v] != kUnlabelled) labels.phases[p][v] = marks[p][v];
+      }
     }
-  }
+  };
+  hold_marks();
   keep_connected_heart(labels);
   const std::uint8_t apart = likeliest ? kLabelRestOfHeart : kLabelBackground;
   for (const std::uint8_t ventricle : {kLabelLvBlood, kLabelRvBlood}) {
@@ -230,6 +233,15 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
       atria ? std::vector<Structure>(kAllStructures.begin(), kAllStructures.end())
             : std::vector<Structure>(kVentricular.begin(), kVentricular.end());
   Covered covered = cover(images, labels, box, levels, still_noise, {}, structures);
+  if (stack.grid.spacing_mm()[2] < kThickSlicesMm) {
+    // Through thin slices an edge is looked for from where the labels end: what they missed by more
+    // than that is found from where the first look had moved it.
+    follow_coverage(covered.coverage, labels);
+    hold_marks();
+    covered = cover(images, labels, box, levels, still_noise, {}, structures);
+    follow_coverage(covered.coverage, labels);
+    hold_marks();
+  }
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
   if (out.coverage.phases.count(Structure::Heart) == 0) {

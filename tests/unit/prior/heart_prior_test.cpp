@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/prior/orientations.h"
 #include "pipeline/prior/prior.h"
 #include "runtime/base/error.h"
 #include "tests/unit/prior/made_models.h"
@@ -209,6 +210,22 @@ TEST(HeartPrior, a_mean_over_four_orientations_turns_with_the_exam) {
       }
     }
   }
+}
+
+TEST(HeartPrior, neighbours_of_a_long_beat_share_the_orientations) {
+  for (const int orientations : {2, 3, 4}) {
+    for (const auto& [slice, phase] : {std::pair{3, 6}, std::pair{0, 0}, std::pair{4, 1}}) {
+      const Turns here = turns_of(orientations, 25, slice, phase);
+      for (const Turns& beside : {turns_of(orientations, 25, slice, phase + 1),
+                                  turns_of(orientations, 25, slice + 1, phase)}) {
+        EXPECT_EQ(std::min(here.first, beside.first), 0);
+        EXPECT_EQ(std::max(here.first + here.count, beside.first + beside.count), orientations);
+      }
+    }
+  }
+  EXPECT_EQ(turns_of(4, 25, 1, 0).count, 2);
+  EXPECT_EQ(turns_of(1, 25, 1, 0).count, 1);
+  EXPECT_EQ(turns_of(4, 2, 1, 0).count, 4);  // few phases: all in each
 }
 
 TEST(HeartPrior, stops_when_asked_and_tells_how_far_it_is) {
