@@ -397,7 +397,7 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
         // Dense at the wall, loose towards the middle; they move together as the cavity shrinks.
         const float grain = 0.5F + 0.9F * lattice_noise(place / 4, seed_ ^ 0x22U);
         if (grain < trabeculae_density_ * (1 + 0.8F * lv.inner / trabeculae_) *
-                        (1 + 0.1F * moment.contraction)) {
+                        (1 + 0.4F * moment.contraction)) {
           return Tissue::Papillary;
         }
       }

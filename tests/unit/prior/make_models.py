@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
-"""Makes the models that the tests of pipeline/prior run: make_models.py [FOLDER] [--large FILE.onnx]
+"""Makes the models that the tests of pipeline/prior run: make_models.py [FOLDER]
 
-Written to models/ beside this script unless another folder is named. --large writes instead one with the
-size of a real network (0.66 M random weights), for tests/bench/prior_bench.cpp. Needs python3-torch.
+Written to models/ beside this script unless another folder is named. Needs python3-torch.
 """
 import argparse
 import hashlib
@@ -79,12 +78,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", nargs="?", default=pathlib.Path(__file__).parent / "models",
                         type=pathlib.Path)
-    parser.add_argument("--large", type=pathlib.Path)
     words = parser.parse_args()
     torch.manual_seed(7)
-    if words.large:
-        write(words.large, UNet(5, 8, (8, 24, 48, 96, 128)), CHANNELS, OUTPUTS, 16, 160)
-        return
     words.folder.mkdir(parents=True, exist_ok=True)
     mixed = ["mean", "frame", "above", "deviation", "below"]
     write(words.folder / "pixelwise.onnx", pixelwise(5, 8), mixed, OUTPUTS, 4)
