@@ -194,8 +194,9 @@ void add_export(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("export", "Write a package or study in other formats");
   command->footer(
       "nifti: labels.nii.gz, 4-D on the source's grid (1 RV blood, 2 LV myocardium, 3 LV blood,\n"
-      "4 the rest of the heart), from a package of the scene full or from a study; cine.nii.gz on\n"
-      "the same grid, of a package what lies around the heart and stands out of the noise.\n"
+      "4 the rest of the heart; in labels that come back 255 is unknown), from a package of the\n"
+      "scene full or from a study; cine.nii.gz on the same grid, of a package what lies around\n"
+      "the heart and stands out of the noise.\n"
       "glb: heart.glb, glTF 2.0 that beats in any viewer: metres, +y the patient's head, +z the\n"
       "front; a node and material a structure, a morph target a phase.\n"
       "slicer: image_NN, labels_NN (.nii.gz) and seeds_NN.mrk.json of one phase of a study, to be\n"

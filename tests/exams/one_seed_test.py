@@ -4,8 +4,8 @@ usage: one_seed_test.py SOURCE_ROOT BEATLAS EXAM
 
 The ball stands in the middle of the largest piece of LV blood or muscle at end-diastole that is labelled as
 something else. What it marked has its label then; farther away than MENDED_MM no structure gains or loses more
-than MOST_ML in any phase, and no more than that is farther from the expert than before. Skipped (77) where the exams are not
-on the machine.
+than MOST_ML in any phase, and no more than that is unlike the expert's that was not before. Skipped (77) where
+the exams are not on the machine.
 """
 import json
 import pathlib
