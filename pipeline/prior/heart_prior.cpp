@@ -56,9 +56,9 @@ class Reader {
                 likely.data() + o * plane + static_cast<std::ptrdiff_t>(j) * padded.width;
             std::transform(
                 from, from + window.size[0],
-                phase.begin() + static_cast<std::ptrdiff_t>(
-                                    o * voxels +
-                                    seen_.grid.offset(window.first[0], window.first[1] + j, k)),
+                phase.begin() +
+                    static_cast<std::ptrdiff_t>(
+                        o * voxels + seen_.grid.offset(window.first[0], window.first[1] + j, k)),
                 stored);
           }
         }
@@ -74,8 +74,7 @@ class Reader {
 
 /// Nothing but background.
 std::vector<std::int8_t> no_heart(const std::vector<std::uint8_t>& labels, std::size_t voxels) {
-  std::vector<std::int8_t> out(labels.size() * voxels,
-                               PriorCycle::kLeast * PriorCycle::kUnits);
+  std::vector<std::int8_t> out(labels.size() * voxels, PriorCycle::kLeast * PriorCycle::kUnits);
   for (std::size_t o = 0; o < labels.size(); ++o) {
     if (labels[o] != kLabelBackground) continue;
     std::fill_n(out.begin() + static_cast<std::ptrdiff_t>(o * voxels), voxels, std::int8_t{0});

@@ -26,7 +26,7 @@ struct ModelCard {
   /// 1..4: so many half turns of a slice are shown and their probabilities averaged. More than 1
   /// for networks that were trained on slices turned in any way.
   int orientations = 1;
-  std::string sha256;  ///< of NAME.onnx
+  std::string sha256;                              ///< of NAME.onnx
   nlohmann::json card = nlohmann::json::object();  ///< strings and numbers, for people
 };
 

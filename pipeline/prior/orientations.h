@@ -32,9 +32,9 @@ struct Turns {
   int count = 1;
 };
 
-/// Of a model of so many orientations. Of a beat of many phases each image has half of them, and its
-/// neighbours in space and time, from and to which labels grow, have the others: the time of two
-/// networks for what four know.
+/// Of a model of so many orientations. Of a beat of many phases each image has half of them, and
+/// its neighbours in space and time, from and to which labels grow, have the others: the time of
+/// two networks for what four know.
 [[nodiscard]] Turns turns_of(int orientations, int phases, int slice, int phase);
 
 /// @param input [channel][row][column], see fill_input

@@ -34,10 +34,10 @@ struct Covered {
                             const std::vector<Structure>& structures = {kVentricular.begin(),
                                                                         kVentricular.end()});
 
-/// Puts labels where coverage says: a voxel that a structure covers by half and more is of that which
-/// covers most of it; one that lost its own is wall if it was a ventricle's blood and the heart
-/// still covers it, and none of the heart if that does not. Labels without coverage of their own
-/// stay where the heart does.
+/// Puts labels where coverage says: a voxel that a structure covers by half and more is of that
+/// which covers most of it; one that lost its own is wall if it was a ventricle's blood and the
+/// heart still covers it, and none of the heart if that does not. Labels without coverage of their
+/// own stay where the heart does.
 /// @param covered of these labels, on their grid
 void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& labels);
 

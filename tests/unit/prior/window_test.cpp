@@ -1,6 +1,7 @@
+#include "pipeline/prior/window.h"
+
 #include <gtest/gtest.h>
 
-#include "pipeline/prior/window.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::prior {
