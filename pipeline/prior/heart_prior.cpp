@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/prior/network.h"
@@ -103,11 +104,9 @@ PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& conte
   Reader reader(seen, model);
   reader.read(looked, {{0, 0, 0}, seen.grid.size}, 1, context.part(kSeen, kLooked), out);
   const Window window = window_of_heart(out, card.multiple);
-  std::vector<int> all;
-  for (int p = 0; p < phases; ++p) {
-    all.push_back(p);
-    out.phases[static_cast<std::size_t>(p)] = no_heart(out.labels, out.grid.count());
-  }
+  std::vector<int> all(out.phases.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::fill(out.phases.begin(), out.phases.end(), no_heart(out.labels, out.grid.count()));
   reader.read(all, window, card.orientations, context.part(kLooked, 1), out);
   return out;
 }

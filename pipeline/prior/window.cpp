@@ -78,9 +78,9 @@ std::vector<Body> bodies_of(const PriorCycle& looked) {
 }  // namespace
 
 std::vector<int> looked_at(int phases) {
-  std::vector<int> out;
   const int count = std::min(phases, 3);
-  for (int n = 0; n < count; ++n) out.push_back(n * phases / count);
+  std::vector<int> out(static_cast<std::size_t>(count));
+  for (int n = 0; n < count; ++n) out[static_cast<std::size_t>(n)] = n * phases / count;
   return out;
 }
 
