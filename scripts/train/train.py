@@ -5,7 +5,6 @@ DIR/checkpoint.pt is replaced every few minutes and at the end, on Ctrl-C too; D
 printed. Exit 0 done, 2 usage, 3 bad input or a program that ended.
 """
 import argparse
-import json
 import math
 import pathlib
 import signal
@@ -19,7 +18,7 @@ import checkpoint
 from draws import HELD_OUT_FIRST, DrawsEnded, Ring, planes, read_all, vary
 from losses import DiceCount, loss
 from model import MAX_PARAMETERS, HeartNet, parameters
-from weights import exported
+from weights import exported, trained_before
 
 WARM_UP = 0.02           # of the planned duration
 LAST_RATE = 0.01         # of the rate, at the end
@@ -90,8 +89,7 @@ class Run:
         before = None
         if args.resume and args.resume.suffix == ".onnx":
             self.model = exported(args.resume, planes(held_out[:MEASURED])[0])
-            card = json.loads(args.resume.with_suffix(".json").read_text())["card"]
-            self.samples, self.minutes = card["samples"], card["minutes"]
+            self.samples, self.minutes = trained_before(args.resume)
         elif args.resume:
             before = checkpoint.load(args.resume)
             self.model = checkpoint.network(before, "weights")
@@ -194,7 +192,8 @@ def parsed() -> argparse.Namespace:
     plan = parser.add_mutually_exclusive_group()
     plan.add_argument("--minutes", type=float, default=90, help="planned duration (90)")
     plan.add_argument("--steps", type=int, help="planned duration in steps")
-    parser.add_argument("--resume", type=pathlib.Path, help="go on from this checkpoint, or the ONNX file of one, as a new plan")
+    parser.add_argument("--resume", type=pathlib.Path,
+                        help="go on from this checkpoint, or the ONNX file of one, as a new plan")
     parser.add_argument("--same-optimiser", action="store_true",
                         help="with --resume: go on with the plan that was stopped")
     parser.add_argument("--seed", type=int, default=1, help="of weights and variations (1)")

@@ -3,6 +3,7 @@
 Export folds each batch norm into the convolution before it. Here each gets one back whose gain and shift undo
 what it does on the slices that it is given: evaluated, the network is the exported one.
 """
+import json
 import pathlib
 
 import cv2
@@ -20,9 +21,8 @@ def convolutions(file: pathlib.Path) -> list[tuple[torch.Tensor, torch.Tensor]]:
         net = cv2.dnn.readNetFromONNX(str(file))
     except cv2.error:
         raise BadCheckpoint(f"{file} is not there or is no ONNX file that OpenCV reads") from None
-    names = net.getLayerNames()
     found = []
-    for name in names:
+    for name in net.getLayerNames():
         layer = net.getLayerId(name)
         if net.getLayer(layer).type == "Convolution":
             found.append(tuple(torch.from_numpy(numpy.array(net.getParam(layer, n))) for n in (0, 1)))
@@ -71,3 +71,16 @@ def exported(file: pathlib.Path, slices: torch.Tensor) -> HeartNet:
     for hook in hooks:
         hook.remove()
     return model
+
+
+def trained_before(file: pathlib.Path) -> tuple[int, float]:
+    """Samples and minutes that the network of an ONNX file has learned, as its description says.
+
+    @throws BadCheckpoint where it has none
+    """
+    try:
+        card = json.loads(file.with_suffix(".json").read_text())["card"]
+        return int(card["samples"]), float(card["minutes"])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise BadCheckpoint(f"{file.with_suffix('.json')} does not tell how long {file.name} was trained; give "
+                            "the two files that export.py wrote") from None

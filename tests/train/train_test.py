@@ -29,6 +29,7 @@ import draws  # noqa: E402
 import losses  # noqa: E402
 import model  # noqa: E402
 import train  # noqa: E402
+import weights  # noqa: E402
 
 torch.set_num_threads(1)
 UNKNOWN = 255
@@ -155,9 +156,9 @@ def ring_waits_for_the_trainer() -> None:
 
 def learns() -> None:
     args = argparse.Namespace(seed=1, first=0, resume=None, lr=2e-3, steps=1000, minutes=None)
-    runs = [train.Run(args) for _ in range(2)]
-    assert model.parameters(runs[0].model) <= model.MAX_PARAMETERS
     records = draws.read_all(DISCS, 0, 2)
+    runs = [train.Run(args, records) for _ in range(2)]
+    assert model.parameters(runs[0].model) <= model.MAX_PARAMETERS
     values = [runs[0].train(records, False) for _ in range(18)]
     assert values[-1] < 0.9 * values[0], values
     assert runs[1].train(records, False) == values[0], "the seed decides"
@@ -212,6 +213,21 @@ def goes_on_and_exports(folder: pathlib.Path) -> None:
         with torch.no_grad():
             wanted = network(torch.from_numpy(slices)).numpy()
         assert abs(net.forward() - wanted).max() < 1e-4 * max(1, abs(wanted).max())
+    goes_on_from_onnx(folder, onnx)
+
+
+def goes_on_from_onnx(folder: pathlib.Path, onnx: pathlib.Path) -> None:
+    """Evaluated it is the network that was exported; it learns, and its samples are counted on."""
+    slices = draws.planes(draws.read_all(DISCS, 7, 4))[0]
+    network = weights.exported(onnx, slices).eval()
+    net = cv2.dnn.readNetFromONNX(str(onnx))
+    net.setInput(slices.numpy())
+    wanted = net.forward()
+    with torch.no_grad():
+        assert abs(network(slices).numpy() - wanted).max() < 1e-4 * max(1, abs(wanted).max())
+    trained(folder / "from_onnx", 3, "--resume", onnx)
+    gone_on = checkpoint.load(folder / "from_onnx" / "checkpoint.pt")
+    assert gone_on["plan_step"] == optimiser_steps(gone_on) == 3 and gone_on["samples"] == 80 + 12
 
 
 def refused(done: subprocess.CompletedProcess, words: str) -> None:
@@ -233,6 +249,12 @@ def refuses(folder: pathlib.Path) -> None:
     for content in (whole, whole[:200], b"no checkpoint"):
         cut.write_bytes(content)
         refused(run("train.py", "--draws", DISCS, "--resume", cut, *plan), "is no checkpoint")
+    onnx = folder / "cut.onnx"
+    for content in (b"no network", (SOURCE / "tests/unit/prior/models/unet.onnx").read_bytes()):
+        onnx.write_bytes(content)
+        refused(run("train.py", "--draws", DISCS, "--resume", onnx, *plan),
+                "is no ONNX" if content == b"no network" else "other layers")
+    refused(run("train.py", "--draws", DISCS, "--resume", folder / "none.onnx", *plan), "is not there")
     refused(run("export.py", cut, "-o", folder / "heart.onnx"), "is no checkpoint")
     assert not (out / "checkpoint.pt").exists() and not list(folder.glob("heart.*"))
     out.mkdir(exist_ok=True)
