@@ -14,7 +14,7 @@
 
 #include "runtime/app/headless.h"
 #include "runtime/app/press_session.h"
-#include "runtime/app/probe.h"
+#include "runtime/app/probe_command.h"
 #include "runtime/app/text.h"
 #include "runtime/app/ticks.h"
 #include "runtime/app/touch.h"
@@ -33,14 +33,6 @@ namespace {
 
 constexpr std::size_t kRecordedTicks = 10000;  // 10 s at 1 kHz, 5 MB
 constexpr double kHardwareClearMm = 20;        // a device's middle lies this far outside
-
-struct ProbeArguments {
-  std::string package;
-  std::string points;
-  std::string output;
-  std::string structure = "heart";
-  std::string frame = "workspace";
-};
 
 struct PlayArguments {
   std::string package;
@@ -83,36 +75,6 @@ struct TicksArguments {
 
 [[noreturn]] void throw_usage(const std::string& message) {
   throw Error(ErrorCode::Usage, message);
-}
-
-std::ifstream open_text(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  return stream;
-}
-
-void run_probe(const ProbeArguments& arguments, std::istream& in, std::ostream& out) {
-  const auto structure = structure_from_name(arguments.structure);
-  if (!structure) throw_usage("--structure: there is no structure " + arguments.structure);
-  const atlas::Atlas atlas =
-      atlas::Atlas::open(arguments.package, {.fields = {*structure}, .surfaces = {}});
-  const atlas::Manifest& manifest = atlas.manifest();
-  const field::FieldQuery field(atlas.field(*structure), manifest.rr_interval_s);
-  const ProbeOptions options{.stiffness_n_per_m = manifest.stiffness_n_per_m,
-                             .lps = arguments.frame == "lps",
-                             .workspace_from_lps = manifest.workspace_from_lps};
-  std::ostringstream text;
-  if (arguments.points == "-") {
-    probe(field, options, in, "standard input", text);
-  } else {
-    std::ifstream points = open_text(arguments.points);
-    probe(field, options, points, arguments.points, text);
-  }
-  if (arguments.output.empty()) {
-    out << text.str();
-  } else {
-    write_file(arguments.output, text.str());
-  }
 }
 
 // Directions of the body in LPS.
@@ -311,19 +273,6 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   interrupts.check();
 }
 
-void add_probe(CLI::App& probe, ProbeArguments& arguments) {
-  probe.add_option("PACKAGE", arguments.package, "a .beatlas file")->required();
-  probe
-      .add_option("--points", arguments.points,
-                  "CSV with columns x_mm, y_mm, z_mm, t_s; - for standard input")
-      ->required();
-  probe.add_option("-o,--output", arguments.output, "CSV to write (default: standard output)");
-  probe.add_option("--structure", arguments.structure, "whose surface")->capture_default_str();
-  probe.add_option("--frame", arguments.frame, "axes of points, normals and forces")
-      ->check(CLI::IsMember({"workspace", "lps"}))
-      ->capture_default_str();
-}
-
 std::vector<std::string> segment_names() {
   std::vector<std::string> out;
   for (int segment = 1; segment <= palpation::kSegments; ++segment) {
@@ -461,12 +410,7 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       "and\n  Ruspini et al., SIGGRAPH 1997. The muscle under a finger: Tokuyasu et al., FIMH "
       "2003");
   ProbeArguments probe_arguments;
-  CLI::App* probe_command = app.add_subcommand(
-      "probe", "distance, normal, velocity and force at points and times of a CSV");
-  add_probe(*probe_command, probe_arguments);
-  probe_command->footer(
-      "Example:\n  beatlas-play probe heart.beatlas --points points.csv -o felt.csv\n\n"
-      "Method:\n  K x depth along the normal: Nakao et al., MEDINFO 2001");
+  const CLI::App* probe_command = add_probe(app, probe_arguments);
   TicksArguments ticks_arguments;
   CLI::App* ticks_command = app.add_subcommand(
       "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");

@@ -16,6 +16,12 @@ void append_number(std::string& text, double value) {
   text.append(digits.data(), end);
 }
 
+std::ifstream open_text(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
+  return stream;
+}
+
 void write_file(const std::filesystem::path& file, const std::string& text) {
   // A device or pipe is written as it is; a file appears whole or not at all.
   std::error_code ignored;

@@ -1,11 +1,15 @@
 #pragma once
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace beatlas::app {
 
 /// Shortest decimal that reads back as the same number; never "-0".
 void append_number(std::string& text, double value);
+
+/// @throws Error{InvalidInput} if it cannot be read.
+[[nodiscard]] std::ifstream open_text(const std::string& file);
 
 /// @throws Error{Machine} if it cannot be written whole.
 void write_file(const std::filesystem::path& file, const std::string& text);
