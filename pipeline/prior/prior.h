@@ -22,6 +22,16 @@ struct PriorCycle {
   std::vector<std::vector<std::int8_t>> phases;
 
   [[nodiscard]] int phase_count() const { return static_cast<int>(phases.size()); }
+  /// Label of the likeliest output; of those as likely the first.
+  [[nodiscard]] std::uint8_t likeliest(std::size_t phase, std::size_t voxel) const {
+    const std::vector<std::int8_t>& logs = phases[phase];
+    const std::size_t count = grid.count();
+    std::size_t best = 0;
+    for (std::size_t o = 1; o < labels.size(); ++o) {
+      if (logs[o * count + voxel] > logs[best * count + voxel]) best = o;
+    }
+    return labels[best];
+  }
 };
 
 /// The same for any number of threads.

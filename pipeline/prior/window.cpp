@@ -18,25 +18,15 @@ struct Body {
   Index3 high{0, 0, 0};  ///< included
 };
 
-std::size_t likeliest(const PriorCycle& prior, const std::vector<std::int8_t>& logs,
-                      std::size_t voxel) {
-  const std::size_t count = prior.grid.count();
-  std::size_t best = 0;
-  for (std::size_t o = 1; o < prior.labels.size(); ++o) {
-    if (logs[o * count + voxel] > logs[best * count + voxel]) best = o;
-  }
-  return best;
-}
-
 /// What hangs together by faces, in any of the phases.
 std::vector<Body> bodies_of(const PriorCycle& looked) {
   const Grid& grid = looked.grid;
   std::vector<std::uint8_t> heart(grid.count(), 0);
   std::vector<std::uint8_t> blood(grid.count(), 0);  // in how many phases
-  for (const std::vector<std::int8_t>& logs : looked.phases) {
-    if (logs.empty()) continue;
+  for (std::size_t p = 0; p < looked.phases.size(); ++p) {
+    if (looked.phases[p].empty()) continue;
     for (std::size_t v = 0; v < heart.size(); ++v) {
-      const std::uint8_t label = looked.labels[likeliest(looked, logs, v)];
+      const std::uint8_t label = looked.likeliest(p, v);
       if (label != kLabelBackground) heart[v] = 1;
       if (label == kLabelLvBlood) ++blood[v];
     }
@@ -102,13 +92,13 @@ Window window_of_heart(const PriorCycle& looked, int multiple) {
   }
   const Vec3 mm = grid.spacing_mm();
   for (std::size_t a = 0; a < 3; ++a) {
+    // What would be filled up with zeros is better seen.
+    const int of = a < 2 ? multiple : 1;
     const int room = static_cast<int>(std::ceil(kRoomMm / mm[static_cast<Eigen::Index>(a)]));
     int first = std::max(0, low[a] - room);
     int end = std::min(grid.size[a], high[a] + 1 + room);
-    // What would be filled up with zeros is better seen.
-    const int beyond = a < 2 ? (multiple - (end - first) % multiple) % multiple : 0;
-    end = std::min(grid.size[a], end + beyond);
-    first = std::max(0, first - (a < 2 ? (multiple - (end - first) % multiple) % multiple : 0));
+    end = std::min(grid.size[a], end + (of - (end - first) % of) % of);
+    first = std::max(0, first - (of - (end - first) % of) % of);
     out.first[a] = first;
     out.size[a] = end - first;
   }

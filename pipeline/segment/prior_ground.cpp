@@ -46,15 +46,8 @@ LabelCycle likeliest_labels(const prior::PriorCycle& prior) {
   out.phases.resize(prior.phases.size());
   const std::size_t count = prior.grid.count();
   parallel_for(prior.phases.size(), [&](std::size_t p) {
-    const std::vector<std::int8_t>& logs = prior.phases[p];
     out.phases[p].resize(count);
-    for (std::size_t v = 0; v < count; ++v) {
-      std::size_t best = 0;
-      for (std::size_t o = 1; o < prior.labels.size(); ++o) {
-        if (logs[o * count + v] > logs[best * count + v]) best = o;
-      }
-      out.phases[p][v] = prior.labels[best];
-    }
+    for (std::size_t v = 0; v < count; ++v) out.phases[p][v] = prior.likeliest(p, v);
   });
   keep_connected_heart(out);
   keep_largest({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, out);
