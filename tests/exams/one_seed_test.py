@@ -21,8 +21,8 @@ ROOT, BEATLAS, EXAM = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]
 sys.path.insert(0, str(ROOT / "scripts" / "exams"))
 sys.dont_write_bytecode = True
 import measures  # noqa: E402
+from real_exam import real_exam  # noqa: E402
 
-DATA = ROOT.parent / "shared" / "data"
 NUMBERS = {"lv_blood": 3, "lv_myocardium": 2}
 RADIUS_MM = 2.0
 MENDED_MM = 20
@@ -40,9 +40,9 @@ def labels_of(study):
     return image, numpy.asarray(image.dataobj)
 
 
-def wrong_place(phase, exam, image, labels):
+def wrong_place(phase, exam, data, image, labels):
     """Label and voxel of the middle of what is most wrong in a phase."""
-    drawn = measures.nearest_voxels(*measures.drawn_labels(exam, "ed", DATA), labels.shape[:3], image.affine)
+    drawn = measures.nearest_voxels(*measures.drawn_labels(exam, "ed", data), labels.shape[:3], image.affine)
     deepest = (0, None, None)
     for number in NUMBERS.values():
         wrong = (drawn == number) & (labels[..., phase] != number)
@@ -54,26 +54,22 @@ def wrong_place(phase, exam, image, labels):
 
 
 def main():
-    listed = DATA / "exams.json"
-    if not listed.exists():
-        print(f"skipped: the real exams of {DATA} are not on this machine")
-        return 77
-    exam = json.loads(listed.read_text())[EXAM]
+    data, exam = real_exam(ROOT, EXAM)
     failed = []
     with tempfile.TemporaryDirectory(prefix="beatlas-one-seed-") as folder:
         study, marks = pathlib.Path(folder) / "exam.study", pathlib.Path(folder) / "seeds.json"
-        run("import", DATA / exam["source"], "--study", study)
+        run("import", data / exam["source"], "--study", study)
         run("segment", "--study", study)
         image, before = labels_of(study)
-        row = measures.score(study, exam, DATA)
+        row = measures.score(study, exam, data)
         phase = row["ed_phase"]
-        number, voxel = wrong_place(phase, exam, image, before)
+        number, voxel = wrong_place(phase, exam, data, image, before)
         ras = image.affine @ [*voxel, 1]
         marks.write_text(json.dumps({"version": 1, "seeds": [
             {"label": number, "lps_mm": [-ras[0], -ras[1], ras[2]], "radius_mm": RADIUS_MM, "phase": phase}]}))
         run("segment", "--study", study, "--seeds", marks)
         after = labels_of(study)[1]
-        mended = measures.score(study, exam, DATA)
+        mended = measures.score(study, exam, data)
         if after[(*voxel, phase)] != number:
             failed.append(f"voxel {voxel} is {after[(*voxel, phase)]} after it was marked {number}")
         spacing = image.header.get_zooms()[:3]
