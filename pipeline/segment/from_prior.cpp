@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <optional>
 
-#include <opencv2/imgproc.hpp>
-
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/register/phase_motion.h"
@@ -19,6 +17,7 @@
 #include "pipeline/segment/followed_seeds.h"
 #include "pipeline/segment/known_ground.h"
 #include "pipeline/segment/known_seeds.h"
+#include "pipeline/segment/lv_section.h"
 #include "pipeline/segment/outer_surface.h"
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/prior_ground.h"
@@ -31,32 +30,6 @@
 
 namespace beatlas::segment {
 namespace {
-
-/// Papillary muscles and trabeculae count as cavity, as experts draw it (Schulz-Menger 2020,
-/// doi:10.1186/s12968-020-00610-6): within a slice the cavity is convex, as far as its own wall
-/// goes.
-/// Papillary muscles that stand against the wall are no part of its hull, but of the ellipse that
-/// fits that.
-/// @param sure labels, [phase][voxel]; muscle there stays muscle
-void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    for (int k = 0; k < labels.grid.size[2]; ++k) {
-      cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
-      std::vector<cv::Point> blood;
-      cv::findNonZero(slice == kLabelLvBlood, blood);
-      if (blood.size() < 3) continue;
-      std::vector<cv::Point> hull;
-      cv::convexHull(blood, hull);
-      cv::Mat filled = cv::Mat::zeros(slice.size(), CV_8U);
-      cv::fillConvexPoly(filled, hull, cv::Scalar(255));
-      if (hull.size() >= 5) {
-        cv::ellipse(filled, cv::fitEllipse(hull), cv::Scalar(255), cv::FILLED);
-        filled &= slice_of(labels.grid, sure[p], k) != kLabelLvMyocardium;
-      }
-      slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
-    }
-  });
-}
 
 /// An atrium or vessel that comes and goes through the beat is in view in part, or is none: it is
 /// rest of heart then. No atrium gives away three quarters of its volume (Kawel-Boehm 2020,
@@ -190,6 +163,7 @@ Segmentation grown(const Exam& exam, const std::vector<Seed>& given, const Segme
   fill_cavity(likeliest ? ground.seeds : marks, labels);
   ground.seeds = {};
   smooth_outlines(labels, options.outline_sigma_mm);
+  trim_wall(labels);
   if (options.papillary == Papillary::Muscle) papillary_muscles_to_wall(images, levels, labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
   const auto hold_marks = [&] {

@@ -1,0 +1,64 @@
+#include "pipeline/segment/lv_section.h"
+
+#include <algorithm>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/segment/chambers.h"
+#include "pipeline/segment/distance_map.h"
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::segment {
+
+void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    for (int k = 0; k < labels.grid.size[2]; ++k) {
+      cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
+      std::vector<cv::Point> blood;
+      cv::findNonZero(slice == kLabelLvBlood, blood);
+      if (blood.size() < 3) continue;
+      std::vector<cv::Point> hull;
+      cv::convexHull(blood, hull);
+      cv::Mat filled = cv::Mat::zeros(slice.size(), CV_8U);
+      cv::fillConvexPoly(filled, hull, cv::Scalar(255));
+      if (hull.size() >= 5) {
+        cv::ellipse(filled, cv::fitEllipse(hull), cv::Scalar(255), cv::FILLED);
+        filled &= slice_of(labels.grid, sure[p], k) != kLabelLvMyocardium;
+      }
+      slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
+    }
+  });
+}
+
+void trim_wall(ImageCycle<std::uint8_t>& labels) {
+  const std::size_t slice = labels.grid.slice_count();
+  const auto slices = static_cast<std::size_t>(labels.grid.size[2]);
+  // Distances are those of voxels' centres, so a disc's own edge is up to a pixel farther off.
+  const auto pixel = static_cast<float>(labels.grid.spacing_mm().head<2>().maxCoeff());
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    std::vector<std::uint8_t>& phase = labels.phases[p];
+    std::vector<std::uint8_t> section(phase.size());
+    std::transform(phase.begin(), phase.end(), section.begin(), [](std::uint8_t label) {
+      return static_cast<std::uint8_t>(label == kLabelLvBlood || label == kLabelLvMyocardium);
+    });
+    // An opening by a disc: what is deeper than its radius, and what lies within it of that.
+    const std::vector<float> depth = depth_within(labels.grid, section, false);
+    std::vector<float> radius(slices);
+    for (std::size_t v = 0; v < depth.size(); ++v) {
+      float& most = radius[v / slice];
+      most = std::max(most, depth[v] / 2);
+    }
+    for (std::size_t v = 0; v < depth.size(); ++v) {
+      section[v] = static_cast<std::uint8_t>(depth[v] > radius[v / slice]);
+    }
+    const std::vector<float> away = distance_map(labels.grid, section, false);
+    for (std::size_t v = 0; v < away.size(); ++v) {
+      if (phase[v] == kLabelLvMyocardium && away[v] > radius[v / slice] + pixel) {
+        phase[v] = kLabelBackground;
+      }
+    }
+  });
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,22 @@
+#pragma once
+/// The shape of the LV in a slice, where images alone tell it wrong.
+
+#include "pipeline/core/exam.h"
+#include "pipeline/segment/seeds.h"
+
+namespace beatlas::segment {
+
+/// Papillary muscles and trabeculae count as cavity, as experts draw it (Schulz-Menger 2020,
+/// doi:10.1186/s12968-020-00610-6): within a slice the cavity is convex, as far as its own wall
+/// goes.
+/// Papillary muscles that stand against the wall are no part of its hull, but of the ellipse that
+/// fits that.
+/// @param sure labels, [phase][voxel]; muscle there stays muscle
+void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels);
+
+/// Cavity and wall together are a broad body: muscle of strips that hang on it and are narrower
+/// than half of it, as broad as it is about its middle, is of another organ (the stomach's wall
+/// lies against the heart and is as dark) and becomes background.
+void trim_wall(ImageCycle<std::uint8_t>& labels);
+
+}  // namespace beatlas::segment
