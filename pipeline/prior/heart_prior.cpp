@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/prior/across.h"
 #include "pipeline/prior/network.h"
 #include "pipeline/prior/orientations.h"
 #include "pipeline/prior/prior.h"
@@ -17,14 +19,7 @@ namespace {
 // Shares of the time.
 constexpr double kSeen = 0.1;
 constexpr double kLooked = 0.3;
-
-/// A probability as its logarithm is stored; what is no number is as unlikely as can be.
-std::int8_t stored(float probability) {
-  const float log = std::log(probability);
-  const bool likely = log > static_cast<float>(PriorCycle::kLeast);
-  const float kept = likely ? std::min(log, 0.0F) : static_cast<float>(PriorCycle::kLeast);
-  return static_cast<std::int8_t>(std::lround(kept * PriorCycle::kUnits));
-}
+constexpr double kCutAnew = 0.6;
 
 /// Runs networks on slices of phases and keeps what they say.
 class Reader {
@@ -60,7 +55,7 @@ class Reader {
                 phase.begin() +
                     static_cast<std::ptrdiff_t>(
                         o * voxels + seen_.grid.offset(window.first[0], window.first[1] + j, k)),
-                stored);
+                stored_log);
           }
         }
       });
@@ -83,7 +78,25 @@ std::vector<std::int8_t> no_heart(const std::vector<std::uint8_t>& labels, std::
   return out;
 }
 
+/// What the network says of the stack's phases in slices that are cut across the LV.
+PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& model,
+                       const std::vector<int>& phases, const StageContext& context) {
+  const ModelCard& card = model.card();
+  const SeenSlices seen = see(cut_anew(stack, anew.grid), card, context.part(0, kSeen));
+  PriorCycle out{seen.grid, card.outputs, {}};
+  out.phases.assign(phases.size(), no_heart(out.labels, out.grid.count()));
+  Reader(seen, model).read(phases, anew.window, card.orientations, context.part(kSeen, 1), out);
+  return out;
+}
+
 }  // namespace
+
+std::int8_t stored_log(float probability) {
+  const float log = std::log(probability);
+  const bool likely = log > static_cast<float>(PriorCycle::kLeast);
+  const float kept = likely ? std::min(log, 0.0F) : static_cast<float>(PriorCycle::kLeast);
+  return static_cast<std::int8_t>(std::lround(kept * PriorCycle::kUnits));
+}
 
 PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
   const Cine& stack = exam.stack;
@@ -106,8 +119,16 @@ PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& conte
   const Window window = window_of_heart(out, card.multiple);
   std::vector<int> all(out.phases.size());
   std::iota(all.begin(), all.end(), 0);
+  // A model that may not be shown turned slices knows none across the LV either.
+  const std::optional<AcrossLv> anew =
+      card.orientations > 1 ? across_lv(out, stack.grid(), card) : std::nullopt;
   std::fill(out.phases.begin(), out.phases.end(), no_heart(out.labels, out.grid.count()));
-  reader.read(all, window, card.orientations, context.part(kLooked, 1), out);
+  if (!anew) {
+    reader.read(all, window, card.orientations, context.part(kLooked, 1), out);
+    return out;
+  }
+  reader.read(all, window, 1, context.part(kLooked, kCutAnew), out);
+  mix_in(seen_across(stack, *anew, model, all, context.part(kCutAnew, 1)), anew->window, out);
   return out;
 }
 

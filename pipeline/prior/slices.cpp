@@ -214,9 +214,11 @@ void fill_input(const SeenSlices& seen, const ModelCard& card, int slice, int ph
   input.assign(plane * card.channels.size(), 0.0F);
   const auto k = static_cast<std::size_t>(slice);
   const auto p = static_cast<std::size_t>(phase);
+  // Of hearts that the network has seen rows, columns and slices were right-handed.
+  const int up = seen.grid.mm_from_index.linear().determinant() < 0 ? -1 : 1;
   const auto beside = [&](int step) -> const std::vector<float>* {
-    const std::optional<int> at =
-        neighbour_of(slice, step, seen.grid.size[2], seen.grid.spacing_mm()[2], card.neighbour_mm);
+    const std::optional<int> at = neighbour_of(slice, up * step, seen.grid.size[2],
+                                               seen.grid.spacing_mm()[2], card.neighbour_mm);
     return at ? &seen.frames[static_cast<std::size_t>(*at)][p] : nullptr;
   };
   const auto shown = [&](Channel channel) -> const std::vector<float>* {

@@ -1,0 +1,229 @@
+#include "pipeline/prior/across.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::prior {
+namespace {
+
+/// Beside the heart as it was seen in some phases; as in window.h.
+constexpr double kRoomMm = 25;
+/// Beside the heart, for how bright slices are: about as much as a scanner's field of view holds.
+constexpr double kFieldMm = 60;
+/// Cosine of the LV's axis with the normal of slices that lie along it as much as across.
+constexpr double kAlong = 0.70710678;
+
+/// Mean and spread of places.
+struct Moments {
+  double count = 0;
+  Vec3 sum = Vec3::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+
+  void add(const Vec3& place) {
+    count += 1;
+    sum += place;
+    squares += place * place.transpose();
+  }
+  [[nodiscard]] Vec3 mean() const { return sum / count; }
+  [[nodiscard]] Eigen::Matrix3d spread() const {
+    return squares / count - mean() * mean().transpose();
+  }
+};
+
+/// Calls visit(place [mm], label) for what is likeliest to be heart in any phase.
+template <class Visit>
+void each_of_heart(const PriorCycle& looked, const Visit& visit) {
+  const Grid& grid = looked.grid;
+  for (std::size_t p = 0; p < looked.phases.size(); ++p) {
+    if (looked.phases[p].empty()) continue;
+    std::size_t v = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i, ++v) {
+          const std::uint8_t label = looked.likeliest(p, v);
+          if (label != kLabelBackground) visit(grid.mm(i, j, k), label);
+        }
+      }
+    }
+  }
+}
+
+/// Axes of slices across a direction, as near to those of the stack as they can be.
+Eigen::Matrix3d axes_across(const Vec3& direction, const Grid& stack) {
+  const Eigen::Matrix3d old = stack.mm_from_index.linear().colwise().normalized();
+  const Vec3 normal = direction.dot(old.col(2)) < 0 ? -direction : direction;
+  Vec3 rows = old.col(0) - normal * normal.dot(old.col(0));
+  if (rows.norm() < 0.5) rows = old.col(1) - normal * normal.dot(old.col(1));
+  rows.normalize();
+  Eigen::Matrix3d out;
+  out << rows, normal.cross(rows), normal;
+  return out;
+}
+
+/// Values of a lattice between its points, linear; `beyond` outside.
+class Between {
+ public:
+  Between(const Grid& grid, const Affine& from)
+      : size_(grid.size), index_(grid.mm_from_index.inverse() * from) {}
+
+  /// use(offset of the lower corner's, shares along the axes) -> value; upper corners exist.
+  template <class Use>
+  bool at(const Vec3& place, const Use& use) const {
+    const Vec3 index = index_ * place;
+    std::array<int, 3> low{};
+    std::array<float, 3> share{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double x = index[static_cast<Eigen::Index>(a)];
+      if (!(x >= 0 && x <= size_[a] - 1)) return false;
+      low[a] = std::clamp(static_cast<int>(x), 0, std::max(0, size_[a] - 2));
+      share[a] = static_cast<float>(x - low[a]);
+    }
+    use(low, share);
+    return true;
+  }
+
+ private:
+  Index3 size_;
+  Affine index_;
+};
+
+/// Offsets and weights of the eight points about a place.
+struct Corners {
+  std::array<std::size_t, 8> at{};
+  std::array<float, 8> weight{};
+
+  Corners(const Grid& grid, const std::array<int, 3>& low, const std::array<float, 3>& share) {
+    for (std::size_t c = 0; c < 8; ++c) {
+      Index3 point{};
+      float w = 1;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const int up = static_cast<int>(c >> a & 1);
+        point[a] = std::min(low[a] + up, grid.size[a] - 1);
+        w *= up != 0 ? share[a] : 1 - share[a];
+      }
+      at[c] = grid.offset(point[0], point[1], point[2]);
+      weight[c] = w;
+    }
+  }
+};
+
+}  // namespace
+
+std::optional<AcrossLv> across_lv(const PriorCycle& looked, const Grid& stack,
+                                  const ModelCard& card) {
+  const Vec3 spacing = stack.spacing_mm();
+  if (!(spacing[2] < kThickSlicesMm)) return {};
+  Moments lv;
+  each_of_heart(looked, [&](const Vec3& place, std::uint8_t label) {
+    if (label == kLabelLvBlood || label == kLabelLvMyocardium) lv.add(place);
+  });
+  if (lv.count == 0) return {};
+  const Vec3 longest =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(lv.spread()).eigenvectors().col(2);
+  if (std::abs(longest.dot(stack.mm_from_index.linear().col(2).normalized())) > kAlong) return {};
+  const Eigen::Matrix3d axes = axes_across(longest, stack);
+  Vec3 low = Vec3::Constant(1e9);
+  Vec3 high = Vec3::Constant(-1e9);
+  each_of_heart(looked, [&](const Vec3& place, std::uint8_t) {
+    const Vec3 along = axes.transpose() * place;
+    low = low.cwiseMin(along);
+    high = high.cwiseMax(along);
+  });
+  const double pixel = std::min(spacing[0], spacing[1]);
+  const Vec3 step(pixel, pixel, 0.5 * card.neighbour_mm);
+  const Vec3 room(kFieldMm, kFieldMm, kRoomMm);
+  AcrossLv out;
+  for (Eigen::Index a = 0; a < 3; ++a) {
+    out.grid.size[static_cast<std::size_t>(a)] =
+        static_cast<int>(std::ceil((high[a] - low[a] + 2 * room[a]) / step[a])) + 1;
+  }
+  out.grid.mm_from_index = Affine::Identity();
+  out.grid.mm_from_index.linear() = axes * step.asDiagonal();
+  out.grid.mm_from_index.translation() = axes * (low - room);
+  const Grid seen = network_grid(out.grid, card.pixel_mm, card.multiple);
+  out.window = {{0, 0, 0}, seen.size};
+  for (std::size_t a = 0; a < 2; ++a) {
+    const auto unseen = static_cast<int>(std::floor((kFieldMm - kRoomMm) / card.pixel_mm));
+    const int first = std::min(unseen, seen.size[a] / 2);
+    int size = seen.size[a] - 2 * first;
+    size =
+        std::min(seen.size[a] - first, (size + card.multiple - 1) / card.multiple * card.multiple);
+    out.window.first[a] = first;
+    out.window.size[a] = size;
+  }
+  return out;
+}
+
+Cine cut_anew(const Cine& stack, const Grid& grid) {
+  Cine out;
+  out.rr_interval_s = stack.rr_interval_s;
+  out.frame_times_s = stack.frame_times_s;
+  out.images.grid = grid;
+  out.images.phases.assign(stack.images.phases.size(), std::vector<float>(grid.count(), 0.0F));
+  const Grid& source = stack.grid();
+  const Between between(source, grid.mm_from_index);
+  parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
+    const int k = static_cast<int>(slice);
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        (void)between.at(Vec3(i, j, k), [&](const auto& low, const auto& share) {
+          const Corners corners(source, low, share);
+          const std::size_t to = grid.offset(i, j, k);
+          for (std::size_t p = 0; p < out.images.phases.size(); ++p) {
+            float sum = 0;
+            for (std::size_t c = 0; c < 8; ++c) {
+              sum += corners.weight[c] * stack.images.phases[p][corners.at[c]];
+            }
+            out.images.phases[p][to] = sum;
+          }
+        });
+      }
+    }
+  });
+  return out;
+}
+
+void mix_in(const PriorCycle& across, const Window& window, PriorCycle& prior) {
+  const Grid& grid = prior.grid;
+  const Grid part = across.grid.part(window.first, window.size);
+  const Between between(part, grid.mm_from_index);
+  const std::size_t count = grid.count();
+  const std::size_t other = across.grid.count();
+  std::array<float, 129> table{};  // of a stored log-probability at -value
+  for (std::size_t n = 0; n < table.size(); ++n) {
+    table[n] = std::exp(-static_cast<float>(n) / PriorCycle::kUnits);
+  }
+  const auto of = [&](std::int8_t log) { return table[static_cast<std::size_t>(-log)]; };
+  parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
+    const int k = static_cast<int>(slice);
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        (void)between.at(Vec3(i, j, k), [&](auto low, const auto& share) {
+          for (std::size_t a = 0; a < 3; ++a) low[a] += window.first[a];
+          const Corners corners(across.grid, low, share);
+          const std::size_t v = grid.offset(i, j, k);
+          for (std::size_t p = 0; p < prior.phases.size(); ++p) {
+            const std::vector<std::int8_t>& logs = across.phases[p];
+            for (std::size_t o = 0; o < prior.labels.size(); ++o) {
+              float sum = 0;
+              for (std::size_t c = 0; c < 8; ++c) {
+                sum += corners.weight[c] * of(logs[o * other + corners.at[c]]);
+              }
+              std::int8_t& here = prior.phases[p][o * count + v];
+              here = stored_log(0.5F * (sum + of(here)));
+            }
+          }
+        });
+      }
+    }
+  });
+}
+
+}  // namespace beatlas::prior
