@@ -32,7 +32,7 @@ int extreme_phase(const std::vector<double>& volumes, bool largest) {
 
 Segmentation segmented(const Exam& exam, const Recipe& recipe, StageContext& context) {
   const std::optional<prior::PriorCycle> learned = prior_of(exam, recipe, context);
-  return segment::segment_exam(exam, {}, recipe.segment, context, {}, nullptr,
+  return segment::segment_exam(exam, {}, recipe.segment, context, {},
                                learned ? &*learned : nullptr);
 }
 

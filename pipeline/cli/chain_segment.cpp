@@ -14,7 +14,6 @@
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/painting.h"
 #include "pipeline/study/files.h"
-#include "pipeline/study/solve_files.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -143,9 +142,6 @@ void Chain::segment() {
     run(Stage::Segment, [&](StageContext& context) {
       const Exam& images = exam();
       const Corrections corrections = corrections_for(images, orders_, context);
-      const std::string key =
-          study_ ? solve_key(orders_, study_->inputs_now(Stage::Segment)) : std::string();
-      SolveMemory memory = study_ ? study::read_solve_memory(*study_, key) : SolveMemory();
       try {
         const std::optional<prior::PriorCycle> learned =
             wants_prior(corrections, orders_.recipe, images.stack.phase_count())
@@ -154,7 +150,7 @@ void Chain::segment() {
                 : std::nullopt;
         StageContext growing = learned ? context.part(kPriorShare, 1) : context;
         segmentation_ = segment_with(images, corrections, orders_.recipe.segment, growing,
-                                     study_ ? &memory : nullptr, learned ? &*learned : nullptr);
+                                     learned ? &*learned : nullptr);
       } catch (const Error& error) {
         if (error.code() != ErrorCode::InvalidInput) throw;
         throw error.with_context(images.shown_source.empty() ? study_->folder().string()
@@ -168,14 +164,8 @@ void Chain::segment() {
       }
       leave(Stage::Segment, new_record(Stage::Segment), [&] {
         const double interval_s = exam().stack.frame_interval_s();
-        study::FileList files =
-            study::write_segmentation(study_->folder(), *segmentation_, interval_s,
-                                      labels_as_acquired(segmentation_->labels, exam()));
-        if (memory.empty()) return files;
-        const study::FileList kept =
-            study::write_solve_memory(study_->folder(), memory, key, interval_s);
-        files.insert(files.end(), kept.begin(), kept.end());
-        return files;
+        return study::write_segmentation(study_->folder(), *segmentation_, interval_s,
+                                         labels_as_acquired(segmentation_->labels, exam()));
       });
     });
     note_segmentation();

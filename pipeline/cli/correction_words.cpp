@@ -326,11 +326,10 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
 
 Segmentation segment_with(const Exam& exam, const Corrections& corrections,
                           const segment::SegmentOptions& options, StageContext& context,
-                          SolveMemory* memory, const prior::PriorCycle* prior) {
+                          const prior::PriorCycle* prior) {
   if (corrections.known.phases.empty()) {
-    return segment::segment_exam(exam, corrections.seeds, options, context, {}, memory, prior);
+    return segment::segment_exam(exam, corrections.seeds, options, context, {}, prior);
   }
-  if (memory != nullptr) *memory = {};
   const bool all =
       corrections.known.phases.size() == static_cast<std::size_t>(exam.stack.phase_count());
   if (all && !corrections.seeds.empty()) {

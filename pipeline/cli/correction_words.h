@@ -47,11 +47,9 @@ struct Corrections {
                                           StageContext& context);
 
 /// Segments an exam with what was made by hand, if anything was.
-/// @param memory see segment_exam; empty afterwards where labels are known
 /// @param prior see segment_exam
 [[nodiscard]] Segmentation segment_with(const Exam& exam, const Corrections& corrections,
                                         const segment::SegmentOptions& options,
-                                        StageContext& context, SolveMemory* memory,
-                                        const prior::PriorCycle* prior);
+                                        StageContext& context, const prior::PriorCycle* prior);
 
 }  // namespace beatlas::cli

@@ -108,17 +108,6 @@ study::Wanted wanted_of(Stage stage, const Orders& orders) {
   return out;
 }
 
-std::string solve_key(const Orders& orders, const study::FileHashes& inputs) {
-  study::Wanted wanted = wanted_of(Stage::Segment, orders);
-  wanted.options.erase(kSeeds);
-  wanted.options.erase(kPainted);
-  const std::string text = nlohmann::json{
-      {"version", wanted.version},
-      {"options", wanted.options},
-      {"inputs", inputs}}.dump();
-  return sha256_hex(std::as_bytes(std::span(text)));
-}
-
 bool packed_with_surfaces(const study::StageRecord& record) {
   for (const auto& input : record.inputs) {
     if (input.first.starts_with("mesh/")) return true;

@@ -37,10 +37,6 @@ void keep_orders(const Orders& orders, study::Study& study);
 /// What a stage would be run with; of Pack without scene and quality, see pack_options.
 [[nodiscard]] study::Wanted wanted_of(study::Stage stage, const Orders& orders);
 
-/// Tells all that the stage `segment` would run with but seeds, drawn or painted: what a solve
-/// leaves for another holds for the same key. @param inputs see Study::inputs_now
-[[nodiscard]] std::string solve_key(const Orders& orders, const study::FileHashes& inputs);
-
 /// Whether the package of this record of Pack held surfaces.
 [[nodiscard]] bool packed_with_surfaces(const study::StageRecord& record);
 

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/segment/bad_frames.h"
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -82,7 +83,9 @@ std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe
                                           StageContext context) {
   const std::optional<prior::Model> model = model_of(recipe);
   if (!model) return std::nullopt;
-  return prior::heart_prior(exam, *model, context);
+  // A frame of noise tells the network nothing of its phase; those beside it do.
+  const std::optional<Exam> mended = segment::without_bad_frames(exam);
+  return prior::heart_prior(mended ? *mended : exam, *model, context);
 }
 
 bool wants_prior(const Corrections& corrections, const Recipe& recipe, int phases) {

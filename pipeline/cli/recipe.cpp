@@ -60,7 +60,6 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.text("prior", recipe.segment.prior);
   visit.option("edge_cost_mm", recipe.segment.edge_cost_mm, 0.0, 100.0);
   visit.option("outline_sigma_mm", recipe.segment.outline_sigma_mm, 0.5, 5.0);
-  visit.option("tricuspid_excursion_mm", recipe.segment.tricuspid_excursion_mm, 0.0, 40.0);
   visit.option("threshold_low", recipe.segment.threshold_low, 0.0, 1e6);
   visit.option("threshold_high", recipe.segment.threshold_high, 0.0, 1e6);
   visit.choice("threshold_neighbours", recipe.segment.threshold_neighbours, kNeighbours);
@@ -92,6 +91,14 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.section("validate");
   visit.limits(recipe.validate);
   visit.end();
+}
+
+/// Options of earlier recipes, which studies keep, that nothing asks any more.
+json without_retired(json recipe) {
+  if (recipe.is_object() && recipe.contains("segment") && recipe.at("segment").is_object()) {
+    recipe.at("segment").erase("tricuspid_excursion_mm");
+  }
+  return recipe;
 }
 
 class Reader {
@@ -206,7 +213,8 @@ class Writer {
 
 Recipe recipe_from_json(const json& value) {
   Recipe recipe;
-  Reader reader(value);
+  const json read = without_retired(value);
+  Reader reader(read);
   visit_options(recipe, reader);
   return recipe;
 }

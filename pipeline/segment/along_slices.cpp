@@ -6,9 +6,9 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/segment/chambers.h"
 #include "pipeline/segment/magnitude.h"
 #include "pipeline/segment/side_levels.h"
+#include "pipeline/segment/slice_image.h"
 
 namespace beatlas::segment {
 namespace {

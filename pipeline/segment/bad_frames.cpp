@@ -103,6 +103,14 @@ ImageCycle<float> without_bad_frames(const ImageCycle<float>& images,
   return out;
 }
 
+std::optional<Exam> without_bad_frames(const Exam& exam) {
+  const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
+  if (bad.empty()) return {};
+  Exam out = exam;
+  out.stack.images = without_bad_frames(exam.stack.images, bad);
+  return out;
+}
+
 std::vector<std::string> told(const std::vector<BadFrame>& bad, int slices) {
   std::vector<std::string> out;
   for (std::size_t at = 0; at < bad.size();) {

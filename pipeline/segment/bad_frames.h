@@ -1,10 +1,11 @@
 #pragma once
 /// Frames that show nothing of what the others of their slice show: a broken acquisition, noise.
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "pipeline/core/grid.h"
+#include "pipeline/core/exam.h"
 
 namespace beatlas::segment {
 
@@ -21,6 +22,9 @@ struct BadFrame {
 /// The images with each bad frame drawn straight between the nearest good phases of its slice.
 [[nodiscard]] ImageCycle<float> without_bad_frames(const ImageCycle<float>& images,
                                                    const std::vector<BadFrame>& bad);
+
+/// The exam with a stack without them; none: it has none as it is.
+[[nodiscard]] std::optional<Exam> without_bad_frames(const Exam& exam);
 
 /// A sentence for each phase that has some.
 [[nodiscard]] std::vector<std::string> told(const std::vector<BadFrame>& bad, int slices);

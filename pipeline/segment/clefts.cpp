@@ -6,8 +6,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/segment/chambers.h"
 #include "pipeline/segment/faces.h"
+#include "pipeline/segment/slice_image.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {

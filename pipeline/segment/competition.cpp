@@ -22,7 +22,7 @@ constexpr std::uint32_t kBuckets = kMaxArc + 1;
 using State = std::uint32_t;
 constexpr int kLabelBits = 3;
 constexpr State kUnreached = std::numeric_limits<State>::max();
-static_assert(TravelCost::kLabels <= 1 << kLabelBits && VoxelPrices::kLabels <= 1 << kLabelBits);
+static_assert(VoxelPrices::kLabels <= 1 << kLabelBits);
 
 constexpr State state_of(std::uint32_t cost, std::uint32_t label) {
   return cost << kLabelBits | label;
@@ -41,15 +41,10 @@ class Fronts {
         count_(static_cast<Node>(input.images.grid.count())),
         phases_(static_cast<Node>(input.images.phase_count())),
         nodes_(std::size_t{count_} * phases_),
-        cell_(
-            std::make_unique_for_overwrite<std::uint16_t[]>(input.prices == nullptr ? nodes_ : 0)),
         state_(std::make_unique_for_overwrite<State[]>(nodes_)) {
     parallel_for(phases_, [&](std::size_t p) {
       for (std::size_t v = 0; v < count_; ++v) {
         const std::size_t node = p * count_ + v;
-        if (input.prices == nullptr) {
-          cell_[node] = input.cost.cell(input.classes[p][v], input.images.phases[p][v]);
-        }
         const std::uint8_t seed = input.seeds[p][v];
         state_[node] = seed != kUnlabelled ? state_of(0, seed) : kUnreached;
       }
@@ -129,13 +124,10 @@ class Fronts {
     const std::uint32_t label = label_of(here);
     const float* image = in_.images.phases[p].data();
     const float level = image[v];
-    const std::array<float, TravelCost::kCells>* table =
-        in_.prices == nullptr ? &in_.cost.of(label) : nullptr;
     const auto per_mm = [&](Node to) {
-      if (table != nullptr) return static_cast<double>((*table)[cell_[to]]);
       const std::size_t phase = to / count_;
       const std::size_t voxel = to % count_;
-      return in_.prices->phases[phase][voxel * VoxelPrices::kLabels + label] *
+      return in_.prices.phases[phase][voxel * VoxelPrices::kLabels + label] *
              (1.0 / VoxelPrices::kUnits);
     };
     const auto offer = [&](Node to, float there, double step_mm) {
@@ -182,28 +174,11 @@ class Fronts {
   Node phases_;
   Vec3 spacing_ = in_.images.grid.spacing_mm();
   std::size_t nodes_;
-  std::unique_ptr<std::uint16_t[]> cell_;  ///< of the table of costs
   std::unique_ptr<State[]> state_;
   std::vector<Queue> queues_ = std::vector<Queue>(kLanes);
 };
 
 }  // namespace
-
-TravelCost::TravelCost(double top) : top_(top) {
-  for (auto& label : table_) label.fill(1.0F);
-}
-
-float& TravelCost::at(int label, int voxel_class, int bin) {
-  const int cell = voxel_class * kBins + bin;
-  return table_[static_cast<std::size_t>(label)][static_cast<std::size_t>(cell)];
-}
-
-std::uint16_t TravelCost::cell(int voxel_class, float intensity) const {
-  const int bin = std::clamp(static_cast<int>(intensity / top_ * kBins), 0, kBins - 1);
-  return static_cast<std::uint16_t>(voxel_class * kBins + bin);
-}
-
-double TravelCost::intensity_of(int bin) const { return (bin + 0.5) * top_ / kBins; }
 
 ImageCycle<std::uint8_t> grow_in_competition(const CompetitionInput& input, StageContext& context) {
   Fronts fronts(input);

@@ -243,36 +243,4 @@ void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
   }
 }
 
-std::vector<std::uint32_t> keep_connected_rv(const Grid& grid, std::vector<std::uint8_t>& labels) {
-  std::vector<std::uint32_t> apart;
-  Parts parts(grid, 1, [&](std::size_t, std::size_t v) { return labels[v] == kLabelRvBlood; });
-  for (const Run& run : parts.others()) {
-    run.each(grid.size[0], [&](std::size_t v) {
-      labels[v] = kLabelRestOfHeart;
-      apart.push_back(static_cast<std::uint32_t>(v));
-    });
-  }
-  return apart;
-}
-
-VoxelCycle keep_connected_rv(ImageCycle<std::uint8_t>& labels) {
-  VoxelCycle apart(labels.phases.size());
-  parallel_for(labels.phases.size(),
-               [&](std::size_t p) { apart[p] = keep_connected_rv(labels.grid, labels.phases[p]); });
-  return apart;
-}
-
-VoxelCycle relabel(const VoxelCycle& voxels, std::uint8_t from, std::uint8_t to,
-                   ImageCycle<std::uint8_t>& labels) {
-  VoxelCycle changed(voxels.size());
-  for (std::size_t p = 0; p < voxels.size(); ++p) {
-    for (const std::uint32_t v : voxels[p]) {
-      if (labels.phases[p][v] != from) continue;
-      labels.phases[p][v] = to;
-      changed[p].push_back(v);
-    }
-  }
-  return changed;
-}
-
 }  // namespace beatlas::segment

@@ -8,9 +8,6 @@
 
 namespace beatlas::segment {
 
-/// Of each phase, voxels of the labels' grid.
-using VoxelCycle = std::vector<std::vector<std::uint32_t>>;
-
 /// Keeps in each phase what hangs together with the heart's largest part, through space and time.
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 
@@ -40,18 +37,5 @@ void keep_within_fullest(std::uint8_t cavity, std::uint8_t wall, std::uint8_t in
 /// doi:10.1186/s12968-020-00610-6).
 void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                                ImageCycle<std::uint8_t>& labels);
-
-/// Of the right ventricle's blood each phase keeps its largest part; the others are rest of heart:
-/// fat as bright beyond its thin wall, and, where the outflow tract comes into a thick slice, blood
-/// that no other slice joins to the ventricle yet.
-/// @return the voxels of the others
-VoxelCycle keep_connected_rv(ImageCycle<std::uint8_t>& labels);
-
-/// The same in one phase.
-std::vector<std::uint32_t> keep_connected_rv(const Grid& grid, std::vector<std::uint8_t>& labels);
-
-/// Of these voxels, those of one label get another. @return those
-VoxelCycle relabel(const VoxelCycle& voxels, std::uint8_t from, std::uint8_t to,
-                   ImageCycle<std::uint8_t>& labels);
 
 }  // namespace beatlas::segment

@@ -5,7 +5,7 @@
 
 #include "pipeline/core/shapes.h"
 #include "pipeline/segment/fat_layer.h"
-#include "pipeline/segment/ring.h"
+#include "pipeline/segment/levels.h"
 #include "pipeline/segment/tissue.h"
 
 namespace beatlas::segment {

@@ -1,10 +1,8 @@
 #include "pipeline/segment/drawn_seeds.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <set>
 #include <sstream>
 #include <tuple>
@@ -20,7 +18,7 @@ constexpr double kMostSeedMm = 50;  ///< radius; a heart is hardly larger
 constexpr double kPieceVoxels = 12;
 
 void check_seed(const Seed& seed, int phases) {
-  if (seed.label >= TravelCost::kLabels) {
+  if (seed.label > kLabelRestOfHeart) {
     throw_invalid("seed label " + std::to_string(seed.label) + " is not known; use 0 to 4");
   }
   if (!(seed.radius_mm > 0 && seed.radius_mm <= kMostSeedMm)) {
@@ -241,46 +239,6 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
     out.back() += "; the same of " + counted(more, "more seed");
   }
   return out;
-}
-
-std::vector<LvPlace> lv_places(const Grid& grid, const std::vector<Seed>& seeds) {
-  const Affine index_from_lps = grid.mm_from_index.inverse();
-  // Balls tell the middle of the cavity as they were placed; what was drawn, by its voxels.
-  std::map<int, std::vector<cv::Point2d>> places;  // by slice
-  for (const Seed& seed : seeds) {
-    if (seed.label != kLabelLvBlood) continue;
-    if (seed.stroke_lps_mm.empty()) {
-      const Vec3 at = index_from_lps * seed.lps_mm;
-      const int k = static_cast<int>(std::lround(at[2]));
-      if (grid.contains(static_cast<int>(std::lround(at[0])), static_cast<int>(std::lround(at[1])),
-                        k)) {
-        places[k].emplace_back(at[0], at[1]);
-      }
-      continue;
-    }
-    for (const std::size_t v : voxels_of(grid, seed)) {
-      const Index3 at = index_of(grid, v);
-      places[at[2]].emplace_back(at[0], at[1]);
-    }
-  }
-  std::vector<LvPlace> out;
-  for (const auto& [k, marks] : places) {
-    cv::Point2d mean;
-    for (const cv::Point2d& mark : marks) mean += mark / static_cast<double>(marks.size());
-    const auto nearest = std::min_element(
-        marks.begin(), marks.end(), [&](const cv::Point2d& a, const cv::Point2d& b) {
-          return (a - mean).dot(a - mean) < (b - mean).dot(b - mean);
-        });
-    out.push_back({k, *nearest});
-  }
-  return out;
-}
-
-void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
-                 Chambers& chambers) {
-  for (const LvPlace& place : lv_places(images.grid, seeds)) {
-    adopt_lv_slice(chambers, images, place.k, place.centre_px);
-  }
 }
 
 }  // namespace beatlas::segment

@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/segment/chambers.h"
-#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/box.h"
+#include "pipeline/segment/competition.h"
+#include "pipeline/segment/levels.h"
 #include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {
@@ -42,21 +43,5 @@ void part_marked(TissueLevels& levels);
 [[nodiscard]] std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
                                                       const std::vector<Seed>& seeds,
                                                       const TissueLevels& levels);
-
-/// Where drawn seeds say that a slice belongs to the LV.
-struct LvPlace {
-  int k = 0;
-  cv::Point2d centre_px;
-
-  [[nodiscard]] bool operator==(const LvPlace&) const = default;
-};
-
-/// Slices with drawn seeds of LV blood, ascending: its middle there is the marked voxel nearest to
-/// the mean of the marks.
-[[nodiscard]] std::vector<LvPlace> lv_places(const Grid& grid, const std::vector<Seed>& seeds);
-
-/// They belong to the LV then, see adopt_lv_slice.
-void adopt_seeds(const ImageCycle<float>& images, const std::vector<Seed>& seeds,
-                 Chambers& chambers);
 
 }  // namespace beatlas::segment

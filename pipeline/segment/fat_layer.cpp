@@ -10,10 +10,10 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
-#include "pipeline/segment/chambers.h"
 #include "pipeline/segment/layer_fit.h"
 #include "pipeline/segment/outline.h"
 #include "pipeline/segment/segment.h"
+#include "pipeline/segment/slice_image.h"
 
 namespace beatlas::segment {
 namespace {

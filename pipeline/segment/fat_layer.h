@@ -7,7 +7,7 @@
 
 #include "pipeline/core/grid.h"
 #include "pipeline/segment/layer_fit.h"
-#include "pipeline/segment/ring.h"
+#include "pipeline/segment/levels.h"
 
 namespace beatlas::segment {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pipeline/core/exam.h"
-#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/competition.h"
 #include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {

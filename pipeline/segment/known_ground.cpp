@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/segment/tissue.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
@@ -24,7 +26,36 @@ std::array<bool, kLastLabel + 1> labels_in(const std::vector<std::uint8_t>& imag
 
 }  // namespace
 
-void hold_known(const KnownLabels& known, PriorGround& ground) {
+Box box_with_labels(const Grid& grid, const Box& box, const KnownLabels& known) {
+  return widened(grid, box, box_around(grid, known.labels.phases));
+}
+
+KnownLabels crop(const KnownLabels& known, const Box& box) {
+  if (known.phases.empty()) return {};
+  return {crop(known.labels, box), known.phases};
+}
+
+void hold_marks(const Grid& grid, const std::vector<Seed>& seeds, const LabelImages& marks,
+                Ground& ground) {
+  for (const Seed& seed : seeds) {
+    Seed around = seed;
+    around.radius_mm *= 2;
+    for (const std::size_t v : voxels_of(grid, around)) {
+      for (std::size_t p = 0; p < marks.size(); ++p) {
+        if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
+        if (ground.seeds[p][v] != seed.label) ground.seeds[p][v] = kUnlabelled;
+        ground.prices.phases[p][v * VoxelPrices::kLabels + seed.label] = VoxelPrices::kUnits;
+      }
+    }
+  }
+  for (std::size_t p = 0; p < marks.size(); ++p) {
+    for (std::size_t v = 0; v < marks[p].size(); ++v) {
+      if (marks[p][v] != kUnlabelled) ground.seeds[p][v] = marks[p][v];
+    }
+  }
+}
+
+void hold_known(const KnownLabels& known, Ground& ground) {
   for (std::size_t n = 0; n < known.phases.size(); ++n) {
     const std::vector<std::uint8_t>& image = known.labels.phases[n];
     const auto p = static_cast<std::size_t>(known.phases[n]);

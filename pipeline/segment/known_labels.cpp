@@ -4,13 +4,12 @@
 #include <functional>
 #include <string>
 
+#include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
+#include "pipeline/segment/base_cuts.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/edited_labels.h"
-#include "pipeline/segment/from_prior.h"
 #include "pipeline/segment/known_ground.h"
-#include "pipeline/segment/known_seeds.h"
-#include "pipeline/segment/valves.h"
 #include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
@@ -120,8 +119,7 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
                                  const prior::PriorCycle* prior) {
   const int phases = exam.stack.phase_count();
   check_known(given, exam.stack.grid(), phases);
-  const bool open = has_unknown(given);
-  if (given.phases.size() == static_cast<std::size_t>(phases) && !open) {
+  if (given.phases.size() == static_cast<std::size_t>(phases) && !has_unknown(given)) {
     return as_they_are(given.labels, coverage, context);
   }
   if (!coverage.empty()) {
@@ -134,24 +132,11 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
   for (Mask& phase : known.labels.phases) {
     std::transform(phase.begin(), phase.end(), phase.begin(), ventricles_apart);
   }
-  const bool beside_prior = prior_tells(prior, options);
-  if (open && !beside_prior) {
-    throw_invalid(
-        "the labels hold 255, unknown, and nothing else tells what is there: no prior is asked, or "
-        "it finds no heart; label these voxels, or leave --prior out");
-  }
   SegmentOptions without_atria = options;
   without_atria.atria = false;
-  Segmentation made = segment_exam(exam, seeds, without_atria, context, known, nullptr, prior);
+  Segmentation made = segment_exam(exam, seeds, without_atria, context, known, prior);
   LabelCycle labels = made.labels;
-  if (beside_prior) {
-    put_known(known, labels);
-  } else {
-    drop_unknown_labels(known, labels);
-    for (std::size_t at = 0; at < known.phases.size(); ++at) {
-      labels.phases[static_cast<std::size_t>(known.phases[at])] = known.labels.phases[at];
-    }
-  }
+  put_known(known, labels);
   made = with_other_labels(std::move(made), labels, context);
   for (auto& [structure, cut] : made.base_cuts) {
     for (const int phase : known.phases) {

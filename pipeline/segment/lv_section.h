@@ -2,7 +2,7 @@
 /// The shape of the LV in a slice, where images alone tell it wrong.
 
 #include "pipeline/core/exam.h"
-#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/competition.h"
 
 namespace beatlas::segment {
 

@@ -9,8 +9,8 @@
 #include "pipeline/register/sub_slices.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/box.h"
-#include "pipeline/segment/chambers.h"
 #include "pipeline/segment/distance_map.h"
+#include "pipeline/segment/slice_image.h"
 
 namespace beatlas::segment {
 namespace {

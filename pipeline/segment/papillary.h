@@ -3,7 +3,7 @@
 /// are taken out of it again.
 
 #include "pipeline/core/shapes.h"
-#include "pipeline/segment/ring.h"
+#include "pipeline/segment/levels.h"
 
 namespace beatlas::segment {
 

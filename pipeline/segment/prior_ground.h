@@ -2,11 +2,10 @@
 /// What the prior says before anything grows: where the heart is, seeds, and what a label costs.
 
 #include "pipeline/core/exam.h"
+#include "pipeline/core/shapes.h"
 #include "pipeline/prior/prior.h"
 #include "pipeline/segment/box.h"
-#include "pipeline/segment/competition.h"
-#include "pipeline/segment/ring.h"
-#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/ground.h"
 
 namespace beatlas::segment {
 
@@ -18,25 +17,15 @@ namespace beatlas::segment {
 /// if there is none.
 [[nodiscard]] Box box_of_heart(const Grid& stack, const LabelCycle& likeliest);
 
-/// Whether the likeliest labels hold a heart that can be one: in the phase in which its cavity is
-/// largest the LV has at least the volume of the smallest of the family at the end of its systole.
+/// Whether the likeliest labels hold a heart that can be one: in some phase the LV has at least the
+/// volume of the smallest of the family at the end of its systole, and a wall. Blood that beats
+/// without muscle about it is none.
 [[nodiscard]] bool holds_heart(const LabelCycle& likeliest);
-
-struct PriorGround {
-  LabelImages seeds;    ///< where the prior is sure, kUnlabelled elsewhere
-  VoxelPrices prices;   ///< from the prior and from what each label looks like in these images
-  TissueLevels levels;  ///< medians of what is sure
-};
 
 /// Seeds, prices and levels of the part of the stack that `images` are.
 /// @param images evenly lit, of a part of the stack's grid
 /// @param likeliest of the whole prior  @pre holds_heart(likeliest)
-[[nodiscard]] PriorGround lay_prior_ground(const ImageCycle<float>& images,
-                                           const prior::PriorCycle& prior,
-                                           const LabelCycle& likeliest);
-
-/// +1 if the base lies towards larger k, -1 if smaller: where atria and aorta are in view on their
-/// side, else on the side of the wall on which the cavity is open.
-[[nodiscard]] int base_step_from(const LabelCycle& labels);
+[[nodiscard]] Ground lay_prior_ground(const ImageCycle<float>& images,
+                                      const prior::PriorCycle& prior, const LabelCycle& likeliest);
 
 }  // namespace beatlas::segment

@@ -9,10 +9,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/segment/chambers.h"
 #include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/looks.h"
+#include "pipeline/segment/slice_image.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -47,7 +47,6 @@ using Place = Eigen::Vector2d;
 /// What the marks' places say of the heart's.
 struct Shape {
   std::array<Along<Place>, kLabels> middle;  ///< of a label's marks, by slice
-  std::array<std::map<int, std::vector<Place>>, kLabels> marks;
   Along<double> wall_mm;  ///< from the middle of the LV's marks to those of its muscle
   double reach_mm = 0;    ///< farther from all marks is no heart
   double low_mm = 0;      ///< along the slices' axis, of the outermost marked ones
@@ -68,17 +67,24 @@ Shape shape_of(const Grid& grid, const LabelImages& marks) {
       auto& [sum, count] = sums[label].try_emplace(at[2], Place::Zero(), 0.0).first->second;
       sum += place;
       count += 1;
-      out.marks[label][at[2]].push_back(place);
     }
   }
   for (std::size_t l = 0; l < kLabels; ++l) {
     for (const auto& [k, sum] : sums[l]) out.middle[l].at[k] = sum.first / sum.second;
   }
   const Along<Place>& lv = out.middle[kLabelLvBlood];
-  for (const auto& [k, places] : out.marks[kLabelLvMyocardium]) {
-    double sum = 0;
-    for (const Place& place : places) sum += (place - lv(k)).norm();
-    out.wall_mm.at[k] = std::max(sum / static_cast<double>(places.size()), mm[0]);
+  std::map<int, std::pair<double, double>> radii;
+  for (const std::vector<std::uint8_t>& phase : marks) {
+    for (std::size_t v = 0; v < phase.size(); ++v) {
+      if (phase[v] != kLabelLvMyocardium) continue;
+      const Index3 at = index_of(grid, v);
+      auto& [sum, count] = radii[at[2]];
+      sum += (Place(at[0] * mm[0], at[1] * mm[1]) - lv(at[2])).norm();
+      count += 1;
+    }
+  }
+  for (const auto& [k, radius] : radii) {
+    out.wall_mm.at[k] = std::max(radius.first / radius.second, mm[0]);
     out.reach_mm = std::max(out.reach_mm, 2 * out.wall_mm.at[k]);
   }
   for (const auto& [k, rv] : out.middle[kLabelRvBlood].at) {
@@ -99,12 +105,14 @@ Shape shape_of(const Grid& grid, const LabelImages& marks) {
   return out;
 }
 
-double nearest_mm(const Shape& shape, std::uint8_t label, int k, const Place& place) {
-  double least = (shape.middle[label](k) - place).norm();
-  const auto here = shape.marks[label].find(k);
-  if (here == shape.marks[label].end()) return least;
-  for (const Place& mark : here->second) least = std::min(least, (mark - place).norm());
-  return least;
+/// Distance [mm] of each voxel to the nearest mark of the RV in the plane of its slice;
+/// kNoDistance in slices without.
+std::vector<float> from_rv_marks(const Grid& grid, const LabelImages& marks) {
+  std::vector<std::uint8_t> rv(grid.count(), 0);
+  for (const std::vector<std::uint8_t>& phase : marks) {
+    for (std::size_t v = 0; v < phase.size(); ++v) rv[v] |= phase[v] == kLabelRvBlood;
+  }
+  return distance_map(grid, rv, false);
 }
 
 double below(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
@@ -118,10 +126,11 @@ struct ByPlace {
   float rv = 0;  ///< share of what is outside
 };
 
-std::vector<ByPlace> by_place(const Grid& grid, const Shape& shape) {
+std::vector<ByPlace> by_place(const Grid& grid, const Shape& shape, const LabelImages& marks) {
   std::vector<ByPlace> out(grid.count());
   const Vec3 mm = grid.spacing_mm();
   const bool has_rv = !shape.middle[kLabelRvBlood].at.empty();
+  const std::vector<float> from_rv = from_rv_marks(grid, marks);
   parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
     const auto k = static_cast<int>(slice);
     const double z = k * mm[2];
@@ -140,7 +149,9 @@ std::vector<ByPlace> by_place(const Grid& grid, const Shape& shape) {
         const double u = std::log(from_lv / wall) / kUneven;
         double near_rv = 0;
         if (has_rv) {
-          near_rv = std::max(0.0, 1 - nearest_mm(shape, kLabelRvBlood, k, place) / shape.reach_mm);
+          const double away = std::min(static_cast<double>(from_rv[v]),
+                                       (shape.middle[kLabelRvBlood](k) - place).norm());
+          near_rv = std::max(0.0, 1 - away / shape.reach_mm);
         }
         const bool near = from_lv < shape.reach_mm || near_rv > 0;
         ByPlace& of = out[v];
@@ -313,21 +324,29 @@ class Layers {
 
 }  // namespace
 
-bool tell_heart(const std::vector<Seed>& seeds) {
-  const auto marked = [&](std::uint8_t label) {
-    return std::any_of(seeds.begin(), seeds.end(),
-                       [&](const Seed& seed) { return seed.label == label; });
-  };
-  return marked(kLabelLvBlood) && marked(kLabelLvMyocardium) && marked(kLabelBackground);
+bool tell_heart(const std::vector<Seed>& seeds, const KnownLabels& known) {
+  std::array<bool, 256> marked{};
+  for (const Seed& seed : seeds) marked[seed.label] = true;
+  for (const std::vector<std::uint8_t>& phase : known.labels.phases) {
+    for (const std::uint8_t label : phase) marked[label] = true;
+  }
+  return marked[kLabelLvBlood] && marked[kLabelLvMyocardium] && marked[kLabelBackground];
 }
 
-Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds) {
-  LabelImages marks(1, std::vector<std::uint8_t>(stack.count(), kUnlabelled));
+Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds, const KnownLabels& known) {
+  LabelImages marks{std::vector<std::uint8_t>(stack.count(), kUnlabelled)};
   std::vector<std::size_t> heart;
+  const auto mark = [&](std::size_t v, std::uint8_t label) {
+    if (label != kLabelBackground) heart.push_back(v);
+    marks.back()[v] = label;
+  };
   for (const Seed& seed : seeds) {
-    for (const std::size_t v : voxels_of(stack, seed)) {
-      marks[0][v] = seed.label;
-      if (seed.label != kLabelBackground) heart.push_back(v);
+    for (const std::size_t v : voxels_of(stack, seed)) mark(v, seed.label);
+  }
+  for (const std::vector<std::uint8_t>& phase : known.labels.phases) {
+    marks.emplace_back(stack.count(), kUnlabelled);
+    for (std::size_t v = 0; v < phase.size(); ++v) {
+      if (phase[v] != kLabelBackground && phase[v] != kLabelUnknown) mark(v, phase[v]);
     }
   }
   const Shape shape = shape_of(stack, marks);
@@ -340,14 +359,14 @@ Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds) {
   return with_room(stack, box_around_voxels(stack, heart), room);
 }
 
-PriorGround lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks, double noise,
-                            const ImageCycle<std::uint8_t>* first) {
+Ground lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks, double noise,
+                       const ImageCycle<std::uint8_t>* first) {
   const Grid& grid = images.grid;
   const std::size_t count = grid.count();
   const std::size_t slice = grid.slice_count();
   const auto phases = static_cast<std::size_t>(images.phase_count());
   const Shape shape = shape_of(grid, marks);
-  const std::vector<ByPlace> place = by_place(grid, shape);
+  const std::vector<ByPlace> place = by_place(grid, shape, marks);
   const Bins bins(images);
   LevelsAlong along(grid, images, marks);
   std::vector<std::vector<float>> signed_mm(phases);
@@ -356,7 +375,7 @@ PriorGround lay_seed_ground(const ImageCycle<float>& images, const LabelImages& 
                  [&](std::size_t p) { signed_mm[p] = from_cavity(grid, first->phases[p]); });
     along.refine(images, *first, signed_mm);
   }
-  PriorGround out;
+  Ground out;
   out.seeds = marks;
   // What lies far from all marks is what background looks like. A mark of background tells where it
   // is: liver that is marked as such looks like muscle.

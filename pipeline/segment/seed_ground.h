@@ -1,21 +1,25 @@
 #pragma once
 /// What a person's marks say before anything grows, where no prior does: what each label looks
-/// like about its marks, and where it can be as they lie to each other. No size of any heart is
-/// known here.
+/// like about its marks, and where it can be as they lie to each other. Labels known in some phases
+/// are marks, too. No size of any heart is known here.
 
 #include <vector>
 
-#include "pipeline/segment/prior_ground.h"
+#include "pipeline/segment/box.h"
+#include "pipeline/segment/ground.h"
+#include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {
 
-/// Whether marks tell all that a ground needs: blood and muscle of the LV, and what is no heart.
-/// Fewer correct a heart that was found otherwise.
-[[nodiscard]] bool tell_heart(const std::vector<Seed>& seeds);
+/// Whether marks tell all that a ground needs: blood and muscle of the LV, and what is no heart,
+/// which labels that are known somewhere leave about them. Fewer marks correct a heart that was
+/// found otherwise.
+[[nodiscard]] bool tell_heart(const std::vector<Seed>& seeds, const KnownLabels& known);
 
 /// The box in which the marked heart lies: beyond it all is background.
-/// @pre tell_heart(seeds)
-[[nodiscard]] Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds);
+/// @pre tell_heart(seeds, known)
+[[nodiscard]] Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds,
+                               const KnownLabels& known);
 
 /// Seeds, prices and levels from marks alone. The seeds are what was marked, and background where
 /// no marked heart can be: farther from its marks than its chambers' middles are from each other
@@ -26,8 +30,7 @@ namespace beatlas::segment {
 /// @param first labels that grew from such a ground before, null: none. Their cavities tell how
 /// thick the wall is in each phase, and they all what tissues look like in their slice; where that
 /// leaves no doubt are seeds, too.
-[[nodiscard]] PriorGround lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks,
-                                          double noise,
-                                          const ImageCycle<std::uint8_t>* first = nullptr);
+[[nodiscard]] Ground lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks,
+                                     double noise, const ImageCycle<std::uint8_t>* first = nullptr);
 
 }  // namespace beatlas::segment

@@ -7,7 +7,6 @@
 
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
-#include "pipeline/core/solve_memory.h"
 #include "pipeline/core/stage_context.h"
 #include "pipeline/segment/alarm.h"
 
@@ -53,17 +52,14 @@ struct SegmentOptions {
   bool follow_motion = true;
   Method method = Method::Competition;
   Papillary papillary = Papillary::Cavity;
-  /// Atria and the aorta's root become structures of their own where they are in view, see atria.h.
+  /// Atria and the aorta's root become structures of their own where the prior sees them, in stacks
+  /// of thin slices.
   bool atria = true;
   /// [mm] 0..100: what crossing an edge as high as that between muscle and blood costs a label, in
   /// millimetres of easy travel. 0: labels meet half-way between seeds whatever lies between.
   double edge_cost_mm = 20;
   /// [mm] 0.5..5: Gaussian that smooths the labels' outlines in plane.
   double outline_sigma_mm = 2;
-  /// [mm] 0..40: systolic excursion of the tricuspid valve plane in a heart whose LV is 98 mm long
-  /// (TAPSE; the phantom's 22 mm; normal 16..30). Only for stacks of thick slices with atria in
-  /// view.
-  double tricuspid_excursion_mm = 22;
   /// [the images' intensity] 0..1e6: ends of the window of Method::Threshold. 0: from the levels of
   /// blood and muscle that the images show: half-way between them, and as far beyond blood.
   double threshold_low = 0;
@@ -88,17 +84,15 @@ struct KnownLabels {
   std::vector<int> phases;  ///< ascending
 };
 
-/// @param seeds empty = automatic: the heart is what moves at the heart rate
-/// @param known labels to grow the other phases from; their own phases come out as grown again, see
-/// segment_with_labels for what keeps them
-/// @param memory of a solve of the same images with the same options and, where labels are known,
-/// none; what it leaves is of this one. It only saves time. May be null.
-/// @param prior of this exam, what its voxels are likely to be; null: nothing was learned
-/// @throws Error{InvalidInput} if no heart is found, saying what was looked for.
+/// Without a prior that holds a heart, seeds or known labels have to tell where the heart is (see
+/// seed_ground.h); beside one they win over it.
+/// @param known labels to grow the other phases from, which hold in their own, see known_ground.h
+/// @param prior of this exam's stack, what its voxels are likely to be; null: nothing was learned
+/// @throws Error{InvalidInput} if no heart is found or nothing tells where it is, if there is one
+/// phase alone, as check_seeds
 [[nodiscard]] Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& seeds,
                                         const SegmentOptions& options, StageContext& context,
                                         const KnownLabels& known = {},
-                                        SolveMemory* memory = nullptr,
                                         const prior::PriorCycle* prior = nullptr);
 
 /// Enclosed volume [ml] of a structure in every phase, from coverage.

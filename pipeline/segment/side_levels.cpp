@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/slices.h"
-#include "pipeline/segment/chambers.h"
+#include "pipeline/segment/slice_image.h"
 
 namespace beatlas::segment {
 namespace {

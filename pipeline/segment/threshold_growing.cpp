@@ -7,7 +7,7 @@
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/drawn_seeds.h"
-#include "pipeline/segment/known_seeds.h"
+#include "pipeline/segment/known_ground.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "pipeline/core/exam.h"
-#include "pipeline/segment/seeds.h"
+#include "pipeline/segment/box.h"
+#include "pipeline/segment/competition.h"
+#include "pipeline/segment/levels.h"
 #include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {

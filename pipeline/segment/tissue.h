@@ -12,12 +12,9 @@ namespace beatlas::segment {
 
 /// Statistics of each voxel over the cycle, on the cine's grid or a part of it.
 struct TemporalStats {
-  std::vector<float> low;    ///< least of the phases, each lightly smoothed in plane
-  std::vector<float> high;   ///< greatest of them
-  std::vector<float> mean;   ///< over the phases
+  std::vector<float> mean;   ///< over the phases, each lightly smoothed in plane
   std::vector<float> swing;  ///< standard deviation over the phases, noise taken off
   double noise = 0;          ///< standard deviation of the noise in one phase
-  int phases = 0;            ///< that the statistics are of
 };
 
 /// In-plane Gaussian smoothing of each slice; `sigma_mm` 0 copies.
@@ -29,10 +26,6 @@ struct TemporalStats {
 
 [[nodiscard]] TemporalStats temporal_stats(const ImageCycle<float>& images);
 
-/// The box around what moves at the heart rate, with a margin.
-/// @throws Error{InvalidInput} if nothing in the images moves more than their noise.
-[[nodiscard]] Box find_moving_box(const Grid& grid, const TemporalStats& stats);
-
 /// The part of a cine, or of its labels, in a box. T: float, std::uint8_t.
 template <class T>
 [[nodiscard]] ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box);
@@ -40,8 +33,5 @@ template <class T>
 /// Labels of a box into those of the whole grid; beyond the box there are none.
 void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box,
               ImageCycle<std::uint8_t>& whole);
-
-/// Otsu's threshold of values (two classes of least inner variance).
-[[nodiscard]] double otsu_threshold(std::vector<float> values);
 
 }  // namespace beatlas::segment

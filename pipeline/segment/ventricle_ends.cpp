@@ -238,29 +238,24 @@ std::optional<LongAxis> principal_axis(const Segmentation& segmentation) {
 
 }  // namespace
 
-std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation,
-                                       const std::optional<LongAxis>& seen) {
+std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation) {
   if (!holds(segmentation, Structure::LvBlood) || !holds(segmentation, Structure::LvMyocardium)) {
     return {};
   }
-  std::optional<LongAxis> axis = seen ? seen : principal_axis(segmentation);
+  std::optional<LongAxis> axis = principal_axis(segmentation);
   if (!axis) return {};
   const std::size_t n = segmentation.labels.phases.size();
   const bool rv = holds(segmentation, Structure::RvBlood);
-  const bool planes = seen && seen->atria;
+  axis->atria = std::any_of(kBeyondBase.begin(), kBeyondBase.end(),
+                            [&](Structure structure) { return holds(segmentation, structure); });
   const LongAxis direction = *axis;
   std::vector<std::optional<double>> apex(n);
   std::vector<std::optional<double>> left(n);
   std::vector<std::optional<double>> right(n);
   parallel_for(n, [&](std::size_t p) {
     apex[p] = apex_mm(segmentation, direction, p);
-    if (planes) {
-      left[p] = seen->lv_base_mm[p];
-      right[p] = seen->rv_base_mm[p];
-    } else {
-      left[p] = base_mm(segmentation, direction, Structure::LvBlood, p);
-      if (rv) right[p] = base_mm(segmentation, direction, Structure::RvBlood, p);
-    }
+    left[p] = base_mm(segmentation, direction, Structure::LvBlood, p);
+    if (rv) right[p] = base_mm(segmentation, direction, Structure::RvBlood, p);
   });
   axis->apex_mm.resize(n);
   axis->lv_base_mm.resize(n);
@@ -278,7 +273,7 @@ std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation,
 void follow_changed_labels(Segmentation& segmentation, const std::vector<char>& changed) {
   if (!segmentation.axis || !holds(segmentation, Structure::LvBlood) ||
       !holds(segmentation, Structure::LvMyocardium)) {
-    segmentation.axis = ventricle_axis(segmentation, {});
+    segmentation.axis = ventricle_axis(segmentation);
     return;
   }
   LongAxis& axis = *segmentation.axis;

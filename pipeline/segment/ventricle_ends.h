@@ -8,15 +8,13 @@
 
 namespace beatlas::segment {
 
-/// The axis with its planes. The direction is what the images showed (`seen`, see long_axis.h),
-/// else the principal axis of the LV's blood and wall at end-diastole. Base planes are those at
-/// which the ventricles were parted from atria (`seen`) or cut between thick slices, else where a
-/// ventricle's section falls by half. The apex is where the LV's outside, blood and wall, closes:
-/// near a rounded end the root of the volume below a height grows nearly as the height, so it is
-/// carried on to nothing; where thick slices end before it, register/apical_end.h tells. None
+/// The axis with its planes. Its direction is the principal axis of the LV's blood and wall at
+/// end-diastole. Base planes are those at which ventricles were cut between thick slices, else
+/// where a ventricle's section falls by half. The apex is where the LV's outside, blood and wall,
+/// closes: near a rounded end the root of the volume below a height grows nearly as the height, so
+/// it is carried on to nothing; where thick slices end before it, register/apical_end.h tells. None
 /// without LV blood and LV muscle, or if they have no length.
-[[nodiscard]] std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation,
-                                                     const std::optional<LongAxis>& seen);
+[[nodiscard]] std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation);
 
 /// Sets the planes of those phases whose labels were changed, from the labels as they are now;
 /// axis and other phases stay. @param changed [phase] not 0: changed

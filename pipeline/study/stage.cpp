@@ -40,7 +40,7 @@ bool reads(Stage stage, Stage source, std::string_view file) noexcept {
 }
 
 bool for_the_eye(std::string_view file) noexcept {
-  return file.starts_with("pictures/") || file.starts_with("solve/") || file.starts_with("pack/") ||
+  return file.starts_with("pictures/") || file.starts_with("pack/") ||
          file.starts_with("mesh/map_") || file.starts_with("segment/uncertainty_") ||
          file == kLabelsAsAcquired || file == "register/cine.nii.gz" ||
          file == "register/labels.nii.gz";

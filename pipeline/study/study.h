@@ -6,7 +6,6 @@
 ///   exam/     exam.json stack.nii.gz view_NN.nii.gz
 ///   segment/  segment.json labels.nii.gz labels_as_made.nii.gz coverage_<structure>.nii.gz
 ///             labels_source.nii.gz        the labels on the slices as acquired, if any was moved
-///   solve/    solve.json NAME.nii.gz      what the next solve may begin from, see solve_files.h
 ///   pictures/ overlay.png volumes.svg leak_NN.png (refused_leak_NN.png of what was not kept)
 ///   register/ register.json cine.nii.gz labels.nii.gz shape_<structure>.nii.gz
 ///   field/    field.json <structure>.vdb

@@ -17,6 +17,7 @@
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
 #include "tests/bench/alternatives.h"
+#include "tests/learned.h"
 
 namespace beatlas::bench {
 namespace {
@@ -62,7 +63,8 @@ Setting setting_of(const std::string& preset, int repeats, const std::filesystem
   Exam exam;
   exam.stack = std::move(rendering.cine);
   tell("segmenting, making fields, asking the closed form");
-  Segmentation found = segment::segment_exam(exam, {}, {}, quiet);
+  const prior::PriorCycle prior = test::learned(exam);
+  Segmentation found = segment::segment_exam(exam, {}, {}, quiet, {}, &prior);
   const Affine map = reg::workspace_from_lps(exam.stack.grid(), found.coverage);
   std::vector<ShapeCycle> shapes = reg::shapes_in_workspace(found, map, {}, quiet);
   const auto heart = std::find_if(shapes.begin(), shapes.end(), [](const ShapeCycle& shape) {

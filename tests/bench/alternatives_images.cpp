@@ -9,6 +9,7 @@
 #include "pipeline/register/workspace.h"
 #include "pipeline/segment/segment.h"
 #include "tests/bench/alternatives.h"
+#include "tests/learned.h"
 
 namespace beatlas::bench {
 namespace {
@@ -219,7 +220,10 @@ Table segmentation_table(const Setting& setting) {
   std::vector<std::function<std::vector<double>()>> candidates;
   candidates.emplace_back([&]() -> std::vector<double> {
     StageContext quiet;
-    return {clocked_ms([&] { (void)segment::segment_exam(setting.exam, {}, {}, quiet); }) /
+    return {clocked_ms([&] {
+              const prior::PriorCycle prior = test::learned(setting.exam);
+              (void)segment::segment_exam(setting.exam, {}, {}, quiet, {}, &prior);
+            }) /
             setting.phases()};
   });
   for (const Method& method : methods) {
@@ -264,7 +268,8 @@ Table segmentation_table(const Setting& setting) {
   };
   const auto our_mb = memory_mb([&] {
     StageContext quiet;
-    (void)segment::segment_exam(setting.exam, {}, {}, quiet);
+    const prior::PriorCycle prior = test::learned(setting.exam);
+    (void)segment::segment_exam(setting.exam, {}, {}, quiet, {}, &prior);
   });
   add("beatlas segment", medians[0][0], our_mb, ours(Structure::LvBlood), ours(Structure::Heart));
   for (std::size_t n = 0; n < methods.size(); ++n) {

@@ -21,13 +21,14 @@
 #include "pipeline/segment/alarm.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
+#include "tests/learned.h"
 
 namespace {
 
 using namespace beatlas;
 
-constexpr double kLeastDice = 0.9;
-constexpr double kMostVolumeShare = 0.2;  ///< of the structure's largest volume
+constexpr double kMostSpilled = 0.1;      ///< of the heart: labelled as it where it is not
+constexpr double kMostVolumeShare = 0.2;  ///< of the structure's largest volume, too much
 
 class Draw {
  public:
@@ -71,25 +72,24 @@ phantom::PhantomSpec drawn(const std::string& preset, unsigned seed) {
 }
 
 struct Outcome {
-  std::string leak;  ///< what leaked; empty: nothing
+  std::string leak;     ///< what leaked; empty: nothing
+  bool missed = false;  ///< a part of the heart: an alarm there is right, and none is no leak
   std::vector<LeakAlarm> alarms;
 };
 
-double least_dice(const LabelCycle& truth, const LabelCycle& found) {
-  double least = 1;
+/// Voxels labelled as heart that are none, of those that are, in the worst phase.
+double most_spilled(const LabelCycle& truth, const LabelCycle& found) {
+  double most = 0;
   for (std::size_t p = 0; p < truth.phases.size(); ++p) {
-    std::size_t both = 0;
-    std::size_t sum = 0;
+    double outside = 0;
+    double heart = 0;
     for (std::size_t v = 0; v < truth.phases[p].size(); ++v) {
-      const bool a = truth.phases[p][v] != 0;
-      const bool b = found.phases[p][v] != 0;
-      both += a && b ? 1U : 0U;
-      sum += (a ? 1U : 0U) + (b ? 1U : 0U);
+      heart += truth.phases[p][v] != 0 ? 1 : 0;
+      outside += truth.phases[p][v] == 0 && found.phases[p][v] != 0 ? 1 : 0;
     }
-    least =
-        std::min(least, sum > 0 ? 2.0 * static_cast<double>(both) / static_cast<double>(sum) : 0.0);
+    most = std::max(most, outside / heart);
   }
-  return least;
+  return most;
 }
 
 Outcome tried(const phantom::PhantomSpec& spec, const segment::LeakOptions& options) {
@@ -101,14 +101,16 @@ Outcome tried(const phantom::PhantomSpec& spec, const segment::LeakOptions& opti
   Outcome out;
   Segmentation found;
   try {
-    found = segment::segment_exam(exam, {}, {}, context);
+    const prior::PriorCycle prior = test::learned(exam);
+    found = segment::segment_exam(exam, {}, {}, context, {}, &prior);
   } catch (const Error& error) {
     out.leak = std::string("refused: ") + error.what();
     return out;
   }
   std::ostringstream leak;
-  const double dice = least_dice(rendering.labels, found.labels);
-  if (dice < kLeastDice) leak << " heart Dice " << dice;
+  const double spilled = most_spilled(rendering.labels, found.labels);
+  if (spilled > kMostSpilled) leak << " heart too large by " << std::lround(100 * spilled) << " %";
+  out.missed = most_spilled(found.labels, rendering.labels) > kMostSpilled;
   for (const Structure structure : kVentricular) {
     const std::vector<double> curve = segmented_volume_ml(found, structure);
     std::vector<double> truth;
@@ -116,12 +118,15 @@ Outcome tried(const phantom::PhantomSpec& spec, const segment::LeakOptions& opti
       truth.push_back(phantom.volume_ml(structure, phantom.phase_time_s(p)));
     }
     const double full = *std::max_element(truth.begin(), truth.end());
-    double worst = curve.empty() ? -1 : 0;
+    double worst = 0;
+    double least = 0;
     for (std::size_t p = 0; p < curve.size(); ++p) {
       const double off = (curve[p] - truth[p]) / full;
-      if (std::abs(off) > std::abs(worst)) worst = off;
+      worst = std::max(worst, off);
+      least = std::min(least, off);
     }
-    if (std::abs(worst) > kMostVolumeShare) {
+    out.missed = out.missed || least < -kMostVolumeShare;
+    if (worst > kMostVolumeShare) {
       leak << " " << structure_name(structure) << " " << std::lround(100 * worst) << " %";
     }
   }
@@ -135,6 +140,7 @@ int run(const std::string& preset, int count, unsigned first) {
   int rung = 0;
   int refused = 0;
   int false_alarms = 0;
+  int missed = 0;
   std::map<std::string, int> kinds;
   for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
     const Outcome outcome = tried(drawn(preset, seed), {});
@@ -147,20 +153,22 @@ int run(const std::string& preset, int count, unsigned first) {
     const bool rang = !outcome.alarms.empty();
     leaks += leaked ? 1 : 0;
     rung += leaked && rang ? 1 : 0;
-    false_alarms += !leaked && rang ? 1 : 0;
+    missed += outcome.missed ? 1 : 0;
+    const bool groundless = rang && !leaked && !outcome.missed;
+    false_alarms += groundless ? 1 : 0;
     if (!leaked && !rang) continue;
     std::cout << "seed " << seed << (leaked ? " LEAK" + outcome.leak : " no leak")
-              << (rang ? "" : ", NO ALARM") << "\n";
+              << (outcome.missed ? ", a part MISSED" : "") << (rang ? "" : ", NO ALARM") << "\n";
     for (const LeakAlarm& alarm : outcome.alarms) {
       std::cout << "    " << leak_kind_name(alarm.kind) << ": " << alarm.sentence << "\n";
-      if (!leaked) ++kinds[std::string(leak_kind_name(alarm.kind))];
+      if (groundless) ++kinds[std::string(leak_kind_name(alarm.kind))];
     }
     std::cout.flush();
   }
   const int clean = count - leaks - refused;
   std::cout << preset << ": " << count << " draws, " << leaks << " leaks, alarm for " << rung
-            << " of them; " << refused << " refused; false alarms on " << false_alarms << " of "
-            << clean << " others";
+            << " of them; " << missed << " with a part missed; " << refused
+            << " refused; false alarms on " << false_alarms << " of " << clean << " others";
   for (const auto& [kind, times] : kinds) std::cout << ", " << kind << " " << times;
   std::cout << "\n";
   return rung < leaks || false_alarms > std::max(1, clean / 20) || refused > 0 ? 1 : 0;

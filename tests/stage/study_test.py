@@ -82,8 +82,9 @@ def add_block(labels):
     """A block of heart beside the heart, in every phase."""
     inside = numpy.argwhere(labels[..., 0] > 0)
     low, middle = inside.min(axis=0), inside.mean(axis=0).astype(int)
-    # Two voxels into the heart, so that it is one piece in every phase.
-    labels[low[0] - 6:low[0] + 8, middle[1] - 5:middle[1] + 5, middle[2] - 3:middle[2] + 3, :] = 4
+    # As far as into the heart, so that it is one piece in every phase; what is heart stays what it is.
+    block = labels[low[0] - 6:low[0] + 8, middle[1] - 5:middle[1] + 5, middle[2] - 3:middle[2] + 3, :]
+    block[block == 0] = 4
 
 
 def volume(package, name="heart"):

@@ -51,6 +51,13 @@ TEST(Recipe, what_it_does_not_name_keeps_its_default) {
   EXPECT_EQ(recipe.mesh.reference_phase, mesh::MeshOptions{}.reference_phase);
 }
 
+TEST(Recipe, what_nothing_asks_any_more_is_passed_over) {
+  const Recipe recipe = recipe_from_json(
+      json::parse(R"({"segment": {"tricuspid_excursion_mm": 22, "atria": false}})"));
+  EXPECT_FALSE(recipe.segment.atria);
+  EXPECT_FALSE(recipe_to_json(recipe).at("segment").contains("tricuspid_excursion_mm"));
+}
+
 TEST(Recipe, refusals_name_the_path) {
   EXPECT_NE(recipe_refusal(R"({"mesh": {"edge": 1}})").find("/mesh/edge"), std::string::npos);
   EXPECT_NE(recipe_refusal(R"({"msh": {}})").find("/msh"), std::string::npos);

@@ -25,15 +25,14 @@ void make_noise(ImageCycle<float>& images, int phase, int first, int last) {
 TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
   made::ImagedPhantom made(made::clinical_part());
   ASSERT_TRUE(bad_frames(made.exam.stack.images).empty());
-  StageContext context;
-  const Segmentation good = segment_exam(made.exam, {}, {}, context);
+  const Segmentation good = made::segmented(made.exam);
   const int slices = made.exam.stack.images.grid.size[2];
   make_noise(made.exam.stack.images, kBad, 0, slices - 1);
   const std::vector<BadFrame> bad = bad_frames(made.exam.stack.images);
   ASSERT_EQ(bad.size(), static_cast<std::size_t>(slices));
   for (const BadFrame& frame : bad) EXPECT_EQ(frame.phase, kBad);
 
-  const Segmentation result = segment_exam(made.exam, {}, {}, context);
+  const Segmentation result = made::segmented(made.exam);
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_NE(result.warnings.front().find("phase 3 shows nothing"), std::string::npos);
   for (std::size_t p = 0; p < result.labels.phases.size(); ++p) {

@@ -12,35 +12,34 @@
 namespace beatlas::segment {
 namespace {
 
-using Images = std::vector<std::vector<std::uint8_t>>;
+constexpr int kLabels = kLabelRestOfHeart + 1;
 
 /// A scene that a test fills in: uniform images, no seed, every label 1 a mm.
 struct Scene {
   Scene(const Index3& size, const Vec3& spacing_mm, int phases, float intensity = 100)
       : images(made::constant_images(made::straight_grid(size, spacing_mm), phases, intensity)),
-        classes(static_cast<std::size_t>(phases),
-                std::vector<std::uint8_t>(images.grid.count(), 0)),
         seeds(static_cast<std::size_t>(phases),
-              std::vector<std::uint8_t>(images.grid.count(), kUnlabelled)) {}
+              std::vector<std::uint8_t>(images.grid.count(), kUnlabelled)) {
+    prices.phases.assign(
+        static_cast<std::size_t>(phases),
+        std::vector<std::uint8_t>(images.grid.count() * VoxelPrices::kLabels, VoxelPrices::kUnits));
+  }
 
-  void price(int label, float per_mm) {
-    for (int c = 0; c < TravelCost::kClasses; ++c) {
-      for (int bin = 0; bin < TravelCost::kBins; ++bin) cost.at(label, c, bin) = per_mm;
-    }
+  [[nodiscard]] std::uint8_t& price(std::size_t phase, std::size_t voxel, int label) {
+    return prices.phases[phase][voxel * VoxelPrices::kLabels + static_cast<std::size_t>(label)];
   }
   void seed(int phase, int i, int j, int k, std::uint8_t label) {
     seeds[static_cast<std::size_t>(phase)][images.grid.offset(i, j, k)] = label;
   }
   [[nodiscard]] ImageCycle<std::uint8_t> grow() const {
     StageContext context;
-    return grow_in_competition(
-        {images, classes, seeds, cost, phase_step_mm, motion, edge_free, edge_cost}, context);
+    return grow_in_competition({images, seeds, prices, phase_step_mm, motion, edge_free, edge_cost},
+                               context);
   }
 
   ImageCycle<float> images;
-  Images classes;
-  Images seeds;
-  TravelCost cost{1000};
+  LabelImages seeds;
+  VoxelPrices prices;
   double phase_step_mm = 3;
   const reg::PhaseMotion* motion = nullptr;
   double edge_free = 0;
@@ -66,7 +65,9 @@ TEST(Competition, two_seeds_in_a_uniform_image_meet_half_way) {
 TEST(Competition, a_dearer_label_gets_as_much_less) {
   // 60 mm apart along slices of 3 mm; one mm costs 1 against 2: they meet at 40 mm.
   Scene scene({1, 1, 21}, {1, 1, 3}, 1);
-  scene.price(kLabelLvBlood, 2);
+  for (std::size_t v = 0; v < 21; ++v) {
+    scene.price(0, v, kLabelLvBlood) = 2 * VoxelPrices::kUnits;
+  }
   scene.seed(0, 0, 0, 0, kLabelRestOfHeart);
   scene.seed(0, 0, 0, 20, kLabelLvBlood);
   const auto labels = scene.grow();
@@ -148,7 +149,6 @@ TEST(Competition, an_edge_stops_growth_where_the_middle_lies_elsewhere) {
 TEST(Competition, a_wall_one_voxel_thick_holds) {
   constexpr int kN = 19;
   Scene scene({kN, kN, kN}, {1, 1, 1}, 1);
-  constexpr std::uint8_t kWallClass = 2;
   const auto depth = [](int i, int j, int k) {  // 0 outside, 1 in the wall, 2 inside
     const int r = std::max({std::abs(i - 9), std::abs(j - 9), std::abs(k - 9)});
     return r > 6 ? 0 : r == 6 ? 1 : 2;
@@ -156,12 +156,13 @@ TEST(Competition, a_wall_one_voxel_thick_holds) {
   for (int k = 0; k < kN; ++k) {
     for (int j = 0; j < kN; ++j) {
       for (int i = 0; i < kN; ++i) {
-        if (depth(i, j, k) == 1) scene.classes[0][scene.images.grid.offset(i, j, k)] = kWallClass;
+        // An eighth of a millimetre's price beside the wall, and in it more than any way around.
+        for (int label = 0; label < kLabels; ++label) {
+          scene.price(0, scene.images.grid.offset(i, j, k), label) =
+              depth(i, j, k) == 1 ? 255 : VoxelPrices::kUnits / 8;
+        }
       }
     }
-  }
-  for (int label = 0; label < TravelCost::kLabels; ++label) {
-    for (int bin = 0; bin < TravelCost::kBins; ++bin) scene.cost.at(label, kWallClass, bin) = 100;
   }
   // The seed inside lies in one corner, the one outside at the opposite one, right at the wall.
   scene.seed(0, 4, 4, 4, kLabelLvBlood);
@@ -213,14 +214,15 @@ Scene random_scene() {
   for (auto& phase : scene.images.phases) {
     for (float& value : phase) value = static_cast<float>(random() % 1000);
   }
-  for (int bin = 0; bin < TravelCost::kBins; ++bin) {
-    const float per_mm = 0.5F + static_cast<float>(random() % 64) / 16;
-    for (int label = 0; label < TravelCost::kLabels; ++label) scene.cost.at(label, 0, bin) = per_mm;
+  for (std::size_t p = 0; p < 2; ++p) {
+    for (std::size_t v = 0; v < scene.images.grid.count(); ++v) {
+      const auto price = static_cast<std::uint8_t>(8 + random() % 64);
+      for (int label = 0; label < kLabels; ++label) scene.price(p, v, label) = price;
+    }
   }
   for (int n = 0; n < 12; ++n) {
     scene.seed(n % 2, static_cast<int>(random() % 16), static_cast<int>(random() % 14),
-               static_cast<int>(random() % 6),
-               static_cast<std::uint8_t>(random() % TravelCost::kLabels));
+               static_cast<int>(random() % 6), static_cast<std::uint8_t>(random() % kLabels));
   }
   scene.edge_free = 100;
   scene.edge_cost = 0.02;
@@ -234,8 +236,8 @@ TEST(Competition, each_voxel_falls_to_the_label_nearest_by_an_independent_search
   const auto labels = scene.grow();
   const Grid& grid = scene.images.grid;
   const Vec3 spacing = grid.spacing_mm();
-  std::vector<std::vector<std::vector<double>>> cost(TravelCost::kLabels);
-  for (int label = 0; label < TravelCost::kLabels; ++label) {
+  std::vector<std::vector<std::vector<double>>> cost(kLabels);
+  for (int label = 0; label < kLabels; ++label) {
     auto& phases = cost[static_cast<std::size_t>(label)];
     phases.assign(2, std::vector<double>(grid.count(), 1e30));
     for (std::size_t p = 0; p < 2; ++p) {
@@ -253,8 +255,8 @@ TEST(Competition, each_voxel_falls_to_the_label_nearest_by_an_independent_search
               const float value = scene.images.phases[p][here];
               const auto from = [&](std::size_t q, std::size_t v, double step_mm) {
                 const double jump = std::abs(scene.images.phases[q][v] - value) - scene.edge_free;
-                const double arc = step_mm * scene.cost.of(static_cast<std::uint32_t>(
-                                                 label))[scene.cost.cell(0, value)] +
+                const double arc = step_mm * scene.prices.phases[p][here * VoxelPrices::kLabels] /
+                                       VoxelPrices::kUnits +
                                    scene.edge_cost * std::max(0.0, jump);
                 if (phases[q][v] + arc < phases[p][here] - 1e-9) {
                   phases[p][here] = phases[q][v] + arc;
@@ -280,7 +282,7 @@ TEST(Competition, each_voxel_falls_to_the_label_nearest_by_an_independent_search
       double least = 1e30;
       for (const auto& each : cost) least = std::min(least, each[p][v]);
       const std::uint8_t winner = labels.phases[p][v];
-      ASSERT_LT(winner, TravelCost::kLabels);
+      ASSERT_LT(winner, kLabels);
       // Prices are cut down to 1/16 mm a step, and no path here has more than 60 steps.
       EXPECT_LE(cost[winner][p][v], least + 60.0 / 16) << p << " " << v;
       int near = 0;
@@ -340,7 +342,7 @@ TEST(Competition, without_a_seed_nothing_is_labelled) {
   }
 }
 
-TEST(Competition, takes_intensities_outside_its_table) {
+TEST(Competition, takes_intensities_of_any_size) {
   Scene scene({8, 1, 1}, {1, 1, 1}, 1);
   scene.images.phases[0] = {-32768, -1, 0, 65535, 1e9F, 1000, 999, -1e9F};
   scene.edge_cost = 1;
@@ -356,7 +358,7 @@ TEST(Competition, can_be_stopped) {
   StageContext context;
   context.cancel = &stop;
   EXPECT_THROW((void)grow_in_competition(
-                   {scene.images, scene.classes, scene.seeds, scene.cost, 3, 0, 0}, context),
+                   {.images = scene.images, .seeds = scene.seeds, .prices = scene.prices}, context),
                Error);
 }
 

@@ -46,7 +46,7 @@ TEST(Connected, AFilmOfFatBeyondTheWallIsNoVentricle) {
     // Below the wall of one slice; and beside it, touching by an edge alone.
     fill(labels, 1, {6, 6, 2}, {10, 8, 2}, kLabelRvBlood);
     fill(labels, 1, {5, 6, 3}, {5, 12, 3}, kLabelRvBlood);
-    keep_connected_rv(labels);
+    keep_largest_of_each_phase(kLabelRvBlood, kLabelRestOfHeart, labels);
     for (std::size_t p = 0; p < 2; ++p) {
       EXPECT_EQ(count_of(labels, p, kLabelRvBlood), 7 * 7 * 4) << slice_mm;
       EXPECT_EQ(count_of(labels, p, kLabelRvBlood) + count_of(labels, p, kLabelRestOfHeart),

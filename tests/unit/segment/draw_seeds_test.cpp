@@ -192,22 +192,6 @@ TEST(DrawSeeds, a_stroke_that_leaves_the_images_is_refused_with_the_place) {
   EXPECT_NE(said.find("outside the images"), std::string::npos) << said;
 }
 
-TEST(DrawSeeds, of_lv_blood_make_their_slice_one_of_the_lv_around_their_middle) {
-  const Grid grid = made::straight_grid({40, 40, 5}, {2, 2, 8});
-  const ImageCycle<float> images = made::constant_images(grid, 2, 100);
-  Chambers chambers;
-  chambers.lv.push_back({1, {20, 20}, {}});
-  const auto row = [&](double y, double from, double to) {
-    return Seed{kLabelLvBlood, grid.mm(from, y, 3), 0.1, 0, {grid.mm(to, y, 3)}};
-  };
-  // Rows of a painted disc, the first one at its rim.
-  adopt_seeds(images, {row(14, 18, 22), row(20, 14, 26), row(26, 18, 22)}, chambers);
-  ASSERT_EQ(chambers.lv.size(), 2U);
-  EXPECT_EQ(chambers.lv[1].k, 3);
-  EXPECT_NEAR(chambers.lv[1].centre_px.x, 20, 1e-6);
-  EXPECT_NEAR(chambers.lv[1].centre_px.y, 20, 1e-6);
-}
-
 TEST(DrawSeeds, of_no_known_label_are_refused) {
   LabelImages images = blank(kOblique, 2);
   const std::string said = made::refusal([&] {

@@ -1,11 +1,20 @@
 #pragma once
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/phantom/render.h"
+#include "pipeline/prior/prior.h"
+#include "pipeline/segment/segment.h"
 
 namespace beatlas::segment::made {
+
+/// segment_exam beside what the built-in model says.
+[[nodiscard]] Segmentation segmented(const Exam& exam, const std::vector<Seed>& seeds = {},
+                                     const SegmentOptions& options = {},
+                                     const KnownLabels& known = {});
 
 /// A phantom as its scanner shows it, and its labels.
 struct ImagedPhantom {
@@ -16,18 +25,25 @@ struct ImagedPhantom {
     exam.source_format = "dicom";
     truth = std::move(rendering.labels);
   }
+
+  /// What the built-in model says; asked once, of the images as they are then.
+  [[nodiscard]] const prior::PriorCycle& prior() const;
+  [[nodiscard]] Segmentation segmented(const std::vector<Seed>& seeds = {},
+                                       const SegmentOptions& options = {},
+                                       const KnownLabels& known = {}) const {
+    StageContext context;
+    return segment_exam(exam, seeds, options, context, known, &prior());
+  }
+
   phantom::Phantom phantom;
   Exam exam;
   LabelCycle truth;
+
+ private:
+  mutable std::optional<prior::PriorCycle> prior_;
 };
 
 /// The preset `clinical`, half its field of view about the same middle.
-[[nodiscard]] inline phantom::PhantomSpec clinical_part() {
-  phantom::PhantomSpec spec = phantom::preset("clinical");
-  const Vec3 middle = spec.grid.mm(95.5, 95.5, 0);
-  spec.grid.size = {112, 112, 13};
-  spec.grid.mm_from_index.translation() += middle - spec.grid.mm(55.5, 55.5, 0);
-  return spec;
-}
+[[nodiscard]] phantom::PhantomSpec clinical_part();
 
 }  // namespace beatlas::segment::made

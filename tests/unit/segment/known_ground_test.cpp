@@ -12,7 +12,7 @@ namespace {
 /// Six voxels in a row, two phases; the first is known.
 struct Made {
   KnownLabels known;
-  PriorGround ground;
+  Ground ground;
   ImageCycle<std::uint8_t> labels;
 
   Made(std::vector<std::uint8_t> image, std::vector<std::uint8_t> grown) {

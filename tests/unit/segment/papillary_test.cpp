@@ -19,12 +19,10 @@ TEST(Papillary, AreCavityOrWallAsIsAsked) {
   spec.anatomy.papillary_muscles.present = true;
   spec.phases = 6;
   const made::ImagedPhantom imaged(spec);
-  const Exam& exam = imaged.exam;
-  StageContext context;
   SegmentOptions options;
-  const Segmentation in = segment_exam(exam, {}, options, context);
+  const Segmentation in = imaged.segmented({}, options);
   options.papillary = Papillary::Muscle;
-  const Segmentation out = segment_exam(exam, {}, options, context);
+  const Segmentation out = imaged.segmented({}, options);
   const auto curve = [](const Segmentation& of, Structure structure) {
     return volume_curve_ml(of.coverage, structure);
   };
@@ -51,8 +49,12 @@ TEST(Papillary, AreCavityOrWallAsIsAsked) {
   }
   // Their ends, where voxels of 2 x 2 x 4 mm are half blood, are hard to see.
   EXPECT_NEAR(moved / muscles, 1, 0.3);
-  EXPECT_EQ(curve(in, Structure::RvBlood), curve(out, Structure::RvBlood));
-  EXPECT_EQ(curve(in, Structure::Heart), curve(out, Structure::Heart));
+  // What is cavity and what is wall does not move the others, but where edges meet.
+  for (const Structure structure : {Structure::RvBlood, Structure::Heart}) {
+    for (std::size_t p = 0; p < in_blood.size(); ++p) {
+      EXPECT_NEAR(curve(in, structure)[p], curve(out, structure)[p], 0.01) << p;
+    }
+  }
 }
 
 TEST(Papillary, ADarkRimIsNoMuscleAndASpeckIsNoise) {

@@ -8,6 +8,7 @@
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/ingest/ingest.h"
 #include "pipeline/segment/segment.h"
+#include "tests/unit/segment/imaged_phantom.h"
 
 namespace beatlas::segment {
 namespace {
@@ -74,7 +75,7 @@ TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_sy
   SKIP_WITHOUT("two-phase-ge");
   StageContext context;
   const Exam exam = ingest::read_exam({shared("two-phase-ge")}, {}, context);
-  const Segmentation automatic = segment_exam(exam, {}, {}, context);
+  const Segmentation automatic = made::segmented(exam);
   EXPECT_GE(dice(automatic, kEndDiastole, 0), 0.90);
 
   // At end-systole trabeculae and papillary muscles, which count as cavity, fill half of it: one
@@ -92,7 +93,7 @@ TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_sy
       stroke(1, {{141, 118, 0}, {147, 127, 0}, {141, 137, 0}}),
       stroke(2, {{141, 118, 0}, {147, 127, 0}, {141, 137, 0}}),
   };
-  const Segmentation corrected = segment_exam(exam, strokes, {}, context);
+  const Segmentation corrected = made::segmented(exam, strokes);
   EXPECT_GE(dice(corrected, kEndDiastole, 0), 0.90);
   EXPECT_GE(dice(corrected, kEndSystole, 1), 0.85);
 }
@@ -101,7 +102,7 @@ TEST(RealExam, of_distant_slices_pumps_as_much_left_as_right) {
   SKIP_WITHOUT("cine-exam");
   StageContext context;
   const Exam exam = ingest::read_exam({shared("cine-exam")}, {}, context);
-  const Segmentation result = segment_exam(exam, {}, {}, context);
+  const Segmentation result = made::segmented(exam);
   EXPECT_TRUE(result.warnings.empty());
   const auto stroke_ml = [&](Structure structure) {
     const std::vector<double> curve = segmented_volume_ml(result, structure);

@@ -104,9 +104,34 @@ TEST(SeedGround, a_mark_is_kept_whatever_the_image_shows) {
 
 TEST(SeedGround, needs_blood_and_muscle_of_the_lv_and_background) {
   std::vector<Seed> seeds = marks();
-  EXPECT_TRUE(tell_heart(seeds));
+  EXPECT_TRUE(tell_heart(seeds, {}));
   std::erase_if(seeds, [](const Seed& seed) { return seed.label == kLabelLvMyocardium; });
-  EXPECT_FALSE(tell_heart(seeds));
+  EXPECT_FALSE(tell_heart(seeds, {}));
+}
+
+TEST(SeedGround, labels_of_two_phases_tell_the_heart_in_the_others) {
+  const Drawn made = drawn_heart();
+  const KnownLabels known{{made.truth.grid, {made.truth.phases[0], made.truth.phases[2]}}, {0, 2}};
+  EXPECT_TRUE(tell_heart({}, known));
+  StageContext context;
+  const Segmentation found = segment_exam(made.exam, {}, {}, context, known);
+  for (std::size_t p = 0; p < kPhases; ++p) {
+    const auto dice = [&](std::uint8_t label) {
+      return made::label_dice(found.labels.phases[p], made.truth.phases[p], label);
+    };
+    EXPECT_GT(dice(kLabelLvBlood), 0.95) << p;
+    EXPECT_GT(dice(kLabelLvMyocardium), 0.85) << p;
+    EXPECT_GT(dice(kLabelRvBlood), 0.90) << p;
+  }
+}
+
+TEST(SeedGround, without_marks_or_a_prior_says_what_to_give) {
+  const Drawn made = drawn_heart();
+  StageContext context;
+  const std::string said =
+      made::refusal([&] { (void)segment_exam(made.exam, {marks().front()}, {}, context); });
+  EXPECT_NE(said.find("nothing tells where the heart is"), std::string::npos) << said;
+  EXPECT_NE(said.find("--seeds"), std::string::npos) << said;
 }
 
 TEST(SeedGround, muscle_marked_as_bright_as_blood_is_refused) {

@@ -91,7 +91,6 @@ TEST(ThresholdGrowing, IsAConnectedComponentOfTheWindowInEveryPhase) {
   phantom::PhantomSpec spec = phantom::preset("small");
   spec.phases = 3;
   const Scan scan(spec);
-  StageContext context;
   const Grid& grid = scan.truth.grid;
   const Vec3 at = grid.mm_from_index.inverse(Eigen::Affine) * scan.lv_middle();
   const std::size_t seed =
@@ -104,8 +103,7 @@ TEST(ThresholdGrowing, IsAConnectedComponentOfTheWindowInEveryPhase) {
     options.threshold_high = 1400;
     options.threshold_neighbours = neighbours;
     // Drawn in one phase, it stands in all.
-    const Segmentation found =
-        segment_exam(scan.exam, {{kLabelLvBlood, scan.lv_middle(), 0.1, 1}}, options, context);
+    const Segmentation found = scan.segmented({{kLabelLvBlood, scan.lv_middle(), 0.1, 1}}, options);
     for (std::size_t p = 0; p < 3; ++p) {
       const auto wanted =
           by_sweeps(grid, scan.exam.stack.images.phases[p], seed, {650, 1400, neighbours});
@@ -125,7 +123,6 @@ TEST(ThresholdGrowing, LeaksOnTheHardPhantomWhereTheCompetitionDoesNot) {
   spec.grid = phantom::on_matrix(spec.grid, {0, 0, 0}, {2, 2, 4});
   spec.phases = 4;
   const Scan scan(spec);
-  StageContext context;
   const auto overgrown = [&](const Segmentation& found) {
     double most = 0;
     const std::vector<double> curve = volume_curve_ml(found.coverage, Structure::LvBlood);
@@ -137,9 +134,9 @@ TEST(ThresholdGrowing, LeaksOnTheHardPhantomWhereTheCompetitionDoesNot) {
     return most;
   };
   SegmentOptions options;
-  const double competition = overgrown(segment_exam(scan.exam, {}, options, context));
+  const double competition = overgrown(scan.segmented({}, options));
   options.method = Method::Threshold;
-  const double threshold = overgrown(segment_exam(scan.exam, {}, options, context));
+  const double threshold = overgrown(scan.segmented({}, options));
   std::cout << "LV blood over its true volume: competition " << competition << ", threshold "
             << threshold << "\n";
   EXPECT_LT(competition, 1.5);
@@ -150,14 +147,11 @@ TEST(ThresholdGrowing, IsRefusedWhereItCannotBegin) {
   phantom::PhantomSpec spec = phantom::preset("small");
   spec.phases = 2;
   const Scan scan(spec);
-  StageContext context;
   SegmentOptions options;
   options.method = Method::Threshold;
   options.threshold_low = 3000;
   options.threshold_high = 4000;
-  const auto said = [&] {
-    return made::refusal([&] { (void)segment_exam(scan.exam, {}, options, context); });
-  };
+  const auto said = [&] { return made::refusal([&] { (void)scan.segmented({}, options); }); };
   EXPECT_NE(said().find("found nothing in phase 0"), std::string::npos);
   options.threshold_high = 100;
   EXPECT_NE(said().find("threshold_low below threshold_high"), std::string::npos);

@@ -1,0 +1,23 @@
+#pragma once
+/// Where structures end on the base's side in stacks of thick slices: flat, between two slices.
+
+#include <map>
+
+#include "pipeline/core/shapes.h"
+
+namespace beatlas::segment {
+
+/// Where structures end flat on the base's side, half a gap beyond their most basal slices.
+/// @param base_step +1 if the base lies towards larger k, -1 if smaller
+[[nodiscard]] std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels,
+                                                          int base_step);
+
+/// Most basal slice with the structure in a phase; -1 if it has none.
+[[nodiscard]] int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase,
+                             Structure structure, int base_step);
+
+/// +1 if the base lies towards larger k, -1 if smaller: where atria and aorta are in view on their
+/// side, else on the side of the wall on which the cavity is open.
+[[nodiscard]] int base_step_from(const LabelCycle& labels);
+
+}  // namespace beatlas::segment

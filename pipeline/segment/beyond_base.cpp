@@ -1,0 +1,96 @@
+#include "pipeline/segment/beyond_base.h"
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kLeastOfMost = 0.25;  ///< of a structure's largest volume
+constexpr double kLeastShared = 0.5;   ///< Dice with itself one phase on
+
+using Mask = std::vector<std::uint8_t>;
+
+bool comes_and_goes(const ImageCycle<std::uint8_t>& labels, std::uint8_t label) {
+  const std::size_t n = labels.phases.size();
+  std::vector<double> volume;
+  for (const Mask& phase : labels.phases) {
+    volume.push_back(static_cast<double>(std::count(phase.begin(), phase.end(), label)));
+  }
+  const auto [least, most] = std::minmax_element(volume.begin(), volume.end());
+  if (*least <= kLeastOfMost * *most) return true;
+  for (std::size_t p = 0; p < n; ++p) {
+    const std::size_t next = (p + 1) % n;
+    double both = 0;
+    for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
+      both += labels.phases[p][v] == label && labels.phases[next][v] == label ? 1 : 0;
+    }
+    if (2 * both < kLeastShared * (volume[p] + volume[next])) return true;
+  }
+  return false;
+}
+
+/// Faces between voxels of a label and of two others, all phases together.
+std::array<double, 2> meets(const ImageCycle<std::uint8_t>& labels, std::uint8_t label,
+                            const std::array<std::uint8_t, 2>& others) {
+  const Grid& grid = labels.grid;
+  const std::array<std::size_t, 3> step{1, static_cast<std::size_t>(grid.size[0]),
+                                        grid.slice_count()};
+  const Vec3 mm = grid.spacing_mm();
+  std::array<double, 2> area{};
+  for (const Mask& phase : labels.phases) {
+    std::size_t v = 0;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      for (int j = 0; j < grid.size[1]; ++j) {
+        for (int i = 0; i < grid.size[0]; ++i, ++v) {
+          const Index3 at{i, j, k};
+          for (std::size_t a = 0; a < 3; ++a) {
+            if (at[a] + 1 >= grid.size[a]) continue;
+            const std::uint8_t one = phase[v];
+            const std::uint8_t other = phase[v + step[a]];
+            if ((one == label) == (other == label)) continue;
+            const std::uint8_t met = one == label ? other : one;
+            const double face = mm.prod() / mm[static_cast<Eigen::Index>(a)];
+            for (std::size_t n = 0; n < 2; ++n) area[n] += met == others[n] ? face : 0;
+          }
+        }
+      }
+    }
+  }
+  return area;
+}
+
+}  // namespace
+
+std::vector<std::string> drop_doubtful_beyond_base(ImageCycle<std::uint8_t>& labels) {
+  std::vector<std::string> told;
+  for (const Structure structure : kBeyondBase) {
+    const std::uint8_t label = label_of(structure);
+    if (std::none_of(labels.phases.begin(), labels.phases.end(), [&](const Mask& phase) {
+          return std::find(phase.begin(), phase.end(), label) != phase.end();
+        })) {
+      continue;
+    }
+    const bool right = structure == Structure::RaBlood;
+    const auto [own, other] = right ? meets(labels, label, {kLabelRvBlood, kLabelLvBlood})
+                                    : meets(labels, label, {kLabelLvBlood, kLabelRvBlood});
+    std::string why;
+    if (comes_and_goes(labels, label)) {
+      why = " is in view in a part of the beat alone";
+    } else if (other > own) {
+      why = std::string(" opens into the ") + (right ? "left" : "right") + " ventricle";
+    } else {
+      continue;
+    }
+    for (Mask& phase : labels.phases) {
+      std::replace(phase.begin(), phase.end(), label, std::uint8_t{kLabelRestOfHeart});
+    }
+    told.push_back(std::string(structure_name(structure)) + why +
+                   "; it counts as rest of the heart");
+  }
+  return told;
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,68 @@
+#include "pipeline/segment/thin_walls.h"
+
+#include <algorithm>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/core/slices.h"
+#include "pipeline/segment/box.h"
+#include "pipeline/segment/distance_map.h"
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr double kThickestMm = 5;
+
+bool has_thin_wall(std::uint8_t label) {
+  return label == kLabelRvBlood || label == kLabelLaBlood || label == kLabelRaBlood ||
+         label == kLabelAorta;
+}
+
+/// Of voxels beside the pool, by faces, the way into it; from there on through what is muscle.
+void walk(const Grid& grid, bool across_slices, const std::vector<std::uint8_t>& wall,
+          std::vector<std::size_t> front, std::vector<std::uint8_t>& labels) {
+  const int axes = across_slices ? 3 : 2;
+  while (!front.empty()) {
+    const std::size_t v = front.back();
+    front.pop_back();
+    const Index3 at = index_of(grid, v);
+    for (int a = 0; a < axes; ++a) {
+      for (const int step : {-1, 1}) {
+        Index3 to = at;
+        to[static_cast<std::size_t>(a)] += step;
+        if (!grid.contains(to[0], to[1], to[2])) continue;
+        const std::size_t next = grid.offset(to[0], to[1], to[2]);
+        if (wall[next] == 0 || labels[next] != kLabelBackground) continue;
+        labels[next] = kLabelRestOfHeart;
+        front.push_back(next);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
+                    ImageCycle<std::uint8_t>& labels) {
+  const Grid& grid = labels.grid;
+  const bool across_slices = grid.spacing_mm()[2] < kThickSlicesMm;
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    std::vector<std::uint8_t>& phase = labels.phases[p];
+    std::vector<std::uint8_t> pools(phase.size());
+    std::vector<std::size_t> front;
+    for (std::size_t v = 0; v < phase.size(); ++v) {
+      pools[v] = static_cast<std::uint8_t>(has_thin_wall(phase[v]));
+      if (pools[v] != 0) front.push_back(v);
+    }
+    const std::vector<float> away = distance_near(grid, pools, across_slices, kThickestMm);
+    std::vector<std::uint8_t> wall(phase.size());
+    for (std::size_t v = 0; v < phase.size(); ++v) {
+      const auto value = static_cast<double>(images.phases[p][v]);
+      wall[v] = static_cast<std::uint8_t>(phase[v] == kLabelBackground && away[v] <= kThickestMm &&
+                                          value > levels.dark && value < levels.threshold);
+    }
+    walk(grid, across_slices, wall, std::move(front), phase);
+  });
+}
+
+}  // namespace beatlas::segment

@@ -1,0 +1,18 @@
+#pragma once
+/// What the built-in model says of an exam, as the command line asks it.
+
+#include <optional>
+
+#include "pipeline/prior/prior.h"
+#include "pipeline/segment/bad_frames.h"
+
+namespace beatlas::test {
+
+[[nodiscard]] inline prior::PriorCycle learned(const Exam& exam) {
+  static const prior::Model model = prior::Model::load(prior::default_model_path());
+  const std::optional<Exam> mended = segment::without_bad_frames(exam);
+  StageContext context;
+  return prior::heart_prior(mended ? *mended : exam, model, context);
+}
+
+}  // namespace beatlas::test
