@@ -7,10 +7,9 @@
 namespace beatlas::segment {
 
 /// Around the blood of the RV, the atria and the aorta, what looks like muscle and hangs together
-/// with the pool becomes rest of the heart, 5 mm deep at most: no healthy wall of the RV is thicker
-/// (Rudski 2010, doi:10.1016/j.echo.2010.05.010), nor one of an atrium (Whiteman 2019,
-/// doi:10.1002/ca.23452). Fat is brighter than muscle, and lung darker. Slices far apart stand
-/// alone.
+/// with the pool becomes rest of the heart, 5 mm deep at most: a thicker wall of the RV counts as
+/// hypertrophy (Rudski 2010, doi:10.1016/j.echo.2010.05.010), and an atrium's is thinner (review:
+/// PMC5841556). Fat is brighter than muscle, and lung darker. Slices far apart stand alone.
 /// @param images of the labels' grid, evenly lit
 void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
                     ImageCycle<std::uint8_t>& labels);
