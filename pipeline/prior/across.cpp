@@ -8,14 +8,15 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/prior/stored.h"
+#include "pipeline/prior/window.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::prior {
 namespace {
 
-/// Beside the heart as it was seen in some phases; as in window.h.
-constexpr double kRoomMm = 25;
-/// Beside the heart, for how bright slices are: about as much as a scanner's field of view holds.
+/// Beside the heart, for what slices show tells how bright they are. Chosen; with slices as wide as
+/// the stack's own Dice of phantoms differs by .01 either way.
 constexpr double kFieldMm = 60;
 /// Cosine of the LV's axis with the normal of slices that lie along it as much as across.
 constexpr double kAlong = 0.70710678;
@@ -67,52 +68,40 @@ Eigen::Matrix3d axes_across(const Vec3& direction, const Grid& stack) {
   return out;
 }
 
-/// Values of a lattice between its points, linear; `beyond` outside.
-class Between {
- public:
-  Between(const Grid& grid, const Affine& from)
-      : size_(grid.size), index_(grid.mm_from_index.inverse() * from) {}
-
-  /// use(offset of the lower corner's, shares along the axes) -> value; upper corners exist.
-  template <class Use>
-  bool at(const Vec3& place, const Use& use) const {
-    const Vec3 index = index_ * place;
-    std::array<int, 3> low{};
-    std::array<float, 3> share{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double x = index[static_cast<Eigen::Index>(a)];
-      if (!(x >= 0 && x <= size_[a] - 1)) return false;
-      low[a] = std::clamp(static_cast<int>(x), 0, std::max(0, size_[a] - 2));
-      share[a] = static_cast<float>(x - low[a]);
-    }
-    use(low, share);
-    return true;
-  }
-
- private:
-  Index3 size_;
-  Affine index_;
-};
-
-/// Offsets and weights of the eight points about a place.
+/// The eight points of a grid about a place, and their weights between which values are linear.
 struct Corners {
   std::array<std::size_t, 8> at{};
   std::array<float, 8> weight{};
-
-  Corners(const Grid& grid, const std::array<int, 3>& low, const std::array<float, 3>& share) {
-    for (std::size_t c = 0; c < 8; ++c) {
-      Index3 point{};
-      float w = 1;
-      for (std::size_t a = 0; a < 3; ++a) {
-        const int up = static_cast<int>(c >> a & 1);
-        point[a] = std::min(low[a] + up, grid.size[a] - 1);
-        w *= up != 0 ? share[a] : 1 - share[a];
-      }
-      at[c] = grid.offset(point[0], point[1], point[2]);
-      weight[c] = w;
-    }
-  }
 };
+
+/// @param index of the place in the grid @param within the part of the grid that is asked
+/// @return none beyond that part
+std::optional<Corners> corners_about(const Grid& grid, const Vec3& index, const Window& within) {
+  Index3 low{};
+  Index3 high{};
+  std::array<float, 3> share{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double x = index[static_cast<Eigen::Index>(a)];
+    const int last = within.first[a] + within.size[a] - 1;
+    if (!(x >= within.first[a] && x <= last)) return {};
+    low[a] = static_cast<int>(x);
+    high[a] = std::min(low[a] + 1, last);
+    share[a] = static_cast<float>(x - low[a]);
+  }
+  Corners out;
+  for (std::size_t c = 0; c < 8; ++c) {
+    Index3 point = low;
+    float weight = 1;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const bool up = (c >> a & 1) != 0;
+      if (up) point[a] = high[a];
+      weight *= up ? share[a] : 1 - share[a];
+    }
+    out.at[c] = grid.offset(point[0], point[1], point[2]);
+    out.weight[c] = weight;
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -138,11 +127,12 @@ std::optional<AcrossLv> across_lv(const PriorCycle& looked, const Grid& stack,
   });
   const double pixel = std::min(spacing[0], spacing[1]);
   const Vec3 step(pixel, pixel, 0.5 * card.neighbour_mm);
+  const Vec3 extent = high - low;
   const Vec3 room(kFieldMm, kFieldMm, kRoomMm);
   AcrossLv out;
   for (Eigen::Index a = 0; a < 3; ++a) {
     out.grid.size[static_cast<std::size_t>(a)] =
-        static_cast<int>(std::ceil((high[a] - low[a] + 2 * room[a]) / step[a])) + 1;
+        static_cast<int>(std::ceil((extent[a] + 2 * room[a]) / step[a])) + 1;
   }
   out.grid.mm_from_index = Affine::Identity();
   out.grid.mm_from_index.linear() = axes * step.asDiagonal();
@@ -150,13 +140,12 @@ std::optional<AcrossLv> across_lv(const PriorCycle& looked, const Grid& stack,
   const Grid seen = network_grid(out.grid, card.pixel_mm, card.multiple);
   out.window = {{0, 0, 0}, seen.size};
   for (std::size_t a = 0; a < 2; ++a) {
-    const auto unseen = static_cast<int>(std::floor((kFieldMm - kRoomMm) / card.pixel_mm));
-    const int first = std::min(unseen, seen.size[a] / 2);
-    int size = seen.size[a] - 2 * first;
-    size =
-        std::min(seen.size[a] - first, (size + card.multiple - 1) / card.multiple * card.multiple);
+    const double unseen_mm = room[static_cast<Eigen::Index>(a)] - kRoomMm;
+    const int first = std::min(static_cast<int>(unseen_mm / card.pixel_mm), seen.size[a] / 2);
+    const int size = seen.size[a] - 2 * first;
+    const int padded = (size + card.multiple - 1) / card.multiple * card.multiple;
     out.window.first[a] = first;
-    out.window.size[a] = size;
+    out.window.size[a] = std::min(seen.size[a] - first, padded);
   }
   return out;
 }
@@ -168,22 +157,22 @@ Cine cut_anew(const Cine& stack, const Grid& grid) {
   out.images.grid = grid;
   out.images.phases.assign(stack.images.phases.size(), std::vector<float>(grid.count(), 0.0F));
   const Grid& source = stack.grid();
-  const Between between(source, grid.mm_from_index);
+  const Affine source_from_new = source.mm_from_index.inverse() * grid.mm_from_index;
   parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
     const int k = static_cast<int>(slice);
+    std::size_t to = grid.offset(0, 0, k);
     for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        (void)between.at(Vec3(i, j, k), [&](const auto& low, const auto& share) {
-          const Corners corners(source, low, share);
-          const std::size_t to = grid.offset(i, j, k);
-          for (std::size_t p = 0; p < out.images.phases.size(); ++p) {
-            float sum = 0;
-            for (std::size_t c = 0; c < 8; ++c) {
-              sum += corners.weight[c] * stack.images.phases[p][corners.at[c]];
-            }
-            out.images.phases[p][to] = sum;
+      for (int i = 0; i < grid.size[0]; ++i, ++to) {
+        const auto corners =
+            corners_about(source, source_from_new * Vec3(i, j, k), {{0, 0, 0}, source.size});
+        if (!corners) continue;
+        for (std::size_t p = 0; p < out.images.phases.size(); ++p) {
+          float sum = 0;
+          for (std::size_t c = 0; c < 8; ++c) {
+            sum += corners->weight[c] * stack.images.phases[p][corners->at[c]];
           }
-        });
+          out.images.phases[p][to] = sum;
+        }
       }
     }
   });
@@ -192,35 +181,29 @@ Cine cut_anew(const Cine& stack, const Grid& grid) {
 
 void mix_in(const PriorCycle& across, const Window& window, PriorCycle& prior) {
   const Grid& grid = prior.grid;
-  const Grid part = across.grid.part(window.first, window.size);
-  const Between between(part, grid.mm_from_index);
+  const Affine across_from_prior = across.grid.mm_from_index.inverse() * grid.mm_from_index;
   const std::size_t count = grid.count();
   const std::size_t other = across.grid.count();
-  std::array<float, 129> table{};  // of a stored log-probability at -value
-  for (std::size_t n = 0; n < table.size(); ++n) {
-    table[n] = std::exp(-static_cast<float>(n) / PriorCycle::kUnits);
-  }
+  const std::array<float, 129>& table = stored_probabilities();
   const auto of = [&](std::int8_t log) { return table[static_cast<std::size_t>(-log)]; };
   parallel_for(static_cast<std::size_t>(grid.size[2]), [&](std::size_t slice) {
     const int k = static_cast<int>(slice);
+    std::size_t v = grid.offset(0, 0, k);
     for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        (void)between.at(Vec3(i, j, k), [&](auto low, const auto& share) {
-          for (std::size_t a = 0; a < 3; ++a) low[a] += window.first[a];
-          const Corners corners(across.grid, low, share);
-          const std::size_t v = grid.offset(i, j, k);
-          for (std::size_t p = 0; p < prior.phases.size(); ++p) {
-            const std::vector<std::int8_t>& logs = across.phases[p];
-            for (std::size_t o = 0; o < prior.labels.size(); ++o) {
-              float sum = 0;
-              for (std::size_t c = 0; c < 8; ++c) {
-                sum += corners.weight[c] * of(logs[o * other + corners.at[c]]);
-              }
-              std::int8_t& here = prior.phases[p][o * count + v];
-              here = stored_log(0.5F * (sum + of(here)));
+      for (int i = 0; i < grid.size[0]; ++i, ++v) {
+        const auto corners = corners_about(across.grid, across_from_prior * Vec3(i, j, k), window);
+        if (!corners) continue;
+        for (std::size_t p = 0; p < prior.phases.size(); ++p) {
+          const std::vector<std::int8_t>& logs = across.phases[p];
+          for (std::size_t o = 0; o < prior.labels.size(); ++o) {
+            float sum = 0;
+            for (std::size_t c = 0; c < 8; ++c) {
+              sum += corners->weight[c] * of(logs[o * other + corners->at[c]]);
             }
+            std::int8_t& here = prior.phases[p][o * count + v];
+            here = stored_log(0.5F * (sum + of(here)));
           }
-        });
+        }
       }
     }
   });

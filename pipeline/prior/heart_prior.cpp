@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <optional>
 
@@ -9,6 +8,7 @@
 #include "pipeline/prior/orientations.h"
 #include "pipeline/prior/prior.h"
 #include "pipeline/prior/slices.h"
+#include "pipeline/prior/stored.h"
 #include "pipeline/prior/window.h"
 #include "runtime/atlas/structures.h"
 #include "runtime/base/error.h"
@@ -90,13 +90,6 @@ PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& mod
 }
 
 }  // namespace
-
-std::int8_t stored_log(float probability) {
-  const float log = std::log(probability);
-  const bool likely = log > static_cast<float>(PriorCycle::kLeast);
-  const float kept = likely ? std::min(log, 0.0F) : static_cast<float>(PriorCycle::kLeast);
-  return static_cast<std::int8_t>(std::lround(kept * PriorCycle::kUnits));
-}
 
 PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
   const Cine& stack = exam.stack;

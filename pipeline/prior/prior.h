@@ -34,9 +34,6 @@ struct PriorCycle {
   }
 };
 
-/// A probability as PriorCycle stores its logarithm; what is no number is as unlikely as can be.
-[[nodiscard]] std::int8_t stored_log(float probability);
-
 /// The same for any number of threads.
 /// @throws Error{InvalidInput} if the exam has no voxels; as Model::load if the network cannot be
 /// run on slices of this size; as StageContext::check_cancelled

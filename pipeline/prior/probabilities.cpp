@@ -4,6 +4,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/prior/prior.h"
+#include "pipeline/prior/stored.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::prior {
@@ -28,18 +29,6 @@ Places places_of(int count, double first, double step, int pixels) {
     out.share.push_back(static_cast<float>(place - below));
   }
   return out;
-}
-
-/// Of a stored log-probability at -value.
-const std::array<float, 129>& probabilities() {
-  static const std::array<float, 129> table = [] {
-    std::array<float, 129> out{};
-    for (std::size_t n = 0; n < out.size(); ++n) {
-      out[n] = static_cast<float>(std::exp(-static_cast<double>(n) / PriorCycle::kUnits));
-    }
-    return out;
-  }();
-  return table;
 }
 
 }  // namespace
@@ -67,7 +56,7 @@ std::vector<std::vector<float>> probabilities_on(const PriorCycle& prior, int ph
 
   const std::size_t outputs = prior.labels.size();
   const std::vector<std::int8_t>& stored = prior.phases[static_cast<std::size_t>(phase)];
-  const std::array<float, 129>& table = probabilities();
+  const std::array<float, 129>& table = stored_probabilities();
   std::vector<std::vector<float>> out(outputs, std::vector<float>(part.count()));
   parallel_for(static_cast<std::size_t>(part.size[2]), [&](std::size_t slice) {
     const int k = static_cast<int>(slice);

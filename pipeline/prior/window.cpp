@@ -8,10 +8,6 @@
 namespace beatlas::prior {
 namespace {
 
-/// Beside the heart as it was seen in some phases. The base, which moves most, moves by 25 mm
-/// (phantom/family.json).
-constexpr double kRoomMm = 25;
-
 struct Body {
   std::size_t lv_blood = 0;  ///< voxels, all phases together
   Index3 low{0, 0, 0};

@@ -8,6 +8,10 @@
 
 namespace beatlas::prior {
 
+/// [mm] Looked at beside the heart as it was seen in some phases. The base, which moves most, moves
+/// by this much (phantom/family.json).
+inline constexpr double kRoomMm = 25;
+
 /// Phases that are looked at for it: three, so that one lies near end-diastole and one near
 /// end-systole, wherever the beat begins; of three and fewer, all.
 [[nodiscard]] std::vector<int> looked_at(int phases);

@@ -51,6 +51,7 @@ struct Task {
   std::vector<Seed> drawn = {};   ///< of those given, the ones that reach the box
   KnownLabels known = {};         ///< in the box
   ImageCycle<float> images = {};  ///< of the box, evenly lit
+  float lifted = 0;               ///< added to every value of them
   double noise = 0;               ///< of them
   LabelImages marks = {};         ///< what was drawn, kUnlabelled elsewhere
   Ground ground = {};
@@ -88,16 +89,26 @@ LabelImages with_known(LabelImages marks, const KnownLabels& known) {
   return marks;
 }
 
-/// Some scanners store magnitudes with an offset: the least value is none.
-void lift(ImageCycle<float>& images) {
+/// Some scanners store magnitudes with an offset: the least value is none. @return what was added
+float lift(ImageCycle<float>& images) {
   float least = 0;
   for (const std::vector<float>& phase : images.phases) {
     least = std::min(least, *std::min_element(phase.begin(), phase.end()));
   }
-  if (least >= 0) return;
+  if (least >= 0) return 0;
   for (std::vector<float>& phase : images.phases) {
     for (float& value : phase) value -= least;
   }
+  return -least;
+}
+
+/// Levels of images before they were lifted.
+TissueLevels before_lift(TissueLevels levels, float added) {
+  for (double* level :
+       {&levels.blood, &levels.rv_blood, &levels.muscle, &levels.threshold, &levels.dark}) {
+    *level -= static_cast<double>(added);
+  }
+  return levels;
 }
 
 /// Where the heart is, what its tissues look like, and what each label costs in each voxel.
@@ -117,7 +128,7 @@ Task lay_ground(const ImageCycle<float>& stack, const std::vector<Seed>& given,
   task.box = box_with_seeds(stack.grid, box_with_labels(stack.grid, found, known), task.drawn);
   task.known = crop(known, task.box);
   task.images = crop(stack, task.box);
-  lift(task.images);
+  task.lifted = lift(task.images);
   if (options.even_shading) {
     task.images =
         without_shading(task.images, find_shading(task.images.grid, temporal_stats(task.images)));
@@ -276,8 +287,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     if (!known.phases.empty()) {
       throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
     }
-    Segmentation out =
-        segment_by_threshold(exam, given, task.ground.seeds, task.box, task.ground.levels, options);
+    Segmentation out = segment_by_threshold(exam, given, task.ground.seeds, task.box,
+                                            before_lift(task.ground.levels, task.lifted), options);
     out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
     return out;
   }

@@ -118,6 +118,24 @@ TEST(ThresholdGrowing, IsAConnectedComponentOfTheWindowInEveryPhase) {
   }
 }
 
+TEST(ThresholdGrowing, FindsItsWindowInImagesWithAnOffset) {
+  phantom::PhantomSpec spec = made::clinical_part();
+  spec.phases = 4;
+  Scan scan(spec);
+  SegmentOptions options;
+  options.method = Method::Threshold;
+  const std::vector<Seed> seeds{{kLabelLvBlood, scan.lv_middle(), 3, -1}};
+  const Segmentation plain = scan.segmented(seeds, options);
+  for (auto& phase : scan.exam.stack.images.phases) {
+    for (float& value : phase) value -= 20000;
+  }
+  const Segmentation moved = made::segmented(scan.exam, seeds, options);
+  for (std::size_t p = 0; p < 4; ++p) {
+    EXPECT_GT(made::label_dice(plain.labels.phases[p], moved.labels.phases[p], kLabelLvBlood), 0.99)
+        << p;
+  }
+}
+
 TEST(ThresholdGrowing, LeaksOnTheHardPhantomWhereTheCompetitionDoesNot) {
   phantom::PhantomSpec spec = phantom::preset("hard");
   spec.grid = phantom::on_matrix(spec.grid, {0, 0, 0}, {2, 2, 4});
