@@ -13,15 +13,13 @@ struct LongAxis {
   Vec3 origin_mm = Vec3::Zero();
   Vec3 towards_base = Vec3::UnitZ();  ///< of length 1
   std::vector<double> apex_mm;        ///< [phase] height of the wall's apical end
-  std::vector<double> lv_base_mm;     ///< [phase] height at which the LV's ring of muscle opens
+  std::vector<double> lv_base_mm;     ///< [phase] height at which the LV ends at its mitral plane
   std::vector<double> rv_base_mm;     ///< [phase] height of the tricuspid plane; empty without RV
-  bool atria = false;  ///< blood lies beyond the LV's base, and has to be parted from it
+  bool atria = false;  ///< atria or the aorta lie beyond the base as structures of their own
 
   [[nodiscard]] double height_mm(const Vec3& lps_mm) const {
     return towards_base.dot(lps_mm - origin_mm);
   }
-  /// Height of every voxel of a grid.
-  [[nodiscard]] std::vector<float> heights_mm(const Grid& grid) const;
 
   /// Where a place lies in the LV: 0 at the apex, 1 at the base, beyond outside.
   [[nodiscard]] double share_of_length(const Vec3& lps_mm, int phase) const {
