@@ -41,6 +41,21 @@ class Along {
   }
 };
 
+/// A wall is thick at one side and thin at another: it is told in sectors round the LV's middle.
+/// What tells of one spans 70 degrees at half its weight, about a segment of the AHA's model
+/// (Cerqueira et al., Circulation 105:539, 2002).
+constexpr int kSectors = 12;
+/// What all round the slice tells of each sector; without it a wall goes on into liver that looks
+/// as it does. Measured on seeds of real exams: 0 to 0.4 make .02 of muscle's Dice.
+constexpr double kAllRound = 0.1;
+
+/// What a place tells of a sector.
+/// @param at in sectors round the LV's middle
+double weight_in_sector(int sector, float at) {
+  const double off = std::remainder(static_cast<double>(at) - sector - 0.5, kSectors);
+  return kAllRound + (1 - kAllRound) * std::exp(-0.5 * off * off);
+}
+
 /// Places in a slice [mm] along its rows and columns.
 using Place = Eigen::Vector2d;
 
@@ -123,7 +138,8 @@ struct ByPlace {
   float cavity = 0;  ///< of the LV, against its muscle and what is outside
   float muscle = 0;
   float outside = 0;
-  float rv = 0;  ///< share of what is outside
+  float rv = 0;      ///< share of what is outside
+  float sector = 0;  ///< about the LV's middle, 0 up to kSectors
 };
 
 std::vector<ByPlace> by_place(const Grid& grid, const Shape& shape, const LabelImages& marks) {
@@ -159,6 +175,8 @@ std::vector<ByPlace> by_place(const Grid& grid, const Shape& shape, const LabelI
         of.cavity = static_cast<float>(below(-u));
         of.muscle = static_cast<float>(std::exp(-0.5 * u * u));
         of.outside = static_cast<float>(below(u));
+        const Place off = place - middle;
+        of.sector = static_cast<float>((std::atan2(off[1], off[0]) / (2 * M_PI) + 0.5) * kSectors);
         of.rv = static_cast<float>(near_rv * below(std::log(free_wall / from_lv) / kUneven));
       }
     }
@@ -274,9 +292,9 @@ class LevelsAlong {
   std::array<Along<double>, kLabels> levels_;
 };
 
-/// What lies how far from the cavity's outline, in a slice of one phase: shares of cavity, muscle
-/// and what is outside, by millimetres. They are the mixture of the three looks that the images are
-/// likeliest from, on condition that cavity and wall, going outward, end once each.
+/// What lies how far from the cavity's outline, in a sector of a slice of one phase: shares of
+/// cavity, muscle and what is outside, by millimetres. They are the mixture of the three looks that
+/// the images are likeliest from, on condition that cavity and wall, going outward, end once each.
 class Layers {
  public:
   static constexpr int kInside = 10;  ///< [mm] that are told apart on the inner side
@@ -321,6 +339,19 @@ class Layers {
  private:
   std::array<Shares, kBins> shares_{};
 };
+
+/// Shares at a place of slice k: between the middles of two sectors they go straight on.
+/// @param layers [slice * kSectors + sector]
+Layers::Shares shares_at(const std::vector<Layers>& layers, std::size_t k, float sector, int bin) {
+  const double at = static_cast<double>(sector) - 0.5 + kSectors;
+  const auto low = static_cast<std::size_t>(at);
+  const double t = at - static_cast<double>(low);
+  const Layers::Shares& a = layers[k * kSectors + low % kSectors].at(bin);
+  const Layers::Shares& b = layers[k * kSectors + (low + 1) % kSectors].at(bin);
+  Layers::Shares out{};
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] = a[c] * (1 - t) + b[c] * t;
+  return out;
+}
 
 }  // namespace
 
@@ -417,18 +448,22 @@ Ground lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks
                             rv * here[kLabelRvBlood][bin] + (1 - rv) * here[kLabelBackground][bin]};
     };
     const std::vector<float>& away_mm = signed_mm[p];
-    std::vector<Layers> layers;  // of each slice, with half of the slices beside it
+    std::vector<Layers> layers;  // [slice * kSectors + sector], with half of the slices beside it
     if (first != nullptr) {
       for (int k = 0; k < grid.size[2]; ++k) {
-        std::vector<Layers::Voxel> voxels;
+        std::array<std::vector<Layers::Voxel>, kSectors> voxels;
         for (int n = std::max(0, k - 1); n < std::min(grid.size[2], k + 2); ++n) {
           const auto begin = static_cast<std::size_t>(n) * slice;
           for (std::size_t v = begin; v < begin + slice; ++v) {
             if (place[v].heart <= 0 || away_mm[v] >= kNoDistance) continue;
-            voxels.push_back({Layers::bin_of(away_mm[v]), n == k ? 1.0 : 0.5, seen(v)});
+            Layers::Voxel voxel{.bin = Layers::bin_of(away_mm[v]), .look = seen(v)};
+            for (int s = 0; s < kSectors; ++s) {
+              voxel.weight = (n == k ? 1.0 : 0.5) * weight_in_sector(s, place[v].sector);
+              voxels[static_cast<std::size_t>(s)].push_back(voxel);
+            }
           }
         }
-        layers.emplace_back(voxels);
+        for (const auto& list : voxels) layers.emplace_back(list);
       }
     }
     std::vector<std::uint8_t>& prices = out.prices.phases[p];
@@ -438,7 +473,7 @@ Ground lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks
       const bool layered = first != nullptr && away_mm[v] < kNoDistance;
       Layers::Shares share{static_cast<double>(at.cavity), static_cast<double>(at.muscle),
                            static_cast<double>(at.outside)};
-      if (layered) share = layers[v / slice].at(Layers::bin_of(away_mm[v]));
+      if (layered) share = shares_at(layers, v / slice, at.sector, Layers::bin_of(away_mm[v]));
       const auto heart = static_cast<double>(at.heart);
       const auto rv = static_cast<double>(at.rv);
       const Looks& here = look[v / slice];

@@ -22,9 +22,9 @@ from real_exam import real_exam  # noqa: E402
 
 MOVED_MM = 4
 # What is aimed at is .88, .88 and .70; what is held is what was reached, less .02, as placed and moved.
-HELD = {"sunnybrook/SCD0000101": {"placed": (0.88, 0.87, 0.59), "moved": (0.86, 0.84, 0.55)},
-        "sunnybrook/SCD0000401": {"placed": (0.88, 0.80, 0.54), "moved": (0.81, 0.75, 0.42)},
-        "two-phase-ge": {"placed": (0.90, 0.68, None), "moved": (0.88, 0.66, None)}}
+HELD = {"sunnybrook/SCD0000101": {"placed": (0.88, 0.87, 0.67), "moved": (0.87, 0.84, 0.64)},
+        "sunnybrook/SCD0000401": {"placed": (0.89, 0.80, 0.675), "moved": (0.87, 0.79, 0.655)},
+        "two-phase-ge": {"placed": (0.92, 0.685, None), "moved": (0.925, 0.66, None)}}
 
 
 def moved(seeds, draw):
