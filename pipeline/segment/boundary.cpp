@@ -4,10 +4,12 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/slices.h"
+#include "pipeline/segment/looks.h"
 #include "pipeline/segment/magnitude.h"
 #include "pipeline/segment/outline.h"
 #include "pipeline/segment/side_levels.h"
@@ -30,6 +32,9 @@ constexpr float kLeastInside = 0.2F;   ///< a dark spot was taken in on purpose
 constexpr float kLeastAlong = 0.02F;   ///< outline, weighted, that has to be told of a place
 constexpr double kUntoldPx = 0.625;    ///< standard deviation where no intensity tells the place
 constexpr double kOfMisfit = 1.0;      ///< [px2] of the place's variance, for the misfit's
+constexpr float kBlurredPx = 1.25F;    ///< about an edge
+constexpr float kDeepPx = 3.0F;        ///< inside of most trabeculae
+constexpr double kLabelsMm = 0.6;      ///< what pixels of 2 mm do not tell: 2 / sqrt(12)
 constexpr double kFloorPx = 0.05;      ///< what no fit tells of
 constexpr double kFloorOfLean = 0.03;  ///< the same, of what the outline moves between slices
 constexpr double kLeastAcross = 0.35;  ///< a surface along the slices is known by its neighbours
@@ -161,6 +166,80 @@ void move_by_fit(const cv::Mat& lean_px, double noise, Edge& edge) {
   }
 }
 
+/// Level of what lies deep inside; none where nothing does.
+std::optional<double> deep_level(const Edge& edge) {
+  std::vector<float> deep;
+  for (int j = 0; j < edge.pixels.rows; ++j) {
+    for (int i = 0; i < edge.pixels.cols; ++i) {
+      if (edge.drawn_px.at<float>(j, i) < -kDeepPx) deep.push_back(edge.pixels.at<float>(j, i));
+    }
+  }
+  if (deep.empty()) return {};
+  return median_of(deep);
+}
+
+/// What edges make of the outline of one slice.
+struct SliceShift {
+  double length_px = 0;
+  double inward = 0;   ///< [px2] its shift, along its length
+  double missing = 0;  ///< [px2] of the inside: what is darker than deep inside
+};
+
+SliceShift shift_of(const Edge& edge, double deep) {
+  SliceShift out;
+  for (int j = 0; j < edge.pixels.rows; ++j) {
+    for (int i = 0; i < edge.pixels.cols; ++i) {
+      if (edge.far(j, i) || !edge.told(j, i)) continue;
+      const float d = edge.found_px.at<float>(j, i);
+      const auto outer = static_cast<double>(edge.sides.outer.at<float>(j, i));
+      if (d > kBlurredPx || !(deep > outer)) continue;
+      if (std::abs(d) < 0.5F) {
+        out.length_px += 1;
+        out.inward += static_cast<double>(d - edge.drawn_px.at<float>(j, i));
+      }
+      const double measured =
+          (static_cast<double>(edge.pixels.at<float>(j, i)) - outer) / (deep - outer);
+      if (d < -kBlurredPx && measured < static_cast<double>(kLeastInside))
+        continue;  // as in move_by_excess
+      out.missing += static_cast<double>(std::clamp(0.5F - d, 0.0F, 1.0F)) - measured;
+    }
+  }
+  return out;
+}
+
+/// How far the outlines of a cavity were moved inward among its trabeculae [pixels].
+double among_trabeculae_px(const std::vector<Edge>& edges, double pixel_mm) {
+  double length_px = 0;
+  double inward = 0;
+  std::vector<float> thick_mm;
+  for (const Edge& edge : edges) {
+    if (edge.drawn_px.empty()) continue;
+    const std::optional<double> deep = deep_level(edge);
+    if (!deep) continue;
+    const SliceShift slice = shift_of(edge, *deep);
+    if (!(slice.length_px > 0)) continue;
+    length_px += slice.length_px;
+    inward += slice.inward;
+    thick_mm.push_back(
+        static_cast<float>(pixel_mm * std::max(0.0, slice.missing / slice.length_px)));
+  }
+  if (thick_mm.empty() || !(inward > 0)) return 0;
+  // Papillary muscles lie inside as well, and tell nothing of the outline: most slices have none.
+  const double thick = median_of(thick_mm) / kLabelsMm;
+  return inward / length_px * thick * thick / (1 + thick * thick);
+}
+
+void move_outward(double by_px, std::vector<Edge>& edges) {
+  for (Edge& edge : edges) {
+    if (edge.drawn_px.empty()) continue;
+    for (int j = 0; j < edge.found_px.rows; ++j) {
+      for (int i = 0; i < edge.found_px.cols; ++i) {
+        if (!edge.far(j, i)) edge.found_px.at<float>(j, i) -= static_cast<float>(by_px);
+      }
+    }
+  }
+}
+
 /// What a way in the plane of a slice, across the outline, is along the surface's normal: the
 /// outline's way from slice to slice tells how the surface leans.
 double along_normal(const std::vector<Edge>& edges, std::size_t k, const cv::Point& pixel,
@@ -283,6 +362,7 @@ Boundary find_boundary(const BoundaryInput& input) {
       if (!edges[k].drawn_px.empty()) move_by_fit(leans[k], input.noise, edges[k]);
     }
   }
+  if (input.trabeculated) move_outward(among_trabeculae_px(edges, pixel_mm), edges);
   const std::vector<cv::Mat> leans = leans_px(grid, edges);
   for (int k = 0; k < grid.size[2]; ++k) {
     const Edge& edge = edges[static_cast<std::size_t>(k)];

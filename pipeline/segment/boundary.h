@@ -26,12 +26,19 @@ struct BoundaryInput {
   /// Voxels inside that tell the inner level where they come to the surface themselves: blood at a
   /// heart's open base has no wall before it. May be null.
   const std::vector<std::uint8_t>* bare = nullptr;
+  /// Whether muscle may lie inside that counts as inside: trabeculae of a cavity.
+  bool trabeculated = false;
   double contrast = 0;  ///< least difference of the two levels that is trusted
   double noise = 0;     ///< standard deviation of the intensities where they are not dark
 };
 
 /// Intensities are magnitudes, see magnitude.h. In slices thinner than kThickSlicesMm a voxel holds
 /// a mean over as much as the outline moves from slice to slice, and so does coverage.
+/// Trabeculae count as cavity, and half-way between blood and wall lies among them: how much of
+/// them an outline takes in is a convention that no edge tells. Labels follow it in the mean. So of
+/// the mean shift inward of a cavity's outlines, all slices together, only that part counts which
+/// is likelier an error of the labels than trabeculae: s^2 / (s^2 + t^2), with the labels' error s
+/// and the thickness t that the muscle inside had, were it packed against the wall.
 /// Where levels do not differ the boundary runs between the voxels, smoothed.
 /// A point's standard deviation is that of the shift by which intensities moved the outline there:
 /// the image's noise, carried through that shift (it averages along the outline, so it lies below

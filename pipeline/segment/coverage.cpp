@@ -184,14 +184,16 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
         walls = where(labels.phases[p], Structure::Heart);
         outer = walls;
       }
-      const BoundaryInput input{.grid = images.grid,
-                                .image = images.phases[p],
-                                .inside = inside,
-                                .tells_inner = inner,
-                                .tells_outer = outer,
-                                .bare = bare.empty() ? nullptr : &bare,
-                                .contrast = contrast,
-                                .noise = noise};
+      const BoundaryInput input{
+          .grid = images.grid,
+          .image = images.phases[p],
+          .inside = inside,
+          .tells_inner = inner,
+          .tells_outer = outer,
+          .bare = bare.empty() ? nullptr : &bare,
+          .trabeculated = structure == Structure::LvBlood || structure == Structure::RvBlood,
+          .contrast = contrast,
+          .noise = noise};
       Boundary found = find_boundary(input);
       if (thin && levels.muscle > 0) {
         if (structure == Structure::Heart) {
