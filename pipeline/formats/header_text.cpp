@@ -6,6 +6,7 @@
 
 #include "pipeline/formats/byte_source.h"
 #include "runtime/base/error.h"
+#include "runtime/base/within.h"
 
 namespace beatlas::formats {
 namespace {
@@ -162,6 +163,10 @@ std::vector<fs::path> data_files(std::string_view value, std::string_view lines_
   for (const fs::path& file : out) {
     if (!fs::is_regular_file(file, ignored)) {
       throw_invalid("a data file that its header names is not where it says");
+    }
+    if (!lies_within(file, folder)) {
+      throw_invalid(
+          "its header names a data file outside the header's folder; put the data beside it");
     }
   }
   if (out.empty()) throw_invalid("its header names no data file");

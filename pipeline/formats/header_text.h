@@ -35,7 +35,8 @@ inline constexpr std::size_t kHeaderBytes = std::size_t{1} << 22;
 
 /// Where a header says its voxels are: words of "file", "LIST [dimension]" (names in the lines that
 /// follow) or "pattern first last step [dimension]"; names count from `folder`.
-/// @throws Error{InvalidInput}
+/// @throws Error{InvalidInput}; also if one lies neither in `folder` nor below it, for a header may
+/// come from anybody and what it names goes into studies and packages
 [[nodiscard]] std::vector<std::filesystem::path> data_files(std::string_view value,
                                                             std::string_view lines_after,
                                                             const std::filesystem::path& folder);

@@ -68,6 +68,20 @@ std::optional<Stage> stage_from_name(const std::string& name) {
   return std::nullopt;
 }
 
+/// A study holds its files itself: through a link to elsewhere a name that looks harmless would be
+/// read, written or removed outside. The folder itself may be reached by one.
+void refuse_links(const fs::path& folder) {
+  std::error_code ignored;
+  for (auto it = fs::recursive_directory_iterator(folder, ignored);
+       !ignored && it != fs::recursive_directory_iterator(); it.increment(ignored)) {
+    std::error_code unknown;
+    if (!it->is_symlink(unknown)) continue;
+    throw_invalid(it->path().string() +
+                  " is a link, and a study holds its files itself; put what it leads to in its "
+                  "place, or remove it");
+  }
+}
+
 /// Removes what a program that was killed left under temporary names.
 void clear_partial_files(const fs::path& folder) {
   std::error_code ignored;
@@ -84,6 +98,7 @@ void clear_partial_files(const fs::path& folder) {
 Study Study::create(const fs::path& folder, const Waiting& waiting) {
   make_folder(folder);
   const auto lock = std::make_shared<const Lock>(folder, waiting.tell, waiting.cancel);
+  refuse_links(folder);
   std::error_code ignored;
   const bool there = fs::exists(folder / kIndexName, ignored);
   if (!there) {
@@ -118,6 +133,7 @@ Study Study::open(const fs::path& folder) {
     throw_invalid("there is no study in " + folder.string() +
                   "; start one with: beatlas import SOURCE... --study " + folder.string());
   }
+  refuse_links(folder);
   Study study;
   study.folder_ = folder;
   json content;

@@ -64,13 +64,15 @@ class Study {
  public:
   /// Opens the study in `folder` to write, or starts one in a new or empty folder; waits for
   /// another program that writes there, and clears away what a killed one left half written.
-  /// @throws Error{InvalidInput} if the folder holds other things; Error{Machine} if unwritable.
+  /// @throws Error{InvalidInput} if the folder holds other things or links; Error{Machine} if
+  /// unwritable.
   [[nodiscard]] static Study create(const std::filesystem::path& folder,
                                     const Waiting& waiting = {});
   /// The same for a study that must be there. @throws Error{InvalidInput}
   [[nodiscard]] static Study open_to_write(const std::filesystem::path& folder,
                                            const Waiting& waiting = {});
-  /// To read. @throws Error{InvalidInput} if there is no study or study.json cannot be used.
+  /// To read. @throws Error{InvalidInput} if there is no study, study.json cannot be used or a link
+  /// stands among the files.
   [[nodiscard]] static Study open(const std::filesystem::path& folder);
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }

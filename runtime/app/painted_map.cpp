@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "runtime/base/error.h"
+#include "runtime/base/within.h"
 #include "runtime/device/csv_table.h"
 
 namespace beatlas::app {
@@ -55,7 +56,13 @@ palpation::PaintedMaps read_painted_maps(const std::vector<palpation::Region>& r
   palpation::PaintedMaps out;
   for (const palpation::Region& region : regions) {
     if (region.painted.empty() || out.contains(region.painted)) continue;
-    out[region.painted] = read_labels(folder / region.painted, wall);
+    const fs::path file = folder / region.painted;
+    std::error_code ignored;
+    if (fs::exists(file, ignored) && !lies_within(file, folder)) {
+      throw_invalid("the painted map " + region.painted +
+                    " lies outside the folder of the file that names it; put it beside that");
+    }
+    out[region.painted] = read_labels(file, wall);
   }
   return out;
 }

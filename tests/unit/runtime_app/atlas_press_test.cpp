@@ -223,6 +223,8 @@ TEST_F(AtlasPresses, TakeRegionsOfThinWallAndPaintedOnes) {
   std::filesystem::remove(file("scar.csv"));
   EXPECT_NE(session("heart.beatlas", painted).find("scar.csv cannot be read"), std::string::npos);
   EXPECT_NE(session("", painted).find("name a package"), std::string::npos);
+  const std::string outside = R"({"regions": [{"painted": "/etc/passwd", "label": 2}]})";
+  EXPECT_NE(session("heart.beatlas", outside).find("outside the folder"), std::string::npos);
   EXPECT_NE(session("plain.beatlas", painted).find("no map of the LV's wall"), std::string::npos);
 }
 

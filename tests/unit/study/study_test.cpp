@@ -208,5 +208,29 @@ TEST_F(StudyTest, a_damaged_index_is_refused_by_its_place) {
   EXPECT_NE(refusal().find("leads out"), std::string::npos);
 }
 
+TEST_F(StudyTest, with_links_is_refused_and_nothing_outside_is_touched) {
+  const TemporaryFolder victim;
+  write_text(victim.path() / "keep.txt", "precious");
+  write_json(folder_.path() / "study.json",
+             {{"study_format", 2}, {"former", {"segment/keep.txt"}}, {"stages", json::object()}});
+  fs::create_directory_symlink(victim.path(), folder_.path() / "segment");
+  EXPECT_NE(refusal().find("segment is a link"), std::string::npos) << refusal();
+  EXPECT_THROW((void)Study::create(folder_.path()), Error);
+  fs::remove(folder_.path() / "segment");
+  make_folder(folder_.path() / "exam");
+  fs::create_symlink(victim.path() / "keep.txt", folder_.path() / "exam" / "exam.json");
+  EXPECT_NE(refusal().find("exam.json is a link"), std::string::npos) << refusal();
+  EXPECT_TRUE(fs::exists(victim.path() / "keep.txt"));
+  fs::remove(folder_.path() / "exam" / "exam.json");
+  EXPECT_EQ(refusal(), "");
+}
+
+TEST_F(StudyTest, may_be_reached_by_a_link) {
+  const TemporaryFolder elsewhere;
+  Study::create(folder_.path()).save();
+  fs::create_directory_symlink(folder_.path(), elsewhere.path() / "exam.study");
+  EXPECT_NO_THROW((void)Study::open(elsewhere.path() / "exam.study"));
+}
+
 }  // namespace
 }  // namespace beatlas::study
