@@ -220,13 +220,20 @@ double among_trabeculae_px(const std::vector<Edge>& edges, double pixel_mm) {
     if (!(slice.length_px > 0)) continue;
     length_px += slice.length_px;
     inward += slice.inward;
-    thick_mm.push_back(
-        static_cast<float>(pixel_mm * std::max(0.0, slice.missing / slice.length_px)));
+    thick_mm.push_back(static_cast<float>(pixel_mm * slice.missing / slice.length_px));
   }
   if (thick_mm.empty() || !(inward > 0)) return 0;
   // Papillary muscles lie inside as well, and tell nothing of the outline: most slices have none.
-  const double thick = median_of(thick_mm) / kLabelsMm;
-  return inward / length_px * thick * thick / (1 + thick * thick);
+  const double middle = median_of(thick_mm);
+  const auto slices = static_cast<double>(thick_mm.size());
+  for (float& thick : thick_mm) thick = std::abs(thick - static_cast<float>(middle));
+  // Of normal errors: the median deviation is 0.674 of the standard one, a median's error 1.253 of
+  // a mean's. No fit tells of less than the floor. The square of what is known so badly is too
+  // large by its square.
+  const double error =
+      std::hypot(1.253 / 0.674 * median_of(thick_mm) / std::sqrt(slices), kFloorPx * pixel_mm);
+  const double square = std::max(0.0, middle * std::abs(middle) - error * error);
+  return inward / length_px * square / (kLabelsMm * kLabelsMm + square);
 }
 
 void move_outward(double by_px, std::vector<Edge>& edges) {

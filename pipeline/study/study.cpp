@@ -71,14 +71,18 @@ std::optional<Stage> stage_from_name(const std::string& name) {
 /// A study holds its files itself: through a link to elsewhere a name that looks harmless would be
 /// read, written or removed outside. The folder itself may be reached by one.
 void refuse_links(const fs::path& folder) {
-  std::error_code ignored;
-  for (auto it = fs::recursive_directory_iterator(folder, ignored);
-       !ignored && it != fs::recursive_directory_iterator(); it.increment(ignored)) {
-    std::error_code unknown;
-    if (!it->is_symlink(unknown)) continue;
+  std::error_code failure;
+  for (auto it = fs::recursive_directory_iterator(folder, failure);
+       !failure && it != fs::recursive_directory_iterator(); it.increment(failure)) {
+    std::error_code gone;
+    if (!it->is_symlink(gone)) continue;
     throw_invalid(it->path().string() +
                   " is a link, and a study holds its files itself; put what it leads to in its "
                   "place, or remove it");
+  }
+  if (failure) {  // What cannot be listed may hold links.
+    throw Error(ErrorCode::Machine, "the folders of the study " + folder.string() +
+                                        " cannot all be listed: " + failure.message());
   }
 }
 

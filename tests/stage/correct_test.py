@@ -135,8 +135,8 @@ def slip():
 
 def heart_in_touch(file, phases=6):
     """A beating LV in its wall and an RV beside it, all of them tubes, and a still body as bright as blood, on
-    which the RV lies without a wall, in noise of a tenth of blood. Gives where the heart is, from closed form, and a ball of each structure in
-    three slices, which tell it without a prior."""
+    which the RV lies without a wall, in noise of a tenth of blood. Gives where the heart is, from closed form, and a
+    ball of each structure in three slices, which tell it without a prior."""
     size, step = (84, 60, 30), numpy.array((2.0, 2, 3))
     x, y, z = numpy.moveaxis(numpy.moveaxis(numpy.indices(size), 0, -1) * step - (108, 59, 0), -1, 0)
     chance = numpy.random.default_rng(6)

@@ -290,13 +290,12 @@ def validate():
         wall = phase["wall_thickness"]
         assert wall["points"] > 100 and wall["missing"] <= 0.05 * wall["points"], wall
         assert 6 < wall["true_mean_mm"] < 15 and wall["mean_mm"] < 1.5, wall
-    # The wall at the surfaces' own vertices; names are right but along borders: where the RV's insertion is 4
-    # degrees off (of segments of 60) and base and apex are a millimetre off (of thirds of 20), a tenth is another.
+    # The wall at the surfaces' own vertices; names are right but along borders.
     for name in ("lv_blood", "lv_myocardium"):
         of_map = structures[name]["map"]
         assert of_map["points"] > 2000 and of_map["missing"] <= 0.01 * of_map["points"], of_map
         assert 0 < of_map["thickness_mean_mm"] < 1 and of_map["thickness_p95_mm"] < 3.5, of_map
-        assert of_map["named"] > 500 and of_map["segments_percent"] > 90, of_map
+        assert of_map["named"] > 500 and of_map["segments_percent"] > 92, of_map
     assert "map" not in structures["heart"]
     force = report["force"]
     assert force["structure"] == "heart" and force["contact_ticks"] > 1000, force

@@ -1,10 +1,10 @@
 #include "runtime/base/within.h"
 
-#include <cstdlib>
 #include <fstream>
-#include <string>
 
 #include <gtest/gtest.h>
+
+#include "tests/unit/study/temporary_folder.h"
 
 namespace beatlas {
 namespace {
@@ -13,17 +13,15 @@ namespace fs = std::filesystem;
 class LiesWithin : public ::testing::Test {
  protected:
   LiesWithin() {
-    std::string name = (fs::temp_directory_path() / "beatlas-within-XXXXXX").string();
-    root_ = ::mkdtemp(name.data());
     fs::create_directories(root_ / "exam" / "raw");
     fs::create_directories(root_ / "exam2");
     for (const char* file : {"exam/a.raw", "exam/raw/b.raw", "exam2/c.raw", "d.raw"}) {
       std::ofstream(root_ / file) << "x";
     }
   }
-  ~LiesWithin() override { fs::remove_all(root_); }
 
-  fs::path root_;
+  const study::TemporaryFolder folder_;
+  const fs::path& root_ = folder_.path();
 };
 
 TEST_F(LiesWithin, what_is_beside_or_below) {

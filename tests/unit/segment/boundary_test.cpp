@@ -66,12 +66,13 @@ Slice make(const Ellipse& ellipse, double sigma) {
 }
 
 Boundary boundary_of(const Slice& s, const std::vector<std::uint8_t>& inside, double contrast,
-                     double noise) {
+                     double noise, bool trabeculated = false) {
   return find_boundary({.grid = s.grid,
                         .image = s.image,
                         .inside = inside,
                         .tells_inner = inside,
                         .tells_outer = std::vector<std::uint8_t>(inside.size(), 1),
+                        .trabeculated = trabeculated,
                         .contrast = contrast,
                         .noise = noise});
 }
@@ -463,25 +464,15 @@ Slice with_trabeculae(const Ellipse& e, double sigma) {
   return s;
 }
 
-Boundary cavity_of(const Slice& s, const std::vector<std::uint8_t>& inside, bool trabeculated) {
-  return find_boundary({.grid = s.grid,
-                        .image = s.image,
-                        .inside = inside,
-                        .tells_inner = inside,
-                        .tells_outer = std::vector<std::uint8_t>(inside.size(), 1),
-                        .trabeculated = trabeculated,
-                        .contrast = 50,
-                        .noise = 15});
-}
-
 TEST(Boundary, takes_trabeculae_in_as_labels_do_the_more_the_thicker_they_are) {
   // Beyond what equals out about the outline they would make half a millimetre of wall: with 0.6 mm
   // for the labels, two fifths of the shift are taken back.
   const Ellipse e;
   const Slice s = with_trabeculae(e, 15);
-  const double by_edges = outline_error(e, cavity_of(s, s.inside, false).coverage).mean;
+  const double by_edges = outline_error(e, boundary_of(s, s.inside, 50, 15).coverage).mean;
   EXPECT_LT(by_edges, -1);
-  EXPECT_NEAR(outline_error(e, cavity_of(s, s.inside, true).coverage).mean / by_edges, 0.6, 0.05);
+  EXPECT_NEAR(outline_error(e, boundary_of(s, s.inside, 50, 15, true).coverage).mean / by_edges,
+              0.6, 0.05);
 }
 
 TEST(Boundary, of_a_smooth_cavity_is_where_its_edge_is_and_not_where_labels_are) {
@@ -489,8 +480,9 @@ TEST(Boundary, of_a_smooth_cavity_is_where_its_edge_is_and_not_where_labels_are)
   Ellipse labelled;
   labelled.a = labelled.b = 20.75;
   const Slice s = make(e, 15);
-  EXPECT_NEAR(outline_error(e, cavity_of(s, make(labelled, 0).inside, true).coverage).mean, 0,
-              0.06);
+  EXPECT_NEAR(
+      outline_error(e, boundary_of(s, make(labelled, 0).inside, 50, 15, true).coverage).mean, 0,
+      0.06);
 }
 
 }  // namespace
