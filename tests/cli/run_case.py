@@ -29,6 +29,8 @@ def main():
     problems = []
     if done.returncode != code:
         problems.append(f"exit code {done.returncode}, expected {code}")
+    if not wanted:
+        problems.append("the case wants nothing: whatever went wrong would pass")
     for want in filter(None, re.split(r"  +", wanted)):
         stream, pattern = want.split(":", 1)
         text = {"out": done.stdout, "err": done.stderr}[stream]

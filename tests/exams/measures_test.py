@@ -159,6 +159,7 @@ def what_a_gate_says():
     said = gates.failures("b", volumes, table)
     assert len(said) == 1 and "rv_blood" in said[0] and "26 % off" in said[0], said
     # The table itself: names that the scores have.
+    assert gates.read_gates()
     for exam, gate in gates.read_gates().items():
         for structures in gate.get("dice", {}).values():
             assert set(structures) <= set(measures.LABELS), exam

@@ -236,8 +236,10 @@ def expect_clean(what, content):
             part.decode("utf-8", "replace")[:2000] if len(part) < 1 << 16 else "")
 
 
-def expect_clean_files(*roots):
-    """Every file below the roots, and every name of a file or folder."""
+def expect_clean_files(*roots, at_least=1):
+    """Every file below the roots, and every name of a file or folder; how many files there were.
+
+    `at_least` so many, for of a folder that holds none nothing was shown: 0 after a refusal alone."""
     count = 0
     for root in map(pathlib.Path, roots):
         for path in [root, *sorted(root.rglob("*"))] if root.is_dir() else [root]:
@@ -245,4 +247,5 @@ def expect_clean_files(*roots):
             if path.is_file():
                 expect_clean(str(path), path.read_bytes())
                 count += 1
+    assert count >= at_least, f"{count} files below {', '.join(map(str, roots))}"
     return count

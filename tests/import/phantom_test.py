@@ -113,7 +113,9 @@ def an_enhanced_object_says_what_the_standard_asks_for(folder):
 def trigger_times_are_nominal_whatever_the_faults(folder):
     faults = ("--jitter", "0.03", "--mistriggered", "3", "--shifts", "2")
     out, images, truth = made(folder, "dicom", *faults)
-    for file in sorted((out / "dicom").rglob("*.dcm")):
+    files = sorted((out / "dicom").rglob("*.dcm"))
+    assert len(files) == 99, len(files)
+    for file in files:
         d = pydicom.dcmread(file)
         p = int(d.TemporalPositionIdentifier) - 1
         assert abs(float(d.TriggerTime) - 1e3 * truth["times_s"][p]) < 1e-6

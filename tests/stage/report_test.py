@@ -99,6 +99,7 @@ def figures():
     assert told["package"]["sha256"] == stage_test.digest(WORK / "study.beatlas")
     # Fields are smooth where labels' coverage is not: half a percent of a volume, a point of the EF.
     for structure in info["structures"]:
+        assert len(told["volumes_ml"][structure["name"]]) == len(structure["volume_ml"]) == 10
         for mine, theirs in zip(told["volumes_ml"][structure["name"]], structure["volume_ml"]):
             assert abs(mine - theirs) < 0.01 * max(structure["volume_ml"]), structure["name"]
     assert abs(told["figures"]["lv_ef_percent"] - 100 * info["ejection_fraction"]) < 1
@@ -205,7 +206,7 @@ def layout():
                   return [...document.querySelectorAll('#paper .strip')].map(s => [...s.querySelectorAll('canvas')].map(c => {
                     const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
                     return [p.some((v, i) => i % 4 < 3 && v > 60), c.toDataURL()]; }));""")
-                assert [len(sheet) for sheet in sheets] == [slices, slices], [len(sheet) for sheet in sheets]
+                assert slices > 0 and [len(sheet) for sheet in sheets] == [slices, slices], [len(sheet) for sheet in sheets]
                 assert all(drawn for sheet in sheets for drawn, _ in sheet)
                 middle = slices // 2
                 assert sheets[0][middle][1] != sheets[1][middle][1], "two moments"

@@ -131,6 +131,7 @@ def study():
     assert "<polyline" in (folder / "pictures" / "volumes.svg").read_text()
     record = json.loads((folder / "study.json").read_text())
     for stage in ("import", *STAGES, "pack"):
+        assert record["stages"][stage]["outputs"], stage
         for file, wanted in record["stages"][stage]["outputs"].items():
             assert digest(folder / file) == wanted, file
     spent = json.loads(timing.read_text())
@@ -148,6 +149,7 @@ def info():
         "heart", "lv_blood", "rv_blood", "lv_myocardium"}
     assert len(told["workspace_from_lps"]) == 16
     with zipfile.ZipFile(PACKAGE) as package:
+        assert {item["path"] for item in told["items"]} == set(package.namelist()) - {"atlas.json"}
         for item in told["items"]:
             entry = package.read(item["path"])
             assert len(entry) == item["bytes"]
@@ -174,7 +176,13 @@ def export():
         assert dice > 0.9, f"{name}: Dice {dice:.3f}"
     cine = nibabel.load(out / "cine.nii.gz")
     assert cine.shape == labels.shape and numpy.allclose(cine.affine, labels.affine, atol=1e-6)
-    beatlas("export", WORK / "palpation-none.beatlas", "--to", "obj", "-o", out, code=3)
+    # A package of less than every surface says what it lacks, and who would hold it.
+    folder, small = new_folder("export_palpation"), WORK / "export_palpation.beatlas"
+    shutil.copytree(STUDY, folder)
+    beatlas("pack", "--study", folder, "-o", small, "--scene", "palpation")
+    said = beatlas("export", small, "--to", "obj", "-o", new_folder("export_none"), code=3).stderr
+    assert "holds no surface" in said and "anatomy" in said, said
+    assert not list((WORK / "export_none").glob("*")), "nothing half written"
     surfaces = new_folder("export_obj")
     beatlas("export", PACKAGE, "--to", "obj", "-o", surfaces)
     files = sorted(surfaces.glob("heart_*.obj"))
@@ -280,6 +288,7 @@ def validate():
     # Less than a pixel of the prior (the heart's outside, where the RV's wall is not seen, than that wall); a
     # base that moves at 100 mm/s.
     for name, entry in structures.items():
+        assert len(entry["phases"]) == 10, (name, len(entry["phases"]))
         for phase in entry["phases"]:
             assert phase["mean_mm"] <= phase["rms_mm"] <= phase["hausdorff_mm"] and phase["rms_mm"] < (
                 3 if name == "heart" else 2), phase

@@ -58,6 +58,7 @@ def no_half_files(folder, package, removed="none"):
         return set()
     stages = json.loads(index.read_text())["stages"]
     for name, record in stages.items():
+        assert record["outputs"], f"{name} is done and left nothing"
         for file, wanted in record["outputs"].items():
             if not (folder / file).exists() and name == removed:
                 continue
