@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import built
+import documents
 import sources
 
 TEXT_LAWS = {
@@ -19,7 +20,7 @@ TEXT_LAWS = {
     "public_headers": sources.check_public_headers,
     "order": sources.check_order,
     "scratch": sources.check_scratch,
-    "documents": sources.check_documents,
+    "documents": documents.check_documents,
 }
 
 

@@ -7,6 +7,7 @@ import unittest
 from pathlib import Path
 
 import built
+import documents
 import rules
 import sources
 
@@ -57,7 +58,7 @@ class TextLaws(House):
 
     def test_a_house_that_keeps_the_law_is_not_accused(self):
         for law in (sources.check_arrows, sources.check_libraries, sources.check_public_headers,
-                    sources.check_order, sources.check_documents, sources.check_scratch):
+                    sources.check_order, documents.check_documents, sources.check_scratch):
             self.assertEqual(self.broken(law), [])
 
     def test_runtime_that_includes_pipeline_is_found(self):
@@ -132,13 +133,42 @@ class TextLaws(House):
 
     def test_a_document_that_names_what_there_is_not_is_found(self):
         self.write("tests/unit/x_test.cpp", "TEST(Ball, IsRound) {}\n")
-        self.write("docs/kept.md", "`Ball.IsRound` in `runtime/base/error.h`, `1.5 mm`\n")
-        self.assert_breaks(sources.check_documents, "docs/page.md",
+        self.write("docs/kept.md", "`Ball.IsRound` in `runtime/base/error.h`, `1.5 mm`, `Ball`\n")
+        self.assert_breaks(documents.check_documents, "docs/page.md",
                            "\n`runtime/base/gone.h`\n", ":2", "gone.h")
         self.write("docs/page.md", "`Ball.IsSquare`\n")
-        self.assertIn("Ball.IsSquare", self.broken(sources.check_documents)[0])
+        self.assertIn("Ball.IsSquare", self.broken(documents.check_documents)[0])
         self.write("docs/page.md", "`Cube.IsRound`\n")
-        self.assertIn("Cube.IsRound", self.broken(sources.check_documents)[0])
+        self.assertIn("Cube.IsRound", self.broken(documents.check_documents)[0])
+
+    def test_readmes_are_held_as_well_as_pages(self):
+        self.write("runtime/base/README.md", KEEPS["runtime/base/README.md"] + " `error.h`\n")
+        self.write("schemas/CHANGES.md", "`runtime/base/of_before.h` went\n")
+        self.assert_breaks(documents.check_documents, "runtime/base/README.md",
+                           "`error.h` and\n`old_error.h`\n", ":2", "old_error.h")
+        self.write("runtime/base/README.md", KEEPS["runtime/base/README.md"])
+        self.write("README.md", "![A heart](docs/heart.png)\n")
+        self.assertIn("docs/heart.png", self.broken(documents.check_documents)[0])
+
+    def test_a_command_that_there_is_not_is_found(self):
+        self.write("pipeline/cli/README.md", "The words and the console of the one program there is.")
+        self.write("pipeline/cli/main.cpp",
+                   'app.add_subcommand("build", "Build it with --force");\n'
+                   'app.add_option("-o,--output", file);  // "--gone"\n')
+        self.write("scripts/score", "#!/bin/sh\n# --only NAME\n")
+        self.write("docs/kept.md", "`beatlas build --output` or `--output`, `scripts/score --only x`\n"
+                                   "```sh\nbeatlas build exam -o x  # --anything\nother --thing | beatlas build\n```\n")
+        for text, said in (("`beatlas bild exam`\n", "no command bild"),
+                           ("`beatlas build --gone`\n", "no option --gone"),
+                           ("`--force`\n", "no program of ours has an option --force"),
+                           ("`scripts/score --all`\n", "no option --all"),
+                           ("```sh\nbeatlas build exam \\\n  --gone\n```\n", ":2: beatlas has no option --gone"),
+                           ("```sh\nother && beatlas build --gone\n```\n", "--gone"),
+                           ("```sh\nscripts/score\n```\n", "not executable"),
+                           ("```sh\nscripts/gone\n```\n", "there is no scripts/gone")):
+            with self.subTest(text):
+                self.write("docs/page.md", "nothing\n")
+                self.assert_breaks(documents.check_documents, "docs/page.md", text, said)
 
     def test_what_a_search_for_a_mistake_left_is_found(self):
         self.write("runtime/app/main.cpp", 'std::fprintf(stderr, "x");  // getenv\n')

@@ -143,35 +143,3 @@ def check_scratch(root):
             if says:
                 yield (f"{path}:{number}: {says.group(0)} belongs to {', '.join(rules.SPEAKS)}; "
                        "left from a search for a mistake?")
-
-
-_CODE_SPAN = re.compile(r"`([^`\n]+)`")
-_GTEST = re.compile(r"^TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)", re.MULTILINE)
-_CASE = re.compile(r"^@case\ndef (\w+)", re.MULTILINE)
-
-
-def tests_by_name(root):
-    for _, text in source_files(root, ("tests",), (".cpp",)):
-        for suite, name in _GTEST.findall(text):
-            yield f"{suite}.{name}"
-    for path, text in source_files(root, ("tests/import",), (".py",)):
-        for name in _CASE.findall(text):
-            yield f"import.{Path(path).stem.removesuffix('_test')}.{name}"
-
-
-def check_documents(root):
-    """Files and tests that pages of docs/ name in code spans exist."""
-    tests = set(tests_by_name(root))
-    suites = {test.rsplit(".", 1)[0] for test in tests}
-    for path, text in source_files(root, ("docs",), (".md",)):
-        for span in _CODE_SPAN.findall(text):
-            line = text.count("\n", 0, text.index(f"`{span}`")) + 1
-            first = span.split("/")[0]
-            if first in ("pipeline", "runtime", "schemas", "samples", "scripts", "tests", "docs"):
-                if not Path(root, span).exists():
-                    yield f"{path}:{line}: there is no {span}"
-            elif re.fullmatch(r"[\w.]+", span) and span.rsplit(".", 1)[0] in suites:
-                if span not in tests:
-                    yield f"{path}:{line}: there is no test {span}"
-            elif re.fullmatch(r"[A-Z]\w+\.[A-Z]\w+", span):
-                yield f"{path}:{line}: there is no test {span}"
