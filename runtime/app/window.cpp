@@ -15,8 +15,7 @@
 namespace beatlas::app {
 
 bool wants_picture(int argc, const char* const* argv) {
-  if (argc < 2) return false;
-  const std::string_view first = argv[1];
+  const std::string_view first = argc < 2 ? "" : argv[1];
   if (first == "probe" || first == "replay-ticks") return false;
   constexpr std::array<std::string_view, 4> kWithout{"--headless", "--list-devices", "--help",
                                                      "-h"};

@@ -272,9 +272,15 @@ TEST_F(Command, AWindowThatIsToldToEndLeavesItsDeviceWithoutForceAndClosed) {
   EXPECT_TRUE(sent.ends_with("\n0.000000\nclosed\n")) << sent.substr(sent.size() - 60);
 }
 
+TEST_F(Command, WithoutAWordThereIsTheWindow) {
+  const Called alone = call("");
+  EXPECT_EQ(alone.code, 5) << alone.text;  // there is no display
+  EXPECT_NE(alone.text.find("there is no display for a window"), std::string::npos) << alone.text;
+}
+
 TEST_F(Command, SessionsAndHelpNeedNoViewer) {
   EXPECT_EQ(call("--help").code, 0);
-  EXPECT_EQ(call("").code, 2);
+  EXPECT_EQ(call("--headless").code, 2);
   EXPECT_EQ(call("probe --help").code, 0);
   EXPECT_EQ(call(file("felt.beatlas") + " --headless --fast --seconds 0.2").code, 0);
 }
