@@ -39,7 +39,8 @@ def without_paths(text, exam):
     for part in (source, os.path.realpath(source), os.path.dirname(source)):
         if len(part) > 1:
             text = text.replace(part, "SOURCE")
-    return re.sub(rf"\b{re.escape(os.path.basename(source))}\b", "SOURCE", text)
+    # A name may begin or end with what is no letter.
+    return re.sub(rf"(?<!\w){re.escape(os.path.basename(source))}(?!\w)", "SOURCE", text)
 
 
 def write_json(file, content):
@@ -62,12 +63,12 @@ def run_stage(stage, exam, threads):
              "--threads", str(threads), "--json"]
     if stage == "report":
         words = report_words(folder, threads)
-    if stage == "import":
-        words.append(source_of(exam))
     if stage == "pack":
         words += ["-o", str(folder / "heart.beatlas")]
     if stage != "report" and os.environ.get("BEATLAS_COHORT_RECIPE"):
         words += ["--recipe", os.environ["BEATLAS_COHORT_RECIPE"]]
+    if stage == "import":  # behind all options: a name may look like one
+        words += ["--", source_of(exam)]
     failure = folder / "failure.json"
     done = subprocess.run(words, capture_output=True, text=True)
     events = []
