@@ -19,6 +19,7 @@ void FrameBuffer::reset() {
   in_.resize(kMostBytes + kMostHeader);
   message_.resize(kMostBytes);
   begin_ = end_ = message_size_ = 0;
+  frames_ = 0;
   fragmented_ = lost_ = false;
 }
 
@@ -66,6 +67,7 @@ FrameBuffer::Next FrameBuffer::next(std::string_view& payload) noexcept {
     if (lost_) break;
     if (size == 0) return Next::Nothing;
     begin_ += size;
+    if (++frames_ > kMostFrames) break;
     if (one.opcode == kPong) continue;
     if (one.opcode == kPing) {
       payload = one.payload;
@@ -73,6 +75,7 @@ FrameBuffer::Next FrameBuffer::next(std::string_view& payload) noexcept {
     }
     const bool data = one.opcode == kText || one.opcode == kBinary || one.opcode == kContinuation;
     if (!data || (one.opcode == kContinuation) != fragmented_) break;
+    if (one.last) frames_ = 0;
     if (one.last && !fragmented_) {
       payload = one.payload;
       return Next::Message;

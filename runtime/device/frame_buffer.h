@@ -12,6 +12,9 @@ namespace beatlas::device {
 class FrameBuffer {
  public:
   static constexpr std::size_t kMostBytes = 1U << 20U;  ///< of one message
+  /// Frames up to the end of a message: its parts, pings and pongs. A server that sends more is
+  /// lost, so that what a message costs is bounded. Parts of 4 kB, as servers cut them, need 256.
+  static constexpr int kMostFrames = 1000;
 
   /// Empty, as after a handshake. Takes its memory.
   void reset();
@@ -46,6 +49,7 @@ class FrameBuffer {
   std::vector<char> message_;  // of more than one frame
   std::size_t message_size_ = 0;
   bool fragmented_ = false;
+  int frames_ = 0;  // since the last message
   bool lost_ = false;
 };
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include <netdb.h>
 #include <netinet/in.h>
@@ -112,16 +113,17 @@ int connect_any(const std::string& host, const std::string& port, Clock::time_po
   return -1;
 }
 
-// All of it, or false. Local and small: what a full buffer does not take at once within 5 ms is
-// lost.
+// All of it, or false. Local and small: what a full buffer does not take within 5 ms, all parts
+// together, is lost.
 bool send_all(int socket, const char* from, std::size_t size) noexcept {
+  const Clock::time_point until = after(0.005);
   while (size > 0) {
     const ssize_t sent = ::send(socket, from, size, MSG_NOSIGNAL);
     if (sent > 0) {
       from += sent;
       size -= static_cast<std::size_t>(sent);
     } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-      if (!wait(socket, POLLOUT, after(0.005))) return false;
+      if (!wait(socket, POLLOUT, until)) return false;
     } else if (errno != EINTR) {
       return false;
     }
@@ -242,21 +244,36 @@ WebSocket::Received WebSocket::receive(std::string_view& text, double timeout_s)
   const int socket = socket_.load();
   if (socket < 0) return Received::Lost;
   const Clock::time_point until = after(timeout_s);
+  // The last ping, which is answered before anything is waited for or given away: a pong for each
+  // of a thousand would hold the tick up.
+  std::array<char, 125> ping;
+  std::size_t ping_size = 0;
+  bool asked = false;
+  const auto answered = [&] {
+    return !std::exchange(asked, false) || send_frame(kPong, {ping.data(), ping_size});
+  };
+  // A server that never pauses is heard no longer than one that is silent.
+  bool late = false;
   while (true) {
     switch (in_.next(text)) {
       case FrameBuffer::Next::Message:
-        return Received::Text;
+        return answered() ? Received::Text : Received::Lost;
       case FrameBuffer::Next::Lost:
         return Received::Lost;
       case FrameBuffer::Next::Ping:
-        if (!send_frame(kPong, text)) return Received::Lost;
+        ping_size = text.copy(ping.data(), ping.size());
+        asked = true;
         break;
       case FrameBuffer::Next::Nothing:
+        if (late) return answered() ? Received::Nothing : Received::Lost;
+        late = Clock::now() >= until;
         const std::span<char> room = in_.room();
         const ssize_t got = ::recv(socket, room.data(), room.size(), 0);
         if (got > 0) {
           in_.received(static_cast<std::size_t>(got));
         } else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
+          return Received::Lost;
+        } else if (!answered()) {
           return Received::Lost;
         } else if (!wait(socket, POLLIN, until)) {
           return Received::Nothing;

@@ -26,11 +26,14 @@ class WebSocket {
   /// Closes at once, with a close frame if it can be sent without waiting.
   void close() noexcept;
 
-  /// Sends one text message whole. Allocates nothing; at most 4 kB. False: the connection is lost.
+  /// Sends one text message whole, within a few ms. Allocates nothing; at most 4 kB. False: the
+  /// connection is lost.
   [[nodiscard]] bool send(std::string_view text) noexcept;
 
   enum class Received : std::uint8_t { Text, Nothing, Lost };
-  /// The next text message within `timeout_s`, valid until the next call; answers pings.
+  /// The next text message within `timeout_s`, valid until the next call. Answers the last of the
+  /// pings that came before it (RFC 6455, 5.5.3). However much the server sends, it is at most one
+  /// message of `FrameBuffer` that is read, and nothing is waited for when the time is over.
   [[nodiscard]] Received receive(std::string_view& text, double timeout_s) noexcept;
 
  private:

@@ -65,9 +65,12 @@ Heard listen(std::string_view bytes, std::size_t piece) {
 std::vector<std::string> seeds() {
   const std::string text = R"({"inverse3":[{"device_id":"1"}]})";
   const std::string large(70000, 'a');
+  std::string flood;  // as much as a message may have in front of it
+  for (int n = 1; n < FrameBuffer::kMostFrames; ++n) flood += frame(n % 2 == 0 ? 0x89 : 0x8A, "");
   std::string long_frame{'\x81', 127, 0, 0, 0, 0, 0, 1, 0x11, 0x70};
   return {frame(0x81, text) + frame(0x89, "are you there") + frame(0x82, text),
           frame(0x01, "one ") + frame(0x8A, "") + frame(0x00, "two ") + frame(0x80, "three"),
+          flood + frame(0x81, text) + flood + frame(0x8A, "") + frame(0x81, text),
           frame(0x81, std::string(300, 'b')) + frame(0x88, "\x03\xe8"), long_frame + large};
 }
 std::vector<std::string> tokens() {
@@ -79,11 +82,18 @@ std::vector<std::string> tokens() {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace beatlas::fuzz;
+  using beatlas::device::FrameBuffer;
   const std::string_view bytes = text(data, size);
   const Heard whole = listen(bytes, size);
   std::size_t told = 0;
   for (const std::string& message : whole.messages) told += message.size();
   require(told <= size + 5 * whole.messages.size());
+  // Bytes that are no message cost a bounded time.
+  int pings = 0;
+  for (const std::string& message : whole.messages) {
+    pings = message.starts_with("ping ") ? pings + 1 : 0;
+    require(pings <= FrameBuffer::kMostFrames);
+  }
   const std::size_t piece = size > 2000 ? 997 : 1 + size % 13;
   require(listen(bytes, piece) == whole);
   return 0;

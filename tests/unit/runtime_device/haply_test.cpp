@@ -2,6 +2,8 @@
 
 #include "runtime/device/haply.h"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -11,12 +13,15 @@
 #include <vector>
 
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/socket.h>
 
 #include "runtime/base/error.h"
+#include "runtime/device/frame_buffer.h"
 #include "runtime/device/json_scan.h"
 
 namespace beatlas::device {
@@ -314,6 +319,131 @@ TEST(Haply, AnotherThreadMayDropTheForceWhileTheServoHangs) {
       source.get_token());
   watch.join();
   EXPECT_TRUE(zero_heard);
+}
+
+// As a server writes it, not masked.
+std::string control_frame(unsigned opcode, const std::string& payload) {
+  return std::string{static_cast<char>(0x80U | opcode), static_cast<char>(payload.size())} +
+         payload;
+}
+
+std::string pings(int count) {
+  std::string out;
+  for (int n = 0; n < count; ++n) out += control_frame(9, std::to_string(n));
+  return out;
+}
+
+TEST(Haply, PingsInFrontOfAReplyCostATickOneAnswer) {
+  constexpr int kTicks = 20;
+  constexpr int kPings = 500;
+  std::vector<std::string> pongs;
+  std::optional<Service> service;
+  service.emplace([&](Stream& stream, int) {
+    stream.control_callback([&](beast::websocket::frame_type type, beast::string_view payload) {
+      if (type == beast::websocket::frame_type::pong) pongs.emplace_back(payload);
+    });
+    say(stream, frame_of("A", kPlace));
+    while (true) {
+      (void)hear(stream);
+      asio::write(stream.next_layer(), asio::buffer(pings(kPings)));
+      say(stream, frame_of("A", kPlace));
+    }
+  });
+  {
+    HaplyDevice device(service->options());
+    std::stop_source source;
+    int ticks = 0;
+    (void)device.run(
+        [&](const DeviceState& state) -> Vec3 {
+          EXPECT_TRUE(state.valid);
+          if (++ticks == kTicks) source.request_stop();
+          return Vec3::Zero();
+        },
+        source.get_token());
+    EXPECT_EQ(ticks, kTicks);
+  }
+  service.reset();
+  // One a piece that came alone; all pieces of 2.4 kB come together, but for a busy machine's.
+  EXPECT_GE(pongs.size(), static_cast<std::size_t>(kTicks - 1));
+  EXPECT_LT(pongs.size(), static_cast<std::size_t>(kTicks * kPings / 10));
+  EXPECT_EQ(pongs.back(), std::to_string(kPings - 1));
+}
+
+TEST(Haply, AServerThatOnlyPingsIsALostDevice) {
+  // Faster than it can be answered, and so slowly that the time alone tells.
+  for (const bool fast : {true, false}) {
+    SCOPED_TRACE(fast);
+    const std::string burst = pings(fast ? 2000 : 1);
+    const std::chrono::milliseconds pause(fast ? 0 : 2);
+    bool went = false;
+    std::optional<Service> service;
+    service.emplace([&](Stream& stream, int connection) {
+      if (connection > 0) return;
+      say(stream, frame_of("A", kPlace));
+      // Its answers are taken, so that none of them stops the client.
+      std::jthread taker([socket = stream.next_layer().native_handle()] {
+        std::array<char, 4096> taken;
+        while (::recv(socket, taken.data(), taken.size(), 0) > 0) {
+        }
+      });
+      beast::error_code error;
+      const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+      while (!error && std::chrono::steady_clock::now() < until) {
+        asio::write(stream.next_layer(), asio::buffer(burst), error);
+        std::this_thread::sleep_for(pause);
+      }
+      went = bool(error);
+      stream.next_layer().shutdown(asio::ip::tcp::socket::shutdown_both, error);
+    });
+    HaplyOptions options = service->options();
+    options.reply_s = 0.2;
+    {
+      HaplyDevice device(options);
+      int told = 0;
+      const std::string lost = error_of([&] {
+        (void)device.run(
+            [&](const DeviceState& state) -> Vec3 {
+              told += state.valid ? 0 : 1;
+              return Vec3::Zero();
+            },
+            {});
+      });
+      EXPECT_NE(lost.find("was lost"), std::string::npos) << lost;
+      EXPECT_GE(told, 1);
+    }
+    service.reset();
+    EXPECT_TRUE(went) << "the client heard it out";
+  }
+}
+
+TEST(FrameBuffer, OfMoreFramesThanAMessageNeedsIsLost) {
+  const auto first = [](const std::string& bytes) {
+    FrameBuffer buffer;
+    buffer.reset();
+    std::copy(bytes.begin(), bytes.end(), buffer.room().begin());
+    buffer.received(bytes.size());
+    std::string_view payload;
+    FrameBuffer::Next next = buffer.next(payload);
+    while (next == FrameBuffer::Next::Ping) next = buffer.next(payload);
+    return next;
+  };
+  const auto many = [](const std::string& frame, int count) {
+    std::string out;
+    for (int n = 0; n < count; ++n) out += frame;
+    return out;
+  };
+  const int most = FrameBuffer::kMostFrames;
+  const std::string text{'\x81', 1, 'a'};
+  for (const std::string& frame : {control_frame(9, ""), control_frame(10, "abc")}) {
+    EXPECT_EQ(first(many(frame, most - 1) + text), FrameBuffer::Next::Message);
+    EXPECT_EQ(first(many(frame, most) + text), FrameBuffer::Next::Lost);
+  }
+  // Parts of a message that hold nothing.
+  const std::string begin{1, 0};
+  const std::string part{0, 0};
+  const std::string end{'\x80', 0};
+  EXPECT_EQ(first(begin + many(part, most - 2) + end), FrameBuffer::Next::Message);
+  EXPECT_EQ(first(begin + many(part, most - 1) + end), FrameBuffer::Next::Lost);
 }
 
 TEST(JsonScan, EndsWithinAnyText) {
