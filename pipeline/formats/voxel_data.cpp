@@ -13,15 +13,15 @@
 
 #include "pipeline/formats/byte_source.h"
 #include "runtime/base/error.h"
+#include "runtime/base/plausible_size.h"
 
 namespace beatlas::formats {
 namespace {
 
-constexpr std::int64_t kPiece = std::int64_t{1} << 16;          // values converted at a time
-constexpr std::int64_t kMostVoxels = std::int64_t{1} << 40;     // products below stay in range
-constexpr std::size_t kMostPadding = std::size_t{1} << 24;      // bytes looked at behind the data
-constexpr std::int64_t kDeflateRatio = 1040;                    // deflate packs at most 1032:1
-constexpr std::int64_t kReserveUnseen = std::int64_t{1} << 22;  // values, where nothing bounds them
+constexpr std::int64_t kPiece = std::int64_t{1} << 16;       // values converted at a time
+constexpr std::int64_t kMostVoxels = std::int64_t{1} << 40;  // products below stay in range
+constexpr std::size_t kMostPadding = std::size_t{1} << 24;   // bytes looked at behind the data
+constexpr std::int64_t kDeflateRatio = 1040;                 // deflate packs at most 1032:1
 
 /// [bytes] of voxels in each part: all hold alike much.
 std::int64_t share_of_a_part(const VoxelLayout& layout) {
@@ -197,9 +197,23 @@ void check_raw_parts(const VoxelLayout& layout) {
   }
 }
 
+/// Packed data could stand for anything: they are believed by their size.
+/// @param held bytes of packed data  @param bytes that the voxels take in memory
+/// @param skipped unpacked bytes to pass over before them
+void check_plausible(std::int64_t held, std::int64_t bytes, std::int64_t skipped) {
+  const auto packed = static_cast<std::uint64_t>(std::max<std::int64_t>(held, 0));
+  const std::uint64_t most = plausible_bytes(packed, kImageUnpack);
+  const auto wanted = static_cast<std::uint64_t>(bytes) + static_cast<std::uint64_t>(skipped);
+  if (wanted <= most) return;
+  throw_invalid("its header names voxels that take " + in_megabytes(wanted) + ", but its " +
+                in_megabytes(packed) + " of packed data are believed to hold at most " +
+                in_megabytes(most) +
+                "; correct the header, or save the file unpacked if it is right");
+}
+
 /// Refuses sizes that cannot be, and what the files are too short for, before memory is asked for.
-/// @return values a frame to make room for at once
-std::int64_t check_size(const VoxelLayout& layout) {
+/// @param value_bytes of a voxel in memory
+void check_size(const VoxelLayout& layout, std::size_t value_bytes) {
   std::int64_t values = 1;
   for (const std::int64_t factor : {layout.fast, layout.frames, layout.slow}) {
     if (factor < 1) throw_invalid("its header names an image without voxels");
@@ -219,13 +233,15 @@ std::int64_t check_size(const VoxelLayout& layout) {
   if (layout.packing == Packing::Raw && held - skipped < bytes) truncated();
   if (layout.packing == Packing::Deflate && held < bytes / kDeflateRatio) truncated();
   if (layout.packing == Packing::Text && held < 2 * values - 1) truncated();
-  const std::int64_t frame = layout.fast * layout.slow;
-  return layout.packing == Packing::Bzip2 ? std::min(frame, kReserveUnseen / layout.frames) : frame;
+  if (layout.packing == Packing::Deflate || layout.packing == Packing::Bzip2) {
+    check_plausible(held, values * static_cast<std::int64_t>(value_bytes), skipped);
+  }
 }
 
 template <class Value, class Checked>
 std::vector<std::vector<Value>> read_all(const VoxelLayout& layout, Checked&& checked) {
-  const std::int64_t room = check_size(layout);
+  check_size(layout, sizeof(Value));
+  const std::int64_t room = layout.fast * layout.slow;  // values a frame
   std::vector<std::vector<Value>> out;
   const auto frame_of = [&](std::int64_t frame) -> std::vector<Value>& {
     // Of images one after the other none is begun before its data are there.

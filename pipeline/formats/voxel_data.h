@@ -53,9 +53,11 @@ struct VoxelLayout {
 };
 
 /// @return [frame][voxel]
-/// Memory is taken as data arrive, so a header that promises much costs nothing; beside the result
+/// Memory is taken as data arrive, and of packed data no more than is plausible
+/// (runtime/base/plausible_size.h), so a header that promises much costs nothing; beside the result
 /// only small buffers are held.
-/// @throws Error{InvalidInput} with a clause that follows "FILE: ": truncated, damaged, parts that
+/// @throws Error{InvalidInput} with a clause that follows "FILE: ": truncated, damaged, packed data
+///         that are too small for what the header promises, parts that
 ///         are not of one size (named by number), more voxels than can be, a value that is no
 ///         finite float
 [[nodiscard]] std::vector<std::vector<float>> read_voxels(const VoxelLayout& layout);
