@@ -67,7 +67,12 @@ const Item* find_item(const Manifest& manifest, std::string_view kind, Structure
         throw_invalid(what + " although its scene " + manifest.scene +
                       " would; its build made none, build it again");
       }
-      throw_invalid(what + "; build it with --scene " + scenes_that_hold(kind, structure));
+      const std::string scenes = scenes_that_hold(kind, structure);
+      if (scenes.empty()) {
+        throw_invalid(what + ", which no scene has; its surface is in --scene " +
+                      scenes_that_hold(kSurfaceKind, structure));
+      }
+      throw_invalid(what + "; build it with --scene " + scenes);
     }
     known += (known.empty() ? "" : ", ") + entry.name;
   }

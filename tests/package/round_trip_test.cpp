@@ -446,6 +446,22 @@ TEST(PackageReader, NamesTheSceneThatWouldHoldAMissingPayload) {
                 "lv_blood");
 }
 
+// Atria are drawn and have no field in any scene: there is one to name no more than a way to it.
+TEST(PackageReader, SaysOfWhatNoSceneHoldsWhatThereIsInItsPlace) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "heart.beatlas";
+  pack::PackageContent content = test::tiny_content();
+  content.manifest.structures.push_back(content.manifest.structures.back());
+  content.manifest.structures.back().name = "la_blood";
+  pack::write_package(file, content);
+  EXPECT_EQ(message_of([&] {
+              (void)atlas::Atlas::open(file, {{Structure::LaBlood}, {}});
+            }),
+            file.string() +
+                ": holds no field of la_blood, which no scene has; its surface is in "
+                "--scene anatomy or full");
+}
+
 TEST(PackageWriter, RefusesContentThatTheReaderWouldRefuse) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "a.beatlas";
