@@ -41,9 +41,10 @@ def shared_data(name):
     """A folder of real exams that is no part of the repository."""
     root = os.environ.get("BEATLAS_SHARED_DATA") or str(
         pathlib.Path(__file__).resolve().parents[3] / "shared" / "data")
+    if not (pathlib.Path(root) / "exams.json").exists():
+        skip(f"the real exams of {root} are not on this machine (set BEATLAS_SHARED_DATA to their folder)")
     folder = pathlib.Path(root) / name
-    if not folder.is_dir():
-        skip(f"the real exam {name} is not on this machine (set BEATLAS_SHARED_DATA)")
+    assert folder.is_dir(), f"the real exam {name} is missing beside the others in {root}"
     return folder
 
 

@@ -8,27 +8,20 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/real_exams.h"
 #include "tests/unit/ingest/made_exam.h"
 
 namespace beatlas::ingest {
 namespace {
 
+using beatlas::test::real_exam;
 using test::all;
 using test::decided;
 
-std::filesystem::path shared(const std::string& name) {
-  return std::filesystem::path(BEATLAS_SHARED_DATA) / name;
-}
-
-#define SKIP_WITHOUT(name)                                                         \
-  if (!std::filesystem::exists(shared(name))) {                                    \
-    GTEST_SKIP() << "the real exam " << shared(name) << " is not on this machine"; \
-  }
-
 TEST(RealExam, CineExamGivesSixSlicesOf25PhasesAndFiveViews) {
-  SKIP_WITHOUT("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   StageContext context;
-  const Exam exam = read_exam({shared("cine-exam")}, {}, context);
+  const Exam exam = read_exam({real_exam("cine-exam")}, {}, context);
   const Grid& grid = exam.stack.grid();
   EXPECT_EQ(grid.size, (Index3{256, 208, 6})) << all(exam);
   EXPECT_EQ(exam.stack.phase_count(), 25);
@@ -50,9 +43,9 @@ TEST(RealExam, CineExamGivesSixSlicesOf25PhasesAndFiveViews) {
 }
 
 TEST(RealExam, TwoPhaseSeriesGivesItsFourCompletePositions) {
-  SKIP_WITHOUT("two-phase-ge");
+  BEATLAS_NEEDS_REAL_EXAM("two-phase-ge");
   StageContext context;
-  const Exam exam = read_exam({shared("two-phase-ge")}, {}, context);
+  const Exam exam = read_exam({real_exam("two-phase-ge")}, {}, context);
   EXPECT_EQ(exam.stack.grid().size, (Index3{256, 256, 4})) << all(exam);
   EXPECT_EQ(exam.stack.phase_count(), 2);
   EXPECT_NEAR(exam.stack.grid().spacing_mm()[2], 8.0, 0.01);
@@ -69,7 +62,8 @@ class Copied {
  public:
   Copied() {
     std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(shared("cine-exam"))) {
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(real_exam("cine-exam"))) {
       if (entry.is_regular_file() && entry.path().filename() != "LICENSE") {
         files.push_back(entry.path());
       }
@@ -115,7 +109,7 @@ class Copied {
 const Exam& undisturbed() {
   static const Exam exam = [] {
     StageContext context;
-    return read_exam({shared("cine-exam")}, {}, context);
+    return read_exam({real_exam("cine-exam")}, {}, context);
   }();
   return exam;
 }
@@ -131,7 +125,7 @@ void expect_same(const Exam& exam) {
 }
 
 TEST(RealExam, NamesOrderAndCopiesDoNotMatter) {
-  SKIP_WITHOUT("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   Copied copied;
   expect_same(copied.read());
   copied.add(copied.files()[17]);
@@ -141,7 +135,7 @@ TEST(RealExam, NamesOrderAndCopiesDoNotMatter) {
 }
 
 TEST(RealExam, AFileCutShortIsNamed) {
-  SKIP_WITHOUT("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   const Copied copied;
   const auto bad = copied.files()[40];
   std::filesystem::resize_file(bad, std::filesystem::file_size(bad) - 1000);
@@ -152,7 +146,7 @@ TEST(RealExam, AFileCutShortIsNamed) {
 }
 
 TEST(RealExam, AMissingFileIsBridgedAndTold) {
-  SKIP_WITHOUT("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   const Copied copied;
   // Whichever it is: of the stack it is bridged, of a view the view has fewer frames.
   std::filesystem::remove(copied.files()[40]);
@@ -164,11 +158,11 @@ TEST(RealExam, AMissingFileIsBridgedAndTold) {
 }
 
 TEST(RealExam, AForeignImageIsAQuestion) {
-  SKIP_WITHOUT("cine-exam");
-  SKIP_WITHOUT("two-phase-ge");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("two-phase-ge");
   Copied copied;
   for (const auto& entry :
-       std::filesystem::recursive_directory_iterator(shared("two-phase-ge/dicom"))) {
+       std::filesystem::recursive_directory_iterator(real_exam("two-phase-ge/dicom"))) {
     if (!entry.is_regular_file()) continue;
     copied.add(entry.path());
     break;
@@ -183,7 +177,7 @@ TEST(RealExam, AForeignImageIsAQuestion) {
 }
 
 TEST(RealExam, WithoutTriggerTimesTheOrderIsKept) {
-  SKIP_WITHOUT("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   const Copied copied;
   for (const auto& file : copied.files()) {
     std::ifstream in(file, std::ios::binary);
@@ -211,12 +205,12 @@ TEST(RealExam, WithoutTriggerTimesTheOrderIsKept) {
 }
 
 TEST(RealExam, OneSeriesIsNoStack) {
-  SKIP_WITHOUT("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   StageContext context;
   IngestOptions options;
   options.series = {7001};
   try {
-    (void)read_exam({shared("cine-exam")}, options, context);
+    (void)read_exam({real_exam("cine-exam")}, options, context);
     FAIL() << "was read";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("at most 1 parallel slice has several phases"),

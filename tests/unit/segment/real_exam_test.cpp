@@ -1,5 +1,4 @@
 /// Segmentation of real exams, which are no part of the project: skipped where they are absent.
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -8,28 +7,20 @@
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/ingest/ingest.h"
 #include "pipeline/segment/segment.h"
+#include "tests/real_exams.h"
 #include "tests/unit/segment/imaged_phantom.h"
 
 namespace beatlas::segment {
 namespace {
 
-std::filesystem::path shared(const std::string& name) {
-  const char* root = std::getenv("BEATLAS_SHARED_DATA");
-  return std::filesystem::path(root != nullptr ? root : BEATLAS_SHARED_DATA) / name;
-}
-
-#define SKIP_WITHOUT(name)                                                             \
-  if (!std::filesystem::exists(shared(name))) {                                        \
-    GTEST_SKIP() << "the real exam " << name                                           \
-                 << " is not on this machine (set BEATLAS_SHARED_DATA to its folder)"; \
-  }
+using test::real_exam;
 
 using Polygon = std::vector<Eigen::Vector2d>;  ///< column, row
 
 Polygon contour(int number) {
   char name[64];
   std::snprintf(name, sizeof name, "IM-0001-%04d-icontour-manual.txt", number);
-  std::ifstream file(shared("two-phase-ge") / "contours" / name);
+  std::ifstream file(real_exam("two-phase-ge") / "contours" / name);
   Polygon out;
   for (double x = 0, y = 0; file >> x >> y;) out.emplace_back(x, y);
   return out;
@@ -72,9 +63,9 @@ const std::vector<int> kEndDiastole{100, 80, 60, 40};
 const std::vector<int> kEndSystole{88, 68, 48, 28};
 
 TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_systole) {
-  SKIP_WITHOUT("two-phase-ge");
+  BEATLAS_NEEDS_REAL_EXAM("two-phase-ge");
   StageContext context;
-  const Exam exam = ingest::read_exam({shared("two-phase-ge")}, {}, context);
+  const Exam exam = ingest::read_exam({real_exam("two-phase-ge")}, {}, context);
   const Segmentation automatic = made::segmented(exam);
   EXPECT_GE(dice(automatic, kEndDiastole, 0), 0.90);
 
@@ -99,9 +90,9 @@ TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_sy
 }
 
 TEST(RealExam, of_distant_slices_pumps_as_much_left_as_right) {
-  SKIP_WITHOUT("cine-exam");
+  BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   StageContext context;
-  const Exam exam = ingest::read_exam({shared("cine-exam")}, {}, context);
+  const Exam exam = ingest::read_exam({real_exam("cine-exam")}, {}, context);
   const Segmentation result = made::segmented(exam);
   EXPECT_TRUE(result.warnings.empty());
   const auto stroke_ml = [&](Structure structure) {
