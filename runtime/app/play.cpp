@@ -209,6 +209,15 @@ void run_scripted_press(const PlayArguments& arguments, std::ostream& out) {
   run_press_session(press, out);
 }
 
+// A session in which the force was taken off by a fault is none that went well, whoever reads it.
+std::string faults_told(const SessionReport& report, bool kept) {
+  return std::to_string(report.faults) + " of " + std::to_string(report.run.ticks) +
+         (report.faults == 1 ? " ticks was a fault and had no force; "
+                             : " ticks were faults and had no force; ") +
+         (kept ? "beatlas-play replay-ticks plays what led to the first of them"
+               : "--ticks FILE keeps what leads to the first of them");
+}
+
 void run_headless(const PlayArguments& arguments, std::ostream& out) {
   if (is_press(arguments)) return run_scripted_press(arguments, out);
   check_usage(arguments);
@@ -271,6 +280,9 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   }
   if (session.lost) throw Error(*session.lost);
   interrupts.check();
+  if (session.report.faults > 0) {
+    throw Error(ErrorCode::Machine, faults_told(session.report, !arguments.ticks.empty()));
+  }
 }
 
 std::vector<std::string> segment_names() {

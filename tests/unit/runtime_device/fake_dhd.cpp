@@ -49,6 +49,7 @@ int dhdGetPosition(double* x, double* y, double* z, char id) {
   *z = 0.03;
   const char* const at = std::getenv("FAKE_DHD_AT");
   if (at != nullptr) (void)std::sscanf(at, "%lf %lf %lf", x, y, z);
+  if (told("blind") && reads >= 20 && reads < 23) *x = std::nan("");
   return 0;
 }
 int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
