@@ -3,7 +3,9 @@
 #include <fstream>
 #include <istream>
 #include <ostream>
+#include <set>
 #include <sstream>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
@@ -11,6 +13,7 @@
 #include "runtime/app/text.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
+#include "runtime/base/nearest_name.h"
 
 namespace beatlas::app {
 
@@ -36,7 +39,14 @@ CLI::App* add_probe(CLI::App& app, ProbeArguments& arguments) {
 void run_probe(const ProbeArguments& arguments, std::istream& in, std::ostream& out) {
   const auto structure = structure_from_name(arguments.structure);
   if (!structure) {
-    throw Error(ErrorCode::Usage, "--structure: there is no structure " + arguments.structure);
+    std::set<std::string> names;
+    for (const Structure known : kAllStructures) names.emplace(structure_name(known));
+    std::string all;
+    for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+    const std::string meant = nearest_name(arguments.structure, names);
+    throw Error(ErrorCode::Usage,
+                "--structure: there is no structure " + arguments.structure +
+                    (meant.empty() ? "; there are " + all : "; did you mean " + meant + "?"));
   }
   const atlas::Atlas atlas =
       atlas::Atlas::open(arguments.package, {.fields = {*structure}, .surfaces = {}});

@@ -223,7 +223,10 @@ TEST(Probe, BadInputIsRefusedWithItsPlace) {
   expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm,t_s,nx\n1,2,3,4,5\n"), 3, "column nx");
   expect(run({"probe", p, "--points", "none.csv"}), 3, "none.csv");
   expect(run({"probe", "none.beatlas", "--points", "-"}, kHeader), 3, "none.beatlas");
-  expect(run({"probe", p, "--points", "-", "--structure", "liver"}, kHeader), 2, "liver");
+  expect(run({"probe", p, "--points", "-", "--structure", "liver"}, kHeader), 2,
+         "no structure liver; there are aorta, heart, la_blood");
+  expect(run({"probe", p, "--points", "-", "--structure", "lv_blod"}, kHeader), 2,
+         "did you mean lv_blood?");
   expect(run({"probe", p, "--points", "-", "--structure", "lv_blood"}, kHeader), 3, "lv_blood");
   expect(run({"probe", p, "--points", "-", "--frame", "ras"}, kHeader), 2, "frame");
   expect(run({"probe", p}), 2, "points");
@@ -280,9 +283,9 @@ TEST(Play, AReplayedTraceGivesTheSameForces) {
 
 TEST(Play, RunsAtOneKilohertzInRealTime) {
   const Result result = run({package(), "--headless", "--seconds", "0.3", "--json"});
-  ASSERT_EQ(result.code, 0) << result.err;
   const auto json = nlohmann::json::parse(result.out);
-  // A busy machine may leave ticks out; it never adds any.
+  // A busy machine may leave ticks out, and a gap may be a fault; it never adds any.
+  ASSERT_EQ(result.code, json.at("faults") > 0 ? 5 : 0) << result.err;
   EXPECT_LE(json.at("ticks"), 300);
   EXPECT_GE(json.at("ticks"), 3);
   EXPECT_EQ(json.at("pace"), "real_time");
