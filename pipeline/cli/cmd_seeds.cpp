@@ -159,7 +159,8 @@ int change(const Arguments& arguments,
 int add(const Arguments& arguments) {
   const std::optional<std::uint8_t> label = label_from_name(arguments.label);
   if (!label) {
-    refuse_words("--label: " + shown_word(arguments.label) + " is none of " + known_label_names());
+    refuse_words("--label: " + shown_word(arguments.label) + " is no known label; " +
+                 what_it_may_be(arguments.label));
   }
   return change(arguments, [&](study::Study& study, Orders& orders) {
     if (study.find(study::Stage::Import) == nullptr) {

@@ -18,13 +18,12 @@ struct Name {
   std::uint8_t label;
 };
 
-constexpr std::array<Name, 30> kNames{{{"background", kLabelBackground},
+constexpr std::array<Name, 28> kNames{{{"background", kLabelBackground},
                                        {"outside", kLabelBackground},
                                        {"bg", kLabelBackground},
                                        {"rvblood", kLabelRvBlood},
                                        {"rv", kLabelRvBlood},
                                        {"rvcavity", kLabelRvBlood},
-                                       {"rightventricle", kLabelRvBlood},
                                        {"lvmyocardium", kLabelLvMyocardium},
                                        {"myocardium", kLabelLvMyocardium},
                                        {"lvmyo", kLabelLvMyocardium},
@@ -33,7 +32,6 @@ constexpr std::array<Name, 30> kNames{{{"background", kLabelBackground},
                                        {"lvblood", kLabelLvBlood},
                                        {"lv", kLabelLvBlood},
                                        {"lvcavity", kLabelLvBlood},
-                                       {"leftventricle", kLabelLvBlood},
                                        {"restofheart", kLabelRestOfHeart},
                                        {"rest", kLabelRestOfHeart},
                                        {"heart", kLabelRestOfHeart},
@@ -48,6 +46,14 @@ constexpr std::array<Name, 30> kNames{{{"background", kLabelBackground},
                                        {"rightatrium", kLabelRaBlood},
                                        {"aorta", kLabelAorta},
                                        {"ao", kLabelAorta}}};
+
+/// Names of more than one label: a ventricle is its cavity and the wall around it.
+struct WideName {
+  std::string_view letters;
+  std::string_view meant;
+};
+constexpr std::array<WideName, 2> kWideNames{{{"leftventricle", "'lv_blood' or 'lv_myocardium'"},
+                                              {"rightventricle", "'rv_blood' or 'rest_of_heart'"}}};
 
 constexpr std::string_view kOwnNumbers =
     "1=rv_blood,2=lv_myocardium,3=lv_blood,4=rest_of_heart,5=la_blood,6=ra_blood,7=aorta";
@@ -111,10 +117,17 @@ std::optional<std::uint8_t> label_from_name(std::string_view name) {
 
 std::string_view name_of_label(std::uint8_t label) { return kLabelWords.at(label); }
 
-std::string nearest_label(std::string_view name) {
+std::string what_it_may_be(std::string_view name) {
   name = name.substr(0, name.find('@'));
   while (!name.empty() && (is_digit(name.back()) || name.back() == '-')) name.remove_suffix(1);
-  return nearest_name(name, std::set<std::string>(kLabelWords.begin(), kLabelWords.end()));
+  std::string letters;
+  for (const std::string& word : words_of(name)) letters += word;
+  for (const WideName& wide : kWideNames) {
+    if (letters == wide.letters) return "did you mean " + std::string(wide.meant) + "?";
+  }
+  const std::string meant =
+      nearest_name(name, std::set<std::string>(kLabelWords.begin(), kLabelWords.end()));
+  return meant.empty() ? "call it one of " + known_label_names() : "did you mean '" + meant + "'?";
 }
 
 std::string known_label_names() {
@@ -151,7 +164,8 @@ LabelMap label_map_from_word(const std::string& word) {
     }
     const std::optional<std::uint8_t> label = label_from_name(pair.substr(equals + 1));
     if (!label) {
-      refuse(shown_word(pair.substr(equals + 1)) + " is none of " + known_label_names());
+      refuse(shown_word(pair.substr(equals + 1)) + " is no known label; " +
+             what_it_may_be(pair.substr(equals + 1)));
     }
     if (!map.emplace(*number, *label).second) {
       refuse("the number " + std::to_string(*number) + " is mapped twice");

@@ -13,15 +13,16 @@ namespace beatlas::cli {
 
 /// Label that a name stands for: its own (see known_label_names), "LV", "myocardium" and the like,
 /// or a number 0..7. Upper or lower case, blanks and separators do not matter, nor does a number
-/// behind a name, as programs add to tell copies apart ("LV_blood-3").
+/// behind a name, as programs add to tell copies apart ("LV_blood-3"). "Left ventricle" stands for
+/// none: it is cavity and wall.
 [[nodiscard]] std::optional<std::uint8_t> label_from_name(std::string_view name);
 
 /// "lv_blood" and the like; label 0..7.
 [[nodiscard]] std::string_view name_of_label(std::uint8_t label);
 
-/// The name that a mistyped one most likely means (without a number or @phase behind it); empty if
-/// none is near.
-[[nodiscard]] std::string nearest_label(std::string_view name);
+/// What a name that is no label's most likely means (without a number or @phase behind it), for
+/// messages: "did you mean 'lv_blood'?", or where none is near "call it one of ...".
+[[nodiscard]] std::string what_it_may_be(std::string_view name);
 
 /// "background, rv_blood, ..., aorta (or 0 to 7)", for messages.
 [[nodiscard]] std::string known_label_names();

@@ -111,11 +111,8 @@ struct Markup {
       // A program calls points after their list, so the list's name is what was mistyped.
       const bool by_list = label.empty() || counted || label.starts_with(name + "-");
       const std::string& unknown = by_list ? name : label;
-      const std::string meant = nearest_label(unknown);
       throw_invalid((by_list ? path + "/name: the list " : where + "/label: ") +
-                    shown_word(unknown) + " is no known label; " +
-                    (meant.empty() ? "call it one of " + known_label_names()
-                                   : "did you mean '" + meant + "'?"));
+                    shown_word(unknown) + " is no known label; " + what_it_may_be(unknown));
     }
     return {own.label ? own.label : list.label, own.phase ? own.phase : list.phase};
   }

@@ -74,10 +74,20 @@ TEST(LabelNames, are_known_whatever_their_case_and_separators) {
   EXPECT_EQ(label_from_name("ra_blood"), std::uint8_t{kLabelRaBlood});
   EXPECT_EQ(label_from_name("7"), std::uint8_t{kLabelAorta});
   EXPECT_EQ(label_from_name("rest_of_heart"), std::uint8_t{kLabelRestOfHeart});
-  for (const char* name : {"", "F-1", "8", "3d", "-", "lv blood pool", "lv 3 blood", "1lv",
-                           "99999999999999999999", "lv\xC3\xA9"}) {
+  for (const char* name :
+       {"", "F-1", "8", "3d", "-", "lv blood pool", "lv 3 blood", "1lv", "99999999999999999999",
+        "lv\xC3\xA9", "left_ventricle", "Right ventricle-1"}) {
     EXPECT_EQ(label_from_name(name), std::nullopt) << name;
   }
+}
+
+TEST(LabelNames, that_are_unknown_are_answered_with_what_they_may_mean) {
+  // Cavity or wall: nobody but its user knows.
+  EXPECT_EQ(what_it_may_be("left_ventricle"), "did you mean 'lv_blood' or 'lv_myocardium'?");
+  EXPECT_EQ(what_it_may_be("Left Ventricle@4-1"), "did you mean 'lv_blood' or 'lv_myocardium'?");
+  EXPECT_EQ(what_it_may_be("right-ventricle"), "did you mean 'rv_blood' or 'rest_of_heart'?");
+  EXPECT_EQ(what_it_may_be("backgrund@4-2"), "did you mean 'background'?");
+  EXPECT_EQ(what_it_may_be("spleen").rfind("call it one of background, rv_blood", 0), 0U);
 }
 
 TEST(LabelMap, is_read_from_presets_and_pairs) {
