@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "pipeline/cli/orders.h"
 #include "pipeline/study/lock.h"
@@ -47,9 +48,28 @@ std::optional<LongAxis> axis_of(const study::Study& study) {
   }
 }
 
+constexpr std::size_t kMostNamed = 3;  // files of one folder; more are counted
+
+/// "its options, 16 files of mesh/, segment/labels.nii.gz": a beat has many files, which --json
+/// names one by one.
 std::string joined(const std::vector<std::string>& names) {
+  const auto folder_of = [](const std::string& name) {
+    return name.substr(0, name.rfind('/') + 1);
+  };
+  std::map<std::string, std::size_t> count;
+  for (const std::string& name : names) ++count[folder_of(name)];
   std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  for (const std::string& name : names) {
+    const std::string folder = folder_of(name);
+    std::string said = name;
+    if (!folder.empty() && count[folder] > kMostNamed) {
+      said = std::to_string(count[folder]) + " files of " + folder;
+      count[folder] = 0;
+    } else if (!folder.empty() && count[folder] == 0) {
+      continue;
+    }
+    out += (out.empty() ? "" : ", ") + said;
+  }
   return out;
 }
 
@@ -91,17 +111,20 @@ std::string to_text(const StudyStatus& status) {
     std::string line(study::stage_name(stage.stage));
     line.resize(10, ' ');
     line += stage.state;
-    if (!stage.edited.empty()) line += ": " + joined(stage.edited);
-    if (!stage.refused.empty()) line += (stage.edited.empty() ? ": " : "; ") + stage.refused;
-    if (!stage.missing.empty()) {
-      line += (stage.edited.empty() ? ": " : "; ") + joined(stage.missing) + " gone";
-    }
+    const char* before = ": ";
+    const auto add = [&](const std::string& said) {
+      line += before + said;
+      before = "; ";
+    };
+    if (!stage.edited.empty()) add(joined(stage.edited));
+    if (!stage.refused.empty()) add(stage.refused);
+    if (!stage.missing.empty()) add(joined(stage.missing) + " gone");
     if (!stage.changed.empty()) {
-      line += (stage.edited.empty() && stage.missing.empty() ? ": " : "; ") +
-              joined(stage.changed) + " changed";
+      add(joined(stage.changed) + " changed" +
+          (stage.stage == Stage::Pack ? " since the last package" : ""));
     }
     if (!stage.unused_edits.empty()) {
-      line += "; " + joined(stage.unused_edits) + " changed by hand, but nothing is made from it";
+      add(joined(stage.unused_edits) + " changed by hand, but nothing is made from it");
     }
     out += line + "\n";
   }

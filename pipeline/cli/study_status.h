@@ -28,7 +28,7 @@ struct StudyStatus {
 
 [[nodiscard]] StudyStatus status_of(const study::Study& study);
 
-/// A line a stage, and what else there is to tell.
+/// A line a stage, and what else there is to tell. Of more than three files of a folder the number.
 [[nodiscard]] std::string to_text(const StudyStatus& status);
 /// See schemas/status.schema.json.
 [[nodiscard]] nlohmann::json to_json(const StudyStatus& status);
