@@ -3,9 +3,11 @@ from dataclasses import dataclass
 from typing import Callable
 
 import bench_set
+import draw_set
 import exam_set
 import palpation_set
 import phantom_sets
+import picture_set
 
 
 @dataclass(frozen=True)
@@ -22,15 +24,21 @@ SETS = {
     "bench": Set("ours beside paper A's method on the phantom small", "two minutes", bench_set.measure, bench_set.text),
     "phantoms": Set("Dice of the phantoms small and clinical", "three minutes", phantom_sets.measure_smaller,
                     phantom_sets.smaller_text),
+    "pictures": Set("the heart's pictures at the head of README.md", "seconds after phantoms", picture_set.measure,
+                    picture_set.text),
+    "given": Set("mm of small from the truth's labels and coverage", "three minutes", phantom_sets.measure_given,
+                 phantom_sets.given_text),
     "exams": Set("real exams beside experts; needs them", "five minutes", exam_set.measure, exam_set.text),
+    "draws": Set("drawn hearts", "six minutes", draw_set.measure, draw_set.text),
+    "adult": Set("Dice and mm of the phantom adult", "ten minutes", phantom_sets.measure_adult,
+                 phantom_sets.adult_text),
 }
 
 # What README.md states beside these, and the commands that would make it.
 LEFT = (
-    "Dice and mm of the phantom adult (beatlas build, beatlas validate --truth)",
-    "Dice of drawn hearts (scripts/score_draws)",
-    "fields and surfaces from the truth's labels and coverage (beatlas phantom --coverage)",
-    "the palpation set of the LV's force, still and at 2 Hz (force_trace_bench)",
+    "surfaces from the truth's labels and coverage, and adult's fields from them (beatlas phantom --coverage)",
+    "docs/report.png, the report of the phantom hard, which is of an earlier tree (a browser)",
+    "the force of a finger on the LV, still and at 2 Hz, and docs/force_traces.svg (force_trace_bench)",
     "growth of time and memory with phases and voxels (beatlas bench --scaling)",
     "bytes, knobs and docs/bench_small.svg of the whole sweep (beatlas bench)",
     "how far apart two readers are, and the outlines of SCD0000401 moved by a pixel",

@@ -14,9 +14,10 @@ class Missing(Exception):
 
 
 class Tools:
-    def __init__(self, programs, folder, data):
+    def __init__(self, programs, folder, data, pictures):
+        """@param pictures where those of README.md lie"""
         self.programs, self.folder = pathlib.Path(programs).resolve(), pathlib.Path(folder).resolve()
-        self.data = data
+        self.data, self.pictures = data, pathlib.Path(pictures)
         self._told = []
 
     def told(self):
@@ -68,3 +69,12 @@ class Tools:
         phantom, _, package = self.phantom(preset, alone)
         return json.loads(self.run("beatlas", "validate", package.name, "--truth", phantom.name, "--json",
                                    ends=(0, 4)))
+
+    def given(self, coverage):
+        """What `beatlas validate` tells of the phantom small, ventricles alone, built from the truth's labels.
+        @param coverage and from the shares of voxels"""
+        name = "given_coverage" if coverage else "given_labels"
+        self._kept("given", ["beatlas", "phantom", "-o", "given", "--preset", "small", "--without", "all", "--coverage"])
+        self._kept(name, ["beatlas", "build", "given/dicom", "-o", f"{name}.beatlas", "--labels",
+                          "given/truth_labels.nii.gz"] + ["--coverage", "given/truth_coverage"] * coverage)
+        return json.loads(self.run("beatlas", "validate", f"{name}.beatlas", "--truth", "given", "--json", ends=(0, 4)))

@@ -51,17 +51,20 @@ def _volumes(curve):
     return {"edv_ml": max(curve), "ef": 100 * (1 - min(curve) / max(curve))}
 
 
+def _field_errors(told):
+    """Of `beatlas validate --json`: means over the phases, and the worst phase's 95th percentile."""
+    return {structure["name"]: {
+        "mean_mm": sum(phase["mean_mm"] for phase in structure["phases"]) / len(structure["phases"]),
+        "bias_mm": sum(phase["bias_mm"] for phase in structure["phases"]) / len(structure["phases"]),
+        "worst_p95_mm": max(phase["p95_mm"] for phase in structure["phases"])}
+        for structure in told["structures"] if structure["name"] in FIELDS}
+
+
 def _fields(tools, alone):
     phantom, _, package = tools.phantom("adult", alone)
     told = tools.validated("adult", alone)
     made = {"force_mean_n": told["force"]["mean_n"], "palpations": told["force"]["trajectories"]}
-    for structure in told["structures"]:
-        if structure["name"] in FIELDS:
-            phases = structure["phases"]
-            made[structure["name"]] = {
-                "mean_mm": sum(phase["mean_mm"] for phase in phases) / len(phases),
-                "bias_mm": sum(phase["bias_mm"] for phase in phases) / len(phases),
-                "worst_p95_mm": max(phase["p95_mm"] for phase in phases)}
+    made.update(_field_errors(told))
     info = json.loads(tools.run("beatlas", "info", package.name, "--json"))
     truth = json.loads((phantom / "truth.json").read_text())
     for whose, document in (("ours", info), ("true", truth)):
@@ -89,4 +92,26 @@ def adult_text(values):
         lines.append(f"{called}: EDV {made['ours']['edv_ml']:.1f} ml for {made['true']['edv_ml']:.1f}, EF "
                      f"{made['ours']['ef']:.1f} % for {made['true']['ef']:.1f}; the force of {made['palpations']} "
                      f"palpations is off by {made['force_mean_n']:.2f} N in the mean.")
+    return "\n".join(lines)
+
+
+# What is given of the truth -> how README.md calls it.
+GIVEN = {"coverage": "labels and coverage", "labels": "labels alone"}
+
+
+def measure_given(tools):
+    values = {}
+    for given in GIVEN:
+        told = tools.given(given == "coverage")
+        values[given] = _field_errors(told)
+    return values
+
+
+def given_text(values):
+    lines = ["| fields of `small`, ventricles alone, mm | " + " | ".join(
+        f"{called}: mean | bias | 95th percentile" for called in GIVEN.values()) + " |", "|---" * 7 + "|"]
+    for name, called in FIELDS.items():
+        cells = [f"{values[given][name]['mean_mm']:.3f} | {values[given][name]['bias_mm']:.3f} | "
+                 f"{values[given][name]['worst_p95_mm']:.2f}" for given in GIVEN]
+        lines.append(f"| {called} | {' | '.join(cells)} |".replace("-0.000", "0.000"))
     return "\n".join(lines)
