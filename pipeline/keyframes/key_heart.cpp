@@ -83,6 +83,14 @@ void check(const KeyHeart& heart) {
   }
 }
 
+// Then the points of the keys are blended; otherwise distances of every voxel are, a set a key.
+bool share_triangles(const std::vector<TriangleSoup>& keys) {
+  return std::all_of(keys.begin(), keys.end(), [&](const TriangleSoup& key) {
+    return key.triangles == keys.front().triangles &&
+           key.points.size() == keys.front().points.size();
+  });
+}
+
 Grid grid_of(const KeyHeart& heart) {
   Eigen::AlignedBox3d box;
   for (const auto& [structure, keys] : heart.surfaces) {
@@ -90,10 +98,15 @@ Grid grid_of(const KeyHeart& heart) {
       for (const Vec3& point : key.points) box.extend(point);
     }
   }
+  std::size_t images = static_cast<std::size_t>(heart.phases);
+  for (const auto& [structure, keys] : heart.surfaces) {
+    images += share_triangles(keys) ? 0 : keys.size();
+  }
   const Vec3 size = (box.sizes() + Vec3::Constant(2 * kMarginMm)) / heart.voxel_mm;
-  if (!(size.prod() * heart.phases <= kMostVoxels)) {
+  if (!(size.prod() * static_cast<double>(images) <= kMostVoxels)) {
     throw_invalid(
-        "the images would have more than 3e8 voxels; give larger ones, or surfaces in mm");
+        "the images, and distances of keys that do not share their triangles, would have more than "
+        "3e8 voxels; give larger voxels, or surfaces in mm");
   }
   Grid grid;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -169,10 +182,7 @@ class Moving {
  public:
   Moving(const std::vector<TriangleSoup>& keys, const Grid& grid, double near_mm)
       : keys_(keys), grid_(grid), near_mm_(near_mm) {
-    shared_ = std::all_of(keys.begin(), keys.end(), [&](const TriangleSoup& key) {
-      return key.triangles == keys.front().triangles &&
-             key.points.size() == keys.front().points.size();
-    });
+    shared_ = share_triangles(keys);
     if (shared_) return;
     const double far_mm = std::numeric_limits<double>::infinity();
     for (std::size_t n = 0; n < keys.size(); ++n) {

@@ -30,7 +30,8 @@ struct SeenHeart {
 
 /// The same bytes for any number of threads.
 /// @throws Error{InvalidInput} that names structure and key: no heart, too few keys, a surface that
-/// is not closed, a number out of range, more than 3e8 voxels; Error{Machine} if stopped.
+/// is not closed, a number out of range, more than 3e8 voxels of images and distances;
+/// Error{Machine} if stopped.
 [[nodiscard]] SeenHeart see_heart(const KeyHeart& heart, StageContext& context);
 
 }  // namespace beatlas::keyframes

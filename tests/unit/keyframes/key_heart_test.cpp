@@ -166,5 +166,17 @@ TEST(KeyHeart, SaysWhatItCannotUse) {
             std::string::npos);
 }
 
+TEST(KeyHeart, DistancesOfManyKeysCountAsImagesDo) {
+  KeyHeart heart;
+  heart.rr_interval_s = 0.8;
+  heart.phases = 3;
+  constexpr int kKeys = 150;
+  for (int n = 0; n < kKeys; ++n) {
+    heart.key_at.push_back(static_cast<double>(n) / kKeys);
+    heart.surfaces[Structure::Heart].push_back(ball(60, 6 + n % 2, 6));
+  }
+  EXPECT_NE(refusal(heart).find("3e8 voxels"), std::string::npos) << "2.5e6 of each of 153";
+}
+
 }  // namespace
 }  // namespace beatlas::keyframes
