@@ -12,6 +12,7 @@
 
 #include "pipeline/field/field.h"
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas::field {
@@ -186,27 +187,21 @@ std::vector<float> to_samples(const FloatGrid& grid, const Header& header) {
 
 void write_vdb(const std::filesystem::path& file, const FieldCycle& field) {
   openvdb::initialize();
-  const std::filesystem::path partial = file.string() + ".part";
-  std::error_code ignored;
-  try {
-    openvdb::GridCPtrVec grids;
-    for (std::size_t p = 0; p < field.distance_mm.phases.size(); ++p) {
-      grids.push_back(to_vdb(field, p));
+  replace_file(file, [&](const std::filesystem::path& partial) {
+    try {
+      openvdb::GridCPtrVec grids;
+      for (std::size_t p = 0; p < field.distance_mm.phases.size(); ++p) {
+        grids.push_back(to_vdb(field, p));
+      }
+      openvdb::io::File out(partial.string());
+      out.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
+      out.write(grids);
+      out.close();
+      fix_identifier(partial);
+    } catch (const openvdb::Exception& error) {
+      throw Error(ErrorCode::Machine, error.what());
     }
-    openvdb::io::File out(partial.string());
-    out.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
-    out.write(grids);
-    out.close();
-    fix_identifier(partial);
-    std::filesystem::rename(partial, file);
-  } catch (const Error& error) {
-    std::filesystem::remove(partial, ignored);
-    throw error.with_context(file.string());
-  } catch (const std::exception& error) {
-    std::filesystem::remove(partial, ignored);
-    throw Error(ErrorCode::Machine,
-                file.string() + ": the field cannot be written (" + error.what() + ")");
-  }
+  });
 }
 
 FieldCycle read_vdb(const std::filesystem::path& file) {

@@ -3,11 +3,11 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/pack/pack.h"
 #include "pipeline/pack/payload_encoders.h"
-#include "pipeline/pack/replace_file.h"
 #include "pipeline/pack/zip_builder.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/atlas/volume_payload.h"
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas::pack {

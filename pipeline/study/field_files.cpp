@@ -24,8 +24,7 @@ FileList write_fields(const fs::path& study, const std::vector<FieldCycle>& fiel
   std::vector<Structure> structures;
   for (const FieldCycle& cycle : fields) {
     const std::string name = field_name(cycle.structure);
-    replace_file(folder / name,
-                 [&](const fs::path& temporary) { field::write_vdb(temporary, cycle); });
+    field::write_vdb(folder / name, cycle);
     structures.push_back(cycle.structure);
     files.push_back("field/" + name);
   }

@@ -1,7 +1,6 @@
 #include "pipeline/study/files.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <fstream>
 #include <set>
 #include <system_error>
@@ -12,68 +11,17 @@ namespace beatlas::study {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr auto kPartialPrefix = ".partial-";
-
 [[noreturn]] void fail_machine(const std::string& message) {
   throw Error(ErrorCode::Machine, message);
 }
 
-/// While what could not be written whole still lies there.
-bool disk_is_full(const fs::path& file) {
-  constexpr std::uintmax_t kRoom = 1U << 16;
-  std::error_code failure;
-  const fs::space_info room =
-      fs::space(file.parent_path().empty() ? "." : file.parent_path(), failure);
-  return !failure && room.available < kRoom;
-}
-
-fs::path temporary_of(const fs::path& file) {
-  return file.parent_path() / (kPartialPrefix + file.filename().string());
-}
-
 }  // namespace
 
-bool is_partial(const fs::path& file) {
-  return file.filename().string().starts_with(kPartialPrefix);
-}
-
-void replace_file(const fs::path& file, const std::function<void(const fs::path&)>& write) {
-  const fs::path temporary = temporary_of(file);
-  std::error_code ignored;
-  try {
-    write(temporary);
-  } catch (const Error& error) {
-    const bool full = disk_is_full(temporary);
-    fs::remove(temporary, ignored);
-    if (error.code() != ErrorCode::Machine) throw;
-    fail_machine(file.string() + " cannot be written: " +
-                 (full ? "the disk is full; make room and build again"
-                       : "check the permissions and limits of its folder and disk"));
-  } catch (...) {
-    fs::remove(temporary, ignored);
-    throw;
-  }
-  std::error_code failure;
-  fs::rename(temporary, file, failure);
-  if (failure) {
-    fs::remove(temporary, ignored);
-    fail_machine(file.string() + " cannot be written: " + failure.message());
-  }
-}
-
 void write_bytes(const fs::path& file, std::span<const std::byte> bytes) {
-  replace_file(file, [&](const fs::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out.write(reinterpret_cast<const char*>(bytes.data()),
-              static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) fail_machine(file.string() + " cannot be written");
-  });
+  replace_file(file, bytes);
 }
 
-void write_text(const fs::path& file, std::string_view text) {
-  write_bytes(file, std::as_bytes(std::span(text.data(), text.size())));
-}
+void write_text(const fs::path& file, std::string_view text) { replace_file(file, text); }
 
 void write_json(const fs::path& file, const nlohmann::json& json) {
   write_text(file, json.dump(2) + "\n");
@@ -173,10 +121,7 @@ void check_writable(const fs::path& file) {
     fail_machine(file.string() + " cannot be written: the folder " + folder.string() +
                  " does not exist");
   }
-  const fs::path temporary = temporary_of(file);
-  const bool made = std::ofstream(temporary, std::ios::binary).good();
-  fs::remove(temporary, ignored);
-  if (!made) {
+  if (!can_replace(file)) {
     fail_machine(file.string() + " cannot be written: no permission in " + folder.string() +
                  ", or the disk is full");
   }

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,18 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 
 namespace beatlas::study {
-
-/// Calls write(temporary) with a name beside `file` that ends like it, then renames it to `file`,
-/// replacing what was there. If anything fails, the temporary is removed and `file` is untouched.
-/// @throws what `write` throws; Error{Machine} if that or the rename fails, naming `file` and
-/// whether the disk is full.
-void replace_file(const std::filesystem::path& file,
-                  const std::function<void(const std::filesystem::path& temporary)>& write);
-
-/// Whether `file` has the name of such a temporary: left behind by a program that was killed.
-[[nodiscard]] bool is_partial(const std::filesystem::path& file);
 
 /// replace_file with these bytes. @throws Error{Machine}
 void write_bytes(const std::filesystem::path& file, std::span<const std::byte> bytes);

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 
 namespace beatlas::app {
 
@@ -27,21 +28,12 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   std::error_code ignored;
   const bool in_place =
       std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored);
-  const std::filesystem::path target =
-      in_place ? file : std::filesystem::path(file.string() + ".part");
-  std::ofstream stream(target, std::ios::binary | std::ios::trunc);
+  if (!in_place) return replace_file(file, text);
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
   stream << text;
   stream.close();
-  bool written = static_cast<bool>(stream);
-  if (written && !in_place) {
-    std::error_code failed;
-    std::filesystem::rename(target, file, failed);
-    written = !failed;
-  }
-  if (!written) {
-    if (!in_place) std::filesystem::remove(target, ignored);
-    throw Error(ErrorCode::Machine,
-                file.string() + " cannot be written; check its folder and the space left");
+  if (!stream) {
+    throw Error(ErrorCode::Machine, file.string() + " cannot be written; check what it leads to");
   }
 }
 

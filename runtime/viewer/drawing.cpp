@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
+#include <cstddef>
+#include <span>
 #include <utility>
 
 #include <vtkCamera.h>
@@ -15,6 +16,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 #include "runtime/viewer/drawing_parts.h"
 
 namespace beatlas::viewer {
@@ -96,26 +98,8 @@ void write_png(const Picture& picture, const std::filesystem::path& file) {
   writer->SetInputData(image);
   writer->Write();
   vtkUnsignedCharArray* bytes = writer->GetResult();
-  const std::filesystem::path part = file.string() + ".part";
-  {
-    std::ofstream stream(part, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(bytes->GetPointer(0)), bytes->GetNumberOfTuples());
-    stream.flush();
-    if (!stream) {
-      std::error_code ignored;
-      std::filesystem::remove(part, ignored);
-      throw Error(ErrorCode::Machine, file.string() +
-                                          " cannot be written; is there such a folder, "
-                                          "and room on the disk?");
-    }
-  }
-  std::error_code failed;
-  std::filesystem::rename(part, file, failed);
-  if (failed) {
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
-    throw Error(ErrorCode::Machine, file.string() + " cannot be written: " + failed.message());
-  }
+  const auto* first = reinterpret_cast<const std::byte*>(bytes->GetPointer(0));
+  replace_file(file, std::span(first, static_cast<std::size_t>(bytes->GetNumberOfTuples())));
 }
 
 HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,

@@ -1,9 +1,9 @@
 #include "runtime/viewer/history.h"
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 
-#include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -58,23 +58,14 @@ std::vector<Panel> History::panels() const {
 }
 
 void History::write_csv(const std::filesystem::path& file) const {
-  const std::filesystem::path part = file.string() + ".part";
-  std::ofstream stream(part);
+  std::ostringstream stream;
   stream.precision(9);
   stream << "t_s,force_n,depth_mm,volume_ml,lv_mmhg\n";
   for (const PressRow& row : rows_) {
     stream << row.time_s << ',' << row.force_n << ',' << row.depth_mm << ',' << row.volume_ml << ','
            << row.lv_mmhg << '\n';
   }
-  stream.flush();
-  stream.close();
-  std::error_code failed;
-  if (stream) std::filesystem::rename(part, file, failed);
-  if (!stream || failed) {
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
-    throw Error(ErrorCode::Machine, file.string() + " cannot be written");
-  }
+  replace_file(file, stream.view());
 }
 
 }  // namespace beatlas::viewer

@@ -155,7 +155,7 @@ def interrupt():
         assert events[-1]["exit_code"] == 5 and "stopped on request" in events[-1]["text"], events
         assert spent < SECOND, (stage, share, spent)
         assert not package.exists()
-        assert not list(folder.rglob(".partial*")) and not list(WORK.glob(".beatlas-*")), "half written"
+        assert not list(folder.rglob(".partial*")) and not list(WORK.glob(".partial*")), "half written"
         no_half_files(folder, package)
     done = beatlas(*words[1:])
     expect_same(PACKAGE, package)

@@ -25,32 +25,6 @@ ErrorCode code_of(const std::function<void()>& action) {
   return ErrorCode{0};
 }
 
-TEST(ReplaceFile, leaves_the_old_file_and_nothing_else_when_writing_fails) {
-  const TemporaryFolder folder;
-  const fs::path file = folder.path() / "a.txt";
-  write_text(file, "old");
-  EXPECT_THROW(replace_file(file,
-                            [](const fs::path& temporary) {
-                              std::ofstream(temporary) << "half";
-                              throw_invalid("broken off");
-                            }),
-               Error);
-  const auto bytes = read_bytes(file);
-  EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()), "old");
-  EXPECT_EQ(count_files(folder.path()), 1U);
-}
-
-TEST(ReplaceFile, keeps_the_ending_of_the_name) {
-  const TemporaryFolder folder;
-  std::string name;
-  replace_file(folder.path() / "x.nii.gz", [&](const fs::path& temporary) {
-    name = temporary.filename().string();
-    std::ofstream(temporary) << "1";
-  });
-  EXPECT_TRUE(name.size() > 7 && name.substr(name.size() - 7) == ".nii.gz") << name;
-  EXPECT_TRUE(fs::exists(folder.path() / "x.nii.gz"));
-}
-
 TEST(CheckWritable, tells_a_missing_folder_and_a_folder_in_place_of_the_file) {
   const TemporaryFolder folder;
   EXPECT_EQ(code_of([&] { check_writable(folder.path() / "none" / "a"); }), ErrorCode::Machine);

@@ -1,0 +1,123 @@
+#include "runtime/base/replace_file.h"
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "runtime/base/error.h"
+#include "tests/unit/study/temporary_folder.h"
+
+namespace beatlas {
+namespace {
+namespace fs = std::filesystem;
+using study::TemporaryFolder;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::size_t count_files(const fs::path& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+void fill(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+
+TEST(ReplaceFile, gives_the_name_the_new_content_and_leaves_nothing_else) {
+  const TemporaryFolder folder;
+  replace_file(folder.path() / "a", "old");
+  replace_file(folder.path() / "a", "new");
+  EXPECT_EQ(text_of(folder.path() / "a"), "new");
+  EXPECT_EQ(count_files(folder.path()), 1U);
+}
+
+TEST(ReplaceFile, leaves_the_old_file_and_nothing_else_when_writing_fails) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "a.txt";
+  replace_file(file, "old");
+  const auto broken_off = [](const fs::path& temporary) {
+    fill(temporary, "half");
+    throw_invalid("broken off");
+  };
+  EXPECT_THROW(replace_file(file, broken_off), Error);
+  EXPECT_EQ(text_of(file), "old");
+  EXPECT_EQ(count_files(folder.path()), 1U);
+}
+
+TEST(ReplaceFile, keeps_the_ending_of_the_name) {
+  const TemporaryFolder folder;
+  for (const std::string& name : {std::string("x.nii.gz"), std::string(240, 'x') + ".nii.gz"}) {
+    std::string temporary;
+    replace_file(folder.path() / name, [&](const fs::path& part) {
+      temporary = part.filename().string();
+      EXPECT_TRUE(is_partial(part));
+      fill(part, "1");
+    });
+    EXPECT_TRUE(temporary.ends_with(".nii.gz")) << temporary;
+    EXPECT_EQ(text_of(folder.path() / name), "1");
+  }
+}
+
+TEST(ReplaceFile, writes_through_no_link_that_lies_in_its_way) {
+  const TemporaryFolder folder;
+  const fs::path victim = folder.path() / "victim";
+  fill(victim, "untouched");
+  // Whatever name the temporary would have, it is taken by a link: so say the names of a first run.
+  fs::path first;
+  const auto note = [&](const fs::path& part) {
+    first = part;
+    fill(part, "1");
+  };
+  replace_file(folder.path() / "a", note);
+  fs::create_symlink(victim, first);
+  fs::create_symlink(victim, folder.path() / ".partial-a");
+  fs::path second;
+  replace_file(folder.path() / "a", [&](const fs::path& part) {
+    second = part;
+    fill(part, "2");
+  });
+  EXPECT_NE(second, first);
+  EXPECT_EQ(text_of(folder.path() / "a"), "2");
+  EXPECT_EQ(text_of(victim), "untouched");
+  EXPECT_TRUE(can_replace(folder.path() / "a"));
+  EXPECT_EQ(text_of(victim), "untouched");
+}
+
+TEST(ReplaceFile, replaces_a_link_and_not_what_it_leads_to) {
+  const TemporaryFolder folder;
+  fill(folder.path() / "victim", "untouched");
+  fs::create_symlink(folder.path() / "victim", folder.path() / "a");
+  replace_file(folder.path() / "a", "new");
+  EXPECT_EQ(text_of(folder.path() / "victim"), "untouched");
+  EXPECT_FALSE(fs::is_symlink(folder.path() / "a"));
+}
+
+TEST(ReplaceFile, lets_several_writers_of_one_file_work_at_a_time) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "a";
+  replace_file(file, [&](const fs::path& outer) {
+    fill(outer, "outer");
+    replace_file(file, "inner");
+    EXPECT_EQ(text_of(outer), "outer");
+  });
+  EXPECT_EQ(text_of(file), "outer");
+}
+
+TEST(ReplaceFile, names_the_file_where_there_is_no_folder) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "none" / "a";
+  EXPECT_FALSE(can_replace(file));
+  try {
+    replace_file(file, "new");
+    FAIL() << "was written";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Machine);
+    EXPECT_TRUE(std::string(error.what()).starts_with(file.string() + " cannot be written"));
+  }
+}
+
+}  // namespace
+}  // namespace beatlas
