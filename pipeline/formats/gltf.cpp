@@ -1,11 +1,13 @@
 #include "pipeline/formats/gltf.h"
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/atlas/structure_colours.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::formats {
@@ -108,33 +110,23 @@ std::vector<Vec3f> differences(const std::vector<Vec3f>& from, const std::vector
   return out;
 }
 
+/// Of the linear light that the format wants; what encloses others lets them be seen.
 json material_of(Structure structure) {
-  const auto material = [&](double red, double green, double blue, double alpha) {
-    json out{{"name", structure_name(structure)},
-             {"pbrMetallicRoughness",
-              {{"baseColorFactor", {red, green, blue, alpha}},
-               {"metallicFactor", 0.0},
-               {"roughnessFactor", 0.55}}}};
-    if (alpha < 1) out["alphaMode"] = "BLEND";
-    return out;
+  const auto linear = [](std::uint8_t value) {
+    const double s = value / 255.0;
+    return s > 0.04045 ? std::pow((s + 0.055) / 1.055, 2.4) : s / 12.92;
   };
-  switch (structure) {
-    case Structure::Heart:
-      return material(0.75, 0.28, 0.24, 0.35);
-    case Structure::LvMyocardium:
-      return material(0.62, 0.20, 0.16, 0.5);
-    case Structure::LvBlood:
-      return material(0.80, 0.05, 0.08, 1);
-    case Structure::RvBlood:
-      return material(0.16, 0.22, 0.62, 1);
-    case Structure::LaBlood:
-      return material(0.78, 0.22, 0.36, 1);
-    case Structure::RaBlood:
-      return material(0.26, 0.42, 0.70, 1);
-    case Structure::Aorta:
-      return material(0.85, 0.33, 0.16, 1);
-  }
-  return material(0.7, 0.7, 0.7, 1);
+  const Colour colour = structure_colour(structure);
+  const double alpha = structure == Structure::Heart          ? 0.35
+                       : structure == Structure::LvMyocardium ? 0.5
+                                                              : 1;
+  json out{{"name", structure_name(structure)},
+           {"pbrMetallicRoughness",
+            {{"baseColorFactor", {linear(colour[0]), linear(colour[1]), linear(colour[2]), alpha}},
+             {"metallicFactor", 0.0},
+             {"roughnessFactor", 0.55}}}};
+  if (alpha < 1) out["alphaMode"] = "BLEND";
+  return out;
 }
 
 json mesh_of(const atlas::SurfacePayload& surface, std::size_t material, Buffer& buffer) {

@@ -1,11 +1,9 @@
 #include "pipeline/report/curves.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
-#include "pipeline/report/overlay.h"
+#include "runtime/atlas/structure_colours.h"
 #include "runtime/base/error.h"
 #include "runtime/plot/svg.h"
 
@@ -21,13 +19,6 @@ using plot::text_at;
 
 constexpr double kWidth = 760, kHeight = 440;
 constexpr double kLeft = 64, kRight = 150, kTop = 24, kBottom = 52;
-
-std::string colour_name(Structure structure) {
-  const Colour colour = structure_colour(structure);
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "rgb(%d,%d,%d)", colour[0], colour[1], colour[2]);
-  return text.data();
-}
 
 }  // namespace
 
@@ -79,8 +70,8 @@ std::string volume_curves_svg(const std::vector<VolumeCurve>& curves, double rr_
 
   double legend_y = kTop + 12;
   for (const VolumeCurve& curve : curves) {
-    const std::string style =
-        "stroke=\"" + colour_name(curve.structure) + "\" stroke-width=\"2\" fill=\"none\"";
+    const std::string style = "stroke=\"" + colour_code(structure_ink(curve.structure)) +
+                              "\" stroke-width=\"2\" fill=\"none\"";
     svg += "<polyline " + style + " points=\"";
     for (std::size_t p = 0; p <= phases; ++p) {
       svg += pixels(x_of(time_of(p))) + "," + pixels(y_of(curve.volume_ml[p % phases])) + " ";

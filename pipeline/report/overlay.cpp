@@ -11,6 +11,7 @@
 
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/slice_view.h"
+#include "runtime/atlas/structure_colours.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::report {
@@ -77,26 +78,6 @@ void put_words(cv::Mat& picture, const std::string& words, cv::Point at, const c
 }
 
 }  // namespace
-
-Colour structure_colour(Structure structure) noexcept {
-  switch (structure) {
-    case Structure::Heart:
-      return {240, 190, 0};
-    case Structure::LvBlood:
-      return {230, 40, 40};
-    case Structure::RvBlood:
-      return {40, 120, 255};
-    case Structure::LvMyocardium:
-      return {30, 170, 60};
-    case Structure::LaBlood:
-      return {235, 110, 200};
-    case Structure::RaBlood:
-      return {70, 200, 225};
-    case Structure::Aorta:
-      return {255, 140, 60};
-  }
-  return {255, 255, 255};
-}
 
 std::vector<std::byte> overlay_png(const Cine& cine, const Segmentation& segmentation,
                                    const OverlayOptions& options) {

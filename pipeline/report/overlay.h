@@ -1,7 +1,5 @@
 #pragma once
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "pipeline/core/exam.h"
@@ -13,10 +11,6 @@ struct OverlayOptions {
   double margin_mm = 15;  ///< [mm] 0..200: room around the heart in the picture
   int tile_px = 280;      ///< 64..1024: longer edge of one slice's tile
 };
-
-/// One colour a structure, the same in every picture: red, green, blue.
-using Colour = std::array<std::uint8_t, 3>;
-[[nodiscard]] Colour structure_colour(Structure structure) noexcept;
 
 /// A PNG sheet for a technician's eye: every slice of the stack at end-diastole and, beside it, at
 /// end-systole, cropped to the heart and enlarged to square pixels, with the contour (coverage

@@ -8,7 +8,7 @@
 #include "pipeline/core/words.h"
 #include "pipeline/report/base64.h"
 #include "pipeline/report/coarse_surface.h"
-#include "pipeline/report/overlay.h"
+#include "runtime/atlas/structure_colours.h"
 
 namespace beatlas::report {
 using nlohmann::json;
@@ -23,13 +23,6 @@ constexpr double kMostVertexBytes = 1.8e6;
 
 /// To `parts` of one: a tenth is 10.
 double rounded(double value, double parts) { return std::round(value * parts) / parts; }
-
-std::string colour_text(Structure structure) {
-  const Colour c = structure_colour(structure);
-  char out[8];
-  std::snprintf(out, sizeof out, "#%02x%02x%02x", c[0], c[1], c[2]);
-  return out;
-}
 
 json vector_to_json(const Vec3& x) {
   return {rounded(x[0], 1e3), rounded(x[1], 1e3), rounded(x[2], 1e3)};
@@ -391,11 +384,11 @@ json report_json(const ReportInput& input) {
            {"stages", stages_to_json(input.stages)},
            {"drawn_seeds", input.drawn_seeds},
            {"surfaces", surfaces_to_json(input)}};
-  json structures = json::object();
   for (const Structure structure : kAllStructures) {
-    structures[std::string(structure_name(structure))] = colour_text(structure);
+    const std::string name(structure_name(structure));
+    out["colours"][name] = colour_code(structure_colour(structure));
+    out["inks"][name] = colour_code(structure_ink(structure));
   }
-  out["colours"] = structures;
   if (input.package) {
     out["package"] = package_to_json(*input.package);
     out["package_volumes_ml"] = curves_to_json(input.package->volumes);

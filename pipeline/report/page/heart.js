@@ -2,8 +2,6 @@
 /* The beating surfaces, to turn and to cut. */
 const Heart = (() => {
   const {data, summary, state, make, bytes, moment, slider, names} = Parts;
-  const tints = {heart: 0xd9b45b, lv_blood: 0xc8393a, rv_blood: 0x3d74d1, lv_myocardium: 0x4c9a5f,
-                 la_blood: 0xc765b0, ra_blood: 0x58b3c6, aorta: 0xe08a4c};
   const order = {heart: 1, lv_myocardium: 2, rv_blood: 3, ra_blood: 4, aorta: 5, la_blood: 6, lv_blood: 7};
 
   function decoded(surface) {
@@ -47,7 +45,7 @@ const Heart = (() => {
   function build(panel) {
     const canvas = make("canvas", {role: "img", tabindex: 0});
     const caption = make("div", {class: "caption"});
-    const stage = make("div", {class: "stage light"}, canvas, caption);
+    const stage = make("div", {class: "stage"}, canvas, caption);
     panel.append(stage);
     if (!data.surfaces.length || !data.axes) {
       stage.replaceChildren(make("p", {class: "caption"}, "This study holds no surfaces yet."));
@@ -59,7 +57,7 @@ const Heart = (() => {
       return;
     }
     const renderer = new THREE.WebGLRenderer({canvas, context: drawing, antialias: true, preserveDrawingBuffer: true});
-    renderer.setClearColor(0xeef1f4);
+    renderer.setClearColor(0x14181e);
     renderer.localClippingEnabled = true;
     const scene = new THREE.Scene();
     const camera = new THREE.PerspectiveCamera(28, 1, 10, 2000);
@@ -84,7 +82,7 @@ const Heart = (() => {
     let cutting = false;
     const caps = new THREE.Group();
     const bodies = surfaces.map((surface) => {
-      const tint = tints[surface.name];
+      const tint = data.colours[surface.name];
       const skin = new THREE.Mesh(surface.geometry, new THREE.MeshPhongMaterial({color: tint, specular: 0x222222, shininess: 18, side: THREE.DoubleSide,
         /* Where two surfaces lie on each other the outer one is seen. */
         polygonOffset: surface.name !== "heart", polygonOffsetFactor: 6 - order[surface.name], polygonOffsetUnits: 8}));

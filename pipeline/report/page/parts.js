@@ -20,9 +20,8 @@ const Parts = (() => {
 
   const names = {heart: "Heart", lv_blood: "LV blood", rv_blood: "RV blood", lv_myocardium: "LV muscle",
                  la_blood: "LA blood", ra_blood: "RA blood", aorta: "Aorta"};
-  /* On a light ground the yellow of the heart would not be read. */
-  const inks = {heart: "#8f6a00", lv_blood: "#c02626", rv_blood: "#1d5fd0", lv_myocardium: "#1a7a33",
-                la_blood: "#b0308f", ra_blood: "#0b7d95", aorta: "#b3531a"};
+  /* For lines and words on a light ground. */
+  const inks = data.inks;
 
   function make(tag, properties, ...children) {
     const svg = ["svg", "path", "line", "rect", "circle", "text", "g", "title", "polygon"].includes(tag);

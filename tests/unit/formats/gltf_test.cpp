@@ -11,7 +11,9 @@
 #include <assimp/scene.h>
 #include <gtest/gtest.h>
 
+#include "runtime/atlas/structure_colours.h"
 #include "runtime/base/error.h"
+#include "tests/colour_vision.h"
 #include "tests/package/sample_package.h"
 
 namespace beatlas::formats {
@@ -139,6 +141,9 @@ TEST(Gltf, ShadesSmoothlyFromOutsideAndLetsOuterStructuresBeSeenThrough) {
     aiColor4D colour;
     ASSERT_EQ(material.Get(AI_MATKEY_BASE_COLOR, colour), AI_SUCCESS);
     EXPECT_EQ(colour.a < 1, surfaces[m]->structure == Structure::Heart);
+    // The same colour as everywhere else, as linear light.
+    const Vec3 wanted = test::linear_of(structure_colour(surfaces[m]->structure));
+    EXPECT_LT((Vec3(colour.r, colour.g, colour.b) - wanted).norm(), 1e-6);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "runtime/atlas/structure_colours.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::report {
