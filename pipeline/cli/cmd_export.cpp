@@ -13,6 +13,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/field.h"
 #include "pipeline/formats/gltf.h"
+#include "pipeline/formats/label_table.h"
 #include "pipeline/formats/obj.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
@@ -150,6 +151,8 @@ void export_images(const Content& content, const fs::path& folder, StageContext&
       content.fields, content.source, content.workspace_from_lps, content.rr_interval_s, context);
   const double interval_s = content.rr_interval_s / labels.phase_count();
   study::write_labels(folder / "labels.nii.gz", labels.phases, labels.grid, interval_s);
+  study::write_text(folder / "labels.txt", formats::itk_snap_labels());
+  study::write_text(folder / "labels.ctbl", formats::slicer_colour_table());
   if (content.cine) {
     study::write_images(folder / "cine.nii.gz", content.cine->phases, content.cine->grid,
                         interval_s);
@@ -196,7 +199,8 @@ void add_export(CLI::App& app, Run& run) {
       "nifti: labels.nii.gz, 4-D on the source's grid (1 RV blood, 2 LV myocardium, 3 LV blood,\n"
       "4 the rest of the heart; in labels that come back 255 is unknown), from a package of the\n"
       "scene full or from a study; cine.nii.gz on the same grid, of a package what lies around\n"
-      "the heart and stands out of the noise.\n"
+      "the heart and stands out of the noise; labels.txt and labels.ctbl, the labels' names and\n"
+      "colours for ITK-SNAP and 3D Slicer.\n"
       "glb: heart.glb, glTF 2.0 that beats in any viewer: metres, +y the patient's head, +z the\n"
       "front; a node and material a structure, a morph target a phase.\n"
       "slicer: image_NN, labels_NN (.nii.gz) and seeds_NN.mrk.json of one phase of a study, to be\n"

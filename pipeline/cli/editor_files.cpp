@@ -5,6 +5,7 @@
 
 #include "pipeline/cli/markups.h"
 #include "pipeline/cli/orders.h"
+#include "pipeline/formats/label_table.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "pipeline/study/stage_files.h"
@@ -45,6 +46,8 @@ void export_for_editor(const fs::path& study, int phase, const fs::path& folder)
     const LabelCycle labels = one_of(study::read_segmentation(study).labels, phase);
     study::write_labels(folder / name_of("labels", phase, ".nii.gz"), labels.phases, labels.grid,
                         0);
+    study::write_text(folder / "labels.txt", formats::itk_snap_labels());
+    study::write_text(folder / "labels.ctbl", formats::slicer_colour_table());
   }
   std::vector<segment::Seed> seeds = orders_of(opened).seeds;
   std::erase_if(seeds,

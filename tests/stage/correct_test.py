@@ -284,7 +284,7 @@ def editors(paint=None):
     out = new_folder("editors_out")
     beatlas("export", folder, "--to", "slicer", "--phase", 3, "-o", out)
     assert sorted(file.name for file in out.iterdir()) == [
-        "image_03.nii.gz", "labels_03.nii.gz", "seeds_03.mrk.json"]
+        "image_03.nii.gz", "labels.ctbl", "labels.txt", "labels_03.nii.gz", "seeds_03.mrk.json"]
     beatlas("seeds", folder, "remove", "all")
     stack = nibabel.load(folder / "exam" / "stack.nii.gz")
     truth = nibabel.load(WORK / "phantom" / "truth_labels.nii.gz")

@@ -174,6 +174,11 @@ def export():
         dice = 2 * (inside(a) & inside(b)).sum() / (inside(a).sum() + inside(b).sum())
         # Published human readers agree to about 0.95; below 0.9 something is misplaced.
         assert dice > 0.9, f"{name}: Dice {dice:.3f}"
+    # Every label that is there has a name and a colour of its own in both programs' tables.
+    for table, at in (("labels.txt", 1), ("labels.ctbl", 2)):
+        rows = [line.split() for line in (out / table).read_text().splitlines() if not line.startswith("#")]
+        colours = {int(row[0]): tuple(row[at:at + 3]) for row in rows}
+        assert set(numpy.unique(a)) <= set(colours) and len(set(colours.values())) == len(colours), table
     cine = nibabel.load(out / "cine.nii.gz")
     assert cine.shape == labels.shape and numpy.allclose(cine.affine, labels.affine, atol=1e-6)
     # A package of less than every surface says what it lacks, and who would hold it.
