@@ -55,7 +55,7 @@ MUTANTS = (
            "formats_test", "Nifti.TimeIsInSecondsWhateverTheUnit"),
     # The R-R interval that images print would be taken for ten times as long.
     Mutant("pipeline/ingest", "slice_timing.cpp", "*stamp.rr_ms * 1e-3", "*stamp.rr_ms * 1e-2",
-           "ingest_test", "SliceTiming.RoundedIntervalAndTimesGiveExactPhases"),
+           "ingest_test", "SliceTiming.UnevenTimesStayUneven"),
     # A phantom's truth would be ten times as large as its shape.
     Mutant("pipeline/phantom", "volume.cpp", "return sum * 1e-3;", "return sum * 1e-2;",
            "phantom_test", "PhantomShape.VolumesEqualClosedForms"),
@@ -65,8 +65,8 @@ MUTANTS = (
     # Errors would be told ten times as small as they are felt.
     Mutant("pipeline/assess", "force_error.cpp", "kJndShare = 0.07;", "kJndShare = 0.7;",
            "assess_test", "ForceErrors.FollowFromThePairsOfForces"),
-    # The spline between key surfaces would have a kink at each.
-    Mutant("pipeline/keyframes", "periodic_spline.cpp", "+= (left + right) / 3;", "+= (left + right) / 2;",
+    # The spline between key surfaces would bend with a jump at each.
+    Mutant("pipeline/keyframes", "periodic_spline.cpp", "+= 2 * (1 / left", "+= 3 * (1 / left",
            "keyframes_test", "PeriodicSpline.BendsWithoutAJump"),
 )
 

@@ -22,18 +22,25 @@ SafetyOptions without_ramp() {
 }
 
 TEST(SafetyStage, CapsThePeakWithoutTurningTheForce) {
-  SafetyStage stage(without_ramp());
-  const Vec3 wanted = 10 * Vec3(1, -2, 2) / 3;
-  SafeForce safe;
-  for (int n = 0; n < 200; ++n) {
-    safe = stage.apply(wanted, 5, n * kTick, true);
-    EXPECT_LE(safe.force_n.norm(), 3 + kRounding);
+  // Hardly beyond the peak of 3 N, and far.
+  for (const double size_n : {3.001, 3.5, 4.4, 10.0}) {
+    SafetyStage stage(without_ramp());
+    const Vec3 wanted = size_n * Vec3(1, -2, 2) / 3;
+    SafeForce safe;
+    for (int n = 0; n < 200; ++n) {
+      safe = stage.apply(wanted, 5, n * kTick, true);
+      EXPECT_LE(safe.force_n.norm(), 3 + kRounding) << size_n;
+    }
+    EXPECT_LT((safe.force_n - 3 * wanted.normalized()).norm(), 1e-9) << size_n;
+    EXPECT_EQ(safe.status, TickStatus::Limited) << size_n;
   }
-  EXPECT_LT((safe.force_n - 3 * wanted.normalized()).norm(), 1e-9);
-  EXPECT_EQ(safe.status, TickStatus::Limited);
-  // As large as a double can be.
+  // As large as a double can be, from where the slew does not hold it back.
+  SafetyStage stage(without_ramp());
+  for (int n = 0; n < 200; ++n) (void)stage.apply(Vec3(3, 0, 0), 5, n * kTick, true);
   const double huge = std::numeric_limits<double>::max();
-  EXPECT_LE(stage.apply(Vec3(huge, huge, 0), 5, 0.2, true).force_n.norm(), 3 + kRounding);
+  const double felt_n = stage.apply(Vec3(huge, huge, 0), 5, 0.2, true).force_n.norm();
+  EXPECT_LE(felt_n, 3 + kRounding);
+  EXPECT_GT(felt_n, 2.9);
 }
 
 TEST(SafetyStage, LimitsTheSlewOfAnyInput) {
