@@ -62,8 +62,10 @@ nlohmann::json report_to_json(const ValidationReport& report) {
   for (const StructureErrors& structure : report.structures) {
     structures.push_back(structure_to_json(structure));
   }
-  nlohmann::json out{
-      {"structures", structures}, {"passed", report.passed}, {"failures", report.failures}};
+  nlohmann::json out{{"structures", structures},
+                     {"held_to", std::string(report.held_to)},
+                     {"passed", report.passed},
+                     {"failures", report.failures}};
   if (report.force) out["force"] = force_to_json(*report.force);
   return out;
 }

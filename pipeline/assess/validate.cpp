@@ -252,6 +252,7 @@ ValidationReport validate(const Candidate& candidate, const phantom::Phantom& tr
     context.progress(1.0);
   }
   judge(options.limits, report);
+  if (options.promises != nullptr) hold_to(*options.promises, report);
   return report;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -14,6 +15,7 @@
 #include "pipeline/assess/map_error.h"
 #include "pipeline/assess/motion_error.h"
 #include "pipeline/assess/palpation_set.h"
+#include "pipeline/assess/promises.h"
 #include "pipeline/assess/wall_thickness.h"
 #include "pipeline/core/stage_context.h"
 #include "pipeline/phantom/phantom.h"
@@ -22,7 +24,8 @@
 namespace beatlas::assess {
 
 struct ValidateOptions {
-  LimitSet limits;  ///< that make `passed`
+  LimitSet limits;                       ///< that make `passed`
+  const PromiseSet* promises = nullptr;  ///< held to beside them; null: none
   CompareOptions compare;
   ThicknessOptions thickness;
   MotionOptions motion;
@@ -57,6 +60,7 @@ struct FeltErrors {
 struct ValidationReport {
   std::vector<StructureErrors> structures;
   std::optional<FeltErrors> force;
+  std::string_view held_to = "none";  ///< name of the promises
   bool passed = false;
   /// One sentence each, with structure, phase, figure and limit; empty if passed.
   std::vector<std::string> failures;
@@ -82,12 +86,16 @@ struct Candidate {
 /// Appends to report.failures what breaks a limit, and sets `passed`.
 void judge(const LimitSet& limits, ValidationReport& report);
 
+/// Appends what is worse than kPromiseMargin times what is promised, of those structures that the
+/// package holds, and of the force where it is the heart's; sets `passed` and `held_to`.
+void hold_to(const PromiseSet& promises, ValidationReport& report);
+
 /// {"structures": [{"name", "phases": [{figures of kPhaseFigures, "points", "wall_thickness"?:
 /// {figures of kThicknessFigures, "points", "missing"}}], "motion"?: {figures of kMotionFigures,
 /// "points"}, "map"?: {figures of kMapFigures, "points", "missing", "named"},
 /// "ejection_fraction_error"?}],
-/// "force"?: {"structure", "stiffness_n_per_m", figures of kForceFigures, "ticks", ...}, "passed",
-/// "failures"}. See schemas/validate.schema.json.
+/// "force"?: {"structure", "stiffness_n_per_m", figures of kForceFigures, "ticks", ...}, "held_to",
+/// "passed", "failures"}. See schemas/validate.schema.json.
 [[nodiscard]] nlohmann::json report_to_json(const ValidationReport& report);
 
 }  // namespace beatlas::assess

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 
@@ -24,9 +26,12 @@ struct Arguments {
   std::string recipe;
   std::string force_structure;  // empty: the heart
   assess::Limits limits;        // said on the command line
+  std::string promises;         // empty: not said
 };
 
 struct Outcome {
+constexpr const char* kNoPromises = "none";
+
   std::string told;
   bool passed = false;
 };
@@ -55,6 +60,23 @@ assess::LimitSet limits_of(const Arguments& arguments) {
 }
 
 Outcome against_truth(const Arguments& arguments, StageContext& context) {
+bool has_any(const assess::Limits& limits) {
+  return std::any_of(
+      assess::kLimitNames.begin(), assess::kLimitNames.end(),
+      [&](const assess::LimitName& limit) { return (limits.*limit.member).has_value(); });
+}
+
+/// Without a word and without limits of one's own a package is held to what is promised of the
+/// phantom that it is of, by the name of that. Of others nothing is.
+const assess::PromiseSet* promises_of(const Arguments& arguments, const assess::LimitSet& own,
+                                      const phantom::Phantom& truth) {
+  if (!arguments.promises.empty()) return assess::promise_set(arguments.promises);
+  const bool has_own =
+      has_any(own.all) || std::any_of(own.structures.begin(), own.structures.end(),
+                                      [](const auto& each) { return has_any(each.second); });
+  return has_own ? nullptr : assess::promise_set(truth.spec().name);
+}
+
   assess::ValidateOptions options;
   options.limits = limits_of(arguments);
   if (!arguments.force_structure.empty()) {
@@ -63,6 +85,7 @@ Outcome against_truth(const Arguments& arguments, StageContext& context) {
   }
   const phantom::Phantom truth = read_truth(arguments.truth);
   atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
+  options.promises = promises_of(arguments, options.limits, truth);
   const assess::ValidationReport report =
       assess::validate(atlas::Atlas::open(arguments.package, needs), truth, options, context);
   return {arguments.common.json ? assess::report_to_json(report).dump(2) + "\n"
@@ -112,13 +135,30 @@ std::vector<std::string> structure_names() {
 
 }  // namespace
 
+void add_promises(CLI::App& command, std::string& promises) {
+  std::vector<std::string> names;
+  for (const assess::PromiseSet& set : assess::kPromiseSets) names.emplace_back(set.name);
+  names.emplace_back(kNoPromises);
+  std::array<char, 400> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "How strict: %g times what docs/promises.md promises of the phantoms adult, small and "
+      "clinical from their images, or from labels, or labels and coverage, of the truth; or none. "
+      "If not said: that of the phantom, by its preset, or none beside limits of your own",
+      assess::kPromiseMargin);
+  command.add_option("--limits", promises, text.data())
+      ->check(CLI::IsMember(names))
+      ->needs("--truth");
+}
+
 void add_validate(CLI::App& app, Run& run) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("validate", "Check a package, by itself or against a phantom's truth");
   command->footer(
       "Without --truth: hashes, content, surfaces, fields, and that they agree.\n"
-      "With it: errors of every structure in every phase, and of the force that is felt.\n"
+      "With it: errors of every structure in every phase, and of the force that is felt; held to\n"
+      "1.3 times what is promised of phantoms, see --limits.\n"
       "Exit code 4 if it does not pass.");
   command->add_option("PACKAGE", arguments->package, "The package")->required();
   command->add_option("--truth", arguments->truth, "The folder that 'beatlas phantom' wrote")
@@ -137,6 +177,7 @@ void add_validate(CLI::App& app, Run& run) {
       ->needs("--truth");
   add_limits(*command, arguments->limits);
   add_common(*command, arguments->common);
+  add_promises(*command, arguments->promises);
   command->callback([arguments, &run] { run = [arguments] { return validate(*arguments); }; });
 }
 

@@ -82,7 +82,9 @@ constexpr std::array kEntries{
           "Gudbjartsson and\nPatz, Magn. Reson. Med. 34, 1995, drawn by Salmon et al., SC 2011. "
           "The preset adult has the\nnumbers of Nakao et al., MEDINFO 2001"},
     Entry{"info", "beatlas info heart.beatlas --json", ""},
-    Entry{"validate", "beatlas validate heart.beatlas --truth p --max-force-mean-n 0.1",
+    Entry{"validate",
+          "beatlas validate heart.beatlas --truth p\n"
+          "beatlas validate heart.beatlas --truth p --limits adult --max-force-mean-n 0.1",
           "Overlap: Dice, Ecology 26, 1945; the force compared is that of Nakao et al., MEDINFO "
           "2001, K x depth\nalong the normal"},
     Entry{"bench", "beatlas bench -o bench --quick --only voxel,published",

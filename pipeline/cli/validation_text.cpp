@@ -142,6 +142,10 @@ std::string validation_to_text(const assess::ValidationReport& report) {
     text += force(*report.force);
   }
   for (const std::string& failure : report.failures) text += "FAILED " + failure + "\n";
+  if (const assess::PromiseSet* promises = assess::promise_set(report.held_to)) {
+    text += line("held to %g times what is promised of what is made from %s (--limits %s)\n",
+                 assess::kPromiseMargin, promises->made_from.data(), promises->name.data());
+  }
   return text + (report.passed ? "passed\n" : "not passed\n");
 }
 

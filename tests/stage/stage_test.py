@@ -281,6 +281,16 @@ def validate():
     jsonschema.validate(checks, schema)
     assert checks["passed"] and len(checks["checks"]) >= 8, checks
     truth = WORK / "phantom"
+    # Without a word: held to what is promised of such images; what is promised of coverage is out of their reach.
+    plain = json.loads(beatlas("validate", PACKAGE, "--truth", truth, "--json").stdout)
+    jsonschema.validate(plain, schema)
+    assert plain["passed"] and plain["held_to"] == "small", plain["failures"]
+    strict = json.loads(beatlas("validate", PACKAGE, "--truth", truth, "--limits", "coverage", "--json", code=4).stdout)
+    assert strict["held_to"] == "coverage" and any(
+        failure.startswith("rv_blood: mean_mm") and "--limits coverage" in failure
+        for failure in strict["failures"]), strict["failures"]
+    told = beatlas("validate", PACKAGE, "--truth", truth, "--limits", "none").stdout
+    assert "held to" not in told and told.endswith("passed\n"), told
     # Limits: by option, by recipe, of one structure; a breach tells figure and limit.
     recipe = WORK / "limits.json"
     recipe.write_text(json.dumps({"validate": {
@@ -288,6 +298,7 @@ def validate():
     report = json.loads(beatlas("validate", PACKAGE, "--truth", truth, "--recipe", recipe, "--json",
                                 "--max-force-mean-n", 1e-6, code=4).stdout)
     jsonschema.validate(report, schema)
+    assert report["held_to"] == "none", "limits of one's own stand alone"
     structures = {entry["name"]: entry for entry in report["structures"]}
     assert set(structures) == {"heart", "lv_blood", "rv_blood", "lv_myocardium"}, set(structures)
     # Less than a pixel of the prior (the heart's outside, where the RV's wall is not seen, than that wall); a
