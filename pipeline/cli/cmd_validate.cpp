@@ -25,13 +25,13 @@ struct Arguments {
   std::string truth;
   std::string recipe;
   std::string force_structure;  // empty: the heart
-  assess::Limits limits;        // said on the command line
   std::string promises;         // empty: not said
+  assess::Limits limits;        // said on the command line
 };
 
-struct Outcome {
 constexpr const char* kNoPromises = "none";
 
+struct Outcome {
   std::string told;
   bool passed = false;
 };
@@ -59,7 +59,6 @@ assess::LimitSet limits_of(const Arguments& arguments) {
   return limits;
 }
 
-Outcome against_truth(const Arguments& arguments, StageContext& context) {
 bool has_any(const assess::Limits& limits) {
   return std::any_of(
       assess::kLimitNames.begin(), assess::kLimitNames.end(),
@@ -77,6 +76,7 @@ const assess::PromiseSet* promises_of(const Arguments& arguments, const assess::
   return has_own ? nullptr : assess::promise_set(truth.spec().name);
 }
 
+Outcome against_truth(const Arguments& arguments, StageContext& context) {
   assess::ValidateOptions options;
   options.limits = limits_of(arguments);
   if (!arguments.force_structure.empty()) {
@@ -84,8 +84,8 @@ const assess::PromiseSet* promises_of(const Arguments& arguments, const assess::
     options.demand_force = true;
   }
   const phantom::Phantom truth = read_truth(arguments.truth);
-  atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
   options.promises = promises_of(arguments, options.limits, truth);
+  atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
   const assess::ValidationReport report =
       assess::validate(atlas::Atlas::open(arguments.package, needs), truth, options, context);
   return {arguments.common.json ? assess::report_to_json(report).dump(2) + "\n"
@@ -133,8 +133,6 @@ std::vector<std::string> structure_names() {
   return out;
 }
 
-}  // namespace
-
 void add_promises(CLI::App& command, std::string& promises) {
   std::vector<std::string> names;
   for (const assess::PromiseSet& set : assess::kPromiseSets) names.emplace_back(set.name);
@@ -150,6 +148,8 @@ void add_promises(CLI::App& command, std::string& promises) {
       ->check(CLI::IsMember(names))
       ->needs("--truth");
 }
+
+}  // namespace
 
 void add_validate(CLI::App& app, Run& run) {
   auto arguments = std::make_shared<Arguments>();
@@ -175,9 +175,9 @@ void add_validate(CLI::App& app, Run& run) {
                    "Structure whose force is compared; heart if not said")
       ->check(CLI::IsMember(structure_names()))
       ->needs("--truth");
+  add_promises(*command, arguments->promises);
   add_limits(*command, arguments->limits);
   add_common(*command, arguments->common);
-  add_promises(*command, arguments->promises);
   command->callback([arguments, &run] { run = [arguments] { return validate(*arguments); }; });
 }
 
