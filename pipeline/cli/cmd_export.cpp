@@ -43,20 +43,25 @@ struct Content {
   std::optional<ImageCycle<float>> cine;
 };
 
-/// Labels need every structure, distances are those that the package holds.
+/// Labels need every structure, by its distances or, where there are none, as of atria and in a
+/// scene of surfaces, by its surface; distances are those that the package holds.
 atlas::Needs needs_of(const atlas::Manifest& manifest, const std::string& format) {
   atlas::Needs needs;
+  const atlas::Needs held = atlas::everything_in(manifest);
   if (format == "vdb") {
-    needs.fields = atlas::everything_in(manifest).fields;
+    needs.fields = held.fields;
     if (needs.fields.empty()) needs.fields.insert(Structure::Heart);  // refused by its name
     return needs;
   }
   for (const atlas::StructureEntry& entry : manifest.structures) {
     const auto structure = structure_from_name(entry.name);
     if (!structure) continue;
-    (format == "nifti" ? needs.fields : needs.surfaces).insert(*structure);
+    const bool by_surface =
+        format != "nifti" || is_beyond_base(*structure) ||
+        (held.fields.count(*structure) == 0 && held.surfaces.count(*structure) != 0);
+    (by_surface ? needs.surfaces : needs.fields).insert(*structure);
   }
-  needs.volume = format == "nifti" && atlas::everything_in(manifest).volume;
+  needs.volume = format == "nifti" && held.volume;
   return needs;
 }
 
@@ -147,8 +152,9 @@ void export_images(const Content& content, const fs::path& folder, StageContext&
   if (content.source.count() == 0) {
     throw_invalid("this atlas was not made from images, so there is no grid for labels");
   }
-  const LabelCycle labels = labels_from_fields(
-      content.fields, content.source, content.workspace_from_lps, content.rr_interval_s, context);
+  const LabelCycle labels =
+      labels_from_shapes({content.fields, content.surfaces}, content.source,
+                         content.workspace_from_lps, content.rr_interval_s, context);
   const double interval_s = content.rr_interval_s / labels.phase_count();
   study::write_labels(folder / "labels.nii.gz", labels.phases, labels.grid, interval_s);
   study::write_text(folder / "labels.txt", formats::itk_snap_labels());
@@ -197,10 +203,10 @@ void add_export(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("export", "Write a package or study in other formats");
   command->footer(
       "nifti: labels.nii.gz, 4-D on the source's grid (1 RV blood, 2 LV myocardium, 3 LV blood,\n"
-      "4 the rest of the heart; in labels that come back 255 is unknown), from a package of the\n"
-      "scene full or from a study; cine.nii.gz on the same grid, of a package what lies around\n"
-      "the heart and stands out of the noise; labels.txt and labels.ctbl, the labels' names and\n"
-      "colours for ITK-SNAP and 3D Slicer.\n"
+      "4 the rest of the heart, 5 LA blood, 6 RA blood, 7 aorta; in labels that come back 255 is\n"
+      "unknown), from a study or a package of the scene full or anatomy; cine.nii.gz on the same\n"
+      "grid, of a package what lies around the heart and stands out of the noise; labels.txt and\n"
+      "labels.ctbl, the labels' names and colours for ITK-SNAP and 3D Slicer.\n"
       "glb: heart.glb, glTF 2.0 that beats in any viewer: metres, +y the patient's head, +z the\n"
       "front; a node and material a structure, a morph target a phase.\n"
       "slicer: image_NN, labels_NN (.nii.gz) and seeds_NN.mrk.json of one phase of a study, to be\n"
@@ -208,7 +214,7 @@ void add_export(CLI::App& app, Run& run) {
       "obj: <structure>_<phase>.obj, workspace [mm], one connectivity.\n"
       "vdb: <structure>.vdb, a float grid <structure>_<phase> a phase: signed distance [mm], "
       "placed\n"
-      "in the workspace [mm].");
+      "in the workspace [mm]; atria and the aorta have distances in a study alone.");
   command->add_option("PACKAGE|STUDY", arguments->source, "A package, or the folder of a study")
       ->required();
   command->add_option("--to", arguments->to, "Format")

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <set>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/field/surface_rows.h"
 #include "runtime/base/error.h"
 #include "runtime/field/field_query.h"
 
@@ -44,18 +46,53 @@ Region region_of(const atlas::FieldPayload& field, const Grid& grid,
   return region;
 }
 
+/// Of one phase: where the surface's label is more than what is there says.
+void label_inside(const atlas::SurfacePayload& surface, std::size_t phase, const Grid& lps_grid,
+                  const Affine& lps_from_workspace, std::vector<std::uint8_t>& out) {
+  field::TriangleSoup soup;
+  soup.triangles = surface.triangles;
+  soup.points.reserve(surface.positions[phase].size());
+  for (const Vec3f& mm : surface.positions[phase]) {
+    soup.points.push_back(lps_from_workspace * mm.cast<double>());
+  }
+  const auto rows = field::row_crossings(soup, lps_grid);
+  const std::uint8_t label = label_of(surface.structure);
+  for (int k = 0; k < lps_grid.size[2]; ++k) {
+    for (int j = 0; j < lps_grid.size[1]; ++j) {
+      const std::vector<double>& row =
+          rows[static_cast<std::size_t>(j) +
+               static_cast<std::size_t>(lps_grid.size[1]) * static_cast<std::size_t>(k)];
+      std::size_t passed = 0;
+      for (int i = 0; i < lps_grid.size[0]; ++i) {
+        while (passed < row.size() && row[passed] <= i) ++passed;
+        if (passed % 2 == 0) continue;
+        std::uint8_t& voxel = out[lps_grid.offset(i, j, k)];
+        if (voxel == kLabelBackground || voxel == kLabelRestOfHeart) voxel = label;
+      }
+    }
+  }
+}
+
+int phases_of(const Shapes& shapes) {
+  std::set<std::size_t> phases;
+  for (const auto& field : shapes.fields) phases.insert(static_cast<std::size_t>(field->phases));
+  for (const auto& surface : shapes.surfaces) phases.insert(surface->positions.size());
+  if (phases.empty()) throw_invalid("there is no distance field or surface to take labels from");
+  if (phases.size() > 1) throw_invalid("the distance fields and surfaces differ in their phases");
+  return static_cast<int>(*phases.begin());
+}
+
 }  // namespace
 
-LabelCycle labels_from_fields(const std::vector<std::shared_ptr<const atlas::FieldPayload>>& fields,
-                              const Grid& lps_grid, const Affine& workspace_from_lps,
-                              double rr_interval_s, StageContext& context) {
-  if (fields.empty()) throw_invalid("there is no distance field to take labels from");
-  const int phases = fields.front()->phases;
+LabelCycle labels_from_shapes(const Shapes& shapes, const Grid& lps_grid,
+                              const Affine& workspace_from_lps, double rr_interval_s,
+                              StageContext& context) {
+  const int phases = phases_of(shapes);
+  const auto& fields = shapes.fields;
   const Affine workspace_from_index = workspace_from_lps * lps_grid.mm_from_index;
   std::vector<field::FieldQuery> queries;
   std::vector<Region> regions;
   for (const auto& payload : fields) {
-    if (payload->phases != phases) throw_invalid("the distance fields differ in their phases");
     queries.emplace_back(payload, rr_interval_s);
     regions.push_back(region_of(*payload, lps_grid, workspace_from_index));
   }
@@ -93,6 +130,13 @@ LabelCycle labels_from_fields(const std::vector<std::shared_ptr<const atlas::Fie
       }
     }
     context.progress(static_cast<double>(++done) / static_cast<double>(slabs));
+  });
+  const Affine lps_from_workspace = workspace_from_lps.inverse();
+  parallel_for(labels.phases.size(), [&](std::size_t phase) {
+    for (const auto& surface : shapes.surfaces) {
+      context.check_cancelled();
+      label_inside(*surface, phase, lps_grid, lps_from_workspace, labels.phases[phase]);
+    }
   });
   return labels;
 }

@@ -1,6 +1,8 @@
 #include "pipeline/cli/source_labels.h"
 
 #include <cmath>
+#include <memory>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -42,9 +44,44 @@ std::shared_ptr<const atlas::FieldPayload> ball(Structure structure, double larg
   return std::make_shared<atlas::FieldPayload>(pack::encode_field(cycle, {}));
 }
 
-TEST(SourceLabels, are_the_signs_of_the_fields_on_an_oblique_grid) {
-  const double heart_mm = 30;
-  const double cavity_mm = 18;
+/// The same as a surface, 0.02 mm within it at most: rings about its poles.
+std::shared_ptr<const atlas::SurfacePayload> ball_surface(Structure structure, double largest_mm) {
+  constexpr std::uint32_t kRings = 60;
+  constexpr std::uint32_t kColumns = 120;
+  atlas::SurfacePayload out;
+  out.structure = structure;
+  for (int phase = 0; phase < kPhases; ++phase) {
+    std::vector<Vec3f>& points = out.positions.emplace_back();
+    const auto put = [&](double polar, double turn) {
+      const Vec3 away(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn),
+                      std::cos(polar));
+      points.push_back((kCentre + radius_mm(largest_mm, phase) * away).cast<float>());
+    };
+    put(0, 0);
+    for (std::uint32_t ring = 1; ring < kRings; ++ring) {
+      for (std::uint32_t n = 0; n < kColumns; ++n) {
+        put(std::numbers::pi * ring / kRings, 2 * std::numbers::pi * n / kColumns);
+      }
+    }
+    put(std::numbers::pi, 0);
+  }
+  const auto at = [](std::uint32_t ring, std::uint32_t n) {
+    return 1 + (ring - 1) * kColumns + n % kColumns;
+  };
+  const std::uint32_t last = 1 + (kRings - 1) * kColumns;
+  for (std::uint32_t n = 0; n < kColumns; ++n) {
+    out.triangles.push_back({0, at(1, n), at(1, n + 1)});
+    for (std::uint32_t ring = 1; ring + 1 < kRings; ++ring) {
+      out.triangles.push_back({at(ring, n), at(ring + 1, n), at(ring + 1, n + 1)});
+      out.triangles.push_back({at(ring, n), at(ring + 1, n + 1), at(ring, n + 1)});
+    }
+    out.triangles.push_back({last, at(kRings - 1, n + 1), at(kRings - 1, n)});
+  }
+  return std::make_shared<atlas::SurfacePayload>(std::move(out));
+}
+
+/// Of balls about one centre, on an oblique grid: the inner one's label within it.
+void expect_balls(const Shapes& shapes, double heart_mm, double inner_mm, Label inner) {
   const Affine workspace_from_lps =
       Eigen::Translation3d(60, 60, 60) * Eigen::AngleAxisd(0.7, Vec3(1, -2, 1).normalized());
   Grid grid{{50, 40, 12}, Affine::Identity()};
@@ -52,9 +89,7 @@ TEST(SourceLabels, are_the_signs_of_the_fields_on_an_oblique_grid) {
       Eigen::AngleAxisd(0.3, Vec3::UnitX()).toRotationMatrix() * Vec3(1.7, 1.9, 8).asDiagonal();
   grid.mm_from_index.translation() = -(grid.mm_from_index.linear() * Vec3(24, 20, 6));
   StageContext context;
-  const LabelCycle labels =
-      labels_from_fields({ball(Structure::Heart, heart_mm), ball(Structure::LvBlood, cavity_mm)},
-                         grid, workspace_from_lps, 0.8, context);
+  const LabelCycle labels = labels_from_shapes(shapes, grid, workspace_from_lps, 0.8, context);
   ASSERT_EQ(labels.phase_count(), kPhases);
   std::size_t inside = 0;
   for (int p = 0; p < kPhases; ++p) {
@@ -63,10 +98,10 @@ TEST(SourceLabels, are_the_signs_of_the_fields_on_an_oblique_grid) {
         for (int i = 0; i < 50; ++i) {
           const double r = grid.mm(i, j, k).norm();  // the ball's centre is the LPS origin
           const double heart = r - radius_mm(heart_mm, p);
-          const double cavity = r - radius_mm(cavity_mm, p);
-          // The field is coded to 0.01 mm and exact for a ball to about 0.02 mm.
+          const double cavity = r - radius_mm(inner_mm, p);
+          // A field is coded to 0.01 mm and exact for a ball to about 0.02 mm.
           if (std::abs(heart) < 0.1 || std::abs(cavity) < 0.1) continue;
-          const int expected = cavity < 0  ? kLabelLvBlood
+          const int expected = cavity < 0  ? inner
                                : heart < 0 ? kLabelRestOfHeart
                                            : kLabelBackground;
           ASSERT_EQ(labels.phases[static_cast<std::size_t>(p)][grid.offset(i, j, k)], expected)
@@ -79,11 +114,36 @@ TEST(SourceLabels, are_the_signs_of_the_fields_on_an_oblique_grid) {
   EXPECT_GT(inside, 4000U);
 }
 
-TEST(SourceLabels, need_a_field) {
+TEST(SourceLabels, are_the_signs_of_the_fields_on_an_oblique_grid) {
+  expect_balls({{ball(Structure::Heart, 30), ball(Structure::LvBlood, 18)}, {}}, 30, 18,
+               kLabelLvBlood);
+}
+
+// As of an atrium, which has no field; and of a package of surfaces, whose order says nothing.
+TEST(SourceLabels, are_what_surfaces_enclose_where_there_is_no_field) {
+  expect_balls({{ball(Structure::Heart, 30)}, {ball_surface(Structure::LaBlood, 18)}}, 30, 18,
+               kLabelLaBlood);
+  const auto heart = ball_surface(Structure::Heart, 30);
+  const auto aorta = ball_surface(Structure::Aorta, 18);
+  expect_balls({{}, {heart, aorta}}, 30, 18, kLabelAorta);
+  expect_balls({{}, {aorta, heart}}, 30, 18, kLabelAorta);
+}
+
+TEST(SourceLabels, of_a_field_stay_where_a_surface_overlaps_it) {
+  expect_balls({{ball(Structure::Heart, 30), ball(Structure::LvBlood, 18)},
+                {ball_surface(Structure::RaBlood, 17)}},
+               30, 18, kLabelLvBlood);
+}
+
+TEST(SourceLabels, need_shapes_of_the_same_phases) {
   StageContext context;
-  EXPECT_THROW(
-      (void)labels_from_fields({}, {{2, 2, 2}, Affine::Identity()}, Affine::Identity(), 1, context),
-      Error);
+  const Grid grid{{2, 2, 2}, Affine::Identity()};
+  EXPECT_THROW((void)labels_from_shapes({}, grid, Affine::Identity(), 1, context), Error);
+  auto still = *ball_surface(Structure::LaBlood, 18);
+  still.positions.resize(1);
+  const Shapes shapes{{ball(Structure::Heart, 30)},
+                      {std::make_shared<atlas::SurfacePayload>(std::move(still))}};
+  EXPECT_THROW((void)labels_from_shapes(shapes, grid, Affine::Identity(), 1, context), Error);
 }
 
 }  // namespace
