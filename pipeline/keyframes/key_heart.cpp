@@ -9,7 +9,8 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/closest_triangle.h"
-#include "pipeline/keyframes/periodic_spline.h"
+#include "pipeline/field/surface_rows.h"
+#include "pipeline/keyframes/bounded_spline.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::keyframes {
@@ -117,48 +118,10 @@ Grid grid_of(const KeyHeart& heart) {
   return grid;
 }
 
-// Where rows along i go through the surface: [j + size j * k], ascending [i].
-std::vector<std::vector<double>> crossings(const TriangleSoup& surface, const Grid& grid) {
-  // Rows a little beside the voxels' centres, so that none meets a corner or an edge.
-  constexpr double kBesideJ = 1.03e-5;
-  constexpr double kBesideK = 1.71e-5;
-  const Affine index_from_mm = grid.mm_from_index.inverse();
-  std::vector<std::vector<double>> rows(at(grid.size[1]) * at(grid.size[2]));
-  std::vector<Vec3> points;
-  for (const Vec3& point : surface.points) {
-    points.emplace_back(index_from_mm * point - Vec3(0, kBesideJ, kBesideK));
-  }
-  for (const auto& triangle : surface.triangles) {
-    const Vec3& a = points[triangle[0]];
-    const Vec3 ab = points[triangle[1]] - a;
-    const Vec3 ac = points[triangle[2]] - a;
-    const double area = ab.y() * ac.z() - ab.z() * ac.y();
-    if (area == 0) continue;
-    const auto low = [&](Eigen::Index n) {
-      return static_cast<int>(std::ceil(a[n] + std::min({0.0, ab[n], ac[n]})));
-    };
-    const auto high = [&](Eigen::Index n) {
-      return static_cast<int>(std::floor(a[n] + std::max({0.0, ab[n], ac[n]})));
-    };
-    for (int k = std::max(low(2), 0); k <= std::min(high(2), grid.size[2] - 1); ++k) {
-      for (int j = std::max(low(1), 0); j <= std::min(high(1), grid.size[1] - 1); ++j) {
-        const double y = j - a.y();
-        const double z = k - a.z();
-        const double u = (y * ac.z() - z * ac.y()) / area;
-        const double v = (ab.y() * z - ab.z() * y) / area;
-        if (u < 0 || v < 0 || u + v > 1) continue;
-        rows[at(j) + at(grid.size[1]) * at(k)].push_back(a.x() + u * ab.x() + v * ac.x());
-      }
-    }
-  }
-  for (auto& row : rows) std::sort(row.begin(), row.end());
-  return rows;
-}
-
 // Signed distance at every voxel, no larger than most_mm.
 Distances distances(const TriangleSoup& surface, const Grid& grid, double most_mm) {
   const field::ClosestTriangle tree(surface);
-  const auto rows = crossings(surface, grid);
+  const auto rows = field::row_crossings(surface, grid);
   Distances out(grid.count());
   parallel_for(at(grid.size[2]), [&](std::size_t slice) {
     const int k = static_cast<int>(slice);
@@ -184,6 +147,7 @@ class Moving {
       : keys_(keys), grid_(grid), near_mm_(near_mm) {
     shared_ = share_triangles(keys);
     if (shared_) return;
+    for (const TriangleSoup& key : keys) keys_ml_.push_back(field::enclosed_ml(key));
     const double far_mm = std::numeric_limits<double>::infinity();
     for (std::size_t n = 0; n < keys.size(); ++n) {
       // A relaxation that is the contraction backwards has each key twice.
@@ -197,16 +161,7 @@ class Moving {
   }
 
   [[nodiscard]] Distances at_weights(const Eigen::VectorXd& weights) const {
-    if (shared_) {
-      TriangleSoup now = keys_.front();
-      for (std::size_t p = 0; p < now.points.size(); ++p) {
-        now.points[p].setZero();
-        for (std::size_t n = 0; n < keys_.size(); ++n) {
-          now.points[p] += weights[static_cast<Eigen::Index>(n)] * keys_[n].points[p];
-        }
-      }
-      return distances(now, grid_, near_mm_);
-    }
+    if (shared_) return distances(blended(weights), grid_, near_mm_);
     Distances out(grid_.count(), 0.0F);
     for (std::size_t n = 0; n < at_keys_.size(); ++n) {
       const auto weight = static_cast<float>(weights[static_cast<Eigen::Index>(n)]);
@@ -215,19 +170,41 @@ class Moving {
     return out;
   }
 
+  /// Where distances are blended, volumes are taken to be, too: so small is the change from key to
+  /// key that they fit for.
+  [[nodiscard]] double ml_at_weights(const Eigen::VectorXd& weights) const {
+    if (shared_) return field::enclosed_ml(blended(weights));
+    double ml = 0;
+    for (std::size_t n = 0; n < keys_ml_.size(); ++n) {
+      ml += weights[static_cast<Eigen::Index>(n)] * keys_ml_[n];
+    }
+    return ml;
+  }
+
  private:
+  [[nodiscard]] TriangleSoup blended(const Eigen::VectorXd& weights) const {
+    TriangleSoup now = keys_.front();
+    for (std::size_t p = 0; p < now.points.size(); ++p) {
+      now.points[p].setZero();
+      for (std::size_t n = 0; n < keys_.size(); ++n) {
+        now.points[p] += weights[static_cast<Eigen::Index>(n)] * keys_[n].points[p];
+      }
+    }
+    return now;
+  }
+
   const std::vector<TriangleSoup>& keys_;
   const Grid& grid_;
   double near_mm_;
   bool shared_ = false;
   std::vector<std::shared_ptr<const Distances>> at_keys_;
+  std::vector<double> keys_ml_;
 };
 
 }  // namespace
 
 SeenHeart see_heart(const KeyHeart& heart, StageContext& context) {
   check(heart);
-  const PeriodicSpline spline(heart.key_at);
   SeenHeart out;
   Cine& stack = out.exam.stack;
   const Grid grid = grid_of(heart);
@@ -238,6 +215,13 @@ SeenHeart see_heart(const KeyHeart& heart, StageContext& context) {
   for (const auto& [structure, keys] : heart.surfaces) {
     moving.try_emplace(structure, keys, grid, 2 * heart.voxel_mm);
   }
+  std::vector<VolumeOf> volumes;
+  for (const auto& [structure, surface] : moving) {
+    volumes.emplace_back([&one = surface](const Eigen::VectorXd& weights) {
+      return std::abs(one.ml_at_weights(weights));
+    });
+  }
+  const BoundedSpline bounded = bounded_spline(heart.key_at, volumes);
   const bool rest_is_muscle = heart.surfaces.count(Structure::RvBlood) == 0 &&
                               heart.surfaces.count(Structure::LvMyocardium) == 0;
   for (int phase = 0; phase < heart.phases; ++phase) {
@@ -246,7 +230,7 @@ SeenHeart see_heart(const KeyHeart& heart, StageContext& context) {
     stack.frame_times_s.push_back(share * heart.rr_interval_s);
     std::map<Structure, Distances> now;
     for (const auto& [structure, surface] : moving) {
-      now.emplace(structure, surface.at_weights(spline.weights(share)));
+      now.emplace(structure, surface.at_weights(bounded.spline.weights(share)));
     }
     const auto inside = [&](Structure structure, std::size_t voxel) {
       const auto found = now.find(structure);
@@ -278,6 +262,12 @@ SeenHeart see_heart(const KeyHeart& heart, StageContext& context) {
   out.exam.decisions.push_back("The images are made from " + std::to_string(heart.key_at.size()) +
                                " key moments, " + std::to_string(heart.phases) +
                                " phases by a periodic cubic spline; they come from no scanner.");
+  if (!bounded.held.empty()) {
+    out.exam.decisions.push_back(
+        "Key moments are so uneven that volumes would overshoot between them: at " +
+        std::to_string(bounded.held.size()) +
+        " of them the spline is smooth in velocity alone, not in acceleration.");
+  }
   return out;
 }
 

@@ -11,9 +11,11 @@ namespace beatlas::keyframes {
 
 /// A heart as closed surfaces at some moments of its beat; patient LPS [mm].
 struct KeyHeart {
-  double rr_interval_s = 0;    ///< [s] 0.02..20
-  int phases = 0;              ///< 3..200 that are made of it, uniform in the R-R interval
-  std::vector<double> key_at;  ///< of each key: share of the R-R interval, ascending, 0..below 1
+  double rr_interval_s = 0;  ///< [s] 0.02..20
+  int phases = 0;            ///< 3..200 that are made of it, uniform in the R-R interval
+  /// Of each key: share of the R-R interval, ascending, 0..below 1; see bounded_spline for what
+  /// uneven ones cost.
+  std::vector<double> key_at;
   /// [structure][key], three keys or more; of heart (all of it), lv_blood, rv_blood and
   /// lv_myocardium. What of the heart none of the others fills is the LV's muscle if there is
   /// neither rv_blood nor lv_myocardium, else the rest of the heart.

@@ -15,7 +15,9 @@ Eigen::Index at_index(std::size_t n) { return static_cast<Eigen::Index>(n); }
 
 }  // namespace
 
-PeriodicSpline::PeriodicSpline(std::vector<double> at) : at_(std::move(at)) {
+PeriodicSpline::PeriodicSpline(std::vector<double> at,
+                               const std::map<std::size_t, Eigen::VectorXd>& held)
+    : at_(std::move(at)) {
   const std::size_t count = at_.size();
   if (count < 3) throw_invalid("a cycle needs three keys or more");
   for (std::size_t n = 0; n < count; ++n) {
@@ -23,26 +25,33 @@ PeriodicSpline::PeriodicSpline(std::vector<double> at) : at_(std::move(at)) {
       throw_invalid("keys must stand in ascending order at shares of the cycle from 0 to below 1");
     }
   }
-  // Equal slopes from both sides at every key.
+  // Equal second derivatives from both sides at every key whose slope is not held.
   const auto size = at_index(count);
   Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(size, size);
   Eigen::MatrixXd values = Eigen::MatrixXd::Zero(size, size);
-  const auto gap = [&](std::size_t n) {
-    return n + 1 < count ? at_[n + 1] - at_[n] : at_[0] + 1 - at_[n];
-  };
   for (std::size_t n = 0; n < count; ++n) {
-    const std::size_t before = (n + count - 1) % count;
-    const std::size_t after = (n + 1) % count;
-    const double left = gap(before);
+    const auto own = at_index(n);
+    if (const auto given = held.find(n); given != held.end()) {
+      slopes(own, own) = 1;
+      values.row(own) = given->second;
+      continue;
+    }
+    const auto before = at_index((n + count - 1) % count);
+    const auto after = at_index((n + 1) % count);
+    const double left = gap((n + count - 1) % count);
     const double right = gap(n);
-    slopes(at_index(n), at_index(before)) += left / 6;
-    slopes(at_index(n), at_index(n)) += (left + right) / 3;
-    slopes(at_index(n), at_index(after)) += right / 6;
-    values(at_index(n), at_index(before)) += 1 / left;
-    values(at_index(n), at_index(n)) -= 1 / left + 1 / right;
-    values(at_index(n), at_index(after)) += 1 / right;
+    slopes(own, before) += 1 / left;
+    slopes(own, own) += 2 * (1 / left + 1 / right);
+    slopes(own, after) += 1 / right;
+    values(own, before) -= 3 / (left * left);
+    values(own, own) += 3 / (left * left) - 3 / (right * right);
+    values(own, after) += 3 / (right * right);
   }
-  bend_ = slopes.partialPivLu().solve(values);
+  slopes_ = slopes.partialPivLu().solve(values);
+}
+
+double PeriodicSpline::gap(std::size_t key) const noexcept {
+  return key + 1 < at_.size() ? at_[key + 1] - at_[key] : at_[0] + 1 - at_[key];
 }
 
 Eigen::VectorXd PeriodicSpline::weights(double share) const {
@@ -52,15 +61,13 @@ Eigen::VectorXd PeriodicSpline::weights(double share) const {
   const auto above = std::upper_bound(at_.begin(), at_.end(), u);
   const auto n = static_cast<std::size_t>(above - at_.begin()) - 1;
   const std::size_t after = (n + 1) % count;
-  const double gap = n + 1 < count ? at_[n + 1] - at_[n] : at_[0] + 1 - at_[n];
-  const double b = (u - at_[n]) / gap;
+  const double b = (u - at_[n]) / gap(n);
   const double a = 1 - b;
   Eigen::VectorXd out =
-      gap * gap / 6 *
-      ((a * a * a - a) * bend_.row(at_index(n)) + (b * b * b - b) * bend_.row(at_index(after)))
-          .transpose();
-  out[at_index(n)] += a;
-  out[at_index(after)] += b;
+      gap(n) * a * b *
+      (a * slopes_.row(at_index(n)) - b * slopes_.row(at_index(after))).transpose();
+  out[at_index(n)] += a * a * (1 + 2 * b);
+  out[at_index(after)] += b * b * (1 + 2 * a);
   return out;
 }
 
