@@ -102,6 +102,9 @@ void add_options(CLI::App& app, Words& words) {
   app.add_flag("--plots", options.plots, "volumes, or force, depth and P-V loops of the press");
   app.add_flag("!--no-caption", options.caption, "no names, scale bar and orientation cube");
   app.add_flag("--stereo", options.anaglyph, "for glasses with red on the left and cyan");
+  app.add_option("--text-scale", options.text_scale, "words so many times as large")
+      ->check(CLI::Range(0.5, 4.0))
+      ->capture_default_str();
   app.add_option("--size", words.size, "pixels, WIDTHxHEIGHT")->capture_default_str();
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include <vtkProperty.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "runtime/atlas/structure_colours.h"
 #include "runtime/base/error.h"
 #include "runtime/base/replace_file.h"
 #include "runtime/viewer/drawing_parts.h"
@@ -25,7 +27,9 @@ namespace {
 constexpr int kLeastPixels = 16;
 constexpr int kMostPixels = 16384;
 constexpr double kEyeAngleDeg = 5;
-constexpr int kSmoothSamples = 4;  ///< a pixel, at edges
+constexpr int kSmoothSamples = 4;        ///< a pixel, at edges
+constexpr double kRoomAround = 1.2;      ///< of a picture that fits, over what it shows
+constexpr double kUsualShape = 4.0 / 3;  ///< width over height, before there is a picture
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
@@ -45,23 +49,9 @@ void add_light(vtkRenderer* renderer, const Vec3& from, double intensity) {
 }  // namespace
 
 Look default_look(Structure structure) {
-  switch (structure) {
-    case Structure::Heart:
-      return {.colour = {0.87, 0.62, 0.53}, .opacity = 0.32};
-    case Structure::LvBlood:
-      return {.colour = {0.80, 0.10, 0.12}};
-    case Structure::RvBlood:
-      return {.colour = {0.22, 0.38, 0.78}};
-    case Structure::LvMyocardium:
-      return {.colour = {0.70, 0.33, 0.27}};
-    case Structure::LaBlood:
-      return {.colour = {0.82, 0.32, 0.45}};
-    case Structure::RaBlood:
-      return {.colour = {0.38, 0.58, 0.84}};
-    case Structure::Aorta:
-      return {.colour = {0.90, 0.42, 0.20}};
-  }
-  return {};
+  const Colour colour = structure_colour(structure);
+  return {.colour = Vec3(colour[0], colour[1], colour[2]) / 255,
+          .opacity = structure == Structure::Heart ? 0.32 : 1};
 }
 
 std::string structure_title(Structure structure) {
@@ -128,7 +118,7 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   parts.make_tool();
   parts.make_overlay();
   parts.make_legend();
-  set_camera(standard_view(parts.frame, "anterior"));
+  fit_camera(standard_view(parts.frame, "anterior"));
   if (options.offscreen) {
     auto window = vtkSmartPointer<vtkRenderWindow>::New();
     window->SetOffScreenRendering(1);
@@ -235,7 +225,40 @@ void HeartDrawing::set_camera(const CameraPose& pose) {
   camera->SetPosition(position.x(), position.y(), position.z());
   camera->SetViewUp(pose.up.x(), pose.up.y(), pose.up.z());
   camera->SetParallelScale(pose.height_mm / 2);
+  parts_->fitted_mm.reset();
   parts_->turned = true;
+}
+
+void HeartDrawing::fit_camera(const CameraPose& pose, double zoom) {
+  const Vec3f right = pose.up.cross(pose.towards_viewer).cast<float>();
+  const Vec3f up = pose.up.cast<float>();
+  constexpr float kFar = std::numeric_limits<float>::max();
+  Eigen::Array2f low(kFar, kFar);
+  Eigen::Array2f high = -low;
+  for (const SurfaceParts& part : parts_->surfaces) {
+    for (const std::vector<Vec3f>& phase : part.motion->surface().positions) {
+      for (const Vec3f& x : phase) {
+        const Eigen::Array2f at(right.dot(x), up.dot(x));
+        low = low.min(at);
+        high = high.max(at);
+      }
+    }
+  }
+  const Vec2 middle = (0.5F * (low + high)).matrix().cast<double>();
+  CameraPose fitted = pose;
+  fitted.focus_mm +=
+      (middle.x() - fitted.focus_mm.dot(right.cast<double>())) * right.cast<double>() +
+      (middle.y() - fitted.focus_mm.dot(pose.up)) * pose.up;
+  set_camera(fitted);
+  parts_->fitted_mm = (kRoomAround / zoom) * (high - low).matrix().cast<double>();
+  parts_->fit_height();
+}
+
+void HeartDrawing::Parts::fit_height() const {
+  if (!fitted_mm) return;
+  const double width_to_height = width > 0 && height > 0 ? double(width) / height : kUsualShape;
+  const double height_mm = std::max(fitted_mm->y(), fitted_mm->x() / width_to_height);
+  renderer->GetActiveCamera()->SetParallelScale(height_mm / 2);
 }
 
 bool HeartDrawing::changed() const {
@@ -310,6 +333,7 @@ void HeartDrawing::render() {
   const int* size = parts.window->GetSize();
   parts.width = size[0];
   parts.height = size[1];
+  parts.fit_height();
   parts.update();
   parts.turned = false;
   const auto start = std::chrono::steady_clock::now();

@@ -69,6 +69,8 @@ struct DrawingOptions {
   bool caption = true;    ///< names, phase, scale bar, orientation
   /// Stereo pictures, the left eye's red, the right eye's cyan.
   bool anaglyph = false;
+  double text_scale = 1;     ///< words and what is drawn with them, times as large
+  double display_scale = 1;  ///< dots an inch over 96, of the display: words are no smaller there
 };
 
 /// Where the legend of colours was drawn, in pixels of the picture (y down).
@@ -116,11 +118,18 @@ class HeartDrawing {
   void set_image_on_cut(bool on);
   void set_tool(const std::optional<ToolPicture>& tool);
   void set_camera(const CameraPose& pose);
+  /// Towards `pose`'s viewer: every surface at any moment of the beat is within the picture and
+  /// fills it, whatever size it gets, until set_camera is called. @param zoom times as large
+  void fit_camera(const CameraPose& pose, double zoom = 1);
   [[nodiscard]] CameraPose camera() const;
   /// Coarser volume and image: while the picture moves.
   void set_moving(bool moving);
   /// A line below the names, as "ES" or the device's name.
   void set_note(const std::string& note);
+
+  /// The line above the names: the moment, named where it is end-diastole or end-systole, and the
+  /// note.
+  [[nodiscard]] std::string caption() const;
 
   /// Draws once. @param width, height 16..16384
   [[nodiscard]] Picture picture(int width, int height);

@@ -14,42 +14,14 @@
 
 #include "runtime/base/error.h"
 #include "runtime/viewer/drawing_parts.h"
+#include "runtime/viewer/drawing_patches.h"
 
 namespace beatlas::viewer {
 namespace {
 
 constexpr int kBarSteps = 128;
 constexpr int kMostMarks = 6;
-constexpr double kMargin = 18;  // pixels
-
-/// Triangles and quads of one colour each, in pixels.
-class Patches {
- public:
-  Patches() {
-    colours_->SetNumberOfComponents(3);
-    colours_->SetName("colours");
-  }
-
-  void add(const std::vector<Vec2>& corners, const Rgb& colour) {
-    cells_->InsertNextCell(static_cast<int>(corners.size()));
-    for (const Vec2& corner : corners) {
-      cells_->InsertCellPoint(points_->InsertNextPoint(corner.x(), corner.y(), 0));
-    }
-    colours_->InsertNextTypedTuple(colour.data());
-  }
-
-  void give_to(vtkPolyData& data) {
-    data.SetPoints(points_);
-    data.SetPolys(cells_);
-    data.GetCellData()->SetScalars(colours_);
-    data.Modified();
-  }
-
- private:
-  vtkNew<vtkPoints> points_;
-  vtkNew<vtkCellArray> cells_;
-  vtkNew<vtkUnsignedCharArray> colours_;
-};
+constexpr double kMargin = 18;  // pixels, as all here, of a picture whose words are not enlarged
 
 Vec2 on_circle(const Vec2& centre, double radius, double angle) {
   return centre + radius * Vec2(std::cos(angle), std::sin(angle));
@@ -98,8 +70,9 @@ void HeartDrawing::Parts::put_legend_text(std::size_t n, const std::string& word
 
 void HeartDrawing::Parts::update_bar() {
   const ColourScale& scale = colours->scale();
-  const double right = width - kMargin;
-  const double left = right - 20;
+  const double grown = text_scale();
+  const double right = width - grown * kMargin;
+  const double left = right - grown * 20;
   const double low = 0.30 * height;
   const double high = 0.86 * height;
   const auto at = [&](double share) { return low + share * (high - low); };
@@ -107,14 +80,12 @@ void HeartDrawing::Parts::update_bar() {
   for (int n = 0; n < kBarSteps; ++n) {
     const double begin = static_cast<double>(n) / kBarSteps;
     const double end = static_cast<double>(n + 1) / kBarSteps;
-    patches.add({{left, at(begin)}, {right, at(begin)}, {right, at(end)}, {left, at(end)}},
-                colour_of_share(0.5 * (begin + end)));
+    patches.add_box({left, at(begin)}, {right, at(end)}, colour_of_share(0.5 * (begin + end)));
   }
   const std::vector<double> marks = scale_marks(scale, kMostMarks);
   for (const double mark : marks) {
     const double y = at((mark - scale.low) / (scale.high - scale.low));
-    patches.add({{left - 6, y - 0.7}, {left, y - 0.7}, {left, y + 0.7}, {left - 6, y + 0.7}},
-                {237, 237, 237});
+    patches.add_box({left - 6 * grown, y - 0.7 * grown}, {left, y + 0.7 * grown}, {237, 237, 237});
   }
   patches.give_to(*legend.patches);
   set_legend_texts(marks.size() + 1);
@@ -123,17 +94,20 @@ void HeartDrawing::Parts::update_bar() {
     std::snprintf(number.data(), number.size(), "%g", marks[n]);
     const double y = at((marks[n] - scale.low) / (scale.high - scale.low));
     legend.texts[n]->GetTextProperty()->SetJustificationToRight();
-    put_legend_text(n, number.data(), {left - 10, y}, 15, 0.93);
+    put_legend_text(n, number.data(), {left - 10 * grown, y},
+                    static_cast<int>(std::lround(15 * grown)), 0.93);
   }
   legend.texts[marks.size()]->GetTextProperty()->SetJustificationToRight();
-  put_legend_text(marks.size(), scale.title, {right, high + 16}, 16, 0.93);
+  put_legend_text(marks.size(), scale.title, {right, high + 16 * grown},
+                  static_cast<int>(std::lround(16 * grown)), 0.93);
   legend.centre = {0.5 * (left + right), 0.5 * (low + high)};
   legend.half_px = 0.5 * (high - low);
 }
 
 void HeartDrawing::Parts::update_bulls_eye() {
-  const double radius = std::min(0.17 * std::min(width, height), 120.0);
-  const Vec2 centre(width - kMargin - radius, height - kMargin - radius);
+  const double grown = text_scale();
+  const double radius = std::min(0.17 * std::min(width, height), 120.0 * grown);
+  const Vec2 centre(width - grown * kMargin - radius, height - grown * kMargin - radius);
   Patches patches;
   set_legend_texts(17);
   for (int segment = 1; segment <= 17; ++segment) {

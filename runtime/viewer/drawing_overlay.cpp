@@ -15,6 +15,7 @@
 #include <vtkTransform.h>
 
 #include "runtime/viewer/drawing_parts.h"
+#include "runtime/viewer/drawing_patches.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -75,13 +76,13 @@ void HeartDrawing::Parts::make_tool() {
   mapper->SetInputConnection(source->GetOutputPort());
   tool_parts.arrow = vtkSmartPointer<vtkActor>::New();
   tool_parts.arrow->SetMapper(mapper);
-  tool_parts.arrow->GetProperty()->SetColor(0.30, 0.95, 0.45);
+  tool_parts.arrow->GetProperty()->SetColor(0.97, 0.97, 0.97);  // as no structure
   tool_parts.arrow->VisibilityOff();
   renderer->AddActor(tool_parts.arrow);
   tool_parts.label = vtkSmartPointer<vtkBillboardTextActor3D>::New();
   tool_parts.label->GetTextProperty()->SetFontSize(18);
   tool_parts.label->GetTextProperty()->SetBold(1);
-  tool_parts.label->GetTextProperty()->SetColor(0.55, 1, 0.65);
+  tool_parts.label->GetTextProperty()->SetColor(0.97, 0.97, 0.97);
   tool_parts.label->GetTextProperty()->SetShadow(1);
   tool_parts.label->SetDisplayOffset(8, 6);
   tool_parts.label->VisibilityOff();
@@ -141,6 +142,12 @@ void HeartDrawing::Parts::make_overlay() {
   overlay.bar_actor->GetProperty()->SetColor(0.93, 0.93, 0.93);
   overlay.bar_actor->GetProperty()->SetLineWidth(2);
   renderer->AddViewProp(overlay.bar_actor);
+  overlay.swatches = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkPolyDataMapper2D> swatches_mapper;
+  swatches_mapper->SetInputData(overlay.swatches);
+  overlay.swatches_actor = vtkSmartPointer<vtkActor2D>::New();
+  overlay.swatches_actor->SetMapper(swatches_mapper);
+  renderer->AddViewProp(overlay.swatches_actor);
   overlay.bar_text = text_actor(renderer, 16);
   overlay.bar_text->GetTextProperty()->SetJustificationToCentered();
   overlay.title = text_actor(renderer, 16);
@@ -176,14 +183,33 @@ void HeartDrawing::Parts::make_overlay() {
   overlay.marker->AddActor(overlay.cube);
 }
 
+double HeartDrawing::Parts::text_scale() const {
+  // Words grow with a large picture, and where pixels are fine.
+  const double grown = std::clamp(std::min(width / 800.0, height / 600.0), 1.0, 4.0);
+  return options.text_scale * std::max(grown, options.display_scale);
+}
+
+std::string HeartDrawing::Parts::caption() const {
+  std::string words = number("%.0f", 100 * beats) + " % of the beat";
+  const atlas::Manifest& manifest = atlas->manifest();
+  const int phases = std::max(1, manifest.phase_count());
+  // The phase that lies nearest.
+  const int phase = static_cast<int>(std::lround(beats * phases)) % phases;
+  if (phases > 1 && phase == manifest.end_diastole) words += ", end-diastole (ED)";
+  if (phases > 1 && phase == manifest.end_systole) words += ", end-systole (ES)";
+  if (!note.empty()) words += "   " + note;
+  return words;
+}
+
+std::string HeartDrawing::caption() const { return parts_->caption(); }
+
 void HeartDrawing::Parts::update_overlay() {
   if (!options.caption) return;
   vtkCamera* camera = renderer->GetActiveCamera();
   const double per_mm = height / (2 * camera->GetParallelScale());
   const double length_mm = round_length_mm(std::max(1e-3, 0.28 * width / per_mm));
   const double length = length_mm * per_mm;
-  // Words grow with a large picture.
-  const double grown = std::clamp(std::min(width / 800.0, height / 600.0), 1.0, 4.0);
+  const double grown = text_scale();
   const auto pixels = [grown](double at_800_by_600) {
     return static_cast<int>(std::lround(grown * at_800_by_600));
   };
@@ -207,24 +233,29 @@ void HeartDrawing::Parts::update_overlay() {
   overlay.bar_actor->GetProperty()->SetLineWidth(static_cast<float>(2 * grown));
 
   const bool roomy = width >= 320 && height >= 240;
-  std::string title = number("%.0f", 100 * beats) + " % of the beat";
-  if (!note.empty()) title += "   " + note;
-  overlay.title->SetInput(title.c_str());
+  overlay.title->SetInput(caption().c_str());
   overlay.title->SetVisibility(roomy ? 1 : 0);
   overlay.title->SetDisplayPosition(pixels(14), height - pixels(10));
   overlay.title->GetTextProperty()->SetFontSize(pixels(16));
   tool_parts.label->GetTextProperty()->SetFontSize(pixels(18));
   int line = height - pixels(34);
+  Patches swatches;
   for (SurfaceParts& part : surfaces) {
     const bool named = roomy && part.look.visible && part.look.opacity > 0;
     part.name->SetVisibility(named ? 1 : 0);
     if (!named) continue;
-    const Vec3 bright = 0.65 * part.look.colour + Vec3::Constant(0.35);
-    part.name->GetTextProperty()->SetColor(bright.x(), bright.y(), bright.z());
+    // The colour itself beside words that are read on any ground.
+    const auto eight_bits = [](double share) {
+      return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
+    };
+    const Vec3& colour = part.look.colour;
+    swatches.add_box(Vec2(pixels(14), line - pixels(14)), Vec2(pixels(26), line - pixels(2)),
+                     {eight_bits(colour.x()), eight_bits(colour.y()), eight_bits(colour.z())});
     part.name->GetTextProperty()->SetFontSize(pixels(15));
-    part.name->SetDisplayPosition(pixels(14), line);
+    part.name->SetDisplayPosition(pixels(33), line);
     line -= pixels(21);
   }
+  swatches.give_to(*overlay.swatches);
 
   overlay.marker->SetDraw(roomy ? 1 : 0);
   const double marker = std::min(0.2 * std::min(width, height), 110.0 * grown);

@@ -114,8 +114,10 @@ struct LegendParts {
   double half_px = 0;
 };
 
-/// Scale bar, names, orientation marker.
+/// Scale bar, names with their colours, orientation marker.
 struct OverlayParts {
+  vtkSmartPointer<vtkPolyData> swatches;
+  vtkSmartPointer<vtkActor2D> swatches_actor;
   vtkSmartPointer<vtkPolyData> bar;
   vtkSmartPointer<vtkActor2D> bar_actor;
   vtkSmartPointer<vtkTextActor> bar_text;
@@ -141,6 +143,7 @@ struct HeartDrawing::Parts {
   DrawTimes times;
   int width = 0;  ///< of the last picture
   int height = 0;
+  std::optional<Vec2> fitted_mm;  ///< width and height that the picture shall show, of its size
 
   std::vector<SurfaceParts> surfaces;  ///< from the inside out
   std::vector<vtkActor*> drawn_order;  ///< of their actors
@@ -176,6 +179,11 @@ struct HeartDrawing::Parts {
   void update_slice();
   void update_tool();
   void update_overlay();
+  /// How much larger words are than in a picture of 800 x 600.
+  [[nodiscard]] double text_scale() const;
+  /// "50 % of the beat, end-systole (ES)   8.0 mm deep".
+  [[nodiscard]] std::string caption() const;
+  void fit_height() const;
   void colour_surface(SurfaceParts& part) const;
   void update_legend();
   void update_bar();

@@ -198,8 +198,8 @@ void HeartDrawing::Parts::update_cut(SurfaceParts& part) const {
   part.line->SetPoints(points);
   part.line->SetLines(lines);
   part.line->Modified();
-  const Vec3 bright = 0.55 * part.look.colour + Vec3::Constant(0.45);
-  part.line_actor->GetProperty()->SetColor(bright.x(), bright.y(), bright.z());
+  const Vec3& colour = part.look.colour;
+  part.line_actor->GetProperty()->SetColor(colour.x(), colour.y(), colour.z());
   if (!filled) return;
   // The same points for both ends that meet, so that the pieces close to loops.
   vtkNew<vtkContourTriangulator> triangulator;
@@ -222,7 +222,7 @@ void HeartDrawing::Parts::update_cut(SurfaceParts& part) const {
   triangulator->SetInputData(welded);
   triangulator->Update();
   part.cap->ShallowCopy(triangulator->GetOutput());
-  const Vec3 dark = 0.8 * part.look.colour;
+  const Vec3 dark = 0.8 * colour;
   part.cap_actor->GetProperty()->SetColor(dark.x(), dark.y(), dark.z());
 }
 

@@ -44,7 +44,8 @@ std::vector<Panel> press_panels(const PressRun& run, double beat_s) {
            .from_zero = true}};
 }
 
-Picture with_plots(const Picture& left, const std::vector<Panel>& panels, int plot_width) {
+Picture with_plots(const Picture& left, const std::vector<Panel>& panels, int plot_width,
+                   double text_scale) {
   QImage image(left.width + plot_width, left.height, QImage::Format_RGB888);
   for (int y = 0; y < left.height; ++y) {
     const std::size_t row = 3 * static_cast<std::size_t>(left.width);
@@ -52,7 +53,7 @@ Picture with_plots(const Picture& left, const std::vector<Panel>& panels, int pl
   }
   QPainter painter(&image);
   QFont font = painter.font();
-  font.setPixelSize(std::max(13, left.height / 46));
+  font.setPixelSize(static_cast<int>(std::lround(text_scale * std::max(13, left.height / 46))));
   painter.setFont(font);
   paint_panels(painter, QRect(left.width, 0, plot_width, left.height), panels);
   painter.end();
@@ -115,9 +116,7 @@ void apply(const ViewOptions& options, HeartDrawing& drawing) {
   if (options.volume != VolumePreset::Off && !drawing.has_volume()) {
     throw_invalid("the package has no images to draw; build it from images with --scene full");
   }
-  CameraPose pose = standard_view(drawing.frame(), options.view);
-  pose.height_mm /= options.zoom;
-  drawing.set_camera(pose);
+  drawing.fit_camera(standard_view(drawing.frame(), options.view), options.zoom);
   for (const Structure structure : kAllStructures) {
     Look look = drawing.look(structure);
     // Surfaces would hide the volume; their lines on a cut stay.
@@ -152,10 +151,11 @@ struct Stage {
   int plot_width = 0;
   int width = 0;
   int height = 0;
+  double text_scale = 1;
 
   [[nodiscard]] Picture picture() const {
     const Picture left = drawing->picture(width, height);
-    return panels.empty() ? left : with_plots(left, panels, plot_width);
+    return panels.empty() ? left : with_plots(left, panels, plot_width, text_scale);
   }
 };
 
@@ -181,9 +181,11 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
   Stage stage;
   stage.width = options.width;
   stage.height = options.height;
-  stage.drawing = std::make_unique<HeartDrawing>(
-      heart.atlas, heart.field,
-      DrawingOptions{.caption = options.caption, .anaglyph = options.anaglyph});
+  stage.text_scale = options.text_scale;
+  stage.drawing = std::make_unique<HeartDrawing>(heart.atlas, heart.field,
+                                                 DrawingOptions{.caption = options.caption,
+                                                                .anaglyph = options.anaglyph,
+                                                                .text_scale = options.text_scale});
   apply(options, *stage.drawing);
   const atlas::Manifest& manifest = heart.atlas->manifest();
   if (options.plots) {

@@ -32,6 +32,7 @@ struct ViewOptions {
   bool plots = false;
   bool caption = true;
   bool anaglyph = false;
+  double text_scale = 1;         ///< of all words
   std::string device = "mouse";  ///< of a window: one of kDevices
   std::string device_detail;     ///< what it needs besides; empty: what is usual
   int width = 800;

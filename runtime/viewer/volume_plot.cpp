@@ -3,8 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "runtime/atlas/structures.h"
-#include "runtime/viewer/drawing.h"
+#include "runtime/atlas/structure_colours.h"
 
 namespace beatlas::viewer {
 
@@ -13,7 +12,7 @@ Panel volume_panel(const atlas::Manifest& manifest) {
   for (const atlas::StructureEntry& entry : manifest.structures) {
     const auto structure = structure_from_name(entry.name);
     if (!structure || entry.volume_ml.empty() || *structure == Structure::Heart) continue;
-    const Vec3 colour = 255 * (0.6 * default_look(*structure).colour + Vec3::Constant(0.4));
+    const Colour colour = structure_colour(*structure);
     // A vessel is cut somewhere by what is in view: its volume says nothing.
     if (*structure == Structure::Aorta) continue;
     Curve line{.name = *structure == Structure::LvBlood        ? "LV"
@@ -22,8 +21,7 @@ Panel volume_panel(const atlas::Manifest& manifest) {
                        : *structure == Structure::RaBlood      ? "RA"
                        : *structure == Structure::LvMyocardium ? "LV muscle"
                                                                : "",
-               .colour = QColor(static_cast<int>(colour.x()), static_cast<int>(colour.y()),
-                                static_cast<int>(colour.z())),
+               .colour = QColor(colour[0], colour[1], colour[2]),
                .x = {},
                .y = {}};
     const std::size_t phases = entry.volume_ml.size();

@@ -121,12 +121,17 @@ TEST_F(Pictures, CutContoursAreTheClosedForms) {
       pose.height_mm = 120;
       heart->set_camera(pose);
       heart->set_image_on_cut(image);
+      // Beside the images the surface's inside would be seen, whose light can have the line's
+      // colour.
+      Look look = heart->look(Structure::Heart);
+      look.opacity = image ? 0 : 1;
+      heart->set_look(Structure::Heart, look);
       const Vec3 right = pose.up.cross(pose.towards_viewer);
       heart->set_beats(0.37);
       heart->set_cut(CutPlane{.point_mm = heart_.centre_mm, .normal = plane.normal});
       const Picture picture = heart->picture(kWidth, kHeight);
-      // The line is the brightest there is in its own colour.
-      const Vec3 line = 255 * (0.55 * heart->look(Structure::Heart).colour + Vec3::Constant(0.45));
+      // The line alone has this colour: the area within it is darker.
+      const Vec3 line = 255 * heart->look(Structure::Heart).colour;
       const Vec2 middle = heart->pixel_of(heart_.centre_mm);
       for (int n = 0; n < 36; ++n) {
         const double angle = 2 * pi * n / 36;
@@ -322,7 +327,7 @@ TEST_F(Pictures, TheDentIsAsDeepAsThePatchSays) {
   heart.set_camera(pose);
   heart.set_beats(run.last.servo.phase);
   heart.set_cut(CutPlane{.point_mm = tool.dent_place_mm, .normal = pose.towards_viewer});
-  const Vec3 line = 255 * (0.55 * heart.look(Structure::Heart).colour + Vec3::Constant(0.45));
+  const Vec3 line = 255 * heart.look(Structure::Heart).colour;
   const auto line_height = [&](const Picture& picture) {
     const auto x = static_cast<int>(std::lround(heart.pixel_of(tool.dent_place_mm).x()));
     double sum = 0;

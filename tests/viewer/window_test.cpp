@@ -16,6 +16,7 @@
 #include <QToolButton>
 #include <fstream>
 
+#include "runtime/atlas/structure_colours.h"
 #include "tests/viewer/window_fixture.h"
 
 namespace beatlas::viewer {
@@ -345,10 +346,8 @@ TEST_F(Window, PlotsAreSavedAsAPicture) {
     return count;
   };
   EXPECT_GT(pixels_like(QColor(90, 220, 120)), 100);
-  const Vec3 lv = 255 * (0.6 * default_look(Structure::LvBlood).colour + Vec3::Constant(0.4));
-  EXPECT_GT(pixels_like(QColor(static_cast<int>(lv.x()), static_cast<int>(lv.y()),
-                               static_cast<int>(lv.z()))),
-            100);
+  const Colour lv = structure_colour(Structure::LvBlood);
+  EXPECT_GT(pixels_like(QColor(lv[0], lv[1], lv[2])), 100);
   EXPECT_FALSE(made->save_plots(file("nowhere/plots.png")));
   EXPECT_TRUE(made->message().contains("plots.png"));
 }
