@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kTurnPerPixel = 0.008;  // rad
 constexpr double kPushMmPerNotch = 1;
+constexpr double kUsualDotsPerInch = 96;
 constexpr double kSlowMs = 400;  // a picture that takes longer holds up the mouse
 
 }  // namespace
@@ -30,9 +31,13 @@ HeartWidget::~HeartWidget() {
   drawing_.reset();
 }
 
-void HeartWidget::show_heart(const OpenedHeart& heart, bool anaglyph) {
+void HeartWidget::show_heart(const OpenedHeart& heart, bool anaglyph, double text_scale) {
   auto drawing = std::make_unique<HeartDrawing>(
-      heart.atlas, heart.field, DrawingOptions{.offscreen = false, .anaglyph = anaglyph});
+      heart.atlas, heart.field,
+      DrawingOptions{.offscreen = false,
+                     .anaglyph = anaglyph,
+                     .text_scale = text_scale,
+                     .display_scale = devicePixelRatioF() * logicalDpiY() / kUsualDotsPerInch});
   const vtkNew<vtkGenericOpenGLRenderWindow> window;
   setRenderWindow(window.Get());
   // The mouse is ours.
@@ -94,8 +99,10 @@ void HeartWidget::mousePressEvent(QMouseEvent* event) {
   const bool touches = touching_ != event->modifiers().testFlag(Qt::ControlModifier);
   if (event->button() == Qt::LeftButton && touches) {
     drag_ = Drag::Tool;
-    tool_depth_mm_ = depth_under(pixel(last_));
-    move_tool(pixel(last_));
+    // It comes to the surface from the viewer's side, not through the heart.
+    tool_pixel_ = pixel(last_);
+    tool_depth_mm_ = depth_under(tool_pixel_);
+    if (on_tool_put) on_tool_put(drawing_->point_at(tool_pixel_, tool_depth_mm_));
   } else if (event->button() == Qt::LeftButton && !event->modifiers().testFlag(Qt::ShiftModifier)) {
     drag_ = Drag::Turn;
   } else if (event->button() == Qt::RightButton) {

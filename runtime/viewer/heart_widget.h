@@ -19,16 +19,18 @@ class HeartWidget : public QVTKOpenGLNativeWidget {
   ~HeartWidget() override;
 
   /// Another heart. @throws Error as HeartDrawing; what was drawn stays then.
-  /// @param anaglyph as DrawingOptions has it
-  void show_heart(const OpenedHeart& heart, bool anaglyph);
+  /// @param anaglyph, text_scale as DrawingOptions has them
+  void show_heart(const OpenedHeart& heart, bool anaglyph, double text_scale = 1);
   /// Null until a heart is shown.
   [[nodiscard]] HeartDrawing* drawing() { return drawing_.get(); }
   /// Draws what has changed. @return whether something was drawn
   bool draw();
 
-  /// Left button: turn, or move the tool. Called with where the tool shall be [mm, workspace].
+  /// Left button: turn, or move the tool.
   void set_touching(bool touching) { touching_ = touching; }
   [[nodiscard]] bool touching() const { return touching_; }
+  /// Where the tool shall be [mm, workspace]: at once, where the button is pressed; then moved.
+  std::function<void(const Vec3&)> on_tool_put;
   std::function<void(const Vec3&)> on_tool;
   std::function<void()> on_camera;
   /// Where the tool is now and how large.

@@ -5,6 +5,8 @@
 #include <QCloseEvent>
 #include <QComboBox>
 #include <QFileInfo>
+#include <QFont>
+#include <QFontInfo>
 #include <QLabel>
 #include <QPainter>
 #include <QPushButton>
@@ -65,6 +67,9 @@ QImage PlotWidget::image(const QSize& size) const {
 
 HeartWindow::HeartWindow(const ViewOptions& options) : options_(options) {
   setWindowTitle("beatlas");
+  QFont words = font();
+  words.setPointSizeF(options_.text_scale * QFontInfo(words).pointSizeF());
+  setFont(words);
   make_controls();
   connect_controls();
   make_menus();
@@ -118,7 +123,7 @@ void HeartWindow::take_loaded() {
 }
 
 void HeartWindow::show_heart(LoadedHeart heart) {
-  picture_->show_heart(heart.opened, options_.anaglyph);
+  picture_->show_heart(heart.opened, options_.anaglyph, options_.text_scale);
   connecting_.drop();
   live_.reset();
   heart_ = heart.opened;
@@ -194,18 +199,19 @@ void HeartWindow::set_playing(bool playing) {
   }
 }
 
-void HeartWindow::place_tool(const Vec3& position_mm) {
+void HeartWindow::put_tool(const Vec3& position_mm) {
   if (!live_) {
     say("This package has no field, so it cannot be touched; build it with --scene full.");
     return;
   }
-  live_->mouse().move_to(position_mm);
+  live_->mouse().put_at(position_mm);
 }
 
 void HeartWindow::lift_tool() {
   if (!live_ || picture_->drawing() == nullptr) return;
   const HeartFrame& frame = picture_->drawing()->frame();
-  live_->mouse().move_to(frame.high_mm + Vec3::Constant(kLiftMm));
+  // Not dragged there: the heart may lie on the way.
+  live_->mouse().put_at(frame.high_mm + Vec3::Constant(kLiftMm));
 }
 
 void HeartWindow::cut_changed() {
@@ -321,6 +327,13 @@ void HeartWindow::closeEvent(QCloseEvent* event) {
   save_state();
   if (live_) live_->stop();
   event->accept();
+}
+
+// The wheel over a control scrolls the panel: a value changes where somebody means it to.
+bool HeartWindow::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() != QEvent::Wheel) return QMainWindow::eventFilter(watched, event);
+  event->ignore();
+  return true;
 }
 
 // A small window is the picture's alone; the keys still do what the controls do.

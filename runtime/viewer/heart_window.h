@@ -83,11 +83,13 @@ class HeartWindow : public QMainWindow {
  protected:
   void closeEvent(QCloseEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
+  bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
   void make_controls();
   void make_structures(QVBoxLayout* column);
   void make_devices(QFormLayout* form);
+  void leave_wheel_to_panel(const QWidget& panel);
   void connect_controls();
   void make_menus();
   void make_shortcuts();
@@ -96,7 +98,7 @@ class HeartWindow : public QMainWindow {
   void take_loaded();
   void take_device();
   void set_playing(bool playing);
-  void place_tool(const Vec3& position_mm);
+  void put_tool(const Vec3& position_mm);
   void lift_tool();
   void device_chosen();
   void connect_device();

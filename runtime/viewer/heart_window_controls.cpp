@@ -4,6 +4,7 @@
 #include <QGroupBox>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QPixmap>
 #include <QPushButton>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -15,6 +16,7 @@
 #include <QVBoxLayout>
 #include <cmath>
 
+#include "runtime/atlas/structure_colours.h"
 #include "runtime/viewer/heart_window.h"
 
 namespace beatlas::viewer {
@@ -142,6 +144,7 @@ void HeartWindow::make_controls() {
 
   auto* controls = new QWidget;
   controls->setLayout(column);
+  leave_wheel_to_panel(*controls);
   auto* scroll = new QScrollArea;  // a low window keeps its controls
   scroll->setWidget(controls);
   scroll->setWidgetResizable(true);
@@ -164,6 +167,18 @@ void HeartWindow::make_controls() {
   setMinimumSize(200, 150);
 }
 
+void HeartWindow::leave_wheel_to_panel(const QWidget& panel) {
+  for (QWidget* widget : panel.findChildren<QWidget*>()) {
+    const bool scrolls = qobject_cast<QScrollBar*>(widget) != nullptr;
+    const bool turns = qobject_cast<QComboBox*>(widget) != nullptr ||
+                       qobject_cast<QAbstractSpinBox*>(widget) != nullptr ||
+                       qobject_cast<QAbstractSlider*>(widget) != nullptr;
+    if (!turns || scrolls) continue;
+    widget->installEventFilter(this);
+    if (widget->focusPolicy() == Qt::WheelFocus) widget->setFocusPolicy(Qt::StrongFocus);
+  }
+}
+
 void HeartWindow::connect_controls() {
   connect(play_, &QPushButton::toggled, this, [this](bool on) { set_playing(on); });
   connect(rate_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int per_min) {
@@ -184,7 +199,7 @@ void HeartWindow::connect_controls() {
   connect(view_, &QComboBox::currentTextChanged, this, [this](const QString& name) {
     HeartDrawing* drawing = picture_->drawing();
     if (drawing != nullptr) {
-      drawing->set_camera(standard_view(drawing->frame(), name.toStdString()));
+      drawing->fit_camera(standard_view(drawing->frame(), name.toStdString()));
     }
   });
   connect(volume_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this](int preset) {
@@ -200,7 +215,10 @@ void HeartWindow::connect_controls() {
     picture_->set_touching(on);
     if (!on) lift_tool();
   });
-  picture_->on_tool = [this](const Vec3& position_mm) { place_tool(position_mm); };
+  picture_->on_tool_put = [this](const Vec3& position_mm) { put_tool(position_mm); };
+  picture_->on_tool = [this](const Vec3& position_mm) {
+    if (live_) live_->mouse().move_to(position_mm);
+  };
   connect(stiffness_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int n_per_m) {
     guard([&] {
       if (live_) live_->touch().set_stiffness(n_per_m);
@@ -248,6 +266,10 @@ void HeartWindow::make_structures(QVBoxLayout* column) {
     const std::string name(structure_name(structure));
     auto* seen = new QCheckBox(QString::fromStdString(structure_title(structure)));
     seen->setObjectName(QString::fromStdString("show_" + name));
+    const Colour colour = structure_colour(structure);
+    QPixmap swatch(seen->iconSize());
+    swatch.fill(QColor(colour[0], colour[1], colour[2]));
+    seen->setIcon(swatch);
     auto* opacity = slider(("opacity_" + name).c_str(), 0, 100, 100);
     form->addRow(seen);
     form->addRow(opacity);

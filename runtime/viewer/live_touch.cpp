@@ -38,8 +38,14 @@ MouseDevice::MouseDevice(const Vec3& position_mm) : position_mm_(position_mm) {
 }
 
 void MouseDevice::move_to(const Vec3& position_mm) noexcept {
-  if (position_mm.allFinite())
-    wished_mm_.write({position_mm.x(), position_mm.y(), position_mm.z()});
+  if (!position_mm.allFinite()) return;
+  wished_.write({.mm = {position_mm.x(), position_mm.y(), position_mm.z()}, .puts = puts_});
+}
+
+void MouseDevice::put_at(const Vec3& position_mm) noexcept {
+  if (!position_mm.allFinite()) return;
+  ++puts_;
+  move_to(position_mm);
 }
 
 device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token stop) {
@@ -48,11 +54,19 @@ device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token
   while (!stop.stop_requested()) {
     device::DeviceState state;
     state.time_s = pacer.next();
-    const auto [x, y, z] = wished_mm_.read();
-    const double share = 1 - std::exp(-(state.time_s - last_s) / kMouseSettlingS);
+    const Wish wish = wished_.read();
+    const Vec3 target(wish.mm[0], wish.mm[1], wish.mm[2]);
     const Vec3 before = position_mm_;
-    position_mm_ += share * (Vec3(x, y, z) - position_mm_);
-    if (state.time_s > last_s) {
+    // A tick that says nothing lies between the old place and the new one.
+    state.valid = wish.puts == puts_seen_;
+    if (state.valid) {
+      const double share = 1 - std::exp(-(state.time_s - last_s) / kMouseSettlingS);
+      position_mm_ += share * (target - position_mm_);
+    } else {
+      position_mm_ = target;
+      puts_seen_ = wish.puts;
+    }
+    if (state.valid && state.time_s > last_s) {
       state.velocity_m_s = kMPerMm * (position_mm_ - before) / (state.time_s - last_s);
     }
     last_s = state.time_s;

@@ -2,6 +2,7 @@
 /// The servo's own thread, and what moves the tool in it.
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -21,11 +22,20 @@ class MouseDevice final : public device::Device {
   explicit MouseDevice(const Vec3& position_mm);
   [[nodiscard]] std::string name() const override { return "mouse"; }
   device::RunReport run(const device::ServoFn& servo, std::stop_token stop) override;
-  /// Any thread. Workspace.
+  /// One thread at a time. Workspace.
   void move_to(const Vec3& position_mm) noexcept;
+  /// It is there at the next tick without having been on the way: what was touched is let go of,
+  /// and the force begins anew, by the start ramp.
+  void put_at(const Vec3& position_mm) noexcept;
 
  private:
-  haptics::Seqlock<std::array<double, 3>> wished_mm_;
+  struct Wish {
+    std::array<double, 3> mm{};
+    std::uint64_t puts = 0;
+  };
+  haptics::Seqlock<Wish> wished_;
+  std::uint64_t puts_ = 0;       ///< the caller's
+  std::uint64_t puts_seen_ = 0;  ///< the servo's
   Vec3 position_mm_;
 };
 

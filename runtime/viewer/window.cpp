@@ -41,6 +41,9 @@ int show_window(const ViewOptions& options, const std::optional<OpenedHeart>& he
         },
         Qt::QueuedConnection);
   });
+  QApplication::setAttribute(
+      Qt::AA_EnableHighDpiScaling);  // sizes follow the display's dots an inch
+  QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
   QApplication application(count, names);
   HeartWindow window(options);
   const LostDisplayWatch watch("beatlas-play", [&window] {
