@@ -42,7 +42,7 @@ for file in ("share/beatlas/heart_prior.onnx", "share/beatlas/schemas/recipe.sch
              "share/beatlas/samples/recipe.json", "share/beatlas/cohort/Snakefile", "share/doc/beatlas/LICENSE.md",
              "include/beatlas/runtime/c/beatlas.h"):
     assert (usr / file).is_file(), file
-libraries = next(usr.glob("lib/*/libbeatlas.so")).parent
+libraries = next(usr.glob("lib/**/libbeatlas.so")).parent
 assert (libraries / "cmake" / "beatlas_runtime" / "beatlas_runtime-config.cmake").is_file()
 
 environment = {**os.environ, "LD_LIBRARY_PATH": str(libraries)}
