@@ -34,7 +34,9 @@ class Walk {
       if (number(*item, 0, 2, false) != 0xFFFE) return std::nullopt;
       at += 8;
       const std::int64_t kind = number(*item, 2, 2, false);
-      if (kind == kSequenceEnd) return at;
+      // A frame takes a fragment or more (PS3.5 A.4).
+      if (kind == kSequenceEnd)
+        return fragments >= encoding_.frames ? std::optional(at) : std::nullopt;
       if (kind != kItem) return std::nullopt;
       at += number(*item, 4, 4, false);
       ++fragments;
@@ -68,6 +70,7 @@ class Walk {
          head = bytes<8>(at)) {
       const auto next = after_element(at, meta, 0);
       if (!next) return at;
+      if ((*head)[2] == 0x10 && (*head)[3] == 0) syntax_ = text(at + 8, *next);
       at = *next;
     }
     return at;
@@ -83,12 +86,45 @@ class Walk {
     return at == size_;
   }
 
+  /// Whether what was walked through is written as the standard has it, to its last byte.
+  [[nodiscard]] bool understood() const { return understood_; }
+  /// TransferSyntaxUID, once the start was looked for; empty if it is not there.
+  [[nodiscard]] const std::string& syntax() const { return syntax_; }
+  void set_encoding(const DicomEncoding& encoding) { encoding_ = encoding; }
+
  private:
+  /// Where the walk goes on if it cannot tell: the end of the file.
+  std::int64_t not_understood() {
+    understood_ = false;
+    return size_;
+  }
+
+  /// What stands from one place to another, without padding; empty if that is long.
+  std::string text(std::int64_t from, std::int64_t to) {
+    constexpr std::int64_t kMostUid = 64;
+    if (to < from || to - from > kMostUid) return {};
+    std::string out(static_cast<std::size_t>(to - from), '\0');
+    in_.clear();
+    if (!in_.seekg(from) || !in_.read(out.data(), to - from)) return {};
+    while (!out.empty() && (out.back() == '\0' || out.back() == ' ')) out.pop_back();
+    return out;
+  }
+
   template <std::size_t N>
   std::optional<std::array<unsigned char, N>> bytes(std::int64_t at) {
+    constexpr std::int64_t kWindow = 4096;  // heads mostly follow each other closely
+    if (at < window_at_ || at + static_cast<std::int64_t>(N) > window_at_ + std::ssize(window_)) {
+      if (at < 0) return std::nullopt;
+      window_.resize(kWindow);
+      in_.clear();
+      in_.seekg(at);
+      in_.read(window_.data(), kWindow);
+      window_.resize(static_cast<std::size_t>(in_ || in_.eof() ? in_.gcount() : 0));
+      window_at_ = at;
+      if (window_.size() < N) return std::nullopt;
+    }
     std::array<unsigned char, N> out{};
-    in_.clear();
-    if (!in_.seekg(at) || !in_.read(reinterpret_cast<char*>(out.data()), N)) return std::nullopt;
+    std::copy_n(window_.begin() + (at - window_at_), N, out.begin());
     return out;
   }
 
@@ -108,15 +144,18 @@ class Walk {
     const auto head = bytes<8>(at);
     const bool big = encoding.big_endian;
     // Some archives fill files up with zeros.
-    if (!head) return zeros(at) || padding(at, big) ? std::optional(size_) : std::nullopt;
-    if (number(*head, 0, 2, big) == 0) return size_;
-    if (depth == 0 && number(*head, 0, 2, big) < least_group_) return size_;  // tags ascend
+    if (!head) {
+      return zeros(at) || padding(at, big) ? std::optional(not_understood()) : std::nullopt;
+    }
+    if (number(*head, 0, 2, big) == 0) return not_understood();
+    if (depth == 0 && number(*head, 0, 2, big) < least_group_)
+      return not_understood();  // tags ascend
     std::int64_t length = number(*head, 4, 4, big);
     at += 8;
     if (!encoding.implicit) {
       const std::string_view kind(reinterpret_cast<const char*>(head->data()) + 4, 2);
       if (!std::all_of(kind.begin(), kind.end(), [](char c) { return c >= 'A' && c <= 'Z'; })) {
-        return size_;
+        return not_understood();
       }
       length = number(*head, 6, 2, big);
       if (is_long(kind)) {
@@ -134,16 +173,16 @@ class Walk {
   /// The same of the items of a sequence that does not tell its length.
   std::optional<std::int64_t> after_items(std::int64_t at, const DicomEncoding& encoding,
                                           int depth) {
-    if (depth > kDeepest) return size_;
+    if (depth > kDeepest) return not_understood();
     while (at < size_) {
       const auto head = bytes<8>(at);
       if (!head) return std::nullopt;
       const bool big = encoding.big_endian;
       const std::int64_t kind = number(*head, 2, 2, big);
-      if (number(*head, 0, 2, big) != 0xFFFE) return size_;
+      if (number(*head, 0, 2, big) != 0xFFFE) return not_understood();
       at += 8;
       if (kind == kSequenceEnd) return at;
-      if (kind != kItem) return size_;
+      if (kind != kItem) return not_understood();
       const std::int64_t length = number(*head, 4, 4, big);
       if (length != kUndefined) {
         at += length;
@@ -206,7 +245,11 @@ class Walk {
   std::ifstream in_;
   DicomEncoding encoding_;
   std::int64_t size_ = 0;
+  std::string window_;  ///< bytes of the file
+  std::int64_t window_at_ = 0;
   std::int64_t least_group_ = 0;  ///< of the elements that may follow
+  std::string syntax_;
+  bool understood_ = true;
 };
 
 }  // namespace
@@ -217,6 +260,15 @@ bool goes_on_to_its_end(const std::filesystem::path& file, std::int64_t pixels,
   const auto end =
       encoding.packed ? walk.end_of_fragments(pixels) : walk.end_of_plain(pixels, pixels_needed);
   return end && walk.whole_from(*end);
+}
+
+bool is_understood(const std::filesystem::path& file) {
+  Walk walk(file, {});
+  const std::int64_t start = walk.start();
+  if (start == 0 || walk.syntax().empty()) return false;
+  walk.set_encoding({.implicit = walk.syntax() == "1.2.840.10008.1.2",
+                     .big_endian = walk.syntax() == "1.2.840.10008.1.2.2"});
+  return walk.whole_from(start) && walk.understood();
 }
 
 bool is_whole(const std::filesystem::path& file, const DicomEncoding& encoding) {

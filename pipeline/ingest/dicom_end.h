@@ -26,4 +26,8 @@ struct DicomEncoding {
 /// The same of a file without pixels, from its first element.
 [[nodiscard]] bool is_whole(const std::filesystem::path& file, const DicomEncoding& encoding);
 
+/// Whether all of a file, from its preamble to its last byte, is elements as the standard writes
+/// them, none longer than the file. Of a deflated file that is to be asked once it is inflated.
+[[nodiscard]] bool is_understood(const std::filesystem::path& file);
+
 }  // namespace beatlas::ingest

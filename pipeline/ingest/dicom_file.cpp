@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
+#include <optional>
 
 #include <vtkDICOMParser.h>
 #include <vtkDICOMUtilities.h>
@@ -14,7 +16,9 @@
 #include "pipeline/ingest/dicom_end.h"
 #include "pipeline/ingest/dicom_words.h"
 #include "pipeline/ingest/inflated_file.h"
+#include "pipeline/ingest/padded_file.h"
 #include "pipeline/ingest/vtk_silence.h"
+#include "runtime/base/plausible_size.h"
 
 namespace beatlas::ingest {
 namespace {
@@ -23,7 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr double kCosineTolerance = 0.02;    // about one degree; beyond it nothing can be trusted
 constexpr double kStraightTolerance = 1e-4;  // six printed digits give 1e-6
-constexpr int kMostFrames = 100000;
+constexpr double kFrameBytes = 3000;         // what is kept of a frame beside its pixels
 constexpr const char* kDeflated = ".1.99";
 const std::string kStorage = "1.2.840.10008.5.1.4.1.1.";
 
@@ -156,12 +160,23 @@ class FileReader {
     meta_ = vtkSmartPointer<vtkDICOMMetaData>::New();
     vtkNew<vtkDICOMParser> parser;
     silence(parser);
-    parser->SetFileName(path.c_str());
+    std::optional<PaddedFile> padded;
+    if (!is_understood(path)) {
+      padded.emplace(path);
+      if (padded->path().empty()) return false;
+    }
+    parser->SetFileName(padded ? padded->path().c_str() : path.c_str());
     parser->SetMetaData(meta_);
-    parser->Update();
+    try {
+      parser->Update();
+    } catch (const std::bad_alloc&) {
+      return false;  // it asks for the length that an element tells before it looks for the bytes
+    }
     has_pixels_ = parser->GetPixelDataFound();
     offset_ = parser->GetFileOffset();
-    held_ = parser->GetFileSize() - offset_;
+    std::error_code failed;
+    const std::uintmax_t size = fs::file_size(path, failed);
+    held_ = failed ? 0 : static_cast<std::int64_t>(size) - offset_;
     return parser->GetErrorCode() == 0;
   }
 
@@ -172,6 +187,7 @@ class FileReader {
     syntax_ = syntax.rfind(family, 0) == 0 ? syntax.substr(family.size()) : std::string();
     if (syntax_ == kDeflated) {
       const InflatedFile inflated(file_);
+      if (inflated.too_large()) return too_large("what it inflates to is more than");
       good = inflated.good() && parse(inflated.path());
     }
     add_words(*meta_, words_);
@@ -200,6 +216,20 @@ class FileReader {
     return find_layout();
   }
 
+  /// Of a file that claims more than its bytes are believed to hold. @param claim "... more than"
+  Kind too_large(const std::string& claim) {
+    const std::uint64_t packed = file_bytes();
+    out_.problem = claim + " the " + in_megabytes(plausible_bytes(packed, kImageUnpack)) +
+                   " that a file of " + in_megabytes(packed) + " is believed to hold";
+    return Kind::Wrong;
+  }
+
+  [[nodiscard]] std::uint64_t file_bytes() const {
+    std::error_code failed;
+    const std::uintmax_t size = fs::file_size(file_, failed);
+    return failed ? 0 : size;
+  }
+
   /// A file without pixels that ends within an element.
   [[nodiscard]] bool cut_off(const std::string& syntax) const {
     return syntax_ != kDeflated && !syntax.empty() &&
@@ -212,7 +242,7 @@ class FileReader {
     };
     columns_ = whole(DC::Columns, 0);
     rows_ = whole(DC::Rows, 0);
-    layout_.frames = std::clamp(whole(DC::NumberOfFrames, 1), 1, kMostFrames);
+    layout_.frames = std::max(whole(DC::NumberOfFrames, 1), 1);
     layout_.offset = offset_;
     layout_.bits_allocated = whole(DC::BitsAllocated, 16);
     layout_.bits_stored = whole(DC::BitsStored, layout_.bits_allocated);
@@ -229,6 +259,16 @@ class FileReader {
     const double needed = static_cast<double>(rows_) * columns_ * samples * layout_.frames *
                           layout_.bits_allocated / 8;
     if (plain && !private_ && needed > static_cast<double>(held_)) return Kind::Damaged;
+    if (layout_.bits_allocated < 1) return Kind::Damaged;
+    // Memory goes to pixels as floats and to what is known of each frame. A few bytes may promise
+    // any number of frames, and of pixels too unless these lie in the file as they are.
+    const bool as_they_are = plain && !private_ && !layout_.deflated;
+    const double pixels = static_cast<double>(rows_) * columns_ * layout_.frames;
+    const double wanted =
+        kFrameBytes * layout_.frames + (as_they_are ? 0 : std::max(needed, sizeof(float) * pixels));
+    if (wanted > static_cast<double>(plausible_bytes(file_bytes(), kImageUnpack))) {
+      return too_large("the images that its header promises take more than");
+    }
     // What is deflated was found whole on inflating it; without a meta header it is not known how
     // elements are written.
     const DicomEncoding encoding{.packed = !plain,
@@ -318,8 +358,10 @@ class FileReader {
     if (image.rescale_slope == 0) image.rescale_slope = 1;
     image.rescale_intercept = attributes.number(DC::RescaleIntercept).value_or(0);
     image.layout = layout_;
-    image.layout.offset +=
-        static_cast<std::int64_t>(frame) * rows_ * columns_ * (layout_.bits_allocated / 8);
+    if (layout_.kind != PixelLayout::Kind::Packed) {  // its frames have no place of their own
+      image.layout.offset +=
+          static_cast<std::int64_t>(frame) * rows_ * columns_ * (layout_.bits_allocated / 8);
+    }
     image.stamp = stamp_of(attributes, frame, layout_.frames);
     image.series_number = out_.series_number;
     image.series_uid = text(DC::SeriesInstanceUID);

@@ -5,26 +5,14 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <optional>
-#include <string_view>
 #include <type_traits>
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <unistd.h>
-#include <vtkDICOMReader.h>
-#include <vtkExecutive.h>
-#include <vtkImageData.h>
-#include <vtkIntArray.h>
-#include <vtkNew.h>
-#include <vtkSmartPointer.h>
-#include <vtkType.h>
 
-#include "pipeline/ingest/gdcm_silence.h"
+#include "pipeline/ingest/decoded_file.h"
 #include "pipeline/ingest/inflated_file.h"
-#include "pipeline/ingest/vtk_silence.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas::ingest {
@@ -32,52 +20,12 @@ namespace beatlas::ingest {
 /// A file as the decoder, or inflating it, gave it.
 struct DicomPixels::Decoded {
   std::unique_ptr<InflatedFile> inflated;  ///< of a deflated file
-  vtkSmartPointer<vtkImageData> data;      ///< null if it could not be decoded
-  std::vector<int> slice_of_frame;
+  std::unique_ptr<DecodedFile> packed;     ///< of another
 };
 
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
-
-template <class Stored>
-void as_float(const void* data, std::size_t first, std::span<float> out) {
-  const auto* begin = static_cast<const Stored*>(data) + first;
-  std::transform(begin, begin + out.size(), out.begin(),
-                 [](Stored value) { return static_cast<float>(value); });
-}
-
-bool as_float(int type, const void* data, std::size_t first, std::span<float> out) {
-  switch (type) {
-    case VTK_UNSIGNED_CHAR:
-      as_float<unsigned char>(data, first, out);
-      return true;
-    case VTK_SIGNED_CHAR:
-    case VTK_CHAR:
-      as_float<signed char>(data, first, out);
-      return true;
-    case VTK_UNSIGNED_SHORT:
-      as_float<unsigned short>(data, first, out);
-      return true;
-    case VTK_SHORT:
-      as_float<short>(data, first, out);
-      return true;
-    case VTK_UNSIGNED_INT:
-      as_float<unsigned int>(data, first, out);
-      return true;
-    case VTK_INT:
-      as_float<int>(data, first, out);
-      return true;
-    case VTK_FLOAT:
-      as_float<float>(data, first, out);
-      return true;
-    case VTK_DOUBLE:
-      as_float<double>(data, first, out);
-      return true;
-    default:
-      return false;
-  }
-}
 
 template <class Word>
 Word turned(Word word) {
@@ -172,63 +120,6 @@ double inversion_sum(const PixelLayout& layout) {
   return layout.is_signed ? -1 : std::ldexp(1.0, layout.bits_stored) - 1;
 }
 
-/// Decodes a whole file; leaves `data` null if that fails.
-void decode(const std::string& file, const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
-            std::vector<int>& slice_of_frame) {
-  silence_decoder();
-  vtkNew<vtkDICOMReader> reader;
-  silence(reader);
-  silence(reader->GetExecutive());
-  reader->SetFileName(file.c_str());
-  reader->SortingOff();
-  reader->TimeAsVectorOff();
-  reader->AutoRescaleOff();
-  reader->SetMemoryRowOrderToFileNative();
-  reader->Update();
-  vtkImageData* decoded = reader->GetOutput();
-  const int* size = decoded->GetDimensions();
-  const auto frames = static_cast<std::size_t>(image.layout.frames);
-  if (reader->GetErrorCode() != 0 || size[0] != image.columns || size[1] != image.rows ||
-      static_cast<std::size_t>(size[2]) != frames || decoded->GetNumberOfScalarComponents() != 1 ||
-      !decoded->GetScalarPointer()) {
-    return;
-  }
-  slice_of_frame.assign(frames, -1);
-  vtkIntArray* frame_of_slice = reader->GetFrameIndexArray();
-  for (int slice = 0; slice < size[2]; ++slice) {
-    const int frame = frame_of_slice && slice < frame_of_slice->GetNumberOfValues()
-                          ? frame_of_slice->GetValue(slice)
-                          : slice;
-    if (frame < 0 || frame >= size[2]) return;
-    slice_of_frame[static_cast<std::size_t>(frame)] = slice;
-  }
-  data = decoded;
-}
-
-/// The same; a file that only lacks the mark behind its last fragment is read as if it had it.
-void decode(const DicomImage& image, vtkSmartPointer<vtkImageData>& data,
-            std::vector<int>& slice_of_frame) {
-  decode(image.file.string(), image, data, slice_of_frame);
-  if (data) return;
-  constexpr std::string_view kMark("\xFE\xFF\xDD\xE0\0\0\0\0", 8);
-  std::ifstream in(image.file, std::ios::binary);
-  std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (content.ends_with(kMark)) return;
-  content += kMark;
-  const int memory = ::memfd_create("marked", MFD_CLOEXEC);
-  if (memory < 0) return;
-  std::size_t done = 0;
-  while (done < content.size()) {
-    const ssize_t wrote = ::write(memory, content.data() + done, content.size() - done);
-    if (wrote <= 0) break;
-    done += static_cast<std::size_t>(wrote);
-  }
-  if (done == content.size()) {
-    decode("/proc/self/fd/" + std::to_string(memory), image, data, slice_of_frame);
-  }
-  ::close(memory);
-}
-
 }  // namespace
 
 DicomPixels::DicomPixels() = default;
@@ -244,7 +135,7 @@ void DicomPixels::prepare(const DicomImage& image, double most_bytes) {
   held_bytes_ += bytes;
   auto& decoded = held_[image.file] = std::make_unique<Decoded>();
   if (packed) {
-    decode(image, decoded->data, decoded->slice_of_frame);
+    decoded->packed = std::make_unique<DecodedFile>(image);
   } else {
     decoded->inflated = std::make_unique<InflatedFile>(image.file);
   }
@@ -256,7 +147,6 @@ void DicomPixels::release() {
 }
 
 PixelState DicomPixels::read(const DicomImage& image, std::span<float> out) const {
-  const std::size_t count = out.size();
   if (image.layout.kind == PixelLayout::Kind::Unknown) return PixelState::Damaged;
   const auto held = held_.find(image.file);
   const Decoded* decoded = held != held_.end() ? held->second.get() : nullptr;
@@ -265,22 +155,13 @@ PixelState DicomPixels::read(const DicomImage& image, std::span<float> out) cons
       return PixelState::Damaged;
     }
   } else {
-    Decoded own;
-    if (!decoded) {
+    std::optional<DecodedFile> own;
+    const DecodedFile* file = decoded ? decoded->packed.get() : nullptr;
+    if (!file) {
       const std::lock_guard lock(decoder_);
-      decode(image, own.data, own.slice_of_frame);
-      decoded = &own;
+      file = &own.emplace(image);
     }
-    const auto frame = static_cast<std::size_t>(image.frame);
-    if (!decoded->data || frame >= decoded->slice_of_frame.size() ||
-        decoded->slice_of_frame[frame] < 0) {
-      return PixelState::Damaged;
-    }
-    const auto first = static_cast<std::size_t>(decoded->slice_of_frame[frame]) * count;
-    const int type = decoded->data->GetScalarType();
-    if (!as_float(type, decoded->data->GetScalarPointer(), first, out)) {
-      return PixelState::Damaged;
-    }
+    if (!file->read(image.frame, out)) return PixelState::Damaged;
   }
   const bool real = image.layout.kind == PixelLayout::Kind::Float;
   if (image.layout.inverted && !real) {

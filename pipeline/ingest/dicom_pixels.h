@@ -15,7 +15,7 @@ namespace beatlas::ingest {
 enum class PixelState { Good, Damaged, NoNumber };
 
 /// Reads images. Plain pixels come straight from the file, one frame at a time; packed ones
-/// through a decoder, a whole file at a time.
+/// through a decoder, a whole file at a time (decoded_file.h).
 class DicomPixels {
  public:
   DicomPixels();
@@ -43,7 +43,7 @@ class DicomPixels {
   struct Decoded;
   std::map<std::filesystem::path, std::unique_ptr<Decoded>> held_;
   double held_bytes_ = 0;
-  mutable std::mutex decoder_;  ///< VTK's pipelines are not made for several threads
+  mutable std::mutex decoder_;  ///< one at a time: each takes a whole file
 };
 
 }  // namespace beatlas::ingest

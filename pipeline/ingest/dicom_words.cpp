@@ -36,8 +36,9 @@ void add_item(const vtkDICOMItem& item, int depth, IdentityWords& words) {
 
 void add_unknown(const vtkDICOMValue& value, IdentityWords& words) {
   const unsigned char* bytes = value.GetUnsignedCharData();
-  if (!bytes || value.GetVL() > kMostUnknown) return;
-  words.add_text(std::string(bytes, bytes + value.GetVL()));
+  const std::size_t count = value.GetNumberOfValues();  // its VL is one more where that is odd
+  if (!bytes || count > kMostUnknown) return;
+  words.add_text(std::string(bytes, bytes + count));
 }
 
 void add_value(const vtkDICOMTag& tag, const vtkDICOMValue& value, int depth,

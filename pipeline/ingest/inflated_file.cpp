@@ -4,11 +4,14 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <vector>
 
 #include <sys/mman.h>
 #include <unistd.h>
 #include <zlib.h>
+
+#include "runtime/base/plausible_size.h"
 
 namespace beatlas::ingest {
 namespace {
@@ -17,7 +20,6 @@ constexpr std::size_t kPreamble = 128;
 constexpr std::size_t kGroupStart = kPreamble + 4;  // after "DICM"
 constexpr std::size_t kLengthElement = 12;          // (0002,0000) UL 4 VALUE
 constexpr std::size_t kMostMeta = 65536;
-constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
 
 /// Length of preamble and group 2, from its group length; 0 if there is none.
 std::size_t meta_end(const std::string& head) {
@@ -44,24 +46,29 @@ bool write_all(int descriptor, const void* data, std::size_t size) {
   return true;
 }
 
-bool inflate_to(int descriptor, const char* data, std::size_t size) {
+enum class Inflated { Good, Damaged, TooLarge };
+
+/// @param descriptor where the inflated bytes go; -1: nowhere, they are only looked at
+Inflated inflate_to(int descriptor, const char* data, std::size_t size) {
+  const std::uint64_t most = plausible_bytes(size, kImageUnpack);
   z_stream stream{};
-  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return false;
+  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return Inflated::Damaged;
   std::vector<unsigned char> block(1 << 16);
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(data));
   stream.avail_in = static_cast<uInt>(size);
   int status = Z_OK;
   std::uint64_t total = 0;
-  while (status == Z_OK) {
+  while (status == Z_OK && total <= most) {
     stream.next_out = block.data();
     stream.avail_out = static_cast<uInt>(block.size());
     status = inflate(&stream, Z_NO_FLUSH);
     const std::size_t made = block.size() - stream.avail_out;
     total += made;
-    if (total > kMostBytes || !write_all(descriptor, block.data(), made)) status = Z_BUF_ERROR;
+    if (descriptor >= 0 && !write_all(descriptor, block.data(), made)) status = Z_BUF_ERROR;
   }
   inflateEnd(&stream);
-  return status == Z_STREAM_END;
+  if (total > most) return Inflated::TooLarge;
+  return status == Z_STREAM_END ? Inflated::Good : Inflated::Damaged;
 }
 
 }  // namespace
@@ -70,11 +77,18 @@ InflatedFile::InflatedFile(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   const std::string all((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   const std::size_t end = meta_end(all);
-  if (end == 0 || end >= all.size() || all.size() > kMostBytes - 1) return;
+  const bool one_piece = all.size() <= std::numeric_limits<uInt>::max();  // as zlib takes it
+  if (end == 0 || end >= all.size() || !one_piece) return;
+  const char* packed = all.data() + end;
+  const std::size_t size = all.size() - end;
+  // Memory is taken for what is known to be sound.
+  const Inflated state = inflate_to(-1, packed, size);
+  too_large_ = state == Inflated::TooLarge;
+  if (state != Inflated::Good) return;
   const int descriptor = memfd_create("inflated", MFD_CLOEXEC);
   if (descriptor < 0) return;
   if (!write_all(descriptor, all.data(), end) ||
-      !inflate_to(descriptor, all.data() + end, all.size() - end)) {
+      inflate_to(descriptor, packed, size) != Inflated::Good) {
     ::close(descriptor);
     return;
   }
