@@ -1,0 +1,61 @@
+// What users write about muscle, circulation and regions of the palpation trainer.
+#include "runtime/base/json_text.h"
+#include "runtime/palpation/parameters.h"
+#include "runtime/palpation/regions.h"
+#include "tests/fuzz/fuzz_target.h"
+
+namespace beatlas::fuzz {
+std::vector<std::string> seeds() {
+  const auto regions = nlohmann::json::parse(
+      R"([{"painted": "scar.csv", "label": 2, "scar": 0.8, "thickness_ratio": 0.6},
+          {"thinner_than_mm": 5, "scar": 0.5}])");
+  (void)palpation::regions_from_json(regions);  // sound, or most of the reader is never reached
+  std::vector<std::string> out;
+  for (const std::string& name : palpation::palpation_presets()) {
+    out.push_back(palpation::palpation_to_json(palpation::palpation_preset(name)).dump(1));
+  }
+  nlohmann::json with = nlohmann::json::parse(out.front());
+  with["regions"] = regions;
+  out.push_back(with.dump());
+  out.emplace_back("{} // nothing told");
+  return out;
+}
+std::vector<std::string> tokens() {
+  return {"{",
+          "}",
+          "[",
+          "]",
+          "\"",
+          ":",
+          ",",
+          "null",
+          "1e400",
+          "-0",
+          "1e-320",
+          "[[[[[[[[",
+          "\"regions\":",
+          "\"segments\":",
+          "\"tissue\":",
+          "//",
+          "/*"};
+}
+}  // namespace beatlas::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace beatlas;
+  const nlohmann::json json = parse_json(fuzz::text(data, size), JsonComments::Skip);
+  if (json.is_discarded()) return 0;
+  fuzz::only_errors([&] {
+    const auto parameters = palpation::palpation_from_json(json);
+    parameters.check();
+    const nlohmann::json again = palpation::palpation_to_json(parameters);
+    fuzz::require(palpation::palpation_to_json(palpation::palpation_from_json(again)) == again);
+  });
+  if (!json.is_object() || !json.contains("regions")) return 0;
+  fuzz::only_errors([&] {
+    const nlohmann::json again =
+        palpation::regions_to_json(palpation::regions_from_json(json["regions"]));
+    fuzz::require(palpation::regions_to_json(palpation::regions_from_json(again)) == again);
+  });
+  return 0;
+}
