@@ -161,7 +161,7 @@ void HeartDrawing::Parts::update_layers() {
     const Vec3 by = mm * towards;
     prop->SetPosition(by.x(), by.y(), by.z());
   };
-  // The images on the cut, then areas, the innermost on top, then lines.
+  // The images on the cut, then areas, the innermost on top, then lines, likewise.
   double on_cut_mm = kOnTopMm;
   if (volume.slice_actor) move(volume.slice_actor, on_cut_mm);
   for (std::size_t n = surfaces.size(); n-- > 0;) {
@@ -170,7 +170,9 @@ void HeartDrawing::Parts::update_layers() {
     move(part.actor, mm);
     on_cut_mm += kBetweenMm;
     move(part.cap_actor, on_cut_mm);
-    move(part.line_actor, kOnTopMm + (surfaces.size() + 1) * kBetweenMm);
+    // Where two lines are one, the inner's is seen.
+    const double inwards = static_cast<double>(surfaces.size() - n) / surfaces.size();
+    move(part.line_actor, kOnTopMm + (surfaces.size() + 1 + inwards) * kBetweenMm);
     if (!cut) continue;
     const Vec3 point = cut->point_mm + mm * towards;
     part.plane->SetOrigin(point.x(), point.y(), point.z());

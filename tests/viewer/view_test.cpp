@@ -148,5 +148,41 @@ TEST_F(View, WordsGrowByTheWishAndOnADisplayOfFinePixels) {
   EXPECT_EQ(drawing({.display_scale = 0.5}).picture(800, 600).rgb, usual.rgb) << "never smaller";
 }
 
+// The muscle's outline is the heart's where no ventricle lies outside: not a mixture of both.
+TEST_F(View, OfTwoOutlinesThatAreOneTheInnersIsSeen) {
+  const auto coinciding = test::ellipsoid_atlas(*folder_, {}, 4, 4, 1e-7);
+  HeartDrawing heart(coinciding, nullptr, {.caption = false});
+  for (const Structure structure : kAllStructures) {
+    Look look = heart.look(structure);
+    look.opacity = 0;
+    look.visible = structure == Structure::Heart || structure == Structure::LvMyocardium;
+    heart.set_look(structure, look);
+  }
+  for (const std::string_view cut : kCuts) {
+    const CutPlane plane = standard_cut(heart.frame(), cut, 0);
+    CameraPose pose = standard_view(heart.frame(), "anterior");
+    pose.towards_viewer = plane.normal;
+    pose.up = plane.normal.unitOrthogonal();
+    heart.set_camera(pose);
+    heart.set_cut(plane);
+    const Picture picture = heart.picture(640, 480);
+    const auto pixels_like = [&](Structure structure) {
+      const Colour colour = structure_colour(structure);
+      int count = 0;
+      for (std::size_t at = 0; at < picture.rgb.size(); at += 3) {
+        int most = 0;
+        for (std::size_t n = 0; n < 3; ++n) {
+          most = std::max(most, std::abs(int{picture.rgb[at + n]} - int{colour[n]}));
+        }
+        count += most < 14;
+      }
+      return count;
+    };
+    const int inner = pixels_like(Structure::LvMyocardium);
+    EXPECT_GT(inner, 500) << cut;
+    EXPECT_LT(pixels_like(Structure::Heart), 0.02 * inner) << cut;
+  }
+}
+
 }  // namespace
 }  // namespace beatlas::viewer
