@@ -241,7 +241,8 @@ void HeartDrawing::Parts::update_overlay() {
   int line = height - pixels(34);
   Patches swatches;
   for (SurfaceParts& part : surfaces) {
-    const bool named = roomy && part.look.visible && part.look.opacity > 0;
+    // Outlines on a cut are seen whatever the opacity.
+    const bool named = roomy && part.look.visible && (part.look.opacity > 0 || cut);
     part.name->SetVisibility(named ? 1 : 0);
     if (!named) continue;
     // The colour itself beside words that are read on any ground.

@@ -136,6 +136,16 @@ TEST_F(View, NamesStandBesideTheColourItself) {
   EXPECT_NEAR(swatch_pixels(picture, Structure::Heart), 12 * 12, 26);
   EXPECT_NEAR(swatch_pixels(picture, Structure::LvBlood), 12 * 12, 26);
   EXPECT_EQ(swatch_pixels(picture, Structure::Aorta), 0) << "there is none";
+  HeartDrawing heart = drawing({});
+  for (const Structure structure : kAllStructures) {
+    Look look = heart.look(structure);
+    look.opacity = 0;
+    heart.set_look(structure, look);
+  }
+  EXPECT_EQ(swatch_pixels(heart.picture(800, 600), Structure::LvBlood), 0) << "nothing is seen";
+  heart.set_cut(standard_cut(heart.frame(), "four-chamber", 0));
+  EXPECT_NEAR(swatch_pixels(heart.picture(800, 600), Structure::LvBlood), 12 * 12, 26)
+      << "its outline is seen";
 }
 
 TEST_F(View, WordsGrowByTheWishAndOnADisplayOfFinePixels) {
