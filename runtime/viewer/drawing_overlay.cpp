@@ -28,6 +28,7 @@ vtkSmartPointer<vtkTextActor> text_actor(vtkRenderer* renderer, int size) {
   text->GetTextProperty()->SetFontSize(size);
   text->GetTextProperty()->SetFontFamilyToArial();
   text->GetTextProperty()->SetColor(0.93, 0.93, 0.93);
+  text->GetTextProperty()->SetShadow(1);  // images beneath are of any grey
   renderer->AddViewProp(text);
   return text;
 }
