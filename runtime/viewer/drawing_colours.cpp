@@ -61,7 +61,7 @@ void HeartDrawing::Parts::put_legend_text(std::size_t n, const std::string& word
   vtkTextActor& text = *legend.texts[n];
   text.SetInput(words.c_str());
   vtkTextProperty& property = *text.GetTextProperty();
-  property.SetFontSize(size);
+  property.SetFontSize(font_size(size));
   property.SetColor(grey, grey, grey);
   property.SetVerticalJustificationToCentered();
   text.SetDisplayPosition(static_cast<int>(std::lround(at.x())),

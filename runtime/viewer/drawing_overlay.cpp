@@ -190,6 +190,12 @@ double HeartDrawing::Parts::text_scale() const {
   return options.text_scale * std::max(grown, options.display_scale);
 }
 
+int HeartDrawing::Parts::font_size(double pixels) const {
+  // VTK takes points, and enlarges them where its window has finer pixels.
+  constexpr double kPointsPerInch = 72;
+  return std::max(1, static_cast<int>(std::lround(pixels * kPointsPerInch / window->GetDPI())));
+}
+
 std::string HeartDrawing::Parts::caption() const {
   std::string words = number("%.0f", 100 * beats) + " % of the beat";
   const atlas::Manifest& manifest = atlas->manifest();
@@ -230,15 +236,15 @@ void HeartDrawing::Parts::update_overlay() {
   overlay.bar_text->SetInput(number("%g mm", length_mm).c_str());
   overlay.bar_text->SetDisplayPosition(static_cast<int>(right - length / 2),
                                        static_cast<int>(low) + pixels(8));
-  overlay.bar_text->GetTextProperty()->SetFontSize(pixels(16));
+  overlay.bar_text->GetTextProperty()->SetFontSize(font_size(grown * 16));
   overlay.bar_actor->GetProperty()->SetLineWidth(static_cast<float>(2 * grown));
 
   const bool roomy = width >= 320 && height >= 240;
   overlay.title->SetInput(caption().c_str());
   overlay.title->SetVisibility(roomy ? 1 : 0);
   overlay.title->SetDisplayPosition(pixels(14), height - pixels(10));
-  overlay.title->GetTextProperty()->SetFontSize(pixels(16));
-  tool_parts.label->GetTextProperty()->SetFontSize(pixels(18));
+  overlay.title->GetTextProperty()->SetFontSize(font_size(grown * 16));
+  tool_parts.label->GetTextProperty()->SetFontSize(font_size(grown * 18));
   int line = height - pixels(34);
   Patches swatches;
   for (SurfaceParts& part : surfaces) {
@@ -253,7 +259,7 @@ void HeartDrawing::Parts::update_overlay() {
     const Vec3& colour = part.look.colour;
     swatches.add_box(Vec2(pixels(14), line - pixels(14)), Vec2(pixels(26), line - pixels(2)),
                      {eight_bits(colour.x()), eight_bits(colour.y()), eight_bits(colour.z())});
-    part.name->GetTextProperty()->SetFontSize(pixels(15));
+    part.name->GetTextProperty()->SetFontSize(font_size(grown * 15));
     part.name->SetDisplayPosition(pixels(33), line);
     line -= pixels(21);
   }

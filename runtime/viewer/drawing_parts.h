@@ -181,6 +181,8 @@ struct HeartDrawing::Parts {
   void update_overlay();
   /// How much larger words are than in a picture of 800 x 600.
   [[nodiscard]] double text_scale() const;
+  /// As VTK counts it in this window.
+  [[nodiscard]] int font_size(double pixels) const;
   /// "50 % of the beat, end-systole (ES)   8.0 mm deep".
   [[nodiscard]] std::string caption() const;
   void fit_height() const;
