@@ -33,13 +33,13 @@ Error told_of(const fs::path& file, const Error& error) {
   std::string said = error.what();
   const std::string named = file.string() + ": ";
   if (said.starts_with(named)) said.erase(0, named.size());
-  return Error(error.code(), said).with_context(ingest::shown_path(file));
+  return Error(error.code(), said).with_context(ingest::shown_to({file}, file));
 }
 
 bool is_image(const fs::path& file) {
   const std::optional<formats::ImageFormat> format = formats::format_of(file);
   if (format && *format != formats::ImageFormat::Nifti) {
-    throw_invalid(ingest::shown_path(file) +
+    throw_invalid(ingest::shown_to({file}, file) +
                   ": label images are read as NIfTI; save it as .nii.gz");
   }
   return format.has_value();
@@ -88,7 +88,7 @@ void take_seeds(const CorrectionWords& words, Orders& orders) {
   orders.seeds_from = words.seeds;
   if (words.seeds == kNone) return;
   const fs::path file = words.seeds;
-  orders.seeds_from = ingest::shown_path(file);
+  orders.seeds_from = ingest::shown_to({file}, file);
   MarkingWords marking;
   marking.phase = words.seeds_phase.value_or(marking.phase);
   marking.radius_mm = words.seeds_radius_mm.value_or(marking.radius_mm);
@@ -125,7 +125,7 @@ void take_labels(const CorrectionWords& words, Orders& orders) {
   orders.labels_from = words.labels;
   if (words.labels == kNone) return;
   const fs::path file = words.labels;
-  orders.labels_from = ingest::shown_path(file);
+  orders.labels_from = ingest::shown_to({file}, file);
   if (!is_image(file)) {
     throw_invalid(orders.labels_from + ": labels are read from NIfTI files, .nii or .nii.gz");
   }
@@ -277,7 +277,7 @@ void take_corrections(const CorrectionWords& words, Orders& orders) {
   orders.coverage.clear();
   orders.coverage_from = words.coverage;
   if (!coverage) return;
-  orders.coverage_from = ingest::shown_path(words.coverage);
+  orders.coverage_from = ingest::shown_to({words.coverage}, words.coverage);
   orders.coverage = read_coverage(words.coverage);
 }
 

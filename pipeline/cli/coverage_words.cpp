@@ -66,7 +66,7 @@ std::string coverage_file_name(Structure structure) {
 
 std::map<Structure, study::GivenImages> read_coverage(const fs::path& folder) {
   std::map<Structure, study::GivenImages> out;
-  const std::string shown = ingest::shown_path(folder);
+  const std::string shown = ingest::shown_to({folder}, folder);
   std::error_code error;
   std::set<std::string> names;  // in order, so that the same is refused whatever the folder's
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
@@ -80,7 +80,7 @@ std::map<Structure, study::GivenImages> read_coverage(const fs::path& folder) {
         name.substr(from, name.size() - from - std::string_view(kSuffix).size());
     const std::optional<Structure> structure = structure_from_name(word);
     if (!structure) {
-      throw_invalid(ingest::shown_path(folder / name) +
+      throw_invalid(ingest::shown_to({folder}, folder / name) +
                     ": its name ends with no structure; coverage is told of " + coverage_names());
     }
     try {
@@ -89,7 +89,7 @@ std::map<Structure, study::GivenImages> read_coverage(const fs::path& folder) {
       std::string said = wrong.what();
       const std::string named = (folder / name).string() + ": ";
       if (said.starts_with(named)) said.erase(0, named.size());
-      throw Error(wrong.code(), said).with_context(ingest::shown_path(folder / name));
+      throw Error(wrong.code(), said).with_context(ingest::shown_to({folder}, folder / name));
     }
   }
   if (out.empty()) {

@@ -154,7 +154,7 @@ void apply(const ImportWords& words, ingest::IngestOptions& options) {
     options.frame_times_s = parse_times(words.times, "the times of --times");
     return;
   }
-  const std::string shown = ingest::shown_path(file);
+  const std::string shown = ingest::shown_to({file}, file);
   if (!there) throw_invalid(shown + ": no such file; --times takes numbers or a file of them");
   if (std::filesystem::is_directory(file, ignored)) {
     throw_invalid(shown +

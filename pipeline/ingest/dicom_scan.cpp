@@ -75,7 +75,7 @@ std::vector<FileHeader> read_headers(const std::vector<fs::path>& files, Identit
 
 /// Throws if there is a file that cannot be what it seems: the first by series and instance.
 void refuse_broken(const std::vector<fs::path>& files, const std::vector<FileHeader>& headers,
-                   bool named, const IdentityWords& words) {
+                   const std::vector<fs::path>& sources, bool named, const IdentityWords& words) {
   using Kind = FileHeader::Kind;
   std::vector<std::size_t> bad;
   for (std::size_t i = 0; i < headers.size(); ++i) {
@@ -96,7 +96,7 @@ void refuse_broken(const std::vector<fs::path>& files, const std::vector<FileHea
       static_cast<std::size_t>(std::count_if(bad.begin(), bad.end(), [&](std::size_t i) {
         return headers[i].kind == first.kind && headers[i].problem == first.problem;
       }));
-  std::string sentence = shown_path(files[bad.front()], words) + ": ";
+  std::string sentence = shown_to(sources, files[bad.front()], words) + ": ";
   if (first.kind == Kind::Empty) {
     sentence += "the file is empty; copy it again";
   } else if (first.kind == Kind::NotDicom) {
@@ -115,15 +115,15 @@ void refuse_broken(const std::vector<fs::path>& files, const std::vector<FileHea
 
 /// Throws unless two files that say the same of themselves show the same.
 void check_pixels(const FileHeader& one, const FileHeader& other, DicomPixels& pixels,
-                  const IdentityWords& words) {
+                  const std::vector<fs::path>& sources, const IdentityWords& words) {
   const auto shown = [&](const FileHeader& header) {
     std::vector<std::string> out;
     for (const DicomImage& image : header.images) out.push_back(pixels.fingerprint(image));
     return out;
   };
   if (shown(one) == shown(other)) return;
-  throw_invalid(shown_path(one.images.front().file, words) + " and " +
-                shown_path(other.images.front().file, words) +
+  throw_invalid(shown_to(sources, one.images.front().file, words) + " and " +
+                shown_to(sources, other.images.front().file, words) +
                 ": they are one image by their headers but differ in their pixels; take the wrong "
                 "one out of the folder");
 }
@@ -141,11 +141,12 @@ void count(const FileHeader& header, DicomScan& scan) {
 
 }  // namespace
 
-DicomScan scan_dicom(const std::vector<fs::path>& files, bool named, StageContext& context) {
+DicomScan scan_dicom(const std::vector<fs::path>& sources, const std::vector<fs::path>& files,
+                     bool named, StageContext& context) {
   DicomScan out;
   out.files = static_cast<int>(files.size());
   std::vector<FileHeader> headers = read_headers(files, out.words, context);
-  refuse_broken(files, headers, named, out.words);
+  refuse_broken(files, headers, sources, named, out.words);
 
   std::vector<std::size_t> order(files.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -182,7 +183,7 @@ DicomScan scan_dicom(const std::vector<fs::path>& files, bool named, StageContex
         return same_content(headers[other], header);
       });
       if (copy != others.end()) {
-        check_pixels(headers[*copy], header, pixels, out.words);
+        check_pixels(headers[*copy], header, pixels, sources, out.words);
         ++out.copies;
         continue;
       }

@@ -86,10 +86,12 @@ struct DicomScan {
 };
 
 /// Reads the headers of `files`, in any order and on all threads; the result depends on neither.
+/// @param sources what the user typed, for messages
 /// @param named files the user named one by one: there, a file that is no DICOM is an error.
 /// @throws Error{InvalidInput} that names the first file, by series and instance number, that is
 ///         truncated or damaged, or whose geometry is no geometry, and tells how many more are.
-[[nodiscard]] DicomScan scan_dicom(const std::vector<std::filesystem::path>& files, bool named,
+[[nodiscard]] DicomScan scan_dicom(const std::vector<std::filesystem::path>& sources,
+                                   const std::vector<std::filesystem::path>& files, bool named,
                                    StageContext& context);
 
 }  // namespace beatlas::ingest

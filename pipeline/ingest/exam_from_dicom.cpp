@@ -42,14 +42,14 @@ std::string told(const DicomScan& scan) {
 }
 
 /// What of the files is unusual, if it is part of what was taken.
-void tell_oddities(const DicomScan& scan, std::vector<std::string>& decisions,
-                   const StageContext& context) {
+void tell_oddities(const DicomScan& scan, const std::vector<std::filesystem::path>& sources,
+                   std::vector<std::string>& decisions, const StageContext& context) {
   if (!scan.empty.empty()) {
     decisions.push_back(
         "Warning: " + counted(static_cast<int>(scan.empty.size()), "file is", "files are") +
         " empty; what was an image is to be copied again.");
-    // Names and places are no part of the exam.
-    context.warn(shown_path(scan.empty.front(), scan.words) + " is empty");
+    // Names are no part of the exam.
+    context.warn(shown_below(sources, scan.empty.front(), scan.words) + " is empty");
   }
   const auto images = [](int count) { return counted(count, "image has", "images have"); };
   if (scan.straightened > 0) {
@@ -242,18 +242,24 @@ bool holds_stack(const std::vector<DicomImage>& images, const IngestOptions& opt
   return true;
 }
 
-Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFiles& files,
-             DicomPixels& pixels, StageContext& context) {
+Exam exam_of(const DicomScan& scan, const std::vector<std::filesystem::path>& sources,
+             const IngestOptions& options, const ImageFiles& files, DicomPixels& pixels,
+             StageContext& context) {
   if (scan.images.empty()) nothing_found(scan);
+  ImageFiles listed = files;
+  listed.shown = [&](const std::filesystem::path& file) {
+    return shown_below(sources, file, scan.words);
+  };
   const ExamChoice chosen = choose_exam(
       scan.images, options.exam, options.series,
-      [&](const std::vector<DicomImage>& images) { return holds_stack(images, options, files); });
+      [&](const std::vector<DicomImage>& images) { return holds_stack(images, options, files); },
+      listed);
   const Choice choice = choose_stack(chosen.images, options, files);
 
   Exam exam;
   exam.source_format = "dicom";
   exam.decisions.push_back(told(scan));
-  tell_oddities(scan, exam.decisions, context);
+  tell_oddities(scan, sources, exam.decisions, context);
   exam.decisions.insert(exam.decisions.end(), chosen.decisions.begin(), chosen.decisions.end());
   exam.decisions.insert(exam.decisions.end(), choice.decisions.begin(), choice.decisions.end());
   exam.decisions.push_back(resampling_told(choice));
@@ -288,20 +294,20 @@ Exam exam_of(const DicomScan& scan, const IngestOptions& options, const ImageFil
 Exam exam_from_dicom(const std::vector<std::filesystem::path>& sources,
                      const std::vector<std::filesystem::path>& files, bool named,
                      const IngestOptions& options, StageContext& context) {
-  const DicomScan scan = scan_dicom(files, named, context);
+  const DicomScan scan = scan_dicom(sources, files, named, context);
   DicomPixels pixels;
   bool names_file = false;  // a message that names its file needs no folder
   const ImageFiles access{
       .shown =
           [&](const std::filesystem::path& file) {
             names_file = true;
-            return shown_path(file, scan.words);
+            return shown_to(sources, file, scan.words);
           },
       .fingerprint = [&](const DicomImage& image) { return pixels.fingerprint(image); }};
-  const std::string shown = shown_path(sources.front(), scan.words) +
-                            (sources.size() > 1 ? " and the other sources" : "");
+  const std::string shown =
+      shown_to(sources, sources.front()) + (sources.size() > 1 ? " and the other sources" : "");
   try {
-    Exam exam = exam_of(scan, options, access, pixels, context);
+    Exam exam = exam_of(scan, sources, options, access, pixels, context);
     exam.shown_source = shown;
     return exam;
   } catch (const Error& error) {

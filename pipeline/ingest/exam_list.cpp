@@ -8,10 +8,13 @@
 #include <tuple>
 
 #include "pipeline/ingest/series_list.h"
+#include "pipeline/ingest/stack_candidates.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::size_t kMostListed = 12;
 
@@ -141,17 +144,6 @@ std::string told(const std::vector<DicomImage>& images, const ExamGroup& exam) {
   return out + " pixels";
 }
 
-std::string list(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& exams) {
-  std::string out;
-  for (std::size_t e = 0; e < exams.size() && e < kMostListed; ++e) {
-    out += (e == 0 ? "" : "; ") + std::to_string(e + 1) + ". " + told(images, exams[e]);
-  }
-  if (exams.size() > kMostListed) {
-    out += "; " + std::to_string(exams.size() - kMostListed) + " more";
-  }
-  return out;
-}
-
 std::vector<DicomImage> taken(const std::vector<DicomImage>& images,
                               const std::vector<int>& members) {
   std::vector<DicomImage> out;
@@ -160,12 +152,86 @@ std::vector<DicomImage> taken(const std::vector<DicomImage>& images,
   return out;
 }
 
-[[noreturn]] void ask(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& exams) {
+/// The folder that holds all files of an exam.
+fs::path folder_of(const std::vector<DicomImage>& images, const ExamGroup& exam) {
+  std::optional<fs::path> out;
+  for (const int i : exam.images) {
+    const fs::path folder = images[static_cast<std::size_t>(i)].file.parent_path();
+    if (!out) out = folder;
+    const auto end = std::mismatch(out->begin(), out->end(), folder.begin(), folder.end()).first;
+    fs::path shared;
+    for (auto part = out->begin(); part != end; ++part) shared /= *part;
+    out = shared;
+  }
+  return out.value_or(fs::path());
+}
+
+bool lies_in(const fs::path& path, const fs::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first ==
+         folder.end();
+}
+
+/// Where the files of each exam lie: a folder that holds no other exam's, else the first of the
+/// files.
+std::vector<std::string> places_told(const std::vector<DicomImage>& images,
+                                     const std::vector<ExamGroup>& exams, const ImageFiles& files) {
+  std::vector<fs::path> folders;
+  for (const ExamGroup& exam : exams) folders.push_back(folder_of(images, exam));
+  std::vector<std::string> out;
+  for (std::size_t e = 0; e < exams.size(); ++e) {
+    bool alone = !folders[e].empty();
+    for (std::size_t other = 0; other < exams.size() && alone; ++other) {
+      alone = other == e ||
+              std::none_of(exams[other].images.begin(), exams[other].images.end(), [&](int i) {
+                return lies_in(images[static_cast<std::size_t>(i)].file, folders[e]);
+              });
+    }
+    if (alone) {
+      out.push_back("in " + files.shown(folders[e]));
+      continue;
+    }
+    fs::path first = images[static_cast<std::size_t>(exams[e].images.front())].file;
+    for (const int i : exams[e].images) {
+      first = std::min(first, images[static_cast<std::size_t>(i)].file);
+    }
+    out.push_back("one of them " + files.shown(first));
+  }
+  return out;
+}
+
+/// The shape of the best stack, with a comma before it; nothing where there is none.
+std::string stack_told(const std::vector<DicomImage>& images, const ImageFiles& files) {
+  try {
+    const std::vector<Plane> planes = group_planes(images, files);
+    const std::vector<Candidate> candidates = find_candidates(planes);
+    return candidates.empty() ? "" : ", " + candidates.front().shape_told();
+  } catch (const Error&) {
+    return "";  // slices of several sizes: what they are is told when they are chosen
+  }
+}
+
+/// All that tells one exam from another and is nobody's identity.
+std::string list(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& exams,
+                 const ImageFiles& files) {
+  const std::vector<std::string> places = places_told(images, exams, files);
+  std::string out;
+  for (std::size_t e = 0; e < exams.size() && e < kMostListed; ++e) {
+    out += (e == 0 ? "" : "; ") + std::to_string(e + 1) + ". " + told(images, exams[e]) +
+           stack_told(taken(images, exams[e].images), files) + ", " + places[e];
+  }
+  if (exams.size() > kMostListed) {
+    out += "; " + std::to_string(exams.size() - kMostListed) + " more";
+  }
+  return out;
+}
+
+[[noreturn]] void ask(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& exams,
+                      const ImageFiles& files) {
   std::set<std::string> patients;
   for (const ExamGroup& exam : exams) patients.insert(exam.patient);
   throw_invalid("it holds " + std::to_string(exams.size()) + " exams" +
                 (patients.size() > 1 ? " of different patients" : " of one patient") +
-                ", choose one with --exam N: " + list(images, exams));
+                ", choose one with --exam N: " + list(images, exams, files));
 }
 
 /// Takes images of other series out of the exams; exams keep their numbers.
@@ -191,7 +257,8 @@ void keep_series(const std::vector<DicomImage>& images, const std::vector<int>& 
 /// Of several studies of one patient: which to take.
 ExamChoice choose_study(const std::vector<DicomImage>& images, const std::vector<ExamGroup>& all,
                         const std::vector<std::size_t>& left,
-                        const std::function<bool(const std::vector<DicomImage>&)>& holds_stack) {
+                        const std::function<bool(const std::vector<DicomImage>&)>& holds_stack,
+                        const ImageFiles& files) {
   ExamChoice out;
   std::vector<std::size_t> holding;
   std::vector<int> together;
@@ -216,7 +283,7 @@ ExamChoice choose_study(const std::vector<DicomImage>& images, const std::vector
       return out;
     }
   }
-  ask(images, all);
+  ask(images, all, files);
 }
 
 }  // namespace
@@ -258,11 +325,12 @@ std::vector<ExamGroup> list_exams(const std::vector<DicomImage>& images) {
 
 ExamChoice choose_exam(const std::vector<DicomImage>& images, int exam,
                        const std::vector<int>& series,
-                       const std::function<bool(const std::vector<DicomImage>&)>& holds_stack) {
+                       const std::function<bool(const std::vector<DicomImage>&)>& holds_stack,
+                       const ImageFiles& files) {
   const std::vector<ExamGroup> all = list_exams(images);
   if (exam > static_cast<int>(all.size())) {
     throw_invalid("there is no exam " + std::to_string(exam) + " (--exam), only " +
-                  list(images, all));
+                  list(images, all, files));
   }
   std::vector<ExamGroup> wanted = all;
   if (exam > 0) wanted = {all[static_cast<std::size_t>(exam) - 1]};
@@ -275,8 +343,8 @@ ExamChoice choose_exam(const std::vector<DicomImage>& images, int exam,
     patients.insert(wanted[e].patient);
   }
   if (left.size() > 1) {
-    if (patients.size() > 1 || patients.count("") > 0) ask(images, all);
-    return choose_study(images, wanted, left, holds_stack);
+    if (patients.size() > 1 || patients.count("") > 0) ask(images, all, files);
+    return choose_study(images, wanted, left, holds_stack, files);
   }
   ExamChoice out;
   out.images = taken(images, wanted[left.front()].images);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/ingest/dicom_scan.h"
+#include "pipeline/ingest/plane_groups.h"
 
 namespace beatlas::ingest {
 
@@ -34,9 +35,12 @@ struct ExamChoice {
 /// Not said, and several: of one patient's studies the only one that holds a stack, or all together
 /// if only they do; between patients there is no guess.
 /// @param holds_stack tells of some images whether a stack can be made of them
-/// @throws Error{InvalidInput} that lists the exams in numbers, without identity, or the series.
+/// @param files whose `shown` names a file or folder in the list of exams
+/// @throws Error{InvalidInput} that lists the exams by what is no identity: images, series, pixels,
+/// slices and phases of the best stack, and where the files lie; or the series.
 [[nodiscard]] ExamChoice choose_exam(
     const std::vector<DicomImage>& images, int exam, const std::vector<int>& series,
-    const std::function<bool(const std::vector<DicomImage>&)>& holds_stack);
+    const std::function<bool(const std::vector<DicomImage>&)>& holds_stack,
+    const ImageFiles& files);
 
 }  // namespace beatlas::ingest

@@ -57,8 +57,8 @@ struct IngestOptions {
 /// axis is no time is refused. A folder that holds DICOM too is read as DICOM.
 ///
 /// What was chosen, what was left and why is in Exam::decisions; series numbers and counts appear
-/// there, never text from the files. Messages show a path without what may be identity in it (see
-/// shown_path.h).
+/// there, never text from the files. Messages show the sources as they were typed, and what lies
+/// below them without what may be identity in it (see shown_path.h).
 /// @throws Error{InvalidInput} with the file or folder and the reason; Error{Machine} if cancelled.
 [[nodiscard]] Exam read_exam(const std::vector<std::filesystem::path>& sources,
                              const IngestOptions& options, StageContext& context);

@@ -38,12 +38,13 @@ void check_signal(const ImageCycle<float>& images) {
 
 namespace {
 
-/// The same error with paths as messages may show them.
-Error with_shown_paths(const Error& error, const std::vector<fs::path>& paths) {
+/// The same error with files that were found in a source as messages may show them.
+Error with_shown_paths(const Error& error, const std::vector<fs::path>& found,
+                       const std::vector<fs::path>& sources) {
   std::string message = error.what();
-  for (const fs::path& path : paths) {
+  for (const fs::path& path : found) {
     const std::string plain = path.string();
-    const std::string shown = shown_path(path);
+    const std::string shown = shown_to(sources, path);
     if (plain.empty() || shown == plain) continue;
     for (std::size_t at = message.find(plain); at != std::string::npos;
          at = message.find(plain, at + shown.size())) {
@@ -64,12 +65,10 @@ Exam read_exam(const std::vector<fs::path>& sources, const IngestOptions& option
     files = find_files(sources, context);
     if (!files.images.empty()) {
       exam = exam_from_images(files.images, files.named && !files.reordered, options, context);
-      exam.shown_source = shown_path(sources.front());
+      exam.shown_source = shown_to(sources, sources.front());
     }
   } catch (const Error& error) {
-    std::vector<fs::path> paths = files.images;  // before the folders that hold them
-    paths.insert(paths.end(), sources.begin(), sources.end());
-    throw with_shown_paths(error, paths);
+    throw with_shown_paths(error, files.images, sources);
   }
   if (files.images.empty()) {
     exam = exam_from_dicom(sources, files.dicom, files.named, options, context);

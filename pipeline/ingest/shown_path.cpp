@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <optional>
 #include <vector>
 
 namespace beatlas::ingest {
@@ -241,11 +243,15 @@ bool IdentityWords::identify(std::string_view name) const {
   return false;
 }
 
-std::string shown_path(const fs::path& path, const IdentityWords& words) {
+namespace {
+
+/// What lies of `path` behind its first `skipped` parts, as shown_path shows it.
+std::string shown_from(const fs::path& path, std::ptrdiff_t skipped, const IdentityWords& words) {
   std::string out;
   fs::path so_far;
   for (const fs::path& part : path) {
     so_far /= part;
+    if (skipped-- > 0) continue;
     const std::string name = part.string();
     if (name.empty() || name == "/") {  // the root, or a slash at the end
       out += "/";
@@ -256,6 +262,46 @@ std::string shown_path(const fs::path& path, const IdentityWords& words) {
     out += plain ? printable(name) : by_number(so_far);
   }
   return out;
+}
+
+/// Of how many parts of `path` the folder or file `above` consists; nothing if it lies elsewhere.
+std::optional<std::ptrdiff_t> parts_above(const fs::path& above, const fs::path& path) {
+  const fs::path bare = above.has_filename() ? above : above.parent_path();  // "exam/"
+  const auto [rest, differs] = std::mismatch(bare.begin(), bare.end(), path.begin(), path.end());
+  if (bare.empty() || rest != bare.end()) return std::nullopt;
+  return std::distance(path.begin(), differs);
+}
+
+}  // namespace
+
+std::string shown_path(const fs::path& path, const IdentityWords& words) {
+  return shown_from(path, 0, words);
+}
+
+std::string shown_to(const std::vector<fs::path>& typed, const fs::path& path,
+                     const IdentityWords& words) {
+  for (const fs::path& each : typed) {
+    if (each == path) return printable(path.string());
+  }
+  for (const fs::path& each : typed) {
+    const std::optional<std::ptrdiff_t> above = parts_above(each, path);
+    if (!above) continue;
+    const std::string start = printable(each.string());
+    const std::string rest = shown_from(path, *above, words);
+    return start + (start.ends_with('/') || rest.empty() ? "" : "/") + rest;
+  }
+  return shown_path(path, words);
+}
+
+std::string shown_below(const std::vector<fs::path>& typed, const fs::path& path,
+                        const IdentityWords& words) {
+  for (const fs::path& each : typed) {
+    const std::optional<std::ptrdiff_t> above = parts_above(each, path);
+    if (!above) continue;
+    const std::string rest = shown_from(path, *above, words);
+    return rest.empty() ? shown_from(path, *above - 1, words) : rest;
+  }
+  return shown_path(path, words);
 }
 
 }  // namespace beatlas::ingest

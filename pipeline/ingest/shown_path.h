@@ -50,4 +50,17 @@ class IdentityWords {
 [[nodiscard]] std::string shown_path(const std::filesystem::path& path,
                                      const IdentityWords& words = {});
 
+/// The path in a message to its user, which nothing keeps: the source that he typed stands as he
+/// typed it, what was found below it is shown as above.
+/// @param typed the sources, files or folders
+[[nodiscard]] std::string shown_to(const std::vector<std::filesystem::path>& typed,
+                                   const std::filesystem::path& path,
+                                   const IdentityWords& words = {});
+
+/// The path from the source on in which it lies, shown as above, for what is kept: where the source
+/// lies tells whose machine it was. A source itself is its name, shown as above.
+[[nodiscard]] std::string shown_below(const std::vector<std::filesystem::path>& typed,
+                                      const std::filesystem::path& path,
+                                      const IdentityWords& words = {});
+
 }  // namespace beatlas::ingest

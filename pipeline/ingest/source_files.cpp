@@ -168,6 +168,13 @@ SourceFiles find_files(const std::vector<fs::path>& named, StageContext& context
     std::error_code ignored;
     if (!fs::exists(source, ignored)) throw_invalid(source.string() + ": no such file or folder");
     if (fs::is_directory(source, ignored)) {
+      if (is_study(source)) {
+        throw_invalid(
+            source.string() +
+            ": it is a study, which a build left, and no images; 'beatlas build --study " +
+            source.string() + "' builds it again, 'beatlas status " + source.string() +
+            "' tells what is done");
+      }
       FolderFiles found = files_under(source, context);
       out.studies += found.studies;
       files.insert(files.end(), std::make_move_iterator(found.files.begin()),

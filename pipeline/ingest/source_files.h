@@ -35,8 +35,8 @@ struct FolderFiles {
 /// their order, found ones in the natural order of their names (phase_2 before phase_10), and named
 /// ones too if they stand as a shell lists them (phase_10 before phase_2). Hidden files (".name")
 /// that were found are no image files.
-/// @throws Error{InvalidInput} if a source is not there, an archive, or image files and others are
-///         named together
+/// @throws Error{InvalidInput} if a source is not there, an archive or a study, or image files and
+///         others are named together
 [[nodiscard]] SourceFiles find_files(const std::vector<std::filesystem::path>& sources,
                                      StageContext& context);
 

@@ -247,12 +247,10 @@ std::string counted(std::size_t count, const std::string& one, const std::string
   return std::to_string(count) + ' ' + (count == 1 ? one : many);
 }
 
-std::string Candidate::told() const {
-  std::set<int> series;
+std::string Candidate::shape_told() const {
   bool flow = false;
   bool many_beats = false;
   for (const auto& [place, set] : slices) {
-    series.insert(set->series_number);
     flow = flow || set->flow;
     many_beats = many_beats || set->timing.many_beats;
   }
@@ -262,7 +260,13 @@ std::string Candidate::told() const {
                     " phases, " + apart + ", " + orientation(*plane);
   if (!ordinary && flow) out += ", flow";
   if (!ordinary && many_beats) out += ", one image a beat";
-  return out + " (" + series_list(series) + ")";
+  return out;
+}
+
+std::string Candidate::told() const {
+  std::set<int> series;
+  for (const auto& [place, set] : slices) series.insert(set->series_number);
+  return shape_told() + " (" + series_list(series) + ")";
 }
 
 std::vector<Candidate> find_candidates(const std::vector<Plane>& planes) {

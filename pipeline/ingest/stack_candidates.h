@@ -21,7 +21,9 @@ struct Candidate {
   int phases = 0;         ///< what most slices have
   double spacing_mm = 0;  ///< median gap
 
-  /// "6 slices x 25 phases, 17.70 mm apart, oblique (series 1, 2)".
+  /// "6 slices x 25 phases, 17.70 mm apart, oblique".
+  [[nodiscard]] std::string shape_told() const;
+  /// The same and behind it " (series 1, 2)".
   [[nodiscard]] std::string told() const;
 };
 

@@ -43,9 +43,12 @@ def named(folder, images, seed=0):
 
 
 def silent(done):
-    """All that was said is clean."""
+    """All that was said is clean, but that messages repeat the paths that were typed as they were."""
+    said = done.err
+    for word in sorted(done.args[1:], key=len, reverse=True):
+        said = said.replace(word, "TYPED") if "/" in word else said
     expect_clean("stdout of " + done.command[:60], done.out)
-    expect_clean("stderr of " + done.command[:60], done.err)
+    expect_clean("stderr of " + done.command[:60], said)
     return done
 
 
@@ -194,7 +197,7 @@ def names_in_another_form_are_hidden(folder):
         for k, d in enumerate(images):
             save(d, folder / str(n) / name / f"IM{k}.dcm")
         cut(folder / str(n) / name / "IM7.dcm", 0.9)
-        said = one_sentence(run("import", folder / str(n) / name, "--study", folder / "study"))
+        said = one_sentence(run("import", folder / str(n), "--study", folder / "study"))
         assert name not in said and "[folder 1 of 1 by name]/IM7.dcm" in said, said
 
 
@@ -356,13 +359,36 @@ def names_alone_are_hidden_too(folder):
     images = classic_exam(TRUTH)
     for d in images:
         d.PatientName, d.PatientID, d.StudyID = "", "", ""
-    source = folder / f"Doe^Jane_{NUMBER}"
+    source = folder / "in" / f"Doe^Jane_{NUMBER}"
     for n, d in enumerate(images):
         save(d, source / f"Doe^Jane {NUMBER}.{n:04d}")
     cut(sorted(source.iterdir())[4], 0.8)
-    said = trouble(folder, source, folder / "out")
+    said = trouble(folder, folder / "in", folder / "out")
     assert "Jane" not in said and "Doe" not in said, said
     assert re.search(r"\bfile 5 of 40\b", said), said
+
+
+@case
+def what_was_typed_is_said_as_typed_and_kept_nowhere(folder):
+    """The user knows his own words; what is found below them, and what stays in the study, shows none."""
+    source = folder / f"Doe^Jane {BIRTH}"
+    for n, d in enumerate(planted(classic_exam(TRUTH))):
+        save_planted(d, source / f"{PERSON}_{n:04d}.dcm")
+    whole = sorted(source.iterdir())[4].read_bytes()
+    cut(sorted(source.iterdir())[4], 0.8)
+    said = one_sentence(silent(run("import", source, "--study", folder / "out" / "study")))
+    assert f"{source}/[file 5 of 40 by name].dcm: " in said, said
+    sorted(source.iterdir())[4].write_bytes(whole)
+    for words in (("--series", "999"), ("--times", str(folder / "Doe^Jane.txt"))):
+        said = one_sentence(silent(run("import", source, "--study", folder / "out" / "study", *words)))
+        assert (str(source) if words[0] == "--series" else words[1]) + ": " in said, said
+    # A file without a byte is a warning, which the study keeps.
+    (source / f"{PERSON}_empty.dcm").touch()
+    done = silent(beatlas("import", source, "--study", folder / "out" / "study"))
+    assert "[file 41 of 41 by name].dcm is empty" in done.err, done.err
+    expect_clean_files(folder / "out")
+    for file in (folder / "out").rglob("*.json"):
+        assert str(folder) not in file.read_text() and "Doe" not in file.read_text(), file
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ TEST(Storage, PackedFilesOfManyFramesAreDecodedOnce) {
     if (entry.is_regular_file()) files.push_back(entry.path());
   }
   StageContext context;
-  const auto images = scan_dicom(files, false, context).images;
+  const auto images = scan_dicom({made.path()}, files, false, context).images;
   ASSERT_FALSE(images.empty());
   DicomPixels pixels;
   for (const DicomImage& image : images) pixels.prepare(image, 1e9);

@@ -12,13 +12,14 @@ namespace {
 
 using test::append;
 using test::made_stack;
+using test::MadeStack;
 using test::told;
 
 bool six_slices(const std::vector<DicomImage>& images) { return images.size() >= 60; }
 
 ExamChoice choose(const std::vector<DicomImage>& images, int exam = 0,
                   const std::vector<int>& series = {}) {
-  return choose_exam(images, exam, series, six_slices);
+  return choose_exam(images, exam, series, six_slices, test::no_files());
 }
 
 std::string refusal(const std::vector<DicomImage>& images, int exam = 0,
@@ -88,13 +89,37 @@ TEST(ExamList, BetweenPatientsThereIsNoGuess) {
   const std::string message = refusal(images);
   EXPECT_EQ(message,
             "it holds 2 exams of different patients, choose one with --exam N: 1. 60 images of "
-            "series 1-6 (6 in all), 64 x 64 pixels; 2. 2 images of series 90, 32 x 32 pixels");
+            "series 1-6 (6 in all), 64 x 64 pixels, 6 slices x 10 phases, 8.00 mm apart, axial, "
+            "one of them s1_0; 2. 2 images of series 90, 32 x 32 pixels, one of them s90_0");
   const ExamChoice second = choose(images, 2);
   EXPECT_EQ(second.images.size(), 2U);
   EXPECT_TRUE(told(second.decisions, "Exam 2 of 2 was taken, as asked."));
   EXPECT_NE(refusal(images, 3).find("there is no exam 3"), std::string::npos);
   // Another patient's images out of the way, there is no question.
   EXPECT_EQ(choose(images, 0, {1, 2, 3}).images.size(), 30U);
+}
+
+std::vector<DicomImage> in_folder(const std::string& folder, std::vector<DicomImage> images) {
+  for (DicomImage& image : images) {
+    image.file = folder + "/se" + image.series_uid + "/" + image.file.string();
+  }
+  return images;
+}
+
+TEST(ExamList, ExamsThatLookAlikeAreToldApartByTheirFolders) {
+  const MadeStack other{.patient = "ID2\nOTHER", .study = "secret", .frame = "hidden"};
+  auto images = in_folder("a", made_stack({}));
+  append(images, in_folder("b", made_stack(other)));
+  std::string message = refusal(images);
+  EXPECT_NE(message.find("axial, in a; 2. "), std::string::npos) << message;
+  EXPECT_NE(message.rfind("axial, in b"), std::string::npos) << message;
+  // One within the other's folder: the outer one is no place of its own.
+  images = in_folder("a", made_stack({}));
+  append(images, in_folder("a/b", made_stack(other)));
+  message = refusal(images);
+  EXPECT_NE(message.find("axial, one of them a/se1/s1_0"), std::string::npos) << message;
+  EXPECT_NE(message.find("axial, in a/b"), std::string::npos) << message;
+  EXPECT_EQ(message.find("secret"), std::string::npos) << message;
 }
 
 TEST(ExamList, OfOnePatientsStudiesTheOnlyOneWithAStackIsTaken) {

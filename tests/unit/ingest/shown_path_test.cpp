@@ -108,6 +108,26 @@ TEST(ShownPath, ControlCharactersReachNoMessage) {
   EXPECT_EQ(shown_path("a\nb/IM\t0 \x1b[31m\x7f"), "a?b/IM?0 ?[31m?");
 }
 
+TEST(ShownPath, WhatItsUserTypedIsShownToHimAsHeTypedIt) {
+  const beatlas::test::Folder folder;
+  const std::filesystem::path exam = folder / "Doe^Jane 19800102";
+  std::filesystem::create_directories(exam / "M\xC3\xBCller");
+  std::ofstream(exam / "M\xC3\xBCller/12345678.dcm") << 'x';
+  const std::filesystem::path file = exam / "M\xC3\xBCller/12345678.dcm";
+  const std::string below = "[folder 1 of 1 by name]/[file 1 of 1 by name].dcm";
+  EXPECT_EQ(shown_to({exam}, exam), exam.string());
+  EXPECT_EQ(shown_to({exam}, file), exam.string() + "/" + below);
+  EXPECT_EQ(shown_to({exam / ""}, file), exam.string() + "/" + below);
+  EXPECT_EQ(shown_to({file}, file), file.string());
+  EXPECT_EQ(shown_to({folder / "other", file}, file), file.string());
+  EXPECT_EQ(shown_to({folder / "Doe^Jane 1980010"}, file), shown_path(file)) << "no part of it";
+  EXPECT_EQ(shown_to({"a\nb"}, "a\nb"), "a?b");
+  // Kept, neither what was typed nor where it lies.
+  EXPECT_EQ(shown_below({exam}, file), below);
+  EXPECT_EQ(shown_below({exam}, exam), "[folder 1 of 1 by name]");
+  EXPECT_EQ(shown_below({file}, file), "[file 1 of 1 by name].dcm");
+}
+
 TEST(ShownPath, MergingKnowsWhatBothKnew) {
   IdentityWords a;
   IdentityWords b;

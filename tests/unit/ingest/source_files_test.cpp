@@ -45,7 +45,7 @@ class Sources : public testing::Test {
     return "found";
   }
   Folder folder_;
-  const std::string dicom_ = std::string(128, '\0') + "DICM";
+  const std::string dicom_ = std::string(128, '\0').append("DICM");
 };
 
 TEST_F(Sources, FolderOfImagesIsAListInNaturalOrder) {
@@ -71,13 +71,15 @@ TEST_F(Sources, FilesOfAStudyBelowTheFolderAreLeft) {
   SourceFiles found = find({folder_.path()});
   EXPECT_EQ(found.images, (std::vector{folder_ / "b/p2.nii", folder_ / "p1.nii"}));
   EXPECT_EQ(found.studies, 1);
-  // The study itself, and what lies in it, if that is what the user named.
+  // What lies in it, if that is what the user named; the study itself is no source.
   const std::vector stack{folder_ / "a/exam.study/exam/stack.nii.gz"};
   EXPECT_EQ(find({folder_ / "a/exam.study/exam"}).images, stack);
   EXPECT_EQ(find(stack).images, stack);
-  found = find({folder_ / "a/exam.study"});
-  EXPECT_EQ(found.dicom.size(), 3U);
-  EXPECT_EQ(found.studies, 0);
+  const std::vector study{folder_ / "a/exam.study"};
+  const std::string said = refusal(study);
+  const std::string named = study.front().string();
+  EXPECT_EQ(said.rfind(named + ": it is a study", 0), 0U) << said;
+  EXPECT_NE(said.find("'beatlas build --study " + named + "'"), std::string::npos) << said;
   touch("c", dicom_);
   found = find({folder_.path()});
   EXPECT_EQ(found.dicom.size(), 4U) << "DICOM too";
