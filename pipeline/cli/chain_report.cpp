@@ -5,12 +5,10 @@
 #include <map>
 #include <utility>
 
-#include "pipeline/assess/surface_checks.h"
 #include "pipeline/cli/chain.h"
 #include "pipeline/cli/report_facts.h"
 #include "pipeline/cli/study_status.h"
 #include "pipeline/cli/version.h"
-#include "pipeline/core/parallel.h"
 #include "pipeline/report/report_data.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -24,20 +22,6 @@ namespace {
 
 constexpr auto kReportPage = "report.html";
 constexpr auto kReportSummary = "report.json";
-
-report::SurfaceFigures figures_of(const SurfaceCycle& surface) {
-  report::SurfaceFigures out{surface.structure, 0, 0, 0};
-  out.open_edges = static_cast<double>(assess::open_edges(surface.triangles));
-  out.pinched_vertices = static_cast<double>(assess::pinched_vertices(surface.triangles));
-  std::vector<double> crossing(surface.positions.size());
-  parallel_for(crossing.size(), [&](std::size_t p) {
-    crossing[p] =
-        static_cast<double>(assess::crossing_triangles(surface.triangles, surface.positions[p]));
-  });
-  const double most = *std::max_element(crossing.begin(), crossing.end());
-  out.crossing_percent = 100 * most / static_cast<double>(surface.triangles.size());
-  return out;
-}
 
 /// Of all that the report tells.
 std::string made_from(const study::Study& study) {
@@ -68,15 +52,6 @@ json former_summary(const fs::path& file) {
   } catch (const Error&) {
     return {};
   }
-}
-
-/// The report in a line.
-std::string told_of(const json& summary, const fs::path& page) {
-  std::string out = "verdict: " + summary.at("verdict").get<std::string>();
-  for (const json& reason : summary.at("reasons")) {
-    out += "; " + reason.at("sentence").get<std::string>();
-  }
-  return out + "; see " + page.string();
 }
 
 /// What of `former` stands beside a new report: nothing older than the last one that differs.
@@ -113,7 +88,7 @@ json Chain::report(const fs::path& page, bool anew) {
   const bool same = former.is_object() && former.value("made_from", "") == from;
   std::error_code ignored;
   if (!anew && same && fs::exists(file, ignored)) {
-    console_.tell(told_of(former, file));
+    console_.tell(told_report(former, file));
     return former;
   }
 
@@ -147,7 +122,7 @@ json Chain::report(const fs::path& page, bool anew) {
       input.surfaces = surface_cycles();
       for (const SurfaceCycle& surface : input.surfaces) {
         context.check_cancelled();
-        input.surface_figures.push_back(figures_of(surface));
+        input.surface_figures.push_back(surface_figures(surface));
       }
     }
     context.progress(0.6);
@@ -167,6 +142,13 @@ json Chain::report(const fs::path& page, bool anew) {
     input.program = std::string("beatlas ") + kVersion;
     input.made_from = from;
     input.drawn_seeds = orders_.seeds.size();
+    if (orders_.labels) {
+      const std::vector<int>& given = orders_.labels->phases;
+      input.given_phases = {given.begin(), given.end()};
+      for (int p = 0; given.empty() && p < input.exam->stack.phase_count(); ++p) {
+        input.given_phases.insert(p);
+      }
+    }
     summary = report::report_summary(input);
     input.before = before_of(std::move(former), summary);
     summary["before"] = input.before;
@@ -175,7 +157,7 @@ json Chain::report(const fs::path& page, bool anew) {
     study::write_text(file, html);
     study::write_json(summary_file, summary);
   });
-  console_.tell(told_of(summary, file));
+  console_.tell(told_report(summary, file));
   return summary;
 }
 

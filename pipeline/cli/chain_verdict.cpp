@@ -1,6 +1,9 @@
 // What a study must be so that a package is made of it: asked with the report's own words, so that
 // no package is left that the report calls rejected.
 
+#include <algorithm>
+#include <vector>
+
 #include "pipeline/assess/surface_checks.h"
 #include "pipeline/cli/chain.h"
 #include "pipeline/cli/made_package.h"
@@ -65,13 +68,16 @@ void Chain::demand_usable(const Scene& scene, const std::vector<SurfaceCycle>& s
     throw Error(ErrorCode::Quality,
                 said + "; build with --study DIR, whose report tells how to mark what is missing");
   }
-  const bool painted = !study::edited_outputs(*study_, Stage::Segment).empty();
+  // Labels that somebody drew stay, whatever is seeded.
+  const std::vector<int> given = orders_.labels ? orders_.labels->phases : std::vector<int>{-1};
+  const bool drawn = !study::edited_outputs(*study_, Stage::Segment).empty() || given.empty() ||
+                     std::find(given.begin(), given.end(), facts_.end_diastole) != given.end();
   const report::WaysToFind ways =
-      report::ways_to_find(asked.missing, facts_.end_diastole, painted, true);
+      report::ways_to_find(asked.missing, facts_.end_diastole, drawn, true);
   throw Error(
       ErrorCode::Quality,
-      said + (painted ? "; paint it in segment/labels.nii.gz of the study"
-                      : "; mark it: " + run_from_here(ways.commands.front(), study_->folder())));
+      said + (drawn ? "; paint it in segment/labels.nii.gz of the study"
+                    : "; mark it: " + run_from_here(ways.commands.front(), study_->folder())));
 }
 
 }  // namespace beatlas::cli

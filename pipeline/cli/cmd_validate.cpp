@@ -9,6 +9,7 @@
 #include "pipeline/assess/structural_checks.h"
 #include "pipeline/assess/validate.h"
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/no_package.h"
 #include "pipeline/cli/validation_text.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/phantom/truth.h"
@@ -104,6 +105,7 @@ Outcome without_truth(const Arguments& arguments, StageContext& context) {
 }
 
 int validate(const Arguments& arguments) {
+  refuse_what_is_no_package(arguments.package);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   Outcome outcome;

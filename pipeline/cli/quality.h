@@ -12,9 +12,10 @@ namespace beatlas::cli {
 /// How well one structure of the package keeps the volume of its segmentation.
 struct StructureQuality {
   Structure structure{};
-  /// max over phases of |V - V_segmentation|, as a share of the largest V_segmentation [%]
-  double field_volume_gap_percent = 0;
-  double surface_volume_gap_percent = 0;  ///< the same for the surface; 0 without one
+  /// V - V_segmentation where it is farthest from 0 of all phases, as a share of the largest
+  /// V_segmentation [%]
+  double field_volume_excess_percent = 0;
+  double surface_volume_excess_percent = 0;  ///< the same for the surface; 0 without one
   bool has_surface = false;
 };
 

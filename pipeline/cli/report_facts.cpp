@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "pipeline/assess/surface_checks.h"
 #include "pipeline/cli/study_status.h"
+#include "pipeline/core/parallel.h"
 #include "pipeline/pack/pack.h"
 #include "pipeline/study/files.h"
 #include "runtime/atlas/info.h"
@@ -14,17 +16,21 @@ using nlohmann::json;
 using study::Stage;
 namespace {
 
-/// How far the item may be from what it was made from, in words.
+/// How far the item may be from what it was made from, in words; nothing if its maker did not tell.
 std::string error_of(const atlas::Item& item, const json& options, const json& contents) {
   char text[160] = "";
-  if (item.kind == "field") {
-    const double step_mm =
-        options.at(item.structure == "heart" ? "step_mm" : "nested_step_mm").get<double>();
+  const auto step = [&](const char* key) {
+    const auto found = options.find(key);
+    return found != options.end() && found->is_number() ? found->get<double>() : 0;
+  };
+  const double step_mm = item.kind == "field"
+                             ? step(item.structure == "heart" ? "step_mm" : "nested_step_mm")
+                             : step("surface_step_mm");
+  if (item.kind == "field" && step_mm > 0) {
     std::snprintf(text, sizeof text, "distances within %g mm (a third of %g mm RMS)",
                   pack::kMostErrorSteps * step_mm, step_mm);
-  } else if (item.kind == "surface" || item.kind == "motion") {
-    std::snprintf(text, sizeof text, "vertices within %g mm in every phase",
-                  options.at("surface_step_mm").get<double>());
+  } else if ((item.kind == "surface" || item.kind == "motion") && step_mm > 0) {
+    std::snprintf(text, sizeof text, "vertices within %g mm in every phase", step_mm);
   } else if (item.kind == "volume" && contents.contains("volume") &&
              contents["volume"].is_object()) {
     const json& volume = contents["volume"];
@@ -55,12 +61,37 @@ void put_worst_gap(const json& provenance, report::ReportPackage& out) {
         continue;
       }
       out.worst_gap_percent = entry[key].get<double>();
+      // Packages of before tell no sign.
+      const json excess = entry.value(std::string(made) + "_volume_excess_percent", json(nullptr));
+      out.worst_gap_sign = excess.is_number() ? (excess.get<double>() > 0 ? 1 : -1) : 0;
       out.worst_gap_of = std::string("the ") + made + " of " + entry.value("name", "");
     }
   }
 }
 
 }  // namespace
+
+report::SurfaceFigures surface_figures(const SurfaceCycle& surface) {
+  report::SurfaceFigures out{surface.structure, 0, 0, 0};
+  out.open_edges = static_cast<double>(assess::open_edges(surface.triangles));
+  out.pinched_vertices = static_cast<double>(assess::pinched_vertices(surface.triangles));
+  std::vector<double> crossing(surface.positions.size());
+  parallel_for(crossing.size(), [&](std::size_t p) {
+    crossing[p] =
+        static_cast<double>(assess::crossing_triangles(surface.triangles, surface.positions[p]));
+  });
+  const double most = *std::max_element(crossing.begin(), crossing.end());
+  out.crossing_percent = 100 * most / static_cast<double>(surface.triangles.size());
+  return out;
+}
+
+std::string told_report(const json& summary, const std::filesystem::path& page) {
+  std::string out = "verdict: " + summary.at("verdict").get<std::string>();
+  for (const json& reason : summary.at("reasons")) {
+    out += "; " + reason.at("sentence").get<std::string>();
+  }
+  return out + "; see " + page.string();
+}
 
 json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes,
                    const std::vector<assess::Check>& checks) {
@@ -70,34 +101,40 @@ json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes,
           {"volume", atlas::info_json(manifest).at("volume")}};
 }
 
+report::ReportPackage package_facts(const json& contents, const std::string& sha256) {
+  const atlas::Manifest manifest = atlas::manifest_from_json(contents.at("manifest"));
+  report::ReportPackage out;
+  out.scene = manifest.scene;
+  out.sha256 = sha256;
+  out.bytes = contents.at("bytes").get<std::uint64_t>();
+  const json::json_pointer told("/stages/pack/options");
+  const json options =
+      manifest.provenance.contains(told) ? manifest.provenance.at(told) : json::object();
+  for (const atlas::Item& item : manifest.items) {
+    out.items.push_back(
+        {what_of(item), item.bytes, item.sha256, error_of(item, options, contents)});
+  }
+  for (const atlas::StructureEntry& entry : manifest.structures) {
+    if (const auto structure = structure_from_name(entry.name)) {
+      out.volumes.push_back({*structure, entry.volume_ml});
+    }
+  }
+  put_worst_gap(manifest.provenance, out);
+  if (contents.contains("checks")) {
+    const json& checks = contents["checks"];
+    out.checks = checks.at("checks").size();
+    out.failed_checks = checks.at("failures").get<std::vector<std::string>>();
+  }
+  return out;
+}
+
 std::optional<report::ReportPackage> packed_facts(const study::Study& study) {
   const study::StageRecord* record = study.find(Stage::Pack);
   if (record == nullptr || record->outputs.count(kPackContents) == 0) return {};
   const std::filesystem::path file = study.folder() / kPackContents;
   const json contents = study::read_json(file);
   try {
-    const atlas::Manifest manifest = atlas::manifest_from_json(contents.at("manifest"));
-    report::ReportPackage out;
-    out.scene = manifest.scene;
-    out.sha256 = record->package_sha256;
-    out.bytes = contents.at("bytes").get<std::uint64_t>();
-    const json options = manifest.provenance.at("stages").at("pack").at("options");
-    for (const atlas::Item& item : manifest.items) {
-      out.items.push_back(
-          {what_of(item), item.bytes, item.sha256, error_of(item, options, contents)});
-    }
-    for (const atlas::StructureEntry& entry : manifest.structures) {
-      if (const auto structure = structure_from_name(entry.name)) {
-        out.volumes.push_back({*structure, entry.volume_ml});
-      }
-    }
-    put_worst_gap(manifest.provenance, out);
-    if (contents.contains("checks")) {
-      const json& checks = contents["checks"];
-      out.checks = checks.at("checks").size();
-      out.failed_checks = checks.at("failures").get<std::vector<std::string>>();
-    }
-    return out;
+    return package_facts(contents, record->package_sha256);
   } catch (const json::exception&) {
     throw_invalid(file.string() + " was changed by hand; make the package anew");
   } catch (const Error& error) {

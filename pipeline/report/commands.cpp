@@ -10,8 +10,6 @@
 namespace beatlas::report {
 namespace {
 
-constexpr auto kPaint = "itksnap -g exam/stack.nii.gz -s segment/labels.nii.gz";
-
 /// Without a name it finds the package that the study made last.
 std::string build_command(bool has_made_package) {
   return has_made_package ? "beatlas build --study ." : "beatlas build --study . -o heart.beatlas";
@@ -19,13 +17,19 @@ std::string build_command(bool has_made_package) {
 
 }  // namespace
 
-std::vector<std::string> correcting_commands(const Place& place, bool painted,
+std::vector<std::string> correcting_commands(const Place& place, bool drawn,
                                              bool has_made_package) {
   const std::string build = build_command(has_made_package);
-  // Whether an uncertain boundary is wrong, and which way, only the image tells.
-  if (!place.seed || painted) return {kPaint, build};
-  const LeakSeed& seed = *place.seed;
+  if (drawn) return {build};
   char text[160];
+  if (!place.seed) {
+    // Whether an uncertain boundary is wrong, and which way, only the image tells.
+    std::snprintf(text, sizeof text,
+                  "beatlas seeds . add --label LABEL --lps=%.1f,%.1f,%.1f --phase %d",
+                  place.lps_mm[0], place.lps_mm[1], place.lps_mm[2], place.phase);
+    return {text, build};
+  }
+  const LeakSeed& seed = *place.seed;
   std::snprintf(text, sizeof text,
                 "beatlas seeds . add --label %s --lps=%.1f,%.1f,%.1f --phase %d --radius %.1f",
                 std::string(kLabelWords.at(seed.label)).c_str(), seed.lps_mm[0], seed.lps_mm[1],
@@ -33,20 +37,20 @@ std::vector<std::string> correcting_commands(const Place& place, bool painted,
   return {text, build};
 }
 
-WaysToFind ways_to_find(const std::vector<Structure>& missing, int phase, bool painted,
+WaysToFind ways_to_find(const std::vector<Structure>& missing, int phase, bool drawn,
                         bool has_made_package) {
   const std::string build = build_command(has_made_package);
-  if (painted) {
+  if (drawn) {
     return {
-        "Labels were painted and stay as they are: paint what is missing, in every phase, and "
-        "build again.",
-        {kPaint, build}};
+        "Labels were painted or given and stay as they are: paint what is missing into "
+        "segment/labels.nii.gz, in every phase, with the editor that drew them, and build again.",
+        {build}};
   }
   WaysToFind out;
   out.how =
-      "Mark it, best in three slices: open exam/stack.nii.gz in 3D Slicer or ITK-SNAP at the phase "
-      "below, put the cursor into it, give the place that is shown there [mm, RAS] for X,Y,Z, and "
-      "build again.";
+      "Mark it, best in three slices: in the image of this page, at the phase below, click into it "
+      "and run the command that is shown there; or give a place [mm, RAS] for X,Y,Z as a viewer of "
+      "exam/stack.nii.gz shows it. Then build again.";
   for (const Structure structure : missing) {
     // The heart has no label of its own: it is all that has one.
     const std::uint8_t label =

@@ -37,8 +37,12 @@ std::vector<VolumeCurve> segmented_volumes(const Segmentation& segmentation) {
   return out;
 }
 
+std::vector<VolumeCurve> volumes_of(const ReportInput& input) {
+  return input.is_study ? segmented_volumes(*input.segmentation) : input.volumes;
+}
+
 std::vector<Place> places_of(const ReportInput& input) {
-  if (input.segmentation == nullptr) return {};
+  if (input.segmentation == nullptr || !input.is_study) return {};
   std::vector<Place> places = leak_places(*input.segmentation);
   const std::vector<Place> uncertain =
       uncertain_places(input.uncertainty, input.segmentation->coverage.grid, places);
@@ -46,16 +50,19 @@ std::vector<Place> places_of(const ReportInput& input) {
   return places;
 }
 
-bool painted(const ReportInput& input) {
-  return std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
-    return stage.name == "segment" && !stage.edited.empty();
-  });
+/// Whether the phase's labels stay as somebody drew them, whatever is seeded.
+bool drawn(const ReportInput& input, int phase) {
+  return input.given_phases.count(phase) != 0 ||
+         std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
+           return stage.name == "segment" && !stage.edited.empty();
+         });
 }
 
 std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Place>& places) {
   VerdictInput asked;
   const VerdictLimits limits;
   asked.refused = input.refused;
+  asked.of_study = input.is_study;
   for (const ReportStage& stage : input.stages) {
     const bool runs_again = stage.state == "stale" || stage.state == "waits";
     if (runs_again && input.refused.empty()) asked.stale.push_back(stage.name);
@@ -70,12 +77,13 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   }
   if (input.segmentation != nullptr) {
     asked.segmented = true;
-    const std::vector<VolumeCurve> volumes = segmented_volumes(*input.segmentation);
+    const std::vector<VolumeCurve> volumes = volumes_of(input);
     asked.segmentation = heart_figures(volumes);
     asked.missing = missing_structures(volumes, input.needed);
-    if (!asked.missing.empty()) {
-      WaysToFind ways = ways_to_find(asked.missing, input.segmentation->end_diastole,
-                                     painted(input), input.has_made_package);
+    if (!asked.missing.empty() && input.is_study) {
+      const int phase = input.segmentation->end_diastole;
+      WaysToFind ways =
+          ways_to_find(asked.missing, phase, drawn(input, phase), input.has_made_package);
       asked.how_to_find = std::move(ways.how);
       asked.finding_commands = std::move(ways.commands);
     }
@@ -91,8 +99,9 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
     }
   }
   if (input.package) {
-    asked.package = heart_figures(input.package->volumes);
+    if (input.is_study) asked.package = heart_figures(input.package->volumes);
     asked.worst_gap_percent = input.package->worst_gap_percent;
+    asked.worst_gap_sign = input.package->worst_gap_sign;
     asked.worst_gap_of = input.package->worst_gap_of;
     asked.checks = input.package->checks;
     asked.failed_checks = input.package->failed_checks;
@@ -159,7 +168,8 @@ json places_to_json(const ReportInput& input, const std::vector<Place>& places) 
                {"lps_mm", vector_to_json(place.lps_mm)},
                {"title", place.title},
                {"sentence", place.sentence},
-               {"commands", correcting_commands(place, painted(input), input.has_made_package)}};
+               {"commands",
+                correcting_commands(place, drawn(input, place.phase), input.has_made_package)}};
     if (input.workspace_from_lps) {
       entry["workspace_mm"] = vector_to_json(*input.workspace_from_lps * place.lps_mm);
     }
@@ -218,6 +228,12 @@ json surfaces_to_json(const ReportInput& input) {
 /// @param bytes that are left for images
 json slices_to_json(const ReportInput& input, const std::vector<Place>& places, double bytes) {
   const Cine& cine = input.exam->stack;
+  // A package may hold neither images nor distances to draw outlines of.
+  if (cine.images.phases.front().empty()) {
+    return {{"spacing_mm", vector_to_json(cine.grid().spacing_mm())},
+            {"structures", json::array()},
+            {"list", json::array()}};
+  }
   std::vector<Vec3> lps;
   lps.reserve(places.size());
   for (const Place& place : places) lps.push_back(place.lps_mm);
@@ -324,13 +340,13 @@ json report_summary(const ReportInput& input) {
   }
   json alarms = json::array();
   for (const Place& place : places) {
-    alarms.push_back(
-        {{"kind", place.kind == Place::Kind::Leak ? "leak" : "uncertain"},
-         {"structure", structure_name(place.structure)},
-         {"phase", place.phase},
-         {"lps_mm", vector_to_json(place.lps_mm)},
-         {"sentence", place.sentence},
-         {"commands", correcting_commands(place, painted(input), input.has_made_package)}});
+    alarms.push_back({{"kind", place.kind == Place::Kind::Leak ? "leak" : "uncertain"},
+                      {"structure", structure_name(place.structure)},
+                      {"phase", place.phase},
+                      {"lps_mm", vector_to_json(place.lps_mm)},
+                      {"sentence", place.sentence},
+                      {"commands", correcting_commands(place, drawn(input, place.phase),
+                                                       input.has_made_package)}});
     if (place.kind != Place::Kind::Leak) continue;
     alarms.back()["alarm"] = place.alarm;
     alarms.back()["figure"] = rounded(place.figure, 10);
@@ -353,7 +369,7 @@ json report_summary(const ReportInput& input) {
            {"made_from", input.made_from},
            {"before", input.before}};
   if (input.segmentation != nullptr) {
-    const std::vector<VolumeCurve> volumes = segmented_volumes(*input.segmentation);
+    const std::vector<VolumeCurve> volumes = volumes_of(input);
     out["figures"] = figures_to_json(heart_figures(volumes), input.exam->stack.rr_interval_s);
     out["volumes_ml"] = curves_to_json(volumes);
     out["end_diastole"] = input.segmentation->end_diastole;
@@ -383,6 +399,9 @@ json report_json(const ReportInput& input) {
            {"views", input.exam->views.size()},
            {"stages", stages_to_json(input.stages)},
            {"drawn_seeds", input.drawn_seeds},
+           {"is_study", input.is_study},
+           {"has_images", input.has_images},
+           {"correctable", input.is_study && !drawn(input, 0)},
            {"surfaces", surfaces_to_json(input)}};
   for (const Structure structure : kAllStructures) {
     const std::string name(structure_name(structure));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,7 @@ struct ReportPackage {
   std::vector<ReportItem> items;
   std::vector<VolumeCurve> volumes;  ///< of the distance fields
   std::optional<double> worst_gap_percent;
+  int worst_gap_sign = 0;                  ///< 1 too much, -1 too little, 0 not known
   std::string worst_gap_of;                ///< "the surface of heart"
   std::size_t checks = 0;                  ///< that it was put to without the truth
   std::vector<std::string> failed_checks;  ///< a sentence each
@@ -48,10 +50,13 @@ struct ReportStage {
   std::optional<double> wall_s;       ///< if it ran just now
 };
 
-/// What is there of a study; all but the exam may be missing.
+/// What is there of a study, or of a package without one; all but the exam may be missing.
 struct ReportInput {
+  bool is_study = true;    ///< that can be corrected and built again
+  bool has_images = true;  ///< else the exam's are black
   const Exam* exam = nullptr;
   const Segmentation* segmentation = nullptr;
+  std::vector<VolumeCurve> volumes;  ///< of a package without its study; else the segmentation's
   BoundaryUncertainty uncertainty;
   std::vector<SurfaceCycle> surfaces;
   std::vector<SurfaceFigures> surface_figures;
@@ -65,6 +70,7 @@ struct ReportInput {
   std::string program;    ///< name and version
   std::string made_from;  ///< hash of all that the report shows
   std::size_t drawn_seeds = 0;
+  std::set<int> given_phases;  ///< whose labels came from elsewhere: they stay as they are
   nlohmann::json before = nlohmann::json::value_t::null;  ///< report_summary of the build before,
                                                           ///< null if there was none
 };
@@ -80,20 +86,22 @@ struct ReportInput {
 [[nodiscard]] std::string report_html(const nlohmann::json& report);
 
 /// The commands that correct what is wrong at a place, to be run in the study's folder: a seed that
-/// pushes a leak back, an editor to paint where labels do not tell which one would; then the build.
-/// @param painted the labels were edited by hand: they are kept, whatever is seeded
-[[nodiscard]] std::vector<std::string> correcting_commands(const Place& place, bool painted,
+/// pushes a leak back, with LABEL for what only an eye finds where labels do not tell it; then the
+/// build.
+/// @param drawn the labels were painted or given: they are kept, whatever is seeded, and only the
+/// build is left once they were corrected
+[[nodiscard]] std::vector<std::string> correcting_commands(const Place& place, bool drawn,
                                                            bool has_made_package = true);
 
 /// How to get structures that were not found: what to do, and the commands, to be run in the
 /// study's folder, with X,Y,Z for a place that only an eye finds.
 /// @param phase in which they are to be marked
-/// @param painted as above
+/// @param drawn as above
 struct WaysToFind {
   std::string how;
   std::vector<std::string> commands;
 };
-[[nodiscard]] WaysToFind ways_to_find(const std::vector<Structure>& missing, int phase,
-                                      bool painted, bool has_made_package);
+[[nodiscard]] WaysToFind ways_to_find(const std::vector<Structure>& missing, int phase, bool drawn,
+                                      bool has_made_package);
 
 }  // namespace beatlas::report

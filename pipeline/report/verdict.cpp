@@ -61,7 +61,14 @@ Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
     out.said = "none has been made from this study yet";
   } else {
     out.level = check_if(*input.worst_gap_percent > limits.volume_gap_percent);
-    out.said = text("largest difference %.1f %% of a volume", *input.worst_gap_percent);
+    if (input.worst_gap_sign != 0) {
+      out.trouble = input.worst_gap_sign > 0 ? "The package has too much volume"
+                                             : "Volume is missing in the package";
+    }
+    const char* sign = input.worst_gap_sign == 0  ? ""
+                       : input.worst_gap_sign > 0 ? " too much"
+                                                  : " missing";
+    out.said = text("largest difference %.1f %% of a volume%s", *input.worst_gap_percent, sign);
     if (!input.worst_gap_of.empty()) out.said += ", " + input.worst_gap_of;
   }
   return out;
@@ -82,12 +89,20 @@ Finding of_checks(const VerdictInput& input) {
   return out;
 }
 
+std::vector<std::string> names_of_missing(const HeartFigures& figures) {
+  std::vector<std::string> out;
+  if (!figures.lv) out.emplace_back("LV blood");
+  if (!figures.rv) out.emplace_back("RV blood");
+  if (!figures.lv_mass_g) out.emplace_back("LV muscle");
+  return out;
+}
+
 /// What the scene needs and is not there leads to no package; what it could do without is told.
 Finding of_structures(const VerdictInput& input) {
   const HeartFigures& figures = input.segmentation;
   Finding out{"structures",
               "All structures were found",
-              "A structure was not found",
+              "A structure is missing",
               Level::Good,
               "heart, LV blood, RV blood and LV muscle",
               "all four",
@@ -98,7 +113,7 @@ Finding of_structures(const VerdictInput& input) {
               {}};
   if (!input.missing.empty()) {
     out.level = Level::Rejected;
-    out.trouble = "A structure that the scene needs was not found";
+    out.trouble = "A structure that the scene needs is missing";
     out.said = "";
     for (const Structure structure : input.missing) {
       out.said += (out.said.empty() ? "" : ", ") + std::string(structure_name(structure));
@@ -107,8 +122,7 @@ Finding of_structures(const VerdictInput& input) {
     out.commands = input.finding_commands;
   } else if (!figures.lv || !figures.rv || !figures.lv_mass_g) {
     out.level = Level::Check;
-    out.said = text("not found:%s%s%s", figures.lv ? "" : " LV blood",
-                    figures.rv ? "" : " RV blood", figures.lv_mass_g ? "" : " LV muscle");
+    out.said = listed(names_of_missing(figures), ", ");
   }
   return out;
 }
@@ -117,7 +131,8 @@ Finding of_ejection(const VentricleFigures& lv, const VerdictLimits& limits) {
   const double ef = lv.ef_percent();
   return {"ef_possible",
           "Ejection fraction is possible",
-          "No heart ejects like this",
+          ef < limits.least_ef_percent ? "The LV ejects too little for any heart"
+                                       : "The LV ejects too much for any heart",
           reject_if(ef < limits.least_ef_percent || ef > limits.most_ef_percent),
           text("LV %.0f %%", ef),
           text("%g to %g %%", limits.least_ef_percent, limits.most_ef_percent),
@@ -130,11 +145,17 @@ Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
   const double rv = figures.rv->stroke_ml();
   const double mean = (lv + rv) / 2;
   const double share = mean > 0 ? 100 * std::abs(lv - rv) / mean : 100;
+  const bool far = share > limits.stroke_difference_percent;
+  const char* less = rv < lv ? "RV" : "LV";
+  const char* more = rv < lv ? "LV" : "RV";
   return {"strokes",
           "Both ventricles eject as much",
-          "The ventricles eject different volumes",
-          check_if(share > limits.stroke_difference_percent),
-          text("LV %.0f ml, RV %.0f ml: they differ by %.0f %%", lv, rv, share),
+          rv < lv ? "The RV ejects less than the LV" : "The LV ejects less than the RV",
+          check_if(far),
+          far ? text("LV %.0f ml, RV %.0f ml: %.0f %% of their mean missing in the %s or too much "
+                     "in the %s",
+                     lv, rv, share, less, more)
+              : text("LV %.0f ml, RV %.0f ml: they differ by %.0f %%", lv, rv, share),
           text("%g %%", limits.stroke_difference_percent),
           "Without a shunt or a leaking valve the stroke volumes are nearly equal, so this checks "
           "both outlines at once. The limit leaves room for how far readers differ (SD of EDV "
@@ -205,12 +226,16 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   const HeartFigures& figures = input.segmentation;
   if (input.segmented) {
     if (input.missing.empty()) out.push_back(of_structures(input));
-    out.push_back(
-        {"leaks", "No label has leaked", "A label may have leaked", check_if(!input.leaks.empty()),
-         input.leaks.empty() ? "no alarm" : alarms_in_words(input.leaks), "0 alarms",
-         "Volumes that jump, surfaces in lung, along the image's border, along what does not beat "
-         "or where the image has no edge. Each alarm has its own limit, which clean segmentations "
-         "of phantoms stay below."});
+    if (input.of_study) {
+      out.push_back({"leaks", "No label has leaked", "A label may have leaked",
+                     check_if(!input.leaks.empty()),
+                     input.leaks.empty() ? "no alarm" : alarms_in_words(input.leaks), "0 alarms",
+                     "Volumes that jump, surfaces in lung, along the image's border, along what "
+                     "does not beat "
+                     "or where the image has no edge. Each alarm has its own limit, which clean "
+                     "segmentations "
+                     "of phantoms stay below."});
+    }
     if (figures.lv) out.push_back(of_ejection(*figures.lv, limits));
     if (figures.lv && figures.rv) out.push_back(of_strokes(figures, limits));
     if (figures.muscle_change_percent) {
@@ -225,8 +250,11 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   }
   if (input.package && input.package->lv && figures.lv) {
     const double difference = std::abs(input.package->lv->ef_percent() - figures.lv->ef_percent());
+    const bool less = input.package->lv->ef_percent() < figures.lv->ef_percent();
     out.push_back(
-        {"ef_agrees", "Package and labels agree on the EF", "Package and labels differ in the EF",
+        {"ef_agrees", "Package and labels agree on the EF",
+         less ? "The package's EF is too low for its labels"
+              : "The package's EF is too high for its labels",
          check_if(difference > limits.ef_difference_points),
          text("%.1f %% and %.1f %%", input.package->lv->ef_percent(), figures.lv->ef_percent()),
          text("%g points", limits.ef_difference_points),
@@ -245,10 +273,14 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
          "doi:10.1186/s12968-018-0471-x): what is known no better than that needs an "
          "eye."});
   }
-  out.push_back(of_shifts(input, limits));
+  if (input.of_study) out.push_back(of_shifts(input, limits));
   const double rr = input.rr_interval_s;
+  std::vector<std::string> beat;
+  if (input.phases < limits.least_phases) beat.emplace_back("Phases are missing");
+  if (rr < limits.least_rr_s) beat.emplace_back("The R-R interval is too short");
+  if (rr > limits.most_rr_s) beat.emplace_back("The R-R interval is too long");
   out.push_back(
-      {"beat", "Beat is resolved", "The beat is hardly resolved",
+      {"beat", "Beat is resolved", listed(beat, "; "),
        check_if(rr < limits.least_rr_s || rr > limits.most_rr_s ||
                 input.phases < limits.least_phases),
        text("R-R %.0f ms (%.0f a minute), %d phases", 1000 * rr, rr > 0 ? 60 / rr : 0,

@@ -58,6 +58,7 @@ struct SurfaceFigures {
 struct VerdictInput {
   std::string refused;             ///< why no package was written; empty: it was, or was not tried
   std::vector<std::string> stale;  ///< stages that would run again
+  bool of_study = true;            ///< else nothing is known of leaks and shifts
   bool segmented = false;
   HeartFigures segmentation;
   std::vector<Structure> missing;  ///< that the scene needs, see missing_structures
@@ -65,6 +66,7 @@ struct VerdictInput {
   std::vector<std::string> finding_commands;
   std::optional<HeartFigures> package;      ///< from its distance fields
   std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
+  int worst_gap_sign = 0;                   ///< 1 too much, -1 too little, 0 not known
   std::string worst_gap_of;                 ///< what differs so: "the surface of heart"
   std::size_t checks = 0;  ///< of the package without the truth; 0: it was not looked at
   std::vector<std::string> failed_checks;  ///< those it did not pass, a sentence each

@@ -69,7 +69,8 @@ def structure():
     reasons, last = rejected(folder, package, "--recipe", RECIPE)
     assert reasons[0]["id"] == "structures" and reasons[0]["level"] == "rejected", reasons
     assert reasons[0]["sentence"].endswith(": rv_blood"), reasons[0]
-    assert "labels.nii.gz" in reasons[0]["commands"][0] and "rv_blood" in last, last
+    assert "labels.nii.gz" in reasons[0]["how"] and "rv_blood" in last and "labels.nii.gz" in last, last
+    assert [words.startswith("beatlas build --study .") for words in reasons[0]["commands"]] == [True], reasons[0]
     first = findings(folder)[0]
     assert first["id"] == "structures" and first["how"] and first["commands"] == reasons[0]["commands"], first
     beatlas("pack", "--study", folder, "-o", package, code=3)  # the stages before it must run again

@@ -247,7 +247,7 @@ def correction():
     assert told["verdict"] == "check", told["reasons"]
     assert {"leaks", "up_to_date"} <= {reason["id"] for reason in told["reasons"]}, told["reasons"]
     places = [place for place in told["places"] if place["kind"] == "leak"]
-    assert places and all(place["commands"][0].startswith("itksnap") for place in places), "painted labels are kept"
+    assert places and all(place["commands"] == ["beatlas build --study ."] for place in places), "painted labels are kept"
     assert told["before"]["verdict"] == good["verdict"] and told["before"]["figures"] == good["figures"]
     with browser(folder / "report.html") as driver:
         assert driver.find_element(By.CSS_SELECTOR, "#verdict h1").text == "Check"
@@ -295,6 +295,97 @@ def correction():
     (folder / "report.json").unlink()
     beatlas("build", "--study", folder, "-o", package, "--recipe", strict, "--no-report", code=4)
     assert not (folder / "report.html").exists() and not (folder / "report.json").exists()
+
+
+def marking():
+    """A click into the image gives the command that marks the voxel there, and the command is taken."""
+    folder = new_folder("report_marks")
+    shutil.copytree(STUDY, folder)
+    told = summary_of(folder)
+    data = data_of(folder / "report.html")
+    with browser(folder / "report.html") as driver:
+        assert not driver.find_element(By.CSS_SELECTOR, ".seed").is_displayed()
+        canvas = driver.find_element(By.CSS_SELECTOR, "#slice-view canvas")
+        driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", canvas)
+        webdriver.ActionChains(driver).move_to_element_with_offset(canvas, 11, -7).click().perform()
+        time.sleep(0.2)
+        choose(driver, "seed-label", "rv_blood")
+        command = driver.find_element(By.CSS_SELECTOR, ".seed code").text
+        shown = driver.execute_script("const r = arguments[0].getBoundingClientRect(); return [r.width, r.height]", canvas)
+    # The middle of the canvas is the middle of the part that is shown, in square millimetres.
+    spacing, size, first = data["slices"]["spacing_mm"], data["slices"]["size"], data["slices"]["first"]
+    fit = min(shown[axis] / (size[axis] * spacing[axis]) for axis in (0, 1))
+    column, row = (int(first[axis] + size[axis] / 2 + move / (fit * spacing[axis])) for axis, move in ((0, 11), (1, -7)))
+    middle = len(data["slices"]["list"]) // 2
+    assert command == (f"beatlas seeds . add --label rv_blood --slice {middle} --row {row} --column {column} "
+                       f"--phase {told['end_diastole']}"), command
+    words = command.split()
+    words[2] = str(folder)
+    said = beatlas(*words[1:]).stdout
+    assert f"(slice, row, column {middle}, {row}, {column})" in said, said
+
+
+def of_package():
+    """Of a package alone: its volumes, checks and pictures, no leaks and nothing to run."""
+    study = summary_of(STUDY)
+    lone = new_folder("report_package")
+    lone.mkdir()
+    shutil.copyfile(WORK / "study.beatlas", lone / "a.beatlas")
+    told = json.loads(beatlas("report", lone / "a.beatlas", "-o", lone / "page.html", "--json").stdout)
+    jsonschema.validate(told, json.loads(SCHEMA.read_text()))
+    assert sorted(file.name for file in lone.iterdir()) == ["a.beatlas", "page.html"]
+    info = json.loads(beatlas("info", lone / "a.beatlas", "--json").stdout)
+    for structure in info["structures"]:
+        volumes = told["volumes_ml"][structure["name"]]
+        assert numpy.allclose(volumes, structure["volume_ml"], atol=0.006), structure["name"]
+    assert told["verdict"] == "good" and not told["reasons"], told["reasons"]
+    assert told["places"] == [] and told["slice_shifts_mm"] == [] and told["before"] is None
+    assert told["package"] == study["package"] and told["input_sha256"] == study["input_sha256"]
+    # Outlines lie where the study's do: half a voxel beside them at most where they enclose as much.
+    mine, theirs = data_of(lone / "page.html"), data_of(STUDY / "report.html")
+    assert {finding["id"] for finding in mine["findings"]}.isdisjoint({"leaks", "slice_shifts", "ef_agrees"})
+    assert mine["slices"]["structures"] == theirs["slices"]["structures"]
+    for name in mine["slices"]["structures"]:
+        ours, made = (numpy.array([area(data, name, k) for k in range(len(data["slices"]["list"]))])
+                      for data in (mine, theirs))
+        worst = abs(ours - made).max() / made.max()
+        print(f"{name}: areas of outlines differ by {100 * worst:.1f} % of the largest at most")
+        assert made.max() > 300 and numpy.median(abs(ours - made)) < 0.05 * made.max(), (name, ours, made)
+    with browser(lone / "page.html") as driver:
+        assert driver.find_element(By.CSS_SELECTOR, "#verdict h1").text == "Good"
+        assert "package alone" in driver.find_element(By.ID, "verdict").text
+        image, heart = (pixels(driver, f"#{name}-view canvas") for name in ("slice", "heart"))
+        assert image.std() > 10 and ((image.max(axis=2) - image.min(axis=2)) > 60).sum() > 500, "outlines on the image"
+        assert heart.std() > 10
+        text = driver.find_element(By.TAG_NAME, "body").text
+        assert "beatlas seeds" not in text and "Worth a look" not in text and not driver.find_elements(By.CSS_SELECTOR, ".seed")
+    # Without images or without distances the page says so and shows what there is.
+    shutil.copytree(STUDY, lone / "study")
+    for scene, says, slices in (("palpation", "holds no images", True), ("anatomy", "nothing of which slices", False)):
+        other = lone / f"{scene}.beatlas"
+        beatlas("pack", "--study", lone / "study", "-o", other, "--scene", scene)
+        told = json.loads(beatlas("report", other, "-o", lone / "page.html", "--json").stdout)
+        assert told["verdict"] == "good", told["reasons"]
+        with browser(lone / "page.html") as driver:
+            assert says in driver.find_element(By.ID, "views").text
+            shown = driver.find_elements(By.CSS_SELECTOR, "#slice-view canvas")
+            assert bool(shown) == slices and pixels(driver, "#heart-view canvas").std() > 10
+
+
+def area(data, name, k):
+    """What the outlines of a structure enclose in a slice at end-diastole [mm2]."""
+    slices, phase = data["slices"], data["summary"]["end_diastole"]
+    words = iter(numpy.frombuffer(base64.b64decode(slices["list"][k]["outlines"]), "<i2").tolist())
+    for p in range(phase + 1):
+        for structure in slices["structures"]:
+            total = 0
+            for _ in range(next(words)):
+                points = numpy.array([(next(words), next(words)) for _ in range(next(words) & 0xffff)], float) / 32
+                x, y = points.T
+                total += (x * numpy.roll(y, -1) - y * numpy.roll(x, -1)).sum() / 2
+            if p == phase and structure == name:
+                return abs(total) * slices["spacing_mm"][0] * slices["spacing_mm"][1]
+    raise KeyError(name)
 
 
 def data_of(page):

@@ -23,6 +23,9 @@ const Parts = (() => {
   /* For lines and words on a light ground. */
   const inks = data.inks;
 
+  /* What a seed can say that lies at its place. */
+  const labels = ["background", "rv_blood", "lv_myocardium", "lv_blood", "rest_of_heart"];
+
   function make(tag, properties, ...children) {
     const svg = ["svg", "path", "line", "rect", "circle", "text", "g", "title", "polygon"].includes(tag);
     const out = svg ? document.createElementNS("http://www.w3.org/2000/svg", tag) : document.createElement(tag);
@@ -46,6 +49,14 @@ const Parts = (() => {
     const out = new Uint8Array(raw.length);
     for (let i = 0; i < raw.length; ++i) out[i] = raw.charCodeAt(i);
     return out;
+  }
+
+  function command(text) {
+    const button = make("button", {type: "button", on: {click: () => {
+      const done = () => { button.textContent = "Copied"; setTimeout(() => { button.textContent = "Copy"; }, 1500); };
+      if (navigator.clipboard) { navigator.clipboard.writeText(text).then(done, () => {}); }
+    }}}, "Copy");
+    return make("div", {class: "command"}, make("code", {}, text), button);
   }
 
   const number = (value, digits) =>
@@ -76,5 +87,5 @@ const Parts = (() => {
             show(value) { if (Number(input.value) !== value) input.value = value; tell(); }};
   }
 
-  return {data, summary, state, names, inks, make, bytes, number, size, time, moment, slider};
+  return {data, summary, state, names, labels, inks, make, command, bytes, number, size, time, moment, slider};
 })();

@@ -1,13 +1,14 @@
 "use strict";
 /* Puts the page together. */
 (() => {
-  const {data, summary, state, names, make, number, size, moment, slider} = Parts;
+  const {data, summary, state, names, labels, make, command, number, size, moment, slider} = Parts;
   const at = (id) => document.getElementById(id);
   const words = {good: "Good", check: "Check", rejected: "Rejected"};
   const leads = {
     good: "Nothing speaks against using this atlas.",
     check: "Usable, but look at what is named here before it is handed on.",
-    rejected: "Do not use this atlas. Correct what is named here and build again.",
+    rejected: data.is_study ? "Do not use this atlas. Correct what is named here and build again."
+      : "Do not use this atlas. What is named here can be corrected in the study that it was made from.",
   };
 
   function sign(level) {
@@ -29,6 +30,7 @@
     const header = at("verdict");
     header.classList.add(summary.verdict);
     header.append(make("div", {}, make("h1", {}, sign(summary.verdict), words[summary.verdict]), make("p", {class: "lead"}, leads[summary.verdict]),
+                       data.is_study ? null : make("p", {class: "small"}, "Of the package alone: of leaks, boundaries that are hardly seen and slices moved back only its study's report tells."),
                        bad.length ? make("ul", {}, bad.map((finding) => make("li", {}, make("strong", {}, finding.trouble + ": "), finding.said,
                          finding.how ? make("p", {}, finding.how) : null, finding.commands.map(command)))) : null),
                   make("dl", {class: "figures"}, shown.map(([name, value, unit, digits]) =>
@@ -66,14 +68,6 @@
            make("tbody", {}, rows.map((row) => make("tr", {}, make("th", {scope: "row"}, row[0]), make("td", {}, String(row[1])), make("td", {}, String(row[2])))))));
   }
 
-  function command(text) {
-    const button = make("button", {type: "button", on: {click: () => {
-      const done = () => { button.textContent = "Copied"; setTimeout(() => { button.textContent = "Copy"; }, 1500); };
-      if (navigator.clipboard) { navigator.clipboard.writeText(text).then(done, () => {}); }
-    }}}, "Copy");
-    return make("div", {class: "command"}, make("code", {}, text), button);
-  }
-
   function show_button(place, n) {
     return make("button", {type: "button", "aria-label": `Show place ${n + 1} on image and surface`, on: {click: () => {
       state.set({slice: place.slice, phase: place.phase, place: n});
@@ -85,6 +79,13 @@
     return `slice ${place.slice}, ${moment(place.phase)}, (${place.lps_mm.map((v) => v.toFixed(0)).join(", ")}) mm LPS`;
   }
 
+  /* Why there is no seed that could be run as it stands, and what to do. */
+  function remark(first) {
+    if (/ LABEL /.test(first)) return make("p", {}, `What lies under this surface is no thicker than a wall, so that it may be right and only not be seen. Where it is wrong, put for LABEL what the image shows there (${labels.join(", ")}):`);
+    if (/^beatlas seeds/.test(first)) return null;
+    return make("p", {}, "No seed is offered: labels were painted or given here and stay as they are. Where they are wrong, paint segment/labels.nii.gz with the editor that drew them, and build again:");
+  }
+
   function correct() {
     if (!data.places.length) return;
     const section = at("correct");
@@ -94,19 +95,19 @@
     const leaks = numbered.filter(([place]) => place.kind === "leak");
     const uncertain = numbered.filter(([place]) => place.kind !== "leak");
     section.append(make("h2", {id: "correct-title"}, leaks.length ? "Look here and correct" : "Worth a look"),
-      make("p", {class: "small"}, "Numbers are those on images and surfaces. Run the commands in the study's folder, where build leaves report.html; only what changed is made anew, and the package that the study made last is written again where it lies, in the study or beside it (elsewhere, or where there are copies: name it with -o). A seed says what lies there. Instead of it labels can be painted: open segment/labels.nii.gz over exam/stack.nii.gz in ITK-SNAP or 3D Slicer, save, build again."));
+      make("p", {class: "small"}, "Numbers are those on images and surfaces. Run the commands in the study's folder, where build leaves report.html; only what changed is made anew, and the package that the study made last is written again where it lies, in the study or beside it (elsewhere, or where there are copies: name it with -o). A seed says what lies there; a click into the large image below gives the command for any other place. Labels can also be painted: segment/labels.nii.gz over exam/stack.nii.gz in an editor of label images, saved over the same file; build again."));
     if (leaks.length) {
       section.append(make("ol", {class: "places"}, leaks.map(([place, n]) => make("li", {class: "place leak"},
         make("h3", {}, count(n), make("span", {}, place.title), show_button(place, n)),
         make("p", {class: "small"}, where(place)), make("p", {}, place.sentence),
-        /^beatlas seeds/.test(place.commands[0]) ? null : make("p", {}, "No seed is offered: either labels were painted or given here, which stay as they are, or what lies under this surface is no thicker than a wall, so that it may be right and only not be seen. Where it is wrong, paint it:"),
+        remark(place.commands[0]),
         place.commands.map(command)))));
     }
     if (uncertain.length) {
       section.append(make("div", {class: "place uncertain"}, make("h3", {}, "Boundaries that are hardly seen"),
         make("ul", {class: "rows"}, uncertain.map(([place, n]) => make("li", {}, count(n),
           make("p", {}, make("strong", {}, place.title.replace(/^Uncertain: /, "").replace(/^./, (c) => c.toUpperCase())), make("br"), place.sentence.replace(/; compare.*/, "") + "; " + where(place)), show_button(place, n)))),
-        make("p", {}, "Compare outline and image; where the outline is wrong, paint it right and build again:"), uncertain[0][0].commands.map(command)));
+        make("p", {}, "Compare outline and image; where the outline is wrong, click into the image at what is taken for something else, run the command that is shown there, and build again:"), command(uncertain[0][0].commands.at(-1))));
     }
   }
 
@@ -115,7 +116,7 @@
     at("beat").hidden = false;
     const rows = Array.from({length: summary.phases}, (_, p) => make("tr", {}, make("td", {class: "number"}, String(p)), make("td", {class: "number"}, Parts.time(p).toFixed(0)),
       Object.values(summary.volumes_ml).map((curve) => make("td", {class: "number"}, curve[p].toFixed(1)))));
-    at("curves").append(Charts.curves(), make("figcaption", {}, "Volumes of the segmentation over one beat. ED and ES: end-diastole and end-systole."),
+    at("curves").append(Charts.curves(), make("figcaption", {}, `Volumes of the ${data.is_study ? "segmentation" : "package's distances"} over one beat. ED and ES: end-diastole and end-systole.`),
       make("details", {}, make("summary", {}, "All volumes [ml]"), make("div", {class: "scroll"}, make("table", {},
         make("thead", {}, make("tr", {}, ["Phase", "ms", ...Object.keys(summary.volumes_ml).map((name) => names[name])].map((text) => make("th", {class: "number", scope: "col"}, text)))),
         make("tbody", {}, rows)))));
@@ -160,6 +161,20 @@
     state.on((change) => { if ("phase" in change) bar.show(state.phase); });
   }
 
+  /* A package may hold no images, or nothing of which a slice could be drawn. */
+  function images() {
+    const shown = data.slices.list.length > 0;
+    for (const id of ["slice-view", "strip", "strip-title", "paper"]) at(id).hidden = !shown;
+    at("strip").parentElement.hidden = !shown;
+    if (shown) Slices.large(at("slice-view"));
+    if (!data.is_study) {
+      at("legend").before(make("p", {class: "small"},
+        data.has_images ? "The images are those in the package: what lies around the heart and stands out of the noise. Outlines are where its distances are zero in the middle of a slice."
+        : shown ? `This package, of the scene ${data.package.scene}, holds no images: outlines are where its distances are zero in the middle of a slice.`
+        : `This package, of the scene ${data.package.scene}, holds nothing of which slices could be drawn.`));
+    }
+  }
+
   function mark(level) { return make("span", {class: "mark " + level}, {good: "✓ ", check: "! ", rejected: "✕ "}[level] + words[level].toLowerCase()); }
 
   function checks() {
@@ -177,7 +192,7 @@
     const size_text = data.source_size.join(" × ");
     at("import").append(make("dl", {class: "facts"}, make("dt", {}, "Images"), make("dd", {}, `${data.source_format}, ${size_text} voxels of ${data.slices.spacing_mm.map((v) => v.toFixed(2)).join(" × ")} mm, ${summary.phases} phases`),
       make("dt", {}, "Beat"), make("dd", {}, `R-R ${(1000 * summary.rr_interval_s).toFixed(0)} ms; source frames at ${data.frame_times_s.map((t) => (1000 * t).toFixed(0)).join(", ")} ms`),
-      make("dt", {}, "Long-axis views"), make("dd", {}, String(data.views))),
+      data.is_study ? [make("dt", {}, "Long-axis views"), make("dd", {}, String(data.views))] : null),
       make("ul", {class: "plain"}, data.decisions.map((text) => make("li", {}, text))));
     if (data.package) {
       at("package").hidden = false;
@@ -186,12 +201,12 @@
           make("tbody", {}, data.package.items.map((item) => make("tr", {}, make("th", {scope: "row"}, item.what.replace(/^\w+/, (name) => names[name] || name)), make("td", {class: "number"}, item.bytes.toLocaleString("en")),
             make("td", {}, item.error), make("td", {class: "hash", title: item.sha256}, item.sha256.slice(0, 16) + "…")))))));
     }
-    const facts = [["Made by", summary.program], ["Images, SHA-256", summary.input_sha256], ["Package, SHA-256", data.package ? data.package.sha256 : "none"], ["Report made from", summary.made_from],
-                   ["Seeds drawn", String(data.drawn_seeds)], ["File last written", document.lastModified.replace(/(\d+)\/(\d+)\/(\d+)/, "$3-$1-$2")]];
+    const facts = [[data.is_study ? "Made by" : "Report made by", summary.program], ["Images, SHA-256", summary.input_sha256], ["Package, SHA-256", data.package ? data.package.sha256 : "none"], ["Report made from", summary.made_from],
+                   ...(data.is_study ? [["Seeds drawn", String(data.drawn_seeds)]] : []), ["File last written", document.lastModified.replace(/(\d+)\/(\d+)\/(\d+)/, "$3-$1-$2")]];
     at("provenance").append(make("dl", {class: "facts"}, facts.map(([name, text]) => [make("dt", {}, name), make("dd", {class: /SHA|from/.test(name) ? "hash" : ""}, text || "–")])),
       make("div", {class: "scroll"}, make("table", {}, make("thead", {}, make("tr", {}, ["Stage", "State", "Version", "Time", "Changed by hand"].map((text) => make("th", {scope: "col"}, text)))),
         make("tbody", {}, data.stages.map((stage) => make("tr", {}, make("th", {scope: "row"}, stage.name), make("td", {}, stage.state), make("td", {}, stage.version || "–"),
-          make("td", {}, stage.wall_s === undefined ? "kept" : stage.wall_s.toFixed(1) + " s"), make("td", {}, stage.edited.join(", ") || "–")))))),
+          make("td", {}, !data.is_study ? "–" : stage.wall_s === undefined ? "kept" : stage.wall_s.toFixed(1) + " s"), make("td", {}, stage.edited.join(", ") || "–")))))),
       make("details", {}, make("summary", {}, "Options of every stage"), make("pre", {tabindex: 0}, JSON.stringify(Object.fromEntries(data.stages.map((stage) => [stage.name, stage.options])), null, 1))));
   }
 
@@ -201,7 +216,7 @@
   beat();
   legend();
   phases();
-  Slices.large(at("slice-view"));
+  images();
   checks();
   record();
   window.addEventListener("beforeprint", () => { for (const each of document.querySelectorAll("details")) if (!each.closest("footer")) each.open = true; });
@@ -209,8 +224,10 @@
   /* The verdict is on the screen before surfaces and small pictures are made. */
   window.addEventListener("load", () => requestAnimationFrame(() => setTimeout(() => {
     Heart.build(at("heart-view"));
-    Slices.strip(at("strip"));
-    Slices.paper(at("paper"));
+    if (data.slices.list.length) {
+      Slices.strip(at("strip"));
+      Slices.paper(at("paper"));
+    }
     document.body.dataset.ready = Math.round(performance.now());
   })));
 })();

@@ -1,9 +1,9 @@
 "use strict";
 /* The images with the outlines on them: one slice large, all of them small. */
 const Slices = (() => {
-  const {data, summary, state, make, bytes, moment, slider} = Parts;
+  const {data, summary, state, labels, make, command, bytes, moment, slider} = Parts;
   const slices = data.slices;
-  const [width, height] = slices.size;
+  const [width, height] = slices.size || [1, 1];
   const spacing = slices.spacing_mm;
   const parts = 32;  // of a voxel, in the outlines
   const sheets = slices.list.map(() => null);
@@ -42,7 +42,14 @@ const Slices = (() => {
     return sheets[k];
   }
 
-  /* Fits the part into the canvas, square millimetres, and draws; `thick` in CSS pixels. */
+  /* How the part lies in a canvas of w x h: square millimetres, as large as fits. */
+  function placed(w, h) {
+    const fit = Math.min(w / (width * spacing[0]), h / (height * spacing[1]));
+    const fx = fit * spacing[0], fy = fit * spacing[1];
+    return {fit, fx, fy, x0: (w - width * fx) / 2, y0: (h - height * fy) / 2};
+  }
+
+  /* Fits the part into the canvas and draws; `thick` in CSS pixels. */
   async function draw(canvas, k, phase, thick, rings) {
     canvas.dataset.wanted = `${k} ${phase}`;
     const image = await sheet(k);
@@ -55,9 +62,7 @@ const Slices = (() => {
     const context = canvas.getContext("2d");
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, w, h);
-    const fit = Math.min(w / (width * spacing[0]), h / (height * spacing[1]));
-    const fx = fit * spacing[0], fy = fit * spacing[1];
-    const x0 = (w - width * fx) / 2, y0 = (h - height * fy) / 2;
+    const {fit, fx, fy, x0, y0} = placed(w, h);
     const [tw, th] = slices.tile;
     const used = [Math.max(1, Math.round(width * slices.scale)), Math.max(1, Math.round(height * slices.scale))];
     context.imageSmoothingQuality = "high";
@@ -109,7 +114,8 @@ const Slices = (() => {
                  phase: (state.phase + step[1] + summary.phases) % summary.phases});
     });
     panel.append(make("div", {class: "stage"}, canvas, caption),
-                 make("div", {class: "controls"}, make("div", {class: "field"}, bar.label, bar.input, bar.out)));
+                 make("div", {class: "controls"}, make("div", {class: "field"}, bar.label, bar.input, bar.out)),
+                 ...seeding(canvas));
     const show = () => {
       const shift = slices.list[state.slice].shift_mm;
       const moved = shift && Math.hypot(shift[0], shift[1]) >= 0.05 ? `, moved back ${Math.hypot(shift[0], shift[1]).toFixed(1)} mm` : "";
@@ -121,6 +127,30 @@ const Slices = (() => {
     show();
     state.on(show);
     window.addEventListener("resize", show);
+  }
+
+  /* A click says which voxel it met and gives the command that marks it. */
+  function seeding(canvas) {
+    if (!data.correctable) return [];
+    const choice = make("select", {id: "seed-label"}, labels.map((name) => make("option", {value: name}, name)));
+    const holder = make("div", {"aria-live": "polite"});
+    const box = make("div", {class: "seed", hidden: true}, make("div", {class: "field"}, make("label", {for: "seed-label"}, "What lies there"), choice), holder);
+    let met = null;
+    const tell = () => {
+      if (!met) return;
+      box.hidden = false;
+      holder.replaceChildren(command(`beatlas seeds . add --label ${choice.value} --slice ${met.slice} --row ${met.row} --column ${met.column} --phase ${met.phase}`));
+    };
+    choice.addEventListener("change", tell);
+    canvas.addEventListener("click", (event) => {
+      const shown = canvas.getBoundingClientRect();
+      const {fx, fy, x0, y0} = placed(shown.width, shown.height);
+      const x = Math.floor((event.clientX - shown.left - x0) / fx), y = Math.floor((event.clientY - shown.top - y0) / fy);
+      if (x < 0 || y < 0 || x >= width || y >= height) return;
+      met = {slice: state.slice, phase: state.phase, column: slices.first[0] + x, row: slices.first[1] + y};
+      tell();
+    });
+    return [box];
   }
 
   function strip(holder) {

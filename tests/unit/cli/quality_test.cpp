@@ -30,8 +30,8 @@ TEST(Quality, is_the_largest_gap_as_a_share_of_the_largest_volume) {
   surface.positions = {corner(60, {0, 0, 0}), corner(60, {0, 0, 0})};  // 36 ml and 36 ml
   const auto quality = measure_quality(segmented, {field_of({98, 39})}, {surface});
   ASSERT_EQ(quality.size(), 1U);
-  EXPECT_NEAR(quality[0].field_volume_gap_percent, 3, 1e-12);
-  EXPECT_NEAR(quality[0].surface_volume_gap_percent, 64, 1e-3);
+  EXPECT_NEAR(quality[0].field_volume_excess_percent, 3, 1e-12);
+  EXPECT_NEAR(quality[0].surface_volume_excess_percent, -64, 1e-3);
 }
 
 TEST(Quality, below_the_demand_it_is_refused_with_figure_and_limit) {
@@ -46,7 +46,8 @@ TEST(Quality, below_the_demand_it_is_refused_with_figure_and_limit) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::Quality);
     EXPECT_NE(std::string(error.what()).find("lv_blood"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("7.0 %"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("7.0 % of volume too little"), std::string::npos)
+        << error.what();
   }
 }
 

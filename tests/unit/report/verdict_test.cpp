@@ -111,11 +111,26 @@ TEST(Verdict, AStructureIsMissingWhereAPhaseLacksIt) {
   EXPECT_TRUE(missing_structures({}, {}).empty());
 }
 
-TEST(Verdict, OffersToPaintWhatIsMissingWhereLabelsArePainted) {
+TEST(Verdict, OffersToPaintWhatIsMissingWhereLabelsWereDrawn) {
   const WaysToFind ways = ways_to_find({Structure::LvBlood}, 0, true, true);
-  ASSERT_EQ(ways.commands.size(), 2U);
-  EXPECT_EQ(ways.commands[0].rfind("itksnap", 0), 0U);
-  EXPECT_EQ(ways.commands[1], "beatlas build --study .");
+  EXPECT_EQ(ways.commands, std::vector<std::string>{"beatlas build --study ."});
+  EXPECT_NE(ways.how.find("segment/labels.nii.gz"), std::string::npos) << ways.how;
+}
+
+TEST(Commands, AreOurOwnWhateverIsWrong) {
+  Place place;
+  place.lps_mm = Vec3(1, -2.04, 3);
+  place.phase = 4;
+  const std::string build = "beatlas build --study .";
+  EXPECT_EQ(correcting_commands(place, false),
+            (std::vector<std::string>{
+                "beatlas seeds . add --label LABEL --lps=1.0,-2.0,3.0 --phase 4", build}));
+  place.seed = LeakSeed{kLabelBackground, Vec3(5, 6, 7), 2.5, 3};
+  EXPECT_EQ(correcting_commands(place, false),
+            (std::vector<std::string>{"beatlas seeds . add --label background --lps=5.0,6.0,7.0 "
+                                      "--phase 3 --radius 2.5",
+                                      build}));
+  EXPECT_EQ(correcting_commands(place, true), std::vector<std::string>{build});
 }
 
 TEST(Verdict, TellsWhatDiffersFromTheSegmentation) {
@@ -127,6 +142,49 @@ TEST(Verdict, TellsWhatDiffersFromTheSegmentation) {
                                   [](const Finding& finding) { return finding.id == "package"; });
   ASSERT_NE(found, all.end());
   EXPECT_EQ(found->said, "largest difference 5.1 % of a volume, the surface of aorta");
+}
+
+/// What is said of a finding, its trouble before it.
+std::string told(const VerdictInput& input, const std::string& id) {
+  for (const Finding& finding : findings(input)) {
+    if (finding.id == id) return finding.trouble + ": " + finding.said;
+  }
+  ADD_FAILURE() << "no finding " << id;
+  return "";
+}
+
+TEST(Verdict, SaysMissingOrTooMuchWhereTheSignIsKnown) {
+  VerdictInput input = sound();
+  input.worst_gap_percent = 5.14;
+  input.worst_gap_sign = -1;
+  EXPECT_EQ(told(input, "package"),
+            "Volume is missing in the package: largest difference 5.1 % of a volume missing");
+  input.worst_gap_sign = 1;
+  EXPECT_EQ(told(input, "package"),
+            "The package has too much volume: largest difference 5.1 % of a volume too much");
+  input = sound();
+  input.segmentation.rv->edv_ml = 140;
+  EXPECT_EQ(told(input, "strokes"),
+            "The RV ejects less than the LV: LV 95 ml, RV 60 ml: 45 % of their mean missing in the "
+            "RV or too much in the LV");
+  input.segmentation.lv->esv_ml = 148;
+  EXPECT_EQ(told(input, "ef_possible"), "The LV ejects too little for any heart: LV 1 %");
+  input.segmentation.lv->esv_ml = 1;
+  EXPECT_EQ(told(input, "ef_possible"), "The LV ejects too much for any heart: LV 99 %");
+  input = sound();
+  input.package->lv->esv_ml = 60;
+  EXPECT_EQ(told(input, "ef_agrees").rfind("The package's EF is too low for its labels", 0), 0U);
+  input = sound();
+  input.segmentation.rv.reset();
+  EXPECT_EQ(told(input, "structures"), "A structure is missing: RV blood");
+  input.missing = {Structure::RvBlood};
+  EXPECT_EQ(told(input, "structures"), "A structure that the scene needs is missing: rv_blood");
+  input = sound();
+  input.phases = 4;
+  EXPECT_EQ(told(input, "beat").rfind("Phases are missing: ", 0), 0U);
+  input.phases = 20;
+  input.rr_interval_s = 2;
+  EXPECT_EQ(told(input, "beat").rfind("The R-R interval is too long: ", 0), 0U);
 }
 
 TEST(Verdict, AsksToCheckWhatIsDoubtful) {
