@@ -1,5 +1,7 @@
-/* Presses a finger into a beating heart for two seconds: example.c PACKAGE
- * Build against libbeatlas.so: cc -I BEATLAS example.c -lbeatlas */
+/* Presses a finger into a beating heart for two seconds. Where beatlas is installed:
+ *   cc example.c -o example $(pkg-config --cflags --libs beatlas)
+ *   ./example heart.beatlas
+ */
 #include <stdio.h>
 
 #include "runtime/c/beatlas.h"

@@ -1,5 +1,6 @@
 # cmake --install: programs, libbeatlas, and what a trainer compiles and links against, which it finds
-# with find_package(beatlas_runtime). cpack makes a Debian package of the same.
+# with find_package(beatlas_runtime), or the C interface with pkg-config (beatlas). cpack makes a Debian
+# package of the same.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -45,6 +46,12 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/beatlas_runtime-config-vers
 install(FILES ${CMAKE_BINARY_DIR}/beatlas_runtime-config.cmake
               ${CMAKE_BINARY_DIR}/beatlas_runtime-config-version.cmake
         DESTINATION ${BEATLAS_CONFIG})
+# By its own place, so that what was installed may be moved.
+set(BEATLAS_PKGCONFIG ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH BEATLAS_PREFIX_FROM_PC /${BEATLAS_PKGCONFIG} /)
+configure_file(${CMAKE_CURRENT_LIST_DIR}/beatlas.pc.in ${CMAKE_BINARY_DIR}/beatlas.pc @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/beatlas.pc DESTINATION ${BEATLAS_PKGCONFIG})
+install(FILES ${CMAKE_SOURCE_DIR}/runtime/c/example.c DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/samples ${CMAKE_SOURCE_DIR}/schemas
         DESTINATION ${CMAKE_INSTALL_DATADIR}/beatlas)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/scripts/cohort DESTINATION ${CMAKE_INSTALL_DATADIR}/beatlas

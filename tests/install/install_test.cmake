@@ -1,4 +1,4 @@
-# cmake -DBUILD=folder -DWORK=folder -DEXAMPLE=a.cpp -DC_EXAMPLE=a.c -DOUTSIDE=folder
+# cmake -DBUILD=folder -DWORK=folder -DEXAMPLE=a.cpp -DC_EXAMPLE=a.c -DREADME_C=a.md -DOUTSIDE=folder
 #       -DPACKAGE=a.beatlas -DMODEL=a.onnx -DPIPELINE=ON|OFF -P install_test.cmake
 #
 # Installs into a folder that is then moved, builds another project against it there, runs that
@@ -27,8 +27,19 @@ step("configuring another project" ${CMAKE_COMMAND} -S ${OUTSIDE} -B ${WORK}/out
 step("building another project" ${CMAKE_COMMAND} --build ${WORK}/outside)
 step("the README's example" ${WORK}/outside/touch ${PACKAGE})
 step("the C example" ${WORK}/outside/touch_c ${PACKAGE})
+# By pkg-config as its README tells, with the file that was installed.
+file(READ ${README_C} readme)
+string(REGEX MATCH "```sh\n([^`]*)```" lines "${readme}")
+if(NOT CMAKE_MATCH_1 MATCHES "pkg-config")
+  message(FATAL_ERROR "${README_C} tells no lines for a shell that use pkg-config")
+endif()
+string(REPLACE "DIR/" "${WORK}/moved/" lines "${CMAKE_MATCH_1}")
+file(WRITE ${WORK}/by_hand/lines.sh "set -e\n${lines}")
+file(COPY ${WORK}/moved/share/doc/beatlas/examples/example.c DESTINATION ${WORK}/by_hand)
+file(COPY_FILE ${PACKAGE} ${WORK}/by_hand/heart.beatlas)
+step("the lines of the C interface's README" ${CMAKE_COMMAND} -E chdir ${WORK}/by_hand sh lines.sh)
 step("the other rooms" ${WORK}/outside/rooms)
-step("beatlas-play" ${WORK}/moved/bin/beatlas-play ${PACKAGE} --headless --seconds 0.1)
+step("beatlas-play" ${WORK}/moved/bin/beatlas-play ${PACKAGE} --headless --fast --seconds 0.1)
 set(cohort ${WORK}/moved/share/beatlas/cohort)
 foreach(file Snakefile README.md profiles/slurm/config.yaml profiles/kubernetes/config.yaml)
   if(NOT EXISTS ${cohort}/${file})
