@@ -299,8 +299,8 @@ int run(const std::vector<fs::path>& words) {
       .log_x = true,
       .log_y = true};
   std::printf(
-      "| path | images | model | RMS N | p95 N | largest N | median place, RMS N | ns a tick "
-      "|\n|---|---|---|---|---|---|---|\n");
+      "| path | images | model | RMS N | p95 N | largest N | median place, RMS N | places within "
+      "5 gf | ns a tick |\n|---|---|---|---|---|---|---|---|---|\n");
   std::vector<std::vector<Figures>> sums(images.size());
   for (const bool press : {false, true}) {
     const Paths paths = make_paths(clean, places, press, context);
