@@ -153,7 +153,7 @@ def pictures():
         time.sleep(0.3)
         assert with_lines > 500 and coloured(pixels(driver, image)) == 0
         without = pixels(driver, heart)
-        ground = numpy.array([0xee, 0xf1, 0xf4])
+        ground = numpy.array([0x14, 0x18, 0x1e])
         assert (abs(without - ground).max(axis=2) < 3).mean() > 0.98, "nothing but the ground and marks"
         assert change(with_surface, without) > 0.1, "the surface was drawn"
         for box in boxes:
