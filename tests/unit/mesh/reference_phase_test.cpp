@@ -59,5 +59,28 @@ TEST(ReferencePhase, KeepsTrianglesSoundWhereAPitShuts) {
   expect_sound(level_of_detail(chosen, field, coarse, context));
 }
 
+/// Two balls, the second on a stalk that is not there at share 0: a piece apart, which goes.
+double stalked_ball(double share, const Vec3& x) {
+  const double ball = (x - Vec3(-12, 0, 0)).norm() - 13;
+  const double other = (x - Vec3(16, 0, 0)).norm() - 11;
+  const double stalk =
+      std::max(std::hypot(x.y(), x.z()) - (share < 0.05 ? -3.0 : 2.5), std::abs(x.x() - 3) - 8);
+  return std::min({ball, other, stalk});
+}
+
+TEST(ReferencePhase, SaysWhatAMeshNeverReached) {
+  const FieldCycle field = beating_field(stalked_ball, 8, {-26, -15, -15}, {28, 15, 15});
+  std::string told;
+  StageContext context;
+  context.warn_sink = [&](std::string_view text) { told += std::string(text) + "\n"; };
+  MeshOptions first;
+  first.reference_phase = 0;
+  const SurfaceCycle surface = mesh_cycle(field, first, context);
+  // The vertices lie on the surface of the first ball, and the second is 38 % of the whole.
+  const double ball_ml = 4.0 / 3 * std::numbers::pi * std::pow(13, 3) * 1e-3;
+  EXPECT_NEAR(measure_quality(surface).phases[4].volume_ml, ball_ml, 0.1 * ball_ml);
+  EXPECT_NE(told.find("differ by 39 % of volume in phase "), std::string::npos) << told;
+}
+
 }  // namespace
 }  // namespace beatlas::mesh
