@@ -32,6 +32,7 @@ class Reader {
     const PaddedSize padded = padded_size(window, card_.multiple);
     const auto slices = static_cast<std::size_t>(window.size[2]);
     const std::size_t voxels = seen_.grid.count();
+    const TurnsOfImages turns(orientations, phases.size() * slices);
     const std::size_t plane =
         static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height);
     with_quiet_opencv([&] {
@@ -42,8 +43,7 @@ class Reader {
         fill_input(seen_, card_, k, p, window, input);
         std::vector<float> likely;
         networks_.with([&](Network& network) {
-          run_turned(network, card_, input, padded.width, padded.height,
-                     turns_of(orientations, out.phase_count(), k, p), likely);
+          run_turned(network, card_, input, padded.width, padded.height, turns.of(k, p), likely);
         });
         std::vector<std::int8_t>& phase = out.phases[static_cast<std::size_t>(p)];
         for (std::size_t o = 0; o < card_.outputs.size(); ++o) {

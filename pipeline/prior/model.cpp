@@ -116,7 +116,7 @@ ModelCard model_card_from_json(const json& value) {
   read_needed(object, "pixel_mm", out.pixel_mm, 0.5, 10.0);
   read_needed(object, "neighbour_mm", out.neighbour_mm, 4.0, 20.0);
   read_needed(object, "multiple", out.multiple, 1, 256);
-  object.read("orientations", out.orientations, 1, 4);
+  object.read("orientations", out.orientations, 1, 8);
   for (const std::size_t at : words_at(object, "channels", kChannelWords)) {
     out.channels.push_back(static_cast<Channel>(at));
   }

@@ -45,8 +45,21 @@ std::vector<double> gaussian(double sigma) {
   return out;
 }
 
-/// Of an image of `width` x `height`: rows first, then columns.
-std::vector<float> resampled(const std::vector<float>& image, int width, int height,
+int pixels(int source, double spacing_mm, double pixel_mm, int multiple) {
+  const int all = std::max(1, static_cast<int>(std::lround(source * spacing_mm / pixel_mm)));
+  const int beyond = all % multiple;
+  const bool few = all > multiple && 4 * beyond <= multiple && beyond * pixel_mm <= kRimMm;
+  return few ? all - beyond : all;
+}
+
+/// Where the first pixel of a lattice lies in the source, if both have the same middle.
+double first_place(int source, int result, double factor) {
+  return 0.5 * (source - 1) - 0.5 * (result - 1) * factor;
+}
+
+}  // namespace
+
+std::vector<float> resampled(std::span<const float> image, int width, int height,
                              const AxisWeights& along, const AxisWeights& across) {
   const std::size_t columns = along.first.size();
   std::vector<float> rows(columns * static_cast<std::size_t>(height));
@@ -73,20 +86,6 @@ std::vector<float> resampled(const std::vector<float>& image, int width, int hei
   }
   return out;
 }
-
-int pixels(int source, double spacing_mm, double pixel_mm, int multiple) {
-  const int all = std::max(1, static_cast<int>(std::lround(source * spacing_mm / pixel_mm)));
-  const int beyond = all % multiple;
-  const bool few = all > multiple && 4 * beyond <= multiple && beyond * pixel_mm <= kRimMm;
-  return few ? all - beyond : all;
-}
-
-/// Where the first pixel of a lattice lies in the source, if both have the same middle.
-double first_place(int source, int result, double factor) {
-  return 0.5 * (source - 1) - 0.5 * (result - 1) * factor;
-}
-
-}  // namespace
 
 Grid network_grid(const Grid& stack, double pixel_mm, int multiple) {
   const Vec3 spacing = stack.spacing_mm();

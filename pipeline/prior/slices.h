@@ -2,6 +2,7 @@
 /// What a network sees of an exam: see the room's README.
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pipeline/core/exam.h"
@@ -32,6 +33,9 @@ struct AxisWeights {
 };
 /// @param factor pixel of the result over pixel of the source; both have the same middle
 [[nodiscard]] AxisWeights axis_weights(int source, int result, double factor);
+/// An image of `width` x `height`, rows first, then columns.
+[[nodiscard]] std::vector<float> resampled(std::span<const float> image, int width, int height,
+                                           const AxisWeights& along, const AxisWeights& across);
 
 /// The slice below (step -1) or above (step +1) that the network is shown; none: not known.
 [[nodiscard]] std::optional<int> neighbour_of(int slice, int step, int slices, double spacing_mm,

@@ -15,7 +15,7 @@ OUTPUTS = ("background", "rv_blood", "lv_myocardium", "lv_blood", "rest_of_heart
 PIXEL_MM = 2.0      # of every plane
 NEIGHBOUR_MM = 8.0  # from `frame` to `below` and to `above`
 MULTIPLE = 16       # of height and width: four halvings
-ORIENTATIONS = 4    # that are averaged over in use; training shows slices turned and mirrored in any way
+ORIENTATIONS = 8    # that are averaged over in use; training shows slices turned and mirrored in any way
 MAX_PARAMETERS = 750_000
 # At full size, 1/2, 1/4, 1/8 and 1/16. The two coarsest cost little time, so they have what the budget
 # leaves.

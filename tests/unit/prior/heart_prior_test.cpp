@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -182,10 +183,10 @@ Exam turned_exam(const Exam& exam, const std::vector<std::size_t>& there) {
   return out;
 }
 
-TEST(HeartPrior, a_mean_over_four_orientations_turns_with_the_exam) {
+TEST(HeartPrior, a_mean_over_orientations_turns_with_the_exam) {
   const made::Folder folder;
   const Exam exam = made::rough_exam(made::turned_grid({32, 48, 3}, {2, 2, 8}), 2);
-  for (const int orientations : {1, 4}) {
+  for (const int orientations : {1, 8}) {
     const Model model = Model::load(folder.copy_of(
         "unet", {}, [&](nlohmann::json& card) { card["orientations"] = orientations; }));
     StageContext context;
@@ -201,7 +202,7 @@ TEST(HeartPrior, a_mean_over_four_orientations_turns_with_the_exam) {
                                          turned.phases[1][o * grid.count() + there[v]]));
         }
       }
-      if (orientations == 4) {
+      if (orientations == 8) {
         EXPECT_LE(most, 1) << about;  // sums in another order, rounded
       } else {
         EXPECT_GT(most, 8) << about;  // a network by itself sees a turned slice otherwise
@@ -211,19 +212,25 @@ TEST(HeartPrior, a_mean_over_four_orientations_turns_with_the_exam) {
 }
 
 TEST(HeartPrior, neighbours_of_a_long_beat_share_the_orientations) {
-  for (const int orientations : {2, 3, 4}) {
+  for (const int orientations : {2, 3, 4, 8}) {
+    const TurnsOfImages turns(orientations, 300);
     for (const auto& [slice, phase] : {std::pair{3, 6}, std::pair{0, 0}, std::pair{4, 1}}) {
-      const Turns here = turns_of(orientations, 25, slice, phase);
-      for (const Turns& beside : {turns_of(orientations, 25, slice, phase + 1),
-                                  turns_of(orientations, 25, slice + 1, phase)}) {
-        EXPECT_EQ(std::min(here.first, beside.first), 0);
-        EXPECT_EQ(std::max(here.first + here.count, beside.first + beside.count), orientations);
+      std::set<int> seen;
+      for (const int k : {slice, slice + 1}) {
+        for (const int p : {phase, phase + 1}) {
+          const Turns here = turns.of(k, p);
+          EXPECT_EQ(here.count, 2);
+          for (int n = 0; n < here.count; ++n) seen.insert(here.first + n);
+        }
       }
+      EXPECT_EQ(static_cast<int>(seen.size()), orientations);
+      EXPECT_EQ(*seen.rbegin(), orientations - 1);
     }
   }
-  EXPECT_EQ(turns_of(4, 25, 1, 0).count, 2);
-  EXPECT_EQ(turns_of(1, 25, 1, 0).count, 1);
-  EXPECT_EQ(turns_of(4, 2, 1, 0).count, 4);  // few phases: all in each
+  EXPECT_EQ(TurnsOfImages(1, 300).of(1, 0).count, 1);
+  EXPECT_EQ(TurnsOfImages(8, 75).of(1, 0).count, 8);  // few images: all in each
+  EXPECT_EQ(TurnsOfImages(8, 76).of(1, 0).count, 4);
+  EXPECT_EQ(TurnsOfImages(8, 100000).of(1, 0).count, 2);
 }
 
 TEST(HeartPrior, stops_when_asked_and_tells_how_far_it_is) {
