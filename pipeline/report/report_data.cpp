@@ -91,6 +91,7 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
     asked.warnings.insert(asked.warnings.begin(), own.begin(), own.end());
     std::copy_if(places.begin(), places.end(), std::back_inserter(asked.leaks),
                  [](const Place& place) { return place.kind == Place::Kind::Leak; });
+    if (input.is_study) asked.doubts = doubts_of(*input.segmentation);
     for (const auto& [structure, phases] : input.uncertainty) {
       const double share = uncertain_percent(input.uncertainty, structure, limits.uncertain_mm);
       if (asked.uncertain_percent && share <= *asked.uncertain_percent) continue;

@@ -164,6 +164,56 @@ Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
           "exceed it."};
 }
 
+double least_expected(const Doubt& doubt, const VerdictLimits& limits) {
+  if (doubt.structure == Structure::LvMyocardium) return limits.least_expected_muscle;
+  if (doubt.structure == Structure::LvBlood) {
+    return doubt.end_systole ? limits.least_expected_lv_es : limits.least_expected_lv_ed;
+  }
+  return doubt.end_systole ? limits.least_expected_rv_es : limits.least_expected_rv_ed;
+}
+
+/// One finding for each figure that is not to be trusted, or one for all that are.
+std::vector<Finding> of_doubts(const VerdictInput& input, const VerdictLimits& limits) {
+  constexpr auto kWhy =
+      "Every voxel has a probability of each structure before anything grows, from a network that "
+      "is shown its slice turned and enlarged in several ways. The Dice that labels would have in "
+      "the mean, were those probabilities right, tells where they and the labels part. Of drawn "
+      "hearts that nothing was learned from it goes with the true Dice "
+      "(pipeline/report/README.md).";
+  std::vector<Finding> out;
+  double least = 1;
+  for (const Doubt& doubt : input.doubts) {
+    least = std::min(least, doubt.expected_dice);
+    const double limit = least_expected(doubt, limits);
+    if (doubt.expected_dice >= limit) continue;
+    const std::string when = doubt.end_systole ? "end-systole" : "end-diastole";
+    const std::string what = structure_words(doubt.structure);
+    const bool excess = doubt.excess_ml > doubt.missed_ml;
+    out.push_back({"expected_" + std::string(structure_name(doubt.structure)) +
+                       (doubt.end_systole ? "_es" : "_ed"),
+                   "Labels are what was to be expected",
+                   "Do not trust " + figures_in_words(doubt) + " unseen", Level::Check,
+                   text("%s at %s (phase %d): expected Dice %.2f, %.0f ml %s, most in ",
+                        what.c_str(), when.c_str(), doubt.phase, doubt.expected_dice,
+                        excess ? doubt.excess_ml : doubt.missed_ml,
+                        excess ? "may be too much" : "may be missing") +
+                       slices_in_words(doubt),
+                   text("%g", limit), kWhy,
+                   "Look at these slices. Where an outline is wrong, mark what it lacks or has too "
+                   "much with seeds; where it is right, leave it."});
+  }
+  if (out.empty()) {
+    out.push_back(
+        {"expected", "Labels are what was to be expected", "", Level::Good,
+         text("expected Dice of ventricles at end-diastole and end-systole %.2f or more", least),
+         text("LV %g and %g, RV %g and %g, muscle %g", limits.least_expected_lv_ed,
+              limits.least_expected_lv_es, limits.least_expected_rv_ed, limits.least_expected_rv_es,
+              limits.least_expected_muscle),
+         kWhy});
+  }
+  return out;
+}
+
 Finding of_surfaces(const VerdictInput& input, const VerdictLimits& limits) {
   Finding out{"surfaces",
               "Surfaces are whole",
@@ -235,6 +285,10 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
                      "or where the image has no edge. Each alarm has its own limit, which clean "
                      "segmentations "
                      "of phantoms stay below."});
+    }
+    if (!input.doubts.empty()) {
+      const std::vector<Finding> doubts = of_doubts(input, limits);
+      out.insert(out.end(), doubts.begin(), doubts.end());
     }
     if (figures.lv) out.push_back(of_ejection(*figures.lv, limits));
     if (figures.lv && figures.rv) out.push_back(of_strokes(figures, limits));

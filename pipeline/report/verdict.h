@@ -8,6 +8,7 @@
 #include "pipeline/core/exam.h"
 #include "pipeline/core/possible_heart.h"
 #include "pipeline/report/curves.h"
+#include "pipeline/report/doubt.h"
 #include "pipeline/report/heart_figures.h"
 #include "pipeline/report/places.h"
 
@@ -42,6 +43,13 @@ struct VerdictLimits {
   double uncertain_percent = 10;
   double uncertain_mm = 2;
   double crossing_percent = 2;
+  /// Expected Dice, see Doubt: a tenth of the drawn hearts whose Dice is good have less. Good is
+  /// .85 and .8 (LV at end-diastole and end-systole), .75 and .65 (RV), .75 (muscle).
+  double least_expected_lv_ed = 0.87;
+  double least_expected_lv_es = 0.83;
+  double least_expected_rv_ed = 0.77;
+  double least_expected_rv_es = 0.67;
+  double least_expected_muscle = 0.75;
   double least_rr_s = 0.4;
   double most_rr_s = 1.6;
   int least_phases = 8;
@@ -72,6 +80,7 @@ struct VerdictInput {
   std::vector<std::string> failed_checks;  ///< those it did not pass, a sentence each
   std::vector<SurfaceFigures> surfaces;
   std::vector<Place> leaks;
+  std::vector<Doubt> doubts;          ///< of the prior; empty: it was not asked
   std::vector<std::string> warnings;  ///< of the segmentation, without those of leaks
   std::vector<std::string> remarks;   ///< of the stages behind it, each after the stage's name
   std::vector<Vec2> slice_shifts_mm;

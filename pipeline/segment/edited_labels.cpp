@@ -7,6 +7,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
+#include "pipeline/segment/belief.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/mask_surface.h"
@@ -214,6 +215,7 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
     }
   });
 
+  believe_painted(made.labels, labels, made.belief);
   made.labels = labels;
   drop_or_refuse_absent(coverage);
   std::erase_if(made.uncertainty,

@@ -8,6 +8,7 @@
 #include "pipeline/register/phase_motion.h"
 #include "pipeline/segment/bad_frames.h"
 #include "pipeline/segment/base_cuts.h"
+#include "pipeline/segment/belief.h"
 #include "pipeline/segment/beyond_base.h"
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/coverage.h"
@@ -225,6 +226,26 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   if (task.given.empty() && task.known.phases.empty() && !holds_heart(labels)) throw_no_heart(true);
 }
 
+/// [phase][slice] where a person marked or gave labels.
+Told told_by_person(const Task& task) {
+  const Grid& grid = task.images.grid;
+  Told out(task.marks.size(), std::vector<bool>(static_cast<std::size_t>(grid.size[2]), false));
+  for (const int p : task.known.phases) {
+    std::vector<bool>& phase = out[static_cast<std::size_t>(p)];
+    phase.assign(phase.size(), true);
+  }
+  for (std::size_t p = 0; p < out.size(); ++p) {
+    for (std::size_t k = 0; k < out[p].size(); ++k) {
+      const auto first = task.marks[p].begin() +
+                         static_cast<std::ptrdiff_t>(grid.offset(0, 0, static_cast<int>(k)));
+      out[p][k] =
+          out[p][k] || std::any_of(first, first + static_cast<std::ptrdiff_t>(grid.slice_count()),
+                                   [](std::uint8_t label) { return label != kUnlabelled; });
+    }
+  }
+  return out;
+}
+
 /// Atria and vessels become rest of the heart.
 void merge_beyond_base(ImageCycle<std::uint8_t>& labels) {
   for (std::vector<std::uint8_t>& phase : labels.phases) {
@@ -336,6 +357,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     }
   }
   find_ends(out);
+  if (task.by_prior) out.belief = belief_in(*prior, labels, task.box, told_by_person(task));
   out.labels.grid = stack.grid;
   put_back(labels, task.box, out.labels);
   out.axis = ventricle_axis(out);

@@ -1,3 +1,5 @@
+#include <array>
+#include <cmath>
 #include <functional>
 
 #include "pipeline/core/parallel.h"
@@ -39,6 +41,9 @@ void read_cuts(const json& list, const std::string& path, int phases, Segmentati
     out.base_cuts[*structure] = std::move(cut);
   }
 }
+
+/// To a tenth: nothing that is made of it depends on less.
+double rounded_mm2(double area) { return std::round(area * 10) / 10; }
 
 json alarms_to_json(const std::vector<LeakAlarm>& alarms) {
   json out = json::array();
@@ -106,6 +111,62 @@ void read_alarms(const json& list, const std::string& path, int phases, Segmenta
 }
 
 constexpr int kMostPhases = 10000;
+
+/// Of a structure three lists of lists, [phase][slice], in mm2.
+json belief_to_json(const Belief& belief) {
+  json out = json::array();
+  for (const auto& [structure, phases] : belief) {
+    json entry{{"structure", structure_name(structure)}};
+    for (const std::vector<SliceBelief>& slices : phases) {
+      std::array<json, 3> areas{json::array(), json::array(), json::array()};
+      for (const SliceBelief& slice : slices) {
+        areas[0].push_back(rounded_mm2(slice.labelled_mm2));
+        areas[1].push_back(rounded_mm2(slice.expected_mm2));
+        areas[2].push_back(rounded_mm2(slice.agreed_mm2));
+      }
+      entry["labelled_mm2"].push_back(areas[0]);
+      entry["expected_mm2"].push_back(areas[1]);
+      entry["agreed_mm2"].push_back(areas[2]);
+    }
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
+/// The same back. @throws Error{InvalidInput} naming the entry
+void read_belief(const json& list, const std::string& path, int phases, int slices, Belief& out) {
+  if (!list.is_array()) throw_invalid(path + " must be a list");
+  for (std::size_t at = 0; at < list.size(); ++at) {
+    const std::string here = path + "/" + std::to_string(at);
+    JsonObject object(list[at], here);
+    std::string name;
+    object.read("structure", name);
+    const std::optional<Structure> structure = structure_from_name(name);
+    if (!structure) throw_invalid(here + "/structure is not the name of a structure");
+    auto& belief = out[*structure];
+    belief.assign(static_cast<std::size_t>(phases),
+                  std::vector<SliceBelief>(static_cast<std::size_t>(slices)));
+    const auto read = [&](const std::string& key, double SliceBelief::*area) {
+      const json& areas = object.at(key);
+      if (!areas.is_array() || areas.size() != belief.size()) {
+        throw_invalid(here + "/" + key + " must have a list for each phase");
+      }
+      for (std::size_t p = 0; p < belief.size(); ++p) {
+        const std::string phase = here + "/" + key + "/" + std::to_string(p);
+        const std::vector<double> of_slices = numbers_from_json(areas[p], phase);
+        if (of_slices.size() != belief[p].size()) {
+          throw_invalid(phase + " must have a number for each slice");
+        }
+        for (std::size_t k = 0; k < of_slices.size(); ++k) belief[p][k].*area = of_slices[k];
+      }
+    };
+    read("labelled_mm2", &SliceBelief::labelled_mm2);
+    read("expected_mm2", &SliceBelief::expected_mm2);
+    read("agreed_mm2", &SliceBelief::agreed_mm2);
+    object.finish();
+  }
+}
+
 constexpr auto kLongAxisName = "long_axis.json";
 
 LongAxis read_axis_file(const fs::path& study) {
@@ -186,6 +247,7 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
                                        {"base_cuts", cuts},
                                        {"long_axis", segmentation.axis.has_value()},
                                        {"uncertainty", structures_to_json(uncertain)},
+                                       {"belief", belief_to_json(segmentation.belief)},
                                        {"warnings", segmentation.warnings},
                                        {"alarms", alarms_to_json(segmentation.alarms)}});
   return files;
@@ -217,6 +279,9 @@ StoredSegmentation read_segmentation(const fs::path& study) {
     read_cuts(object.at("base_cuts"), "/base_cuts", phases, out);
     out.warnings = strings_from_json(object.at("warnings"), "/warnings");
     if (object.has("alarms")) read_alarms(object.at("alarms"), "/alarms", phases, out);
+    if (object.has("belief")) {
+      read_belief(object.at("belief"), "/belief", phases, grid.size[2], out.belief);
+    }
     object.read("long_axis", has_axis);
     if (object.has("uncertainty")) (void)object.at("uncertainty");
     object.finish();

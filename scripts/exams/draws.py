@@ -2,6 +2,7 @@
 
 What `beatlas phantom --draw` writes is compared: truth_labels_source.nii.gz, labels of the slices as acquired.
 """
+import json
 import pathlib
 
 import nibabel
@@ -13,9 +14,11 @@ SHORT = {"lv_blood": "lv", "lv_myocardium": "muscle", "rv_blood": "rv"}
 ENDS = ("ed", "es")
 FIGURES = [f"{name}_{end}" for end in ENDS for name in (*SHORT.values(), "heart")]
 VOLUMES = [f"{name}_{end}_ml{whose}" for end in ENDS for name in SHORT.values() for whose in ("", "_truth")]
-COLUMNS = ["seed", "outcome", *FIGURES, "ef", "ef_truth", *VOLUMES, "exit", "told", "seconds", "rendering", "plane",
-           "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt", "in_view",
+EXPECTED = [f"{name}_{end}_expected" for end in ENDS for name in SHORT.values()]
+COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, "exit", "told", "seconds", "rendering",
+           "plane", "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt", "in_view",
            "wall_mm", "contrast_to_noise", "picture", "complete"]
+GOOD = {"lv_ed": 0.85, "lv_es": 0.8, "rv_ed": 0.75, "rv_es": 0.65}  # of Dice, where limits of expected Dice come from
 FAILURES = ("lost", "refused", "below the gate", "a heart where there is none", "no draw", "not refused")
 
 
@@ -72,8 +75,19 @@ def _ends(truth):
     return {"ed": int(numpy.argmax(curve)), "es": int(numpy.argmin(curve))}
 
 
+def _expected_dice(belief, phase):
+    """The Dice that the prior expects of labels, over slices that hold them and the next: pipeline/report/doubt.h."""
+    labelled, expected, agreed = (numpy.array(belief[key][phase])
+                                  for key in ("labelled_mm2", "expected_mm2", "agreed_mm2"))
+    near = numpy.convolve(labelled > 0, [1, 1, 1], "same") > 0
+    both = (labelled + expected)[near].sum()
+    return round(float(2 * agreed[near].sum() / both), 4) if both > 0 else ""
+
+
 def compared(study, drawn, truth):
     labels = Labels(study)
+    told = json.loads((pathlib.Path(study) / "segment" / "segment.json").read_text())
+    belief = {entry["structure"]: entry for entry in told["belief"]}
     true, affine = _truth(drawn)
     each_ml = voxel_ml(affine)
     row = {}
@@ -84,6 +98,7 @@ def compared(study, drawn, truth):
             key = f"{SHORT[name]}_{end}"
             row[key] = round(dice(ours == label, theirs == label), 4)
             row[f"{key}_ml"] = round(float((ours == label).sum() * each_ml), 2)
+            row[f"{key}_expected"] = _expected_dice(belief[name], phase) if name in belief else ""
             row[f"{key}_ml_truth"] = round(float((theirs == label).sum() * each_ml), 2)
         row[f"heart_{end}"] = round(dice(ours > 0, theirs > 0), 4)
     for whose, key in (("", "ef"), ("_truth", "ef_truth")):
@@ -117,6 +132,18 @@ def summary(rows, gate):
         values = [float(row.get(figure) or 0) for row in hearts]
         if values:
             lines.append(f"  {figure:10s} {min(values):.3f} {numpy.median(values):.3f} {numpy.mean(values):.3f}")
+    lines.append("  expected Dice with the true one, r; quantile .1 of those whose Dice is good; how many of the "
+                 "others lie below")
+    for figure in EXPECTED:
+        true = figure.removesuffix("_expected")
+        pairs = numpy.array([(float(row[figure]), float(row[true])) for row in hearts
+                             if row.get(figure) not in (None, "")])
+        good = pairs[:, 1] >= GOOD.get(true, 0.75) if len(pairs) else numpy.zeros(0, bool)
+        if good.sum() < 3:
+            continue
+        limit = numpy.quantile(pairs[good, 0], 0.1)
+        lines.append(f"  {true:10s} {numpy.corrcoef(pairs.T)[0, 1]:.2f} {limit:.3f} "
+                     f"{(pairs[~good, 0] < limit).sum()} of {(~good).sum()}")
     for rendering in ("box", "profile"):
         values = [float(row.get("lv_ed") or 0) for row in hearts if row["rendering"] == rendering]
         if values:

@@ -108,6 +108,9 @@ Segmentation make_segmentation() {
     out.uncertainty[Structure::RvBlood].push_back(
         {{static_cast<std::uint32_t>(p), 0.1F}, {static_cast<std::uint32_t>(p + 7), 1.0F / 3}});
   }
+  out.belief[Structure::LvBlood].assign(
+      kPhases, std::vector<SliceBelief>(static_cast<std::size_t>(out.labels.grid.size[2]),
+                                        {812.5, 0.1, 700.3}));
   out.warnings = {"thin"};
   out.alarms = {{LeakKind::StillTissue, Structure::RvBlood, 1, Vec3(0.1, -2.0 / 3, 7), 812.5, 200,
                  "it follows an edge that does not beat",
@@ -130,6 +133,12 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   EXPECT_EQ(segmentation.end_diastole, again.end_diastole);
   EXPECT_EQ(segmentation.end_systole, again.end_systole);
   EXPECT_EQ(segmentation.warnings, again.warnings);
+  const auto& belief = again.belief.at(Structure::LvBlood);
+  ASSERT_EQ(belief.size(), static_cast<std::size_t>(kPhases));
+  ASSERT_EQ(belief.back().size(), static_cast<std::size_t>(segmentation.labels.grid.size[2]));
+  EXPECT_EQ(belief.back().back().labelled_mm2, 812.5);
+  EXPECT_EQ(belief.back().back().expected_mm2, 0.1);
+  EXPECT_EQ(belief.back().back().agreed_mm2, 700.3);
   ASSERT_EQ(again.alarms.size(), 1U);
   const LeakAlarm& alarm = segmentation.alarms.front();
   EXPECT_EQ(again.alarms[0].kind, alarm.kind);

@@ -1,0 +1,88 @@
+#include "pipeline/report/doubt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace beatlas::report {
+namespace {
+
+constexpr double kWorthTelling = 0.2;  ///< of a structure's doubt, in one slice
+constexpr std::size_t kMostSlices = 3;
+
+Doubt doubt_of(Structure structure, bool end_systole, int phase,
+               const std::vector<SliceBelief>& slices, double thickness_mm) {
+  Doubt out{structure, end_systole, phase, 1, 0, 0, {}};
+  SliceBelief all;
+  double doubted = 0;
+  const auto labelled = [&](std::size_t k) {
+    return k < slices.size() && slices[k].labelled_mm2 > 0;  // below 0 is far beyond the last
+  };
+  for (std::size_t k = 0; k < slices.size(); ++k) {
+    if (!labelled(k) && !labelled(k + 1) && !labelled(k - 1)) continue;
+    all.labelled_mm2 += slices[k].labelled_mm2;
+    all.expected_mm2 += slices[k].expected_mm2;
+    all.agreed_mm2 += slices[k].agreed_mm2;
+    out.slices.push_back({static_cast<int>(k), slices[k]});
+    doubted += out.slices.back().doubted_mm2();
+  }
+  const double both = all.labelled_mm2 + all.expected_mm2;
+  if (both > 0) out.expected_dice = 2 * all.agreed_mm2 / both;
+  out.excess_ml = (all.labelled_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
+  out.missed_ml = (all.expected_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
+  std::stable_sort(
+      out.slices.begin(), out.slices.end(),
+      [](const SliceDoubt& a, const SliceDoubt& b) { return a.doubted_mm2() > b.doubted_mm2(); });
+  const auto told =
+      std::find_if(out.slices.begin(), out.slices.end(), [&](const SliceDoubt& slice) {
+        return slice.doubted_mm2() <= 0 || slice.doubted_mm2() < kWorthTelling * doubted;
+      });
+  // The worst is told in any case.
+  out.slices.erase(std::max(told, out.slices.begin() + (doubted > 0 ? 1 : 0)), out.slices.end());
+  if (out.slices.size() > kMostSlices) out.slices.resize(kMostSlices);
+  return out;
+}
+
+}  // namespace
+
+std::vector<Doubt> doubts_of(const Segmentation& segmentation) {
+  std::vector<Doubt> out;
+  const double thickness_mm = segmentation.labels.grid.spacing_mm()[2];
+  const auto add = [&](Structure structure, bool end_systole) {
+    const auto found = segmentation.belief.find(structure);
+    if (found == segmentation.belief.end()) return;
+    const int phase = end_systole ? segmentation.end_systole : segmentation.end_diastole;
+    out.push_back(doubt_of(structure, end_systole, phase,
+                           found->second[static_cast<std::size_t>(phase)], thickness_mm));
+  };
+  for (const Structure ventricle : {Structure::LvBlood, Structure::RvBlood}) {
+    add(ventricle, false);
+    add(ventricle, true);
+  }
+  add(Structure::LvMyocardium, false);
+  return out;
+}
+
+std::string slices_in_words(const Doubt& doubt) {
+  std::string out;
+  for (std::size_t n = 0; n < doubt.slices.size(); ++n) {
+    const SliceDoubt& slice = doubt.slices[n];
+    const double either =
+        slice.belief.labelled_mm2 + slice.belief.expected_mm2 - slice.belief.agreed_mm2;
+    char text[128];
+    std::snprintf(text, sizeof text, "slice %d (%.0f mm2 labelled, %.0f likely, %.0f %% in common)",
+                  slice.slice, slice.belief.labelled_mm2, slice.belief.expected_mm2,
+                  either > 0 ? 100 * slice.belief.agreed_mm2 / either : 100);
+    if (n > 0) out += n + 1 == doubt.slices.size() ? " and " : ", ";
+    out += text;
+  }
+  return out;
+}
+
+std::string figures_in_words(const Doubt& doubt) {
+  if (doubt.structure == Structure::LvMyocardium) return "mass";
+  const std::string of = doubt.structure == Structure::LvBlood ? "the LV" : "the RV";
+  return std::string(doubt.end_systole ? "ESV" : "EDV") + ", EF and stroke volume of " + of;
+}
+
+}  // namespace beatlas::report

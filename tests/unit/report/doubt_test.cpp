@@ -1,0 +1,87 @@
+#include "pipeline/report/doubt.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "pipeline/report/verdict.h"
+
+namespace beatlas::report {
+namespace {
+
+/// Slices 10 mm apart, two phases: end-diastole and end-systole.
+Segmentation believed(Structure structure, const std::vector<SliceBelief>& end_diastole,
+                      const std::vector<SliceBelief>& end_systole) {
+  Segmentation out;
+  out.labels.grid.size = {4, 4, static_cast<int>(end_diastole.size())};
+  out.labels.grid.mm_from_index = Affine::Identity();
+  out.labels.grid.mm_from_index.linear().col(2) *= 10;
+  out.end_diastole = 0;
+  out.end_systole = 1;
+  out.belief[structure] = {end_diastole, end_systole};
+  return out;
+}
+
+TEST(Doubt, IsWhatLabelsAndPriorDoNotHaveInCommon) {
+  const std::vector<Doubt> doubts =
+      doubts_of(believed(Structure::LvBlood,
+                         {{0, 0, 0}, {1000, 1000, 900}, {1000, 1200, 1000}, {0, 500, 0}, {0, 0, 0}},
+                         {{0, 0, 0}, {500, 500, 500}, {500, 500, 500}, {500, 100, 50}, {0, 0, 0}}));
+  ASSERT_EQ(doubts.size(), 2U);
+  EXPECT_FALSE(doubts[0].end_systole);
+  // 1900 of 2000 and of 2700: the slice that was missed is next to those that hold labels.
+  EXPECT_NEAR(doubts[0].expected_dice, 2 * 1900.0 / 4700, 1e-12);
+  EXPECT_NEAR(doubts[0].excess_ml, 1, 1e-12);
+  EXPECT_NEAR(doubts[0].missed_ml, 8, 1e-12);
+  ASSERT_EQ(doubts[0].slices.size(), 3U);
+  EXPECT_EQ(doubts[0].slices.front().slice, 3);
+  EXPECT_EQ(doubts[1].phase, 1);
+  EXPECT_NEAR(doubts[1].expected_dice, 2 * 1050.0 / 2600, 1e-12);
+  EXPECT_NEAR(doubts[1].excess_ml, 4.5, 1e-12);
+  ASSERT_EQ(doubts[1].slices.size(), 1U);
+  EXPECT_EQ(slices_in_words(doubts[1]), "slice 3 (500 mm2 labelled, 100 likely, 9 % in common)");
+  EXPECT_EQ(figures_in_words(doubts[1]), "ESV, EF and stroke volume of the LV");
+}
+
+TEST(Doubt, LeavesOutAnotherBodyFarFromTheLabels) {
+  const std::vector<SliceBelief> slices{{100, 100, 100}, {0, 10, 0}, {0, 400, 0}};
+  const std::vector<Doubt> doubts = doubts_of(believed(Structure::RvBlood, slices, slices));
+  EXPECT_NEAR(doubts.front().expected_dice, 200.0 / 210, 1e-12);
+}
+
+TEST(Doubt, IsNoneWhereNoPriorWasAsked) {
+  EXPECT_TRUE(doubts_of(Segmentation()).empty());
+  VerdictInput input;
+  input.segmented = true;
+  const std::vector<Finding> found = findings(input);
+  EXPECT_TRUE(std::none_of(found.begin(), found.end(), [](const Finding& finding) {
+    return finding.id.starts_with("expected");
+  }));
+}
+
+TEST(Doubt, NamesStructurePhaseSliceAndFigure) {
+  VerdictInput input;
+  input.segmented = true;
+  const std::vector<SliceBelief> sure{{1000, 1000, 950}, {1000, 1000, 950}};
+  input.doubts = doubts_of(believed(Structure::RvBlood, sure, sure));
+  const auto of_doubts = [&] {
+    std::vector<Finding> out = findings(input);
+    std::erase_if(out, [](const Finding& f) { return !f.id.starts_with("expected"); });
+    return out;
+  };
+  ASSERT_EQ(of_doubts().size(), 1U);
+  EXPECT_EQ(of_doubts().front().level, Level::Good);
+  input.doubts = doubts_of(believed(Structure::RvBlood, sure, {{1000, 1000, 950}, {900, 100, 50}}));
+  ASSERT_EQ(of_doubts().size(), 1U);
+  const Finding finding = of_doubts().front();
+  EXPECT_EQ(finding.level, Level::Check);
+  EXPECT_EQ(finding.id, "expected_rv_blood_es");
+  EXPECT_EQ(finding.trouble, "Do not trust ESV, EF and stroke volume of the RV unseen");
+  EXPECT_NE(finding.said.find("at end-systole (phase 1): expected Dice 0.67, 9 ml may be too much, "
+                              "most in slice 1 (900 mm2 labelled, 100 likely"),
+            std::string::npos)
+      << finding.said;
+}
+
+}  // namespace
+}  // namespace beatlas::report
