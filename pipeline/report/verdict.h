@@ -43,13 +43,14 @@ struct VerdictLimits {
   double uncertain_percent = 10;
   double uncertain_mm = 2;
   double crossing_percent = 2;
-  /// Expected Dice, see Doubt: a tenth of the drawn hearts whose Dice is good have less. Good is
-  /// .85 and .8 (LV at end-diastole and end-systole), .75 and .65 (RV), .75 (muscle).
+  /// Expected Dice, see Doubt: a twentieth of the drawn hearts whose Dice is good have less (seeds
+  /// 9000 to 9079, `scripts/score_draws`). Good is .85 and .8 (LV at end-diastole and end-systole),
+  /// .75 and .65 (RV), .75 (muscle).
   double least_expected_lv_ed = 0.87;
   double least_expected_lv_es = 0.83;
-  double least_expected_rv_ed = 0.77;
-  double least_expected_rv_es = 0.67;
-  double least_expected_muscle = 0.75;
+  double least_expected_rv_ed = 0.75;
+  double least_expected_rv_es = 0.64;
+  double least_expected_muscle = 0.73;
   double least_rr_s = 0.4;
   double most_rr_s = 1.6;
   int least_phases = 8;
