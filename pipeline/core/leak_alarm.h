@@ -41,6 +41,7 @@ struct LeakAlarm {
   double limit = 0;                   ///< same unit; figure > limit
   std::string sentence;               ///< for the user: what, where, what to do
   std::optional<LeakSeed> seed = {};  ///< none: labels do not tell what leaked, an eye must
+  int sign = 0;                       ///< of a volume: 1 too much, -1 missing; else 0
 };
 
 }  // namespace beatlas

@@ -27,10 +27,11 @@ std::vector<Uncertain> worse_than(const std::vector<BoundaryPoint>& points, cons
   return out;
 }
 
-std::string title_of(LeakKind kind) {
-  switch (kind) {
+std::string title_of(const LeakAlarm& alarm) {
+  switch (alarm.kind) {
     case LeakKind::VolumeJump:
-      return "Volume jumps";
+      return (alarm.sign > 0 ? "Too much volume in phase " : "Volume missing in phase ") +
+             std::to_string(alarm.phase);
     case LeakKind::OpenCycle:
       return "Beat does not close";
     case LeakKind::ImageBorder:
@@ -71,7 +72,7 @@ std::vector<Place> leak_places(const Segmentation& segmentation) {
   std::vector<Place> out;
   for (const LeakAlarm& alarm : segmentation.alarms) {
     out.push_back({Place::Kind::Leak, alarm.structure, alarm.phase, alarm.lps_mm,
-                   title_of(alarm.kind) + ": " + structure_words(alarm.structure), alarm.sentence,
+                   title_of(alarm) + ": " + structure_words(alarm.structure), alarm.sentence,
                    std::string(leak_kind_name(alarm.kind)), alarm.figure, alarm.limit, alarm.seed});
   }
   return out;

@@ -257,6 +257,118 @@ Finding of_shifts(const VerdictInput& input, const VerdictLimits& limits) {
           "outlines run on smoothly from slice to slice."};
 }
 
+Finding of_leaks(const VerdictInput& input) {
+  return {"leaks",
+          "No label has leaked",
+          "A label may have leaked",
+          check_if(!input.leaks.empty()),
+          input.leaks.empty() ? "no alarm" : alarms_in_words(input.leaks),
+          "0 alarms",
+          "Volumes that jump, surfaces in lung, along the image's border, along what does not beat "
+          "or where the image has no edge. Each alarm has its own limit, which clean segmentations "
+          "of phantoms stay below."};
+}
+
+Finding of_muscle(double change_percent, const VerdictLimits& limits) {
+  return {"muscle",
+          "Muscle keeps its volume",
+          "The muscle changes its volume",
+          check_if(change_percent > limits.muscle_change_percent),
+          text("changes by %.0f %% in the beat", change_percent),
+          text("%g %%", limits.muscle_change_percent),
+          "Muscle can hardly be compressed, so its volume tests inner and outer outline "
+          "against each other. Slices far apart lose some of it at the base, which the "
+          "limit allows for."};
+}
+
+Finding of_package_ef(const VentricleFigures& package, const VentricleFigures& labels,
+                      const VerdictLimits& limits) {
+  const double difference = package.ef_percent() - labels.ef_percent();
+  return {"ef_agrees",
+          "Package and labels agree on the EF",
+          difference < 0 ? "The package's EF is too low for its labels"
+                         : "The package's EF is too high for its labels",
+          check_if(std::abs(difference) > limits.ef_difference_points),
+          text("%.1f %% and %.1f %%", package.ef_percent(), labels.ef_percent()),
+          text("%g points", limits.ef_difference_points),
+          "Less than the 4.6 to 7.5 points by which readers of seven laboratories differ "
+          "(SD, Suinesiaputra 2015, doi:10.1186/s12968-015-0170-9)."};
+}
+
+Finding of_boundaries(const VerdictInput& input, const VerdictLimits& limits) {
+  return {"boundaries",
+          "Boundaries are well seen",
+          "A boundary is hardly seen",
+          check_if(*input.uncertain_percent > limits.uncertain_percent),
+          text("at most %.1f %% of a boundary (%s) are known no better than %g mm",
+               *input.uncertain_percent, input.uncertain_structure.c_str(), limits.uncertain_mm),
+          text("%g %%", limits.uncertain_percent),
+          "Contours of two readers lie 1 mm (LV) to 2 mm (RV) apart in the mean (Bai 2018, "
+          "doi:10.1186/s12968-018-0471-x): what is known no better than that needs an "
+          "eye."};
+}
+
+Finding of_beat(const VerdictInput& input, const VerdictLimits& limits) {
+  const double rr = input.rr_interval_s;
+  std::vector<std::string> beat;
+  if (input.phases < limits.least_phases) beat.emplace_back("Phases are missing");
+  if (rr < limits.least_rr_s) beat.emplace_back("The R-R interval is too short");
+  if (rr > limits.most_rr_s) beat.emplace_back("The R-R interval is too long");
+  return {
+      "beat",
+      "Beat is resolved",
+      listed(beat, "; "),
+      check_if(!beat.empty()),
+      text("R-R %.0f ms (%.0f a minute), %d phases", 1000 * rr, rr > 0 ? 60 / rr : 0, input.phases),
+      text("%g to %g s, %d phases", limits.least_rr_s, limits.most_rr_s, limits.least_phases),
+      "Outside these rates the R-R interval was most likely misread (--rr gives it); "
+      "with fewer phases nothing is known of how the heart moves between them."};
+}
+
+/// Is it this heart? Volumes first, then outlines.
+void add_of_labels(const VerdictInput& input, const VerdictLimits& limits,
+                   std::vector<Finding>& out) {
+  const HeartFigures& figures = input.segmentation;
+  if (input.missing.empty()) out.push_back(of_structures(input));
+  if (figures.lv) out.push_back(of_ejection(*figures.lv, limits));
+  if (!input.doubts.empty()) {
+    const std::vector<Finding> doubts = of_doubts(input, limits);
+    out.insert(out.end(), doubts.begin(), doubts.end());
+  }
+  if (figures.lv && figures.rv) out.push_back(of_strokes(figures, limits));
+  if (figures.muscle_change_percent) {
+    out.push_back(of_muscle(*figures.muscle_change_percent, limits));
+  }
+  if (input.of_study) out.push_back(of_leaks(input));
+  out.push_back({"warnings", "Segmentation had no trouble", "The segmentation had trouble",
+                 check_if(!input.warnings.empty()),
+                 input.warnings.empty() ? "no warning" : listed(input.warnings, "; "), "0 warnings",
+                 "What the segmentation could not do as it should."});
+}
+
+/// Is the package what the labels say?
+void add_of_making(const VerdictInput& input, const VerdictLimits& limits,
+                   std::vector<Finding>& out) {
+  if (input.refused.empty()) out.push_back(of_package(input, limits));
+  if (!input.stale.empty()) {
+    out.push_back({"up_to_date", "Everything is up to date", "The package is not of these labels",
+                   Level::Check, "to be made again: " + listed(input.stale, ", "), "all stages",
+                   "The package does not show what the study says now. Build again."});
+  }
+  if (input.package && input.package->lv && input.segmentation.lv) {
+    out.push_back(of_package_ef(*input.package->lv, *input.segmentation.lv, limits));
+  }
+  if (input.checks > 0) out.push_back(of_checks(input));
+  if (!input.surfaces.empty()) out.push_back(of_surfaces(input, limits));
+  if (input.package) {
+    out.push_back({"remarks", "What later stages remarked", "", Level::Good,
+                   input.remarks.empty() ? "nothing" : listed(input.remarks, "; "), "none",
+                   "What was mended on the way from labels to surfaces. What it cost is measured "
+                   "above, in volumes, surfaces and checks; this tells where to look for the "
+                   "reason."});
+  }
+}
+
 }  // namespace
 
 std::string level_name(Level level) {
@@ -266,95 +378,12 @@ std::string level_name(Level level) {
 std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& limits) {
   std::vector<Finding> out;
   if (!input.missing.empty()) out.push_back(of_structures(input));
-  out.push_back(of_package(input, limits));
-  if (!input.stale.empty()) {
-    out.push_back({"up_to_date", "Everything is up to date", "The package is not of these labels",
-                   Level::Check, "to be made again: " + listed(input.stale, ", "), "all stages",
-                   "The package does not show what the study says now. Build again."});
-  }
-  if (input.checks > 0) out.push_back(of_checks(input));
-  const HeartFigures& figures = input.segmentation;
-  if (input.segmented) {
-    if (input.missing.empty()) out.push_back(of_structures(input));
-    if (input.of_study) {
-      out.push_back({"leaks", "No label has leaked", "A label may have leaked",
-                     check_if(!input.leaks.empty()),
-                     input.leaks.empty() ? "no alarm" : alarms_in_words(input.leaks), "0 alarms",
-                     "Volumes that jump, surfaces in lung, along the image's border, along what "
-                     "does not beat "
-                     "or where the image has no edge. Each alarm has its own limit, which clean "
-                     "segmentations "
-                     "of phantoms stay below."});
-    }
-    if (!input.doubts.empty()) {
-      const std::vector<Finding> doubts = of_doubts(input, limits);
-      out.insert(out.end(), doubts.begin(), doubts.end());
-    }
-    if (figures.lv) out.push_back(of_ejection(*figures.lv, limits));
-    if (figures.lv && figures.rv) out.push_back(of_strokes(figures, limits));
-    if (figures.muscle_change_percent) {
-      out.push_back({"muscle", "Muscle keeps its volume", "The muscle changes its volume",
-                     check_if(*figures.muscle_change_percent > limits.muscle_change_percent),
-                     text("changes by %.0f %% in the beat", *figures.muscle_change_percent),
-                     text("%g %%", limits.muscle_change_percent),
-                     "Muscle can hardly be compressed, so its volume tests inner and outer outline "
-                     "against each other. Slices far apart lose some of it at the base, which the "
-                     "limit allows for."});
-    }
-  }
-  if (input.package && input.package->lv && figures.lv) {
-    const double difference = std::abs(input.package->lv->ef_percent() - figures.lv->ef_percent());
-    const bool less = input.package->lv->ef_percent() < figures.lv->ef_percent();
-    out.push_back(
-        {"ef_agrees", "Package and labels agree on the EF",
-         less ? "The package's EF is too low for its labels"
-              : "The package's EF is too high for its labels",
-         check_if(difference > limits.ef_difference_points),
-         text("%.1f %% and %.1f %%", input.package->lv->ef_percent(), figures.lv->ef_percent()),
-         text("%g points", limits.ef_difference_points),
-         "Less than the 4.6 to 7.5 points by which readers of seven laboratories differ "
-         "(SD, Suinesiaputra 2015, doi:10.1186/s12968-015-0170-9)."});
-  }
-  if (!input.surfaces.empty()) out.push_back(of_surfaces(input, limits));
-  if (input.uncertain_percent) {
-    out.push_back(
-        {"boundaries", "Boundaries are well seen", "A boundary is hardly seen",
-         check_if(*input.uncertain_percent > limits.uncertain_percent),
-         text("at most %.1f %% of a boundary (%s) are known no better than %g mm",
-              *input.uncertain_percent, input.uncertain_structure.c_str(), limits.uncertain_mm),
-         text("%g %%", limits.uncertain_percent),
-         "Contours of two readers lie 1 mm (LV) to 2 mm (RV) apart in the mean (Bai 2018, "
-         "doi:10.1186/s12968-018-0471-x): what is known no better than that needs an "
-         "eye."});
-  }
+  if (!input.refused.empty()) out.push_back(of_package(input, limits));
+  if (input.segmented) add_of_labels(input, limits, out);
+  if (input.uncertain_percent) out.push_back(of_boundaries(input, limits));
   if (input.of_study) out.push_back(of_shifts(input, limits));
-  const double rr = input.rr_interval_s;
-  std::vector<std::string> beat;
-  if (input.phases < limits.least_phases) beat.emplace_back("Phases are missing");
-  if (rr < limits.least_rr_s) beat.emplace_back("The R-R interval is too short");
-  if (rr > limits.most_rr_s) beat.emplace_back("The R-R interval is too long");
-  out.push_back(
-      {"beat", "Beat is resolved", listed(beat, "; "),
-       check_if(rr < limits.least_rr_s || rr > limits.most_rr_s ||
-                input.phases < limits.least_phases),
-       text("R-R %.0f ms (%.0f a minute), %d phases", 1000 * rr, rr > 0 ? 60 / rr : 0,
-            input.phases),
-       text("%g to %g s, %d phases", limits.least_rr_s, limits.most_rr_s, limits.least_phases),
-       "Outside these rates the R-R interval was most likely misread (--rr gives it); "
-       "with fewer phases nothing is known of how the heart moves between them."});
-  if (input.segmented) {
-    out.push_back({"warnings", "Segmentation had no trouble", "The segmentation had trouble",
-                   check_if(!input.warnings.empty()),
-                   input.warnings.empty() ? "no warning" : listed(input.warnings, "; "),
-                   "0 warnings", "What the segmentation could not do as it should."});
-  }
-  if (input.package) {
-    out.push_back({"remarks", "What later stages remarked", "", Level::Good,
-                   input.remarks.empty() ? "nothing" : listed(input.remarks, "; "), "none",
-                   "What was mended on the way from labels to surfaces. What it cost is measured "
-                   "above, in volumes, surfaces and checks; this tells where to look for the "
-                   "reason."});
-  }
+  out.push_back(of_beat(input, limits));
+  add_of_making(input, limits, out);
   return out;
 }
 

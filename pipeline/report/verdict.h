@@ -95,7 +95,8 @@ struct VerdictInput {
 [[nodiscard]] std::vector<Structure> missing_structures(const std::vector<VolumeCurve>& volumes,
                                                         const std::vector<Structure>& needed);
 
-/// In order of importance.
+/// In order of importance: what is missing or refused, then whether it is this heart, last how
+/// fields and triangles were made.
 [[nodiscard]] std::vector<Finding> findings(const VerdictInput& input,
                                             const VerdictLimits& limits = {});
 /// Those of them for which no package may be used, a sentence each: where there is one, `build`

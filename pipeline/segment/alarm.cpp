@@ -136,7 +136,7 @@ class Alarms {
       const Vec3 index = place_of_jump(structure, jump.worst, (jump.first + n - 1) % n,
                                        (jump.first + jump.count) % n, jump.beyond > 0);
       add_volume(LeakKind::VolumeJump, structure, jump.worst, index, std::abs(jump.beyond),
-                 jump.beyond > 0 ? "above" : "below", "what the phases beside it foretell", curve);
+                 jump.beyond > 0, "what the phases beside it foretell", curve);
       alarms_.back().seed = seed_beside(alarms_.back(), all_, (jump.first + n - 1) % n,
                                         (jump.first + jump.count) % n);
     }
@@ -147,7 +147,7 @@ class Alarms {
     const int worst = first_is_larger ? 0 : last;
     const int other = last - worst;
     const Vec3 index = place_of_jump(structure, worst, other, other, true);
-    add_volume(LeakKind::OpenCycle, structure, worst, index, step, "above",
+    add_volume(LeakKind::OpenCycle, structure, worst, index, step, true,
                first_is_larger ? "what the last phase foretells" : "what the first phase foretells",
                curve);
     alarms_.back().seed = seed_beside(alarms_.back(), all_, other, other);
@@ -163,17 +163,18 @@ class Alarms {
   }
 
   void add_volume(LeakKind kind, Structure structure, int phase, const Vec3& index, double share,
-                  const char* side, const char* foretold, const std::vector<double>& curve) {
+                  bool above, const char* foretold, const std::vector<double>& curve) {
     char text[400];
     std::snprintf(text, sizeof text,
                   "the volume of %s in phase %d, %.1f ml, is %.0f %% of its largest %s %s (limit "
                   "%g %%, /segment/leak_volume_percent), most at ",
                   std::string(structure_name(structure)).c_str(), phase,
-                  curve[static_cast<std::size_t>(phase)], 100 * share, side, foretold,
-                  options_.volume_percent);
+                  curve[static_cast<std::size_t>(phase)], 100 * share, above ? "above" : "below",
+                  foretold, options_.volume_percent);
     add(kind, structure, phase, index, 100 * share, options_.volume_percent,
         text + place_of(cine_.grid(), index) +
             "; look there for a leak and correct it with seeds or by painting the labels");
+    alarms_.back().sign = above ? 1 : -1;
   }
 
   /// The thickest spot of what `phase` has beyond both others, or both others beyond it.

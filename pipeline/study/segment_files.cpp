@@ -54,7 +54,8 @@ json alarms_to_json(const std::vector<LeakAlarm>& alarms) {
                    {"lps_mm", {alarm.lps_mm[0], alarm.lps_mm[1], alarm.lps_mm[2]}},
                    {"figure", alarm.figure},
                    {"limit", alarm.limit},
-                   {"sentence", alarm.sentence}});
+                   {"sentence", alarm.sentence},
+                   {"sign", alarm.sign}});
     if (!alarm.seed) continue;
     const LeakSeed& seed = *alarm.seed;
     out.back()["seed"] = {{"label", seed.label},
@@ -96,6 +97,7 @@ void read_alarms(const json& list, const std::string& path, int phases, Segmenta
     object.read("figure", alarm.figure, 0.0, kMost);
     object.read("limit", alarm.limit, 0.0, kMost);
     object.read("sentence", alarm.sentence);
+    object.read("sign", alarm.sign, -1, 1);
     if (object.has("seed")) alarm.seed = seed_from_json(object.at("seed"), here + "/seed", phases);
     object.finish();
     const auto known_kind = leak_kind_from_name(kind);

@@ -187,6 +187,39 @@ TEST(Verdict, SaysMissingOrTooMuchWhereTheSignIsKnown) {
   EXPECT_EQ(told(input, "beat").rfind("The R-R interval is too long: ", 0), 0U);
 }
 
+TEST(Verdict, AsksWhetherItIsThisHeartBeforeHowItWasMade) {
+  VerdictInput input = sound();
+  input.surfaces = {{Structure::Heart, 0, 0, 50}};
+  input.failed_checks = {"a level of detail is rough"};
+  input.worst_gap_percent = 20;
+  input.segmentation = heart_figures({{Structure::LvBlood, {150, 55}},
+                                      {Structure::RvBlood, {150, 140}},
+                                      {Structure::LvMyocardium, {130, 130}}});
+  std::vector<std::string> bad;
+  for (const Finding& finding : findings(input)) {
+    if (finding.level != Level::Good) bad.push_back(finding.id);
+  }
+  EXPECT_EQ(bad, (std::vector<std::string>{"strokes", "package", "checks", "surfaces"}));
+  // Why there is no package comes before all.
+  input.refused = "a volume is lost";
+  EXPECT_EQ(findings(input).front().id, "package");
+}
+
+TEST(Places, SayWhetherVolumeIsMissingOrTooMuchAndWhen) {
+  Segmentation segmentation;
+  LeakAlarm alarm;
+  alarm.kind = LeakKind::VolumeJump;
+  alarm.structure = Structure::RvBlood;
+  alarm.phase = 8;
+  alarm.sign = -1;
+  segmentation.alarms = {alarm};
+  EXPECT_EQ(leak_places(segmentation).front().title,
+            "Volume missing in phase 8: the right ventricle's blood");
+  segmentation.alarms.front().sign = 1;
+  EXPECT_EQ(leak_places(segmentation).front().title,
+            "Too much volume in phase 8: the right ventricle's blood");
+}
+
 TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   const auto doubtful = [](const std::string& id, const auto& spoil) {
     VerdictInput input = sound();

@@ -220,6 +220,7 @@ TEST(LeakAlarm, rings_for_a_cavity_that_doubles_in_one_phase) {
   });
   ASSERT_NE(blood, jumps.end()) << told(alarms);
   EXPECT_EQ(blood->phase, kLeaked);
+  EXPECT_EQ(blood->sign, 1);
   EXPECT_LT((blood->lps_mm - beside).norm(), 6) << blood->lps_mm.transpose();
   // A smaller structure's jump may fall on the phase beside: between two both look odd.
   for (const LeakAlarm& alarm : alarms) EXPECT_LE(std::abs(alarm.phase - kLeaked), 1);

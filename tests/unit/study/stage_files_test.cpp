@@ -114,7 +114,7 @@ Segmentation make_segmentation() {
   out.warnings = {"thin"};
   out.alarms = {{LeakKind::StillTissue, Structure::RvBlood, 1, Vec3(0.1, -2.0 / 3, 7), 812.5, 200,
                  "it follows an edge that does not beat",
-                 LeakSeed{kLabelLvMyocardium, Vec3(1.0 / 3, 2, 3), 4.5, -1}}};
+                 LeakSeed{kLabelLvMyocardium, Vec3(1.0 / 3, 2, 3), 4.5, -1}, -1}};
   return out;
 }
 
@@ -148,6 +148,7 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   EXPECT_EQ(again.alarms[0].figure, alarm.figure);
   EXPECT_EQ(again.alarms[0].limit, alarm.limit);
   EXPECT_EQ(again.alarms[0].sentence, alarm.sentence);
+  EXPECT_EQ(again.alarms[0].sign, -1);
   ASSERT_TRUE(again.alarms[0].seed);
   EXPECT_EQ(again.alarms[0].seed->label, alarm.seed->label);
   EXPECT_EQ(again.alarms[0].seed->lps_mm, alarm.seed->lps_mm);
