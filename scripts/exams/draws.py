@@ -16,8 +16,8 @@ FIGURES = [f"{name}_{end}" for end in ENDS for name in (*SHORT.values(), "heart"
 VOLUMES = [f"{name}_{end}_ml{whose}" for end in ENDS for name in SHORT.values() for whose in ("", "_truth")]
 EXPECTED = [f"{name}_{end}_expected" for end in ENDS for name in SHORT.values()]
 COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, "exit", "told", "seconds", "rendering",
-           "plane", "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt", "in_view",
-           "wall_mm", "contrast_to_noise", "picture", "complete"]
+           "plane", "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt",
+           "in_view", "wall_mm", "contrast_to_noise", "picture", "complete"]
 GOOD = {"lv_ed": 0.85, "lv_es": 0.8, "rv_ed": 0.75, "rv_es": 0.65}  # Dice; of others 0.75
 FAILURES = ("lost", "refused", "below the gate", "a heart where there is none", "no draw", "not refused")
 
