@@ -91,20 +91,20 @@ std::vector<std::vector<std::uint8_t>> about_heart(const ImageCycle<std::uint8_t
 }  // namespace
 
 Belief belief_in(const prior::PriorCycle& prior, const ImageCycle<std::uint8_t>& labels,
-                 const Box& box, const Told& told) {
+                 const Box& box, const Told& told, const std::vector<Structure>& structures) {
   const Grid& grid = labels.grid;
   const auto phases = static_cast<std::size_t>(labels.phase_count());
   const auto slices = static_cast<std::size_t>(prior.grid.size[2]);
   const double pixel_mm2 = pixel_mm2_of(grid);
   Belief out;
-  for (const Structure structure : kVentricular) {
+  for (const Structure structure : structures) {
     out[structure].assign(phases, std::vector<SliceBelief>(slices));
   }
   const std::vector<std::vector<std::uint8_t>> about = about_heart(labels);
   parallel_for(phases, [&](std::size_t p) {
     const std::vector<std::vector<float>> by_output =
         prior::probabilities_on(prior, static_cast<int>(p), grid);
-    for (const Structure structure : kVentricular) {
+    for (const Structure structure : structures) {
       const std::vector<float> likely = probability_of(structure, prior.labels, by_output);
       const std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
       for (int k = 0; k < grid.size[2]; ++k) {
@@ -131,6 +131,20 @@ Belief belief_in(const prior::PriorCycle& prior, const ImageCycle<std::uint8_t>&
       }
     }
   });
+  return out;
+}
+
+std::vector<double> expected_dice(const std::vector<std::vector<SliceBelief>>& belief) {
+  std::vector<double> out;
+  for (const std::vector<SliceBelief>& slices : belief) {
+    double both = 0;
+    double agreed = 0;
+    for (const SliceBelief& slice : slices) {
+      both += slice.labelled_mm2 + slice.expected_mm2;
+      agreed += slice.agreed_mm2;
+    }
+    out.push_back(both > 0 ? 2 * agreed / both : 1);
+  }
   return out;
 }
 

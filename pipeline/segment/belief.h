@@ -10,13 +10,16 @@ namespace beatlas::segment {
 /// Whether a person told something of a slice (of the part) in a phase.
 using Told = std::vector<std::vector<bool>>;
 
-/// Of the ventricles' structures and of the heart. Of slices of which a person told something the
-/// labels are what is expected.
+/// Of slices of which a person told something the labels are what is expected.
 /// @param labels of the part `box` of the stack that the prior was made of
 /// @return [structure][phase][slice of the stack]; slices beyond the box are all 0
 [[nodiscard]] Belief belief_in(const prior::PriorCycle& prior,
                                const ImageCycle<std::uint8_t>& labels, const Box& box,
-                               const Told& told);
+                               const Told& told, const std::vector<Structure>& structures);
+
+/// The Dice that labels would have in the mean in each phase, were the prior's probabilities right.
+[[nodiscard]] std::vector<double> expected_dice(
+    const std::vector<std::vector<SliceBelief>>& belief);
 
 /// The same after labels of the stack were painted: in slices that changed they are what is
 /// expected.

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <array>
 
+#include "pipeline/segment/belief.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
 namespace {
 
-constexpr double kLeastOfMost = 0.25;  ///< of a structure's largest volume
-constexpr double kLeastShared = 0.5;   ///< Dice with itself one phase on
+constexpr double kLeastOfMost = 0.25;       ///< of a structure's largest volume
+constexpr double kLeastShared = 0.5;        ///< Dice with itself one phase on
+constexpr double kLeastExpected = 2.0 / 3;  ///< Dice
 
 using Mask = std::vector<std::uint8_t>;
 
@@ -30,6 +32,13 @@ bool comes_and_goes(const ImageCycle<std::uint8_t>& labels, std::uint8_t label) 
     if (2 * both < kLeastShared * (volume[p] + volume[next])) return true;
   }
   return false;
+}
+
+bool is_doubted(const Belief& belief, Structure structure) {
+  const auto found = belief.find(structure);
+  if (found == belief.end()) return false;
+  const std::vector<double> expected = expected_dice(found->second);
+  return *std::min_element(expected.begin(), expected.end()) < kLeastExpected;
 }
 
 /// Faces between voxels of a label and of two others, all phases together.
@@ -64,7 +73,8 @@ std::array<double, 2> meets(const ImageCycle<std::uint8_t>& labels, std::uint8_t
 
 }  // namespace
 
-std::vector<std::string> drop_doubtful_beyond_base(ImageCycle<std::uint8_t>& labels) {
+std::vector<std::string> drop_doubtful_beyond_base(const Belief& belief,
+                                                   ImageCycle<std::uint8_t>& labels) {
   std::vector<std::string> told;
   for (const Structure structure : kBeyondBase) {
     const std::uint8_t label = label_of(structure);
@@ -77,7 +87,9 @@ std::vector<std::string> drop_doubtful_beyond_base(ImageCycle<std::uint8_t>& lab
     const auto [own, other] = right ? meets(labels, label, {kLabelRvBlood, kLabelLvBlood})
                                     : meets(labels, label, {kLabelLvBlood, kLabelRvBlood});
     std::string why;
-    if (comes_and_goes(labels, label)) {
+    if (is_doubted(belief, structure)) {
+      why = " is hard to tell from what lies beside it";
+    } else if (comes_and_goes(labels, label)) {
       why = " is in view in a part of the beat alone";
     } else if (other > own) {
       why = std::string(" opens into the ") + (right ? "left" : "right") + " ventricle";

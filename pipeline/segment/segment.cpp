@@ -320,6 +320,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   task.ground.seeds = {};
   const int base_step = base_step_from(labels);  // Atria tell, so before they are merged.
   Segmentation out;
+  const auto believed = [&](const auto& structures, const ImageCycle<std::uint8_t>& of) {
+    if (!task.by_prior) return Belief();
+    return belief_in(*prior, of, task.box, told_by_person(task),
+                     {structures.begin(), structures.end()});
+  };
   out.warnings = told(bad, stack.grid.size[2]);
   const auto tell = [&](const std::vector<std::string>& sentences) {
     out.warnings.insert(out.warnings.end(), sentences.begin(), sentences.end());
@@ -329,7 +334,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   // come out the same whether a scene draws atria or not.
   const bool atria = !task.thick();
   if (atria) {
-    const std::vector<std::string> dropped = drop_doubtful_beyond_base(labels);
+    const std::vector<std::string> dropped =
+        drop_doubtful_beyond_base(believed(kBeyondBase, labels), labels);
     if (options.atria) tell(dropped);
   } else {
     merge_beyond_base(labels);
@@ -357,7 +363,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     }
   }
   find_ends(out);
-  if (task.by_prior) out.belief = belief_in(*prior, labels, task.box, told_by_person(task));
+  out.belief = believed(kVentricular, labels);
   out.labels.grid = stack.grid;
   put_back(labels, task.box, out.labels);
   out.axis = ventricle_axis(out);

@@ -39,7 +39,8 @@ struct Made {
   }
 
   [[nodiscard]] Belief believed(bool told_second) const {
-    return belief_in(prior, labels, box, {{false, told_second}});
+    return belief_in(prior, labels, box, {{false, told_second}},
+                     {kVentricular.begin(), kVentricular.end()});
   }
 };
 

@@ -39,14 +39,28 @@ TEST(BeyondBase, what_opens_into_its_own_ventricle_through_the_beat_stays) {
     put(labels, p, kLabelRaBlood, 12, 18);
   }
   const ImageCycle<std::uint8_t> before = labels;
-  EXPECT_TRUE(drop_doubtful_beyond_base(labels).empty());
+  EXPECT_TRUE(drop_doubtful_beyond_base({}, labels).empty());
   EXPECT_EQ(labels.phases, before.phases);
+}
+
+TEST(BeyondBase, what_the_prior_doubts_in_one_phase_is_said_and_rest_of_the_heart) {
+  for (const double agreed : {700.0, 600.0}) {
+    ImageCycle<std::uint8_t> labels = ventricles();
+    for (std::size_t p = 0; p < 4; ++p) put(labels, p, kLabelLaBlood, 1, 6);
+    Belief belief;
+    belief[Structure::LaBlood].assign(4, {{500, 500, 490}, {500, 500, 490}});
+    belief[Structure::LaBlood][2] = {{1000, 500, 400}, {0, 500, agreed - 400}};
+    const std::vector<std::string> said = drop_doubtful_beyond_base(belief, labels);
+    EXPECT_EQ(said.empty(), agreed > 2.0 / 3 * 1000) << agreed;
+    const auto& phase = labels.phases[0];
+    EXPECT_EQ(std::count(phase.begin(), phase.end(), kLabelLaBlood), said.empty() ? 150 : 0);
+  }
 }
 
 TEST(BeyondBase, what_opens_into_the_wrong_ventricle_is_said_and_rest_of_the_heart) {
   ImageCycle<std::uint8_t> labels = ventricles();
   for (std::size_t p = 0; p < 4; ++p) put(labels, p, kLabelAorta, 12, 18);
-  const std::vector<std::string> said = drop_doubtful_beyond_base(labels);
+  const std::vector<std::string> said = drop_doubtful_beyond_base({}, labels);
   ASSERT_EQ(said.size(), 1U);
   EXPECT_NE(said[0].find("aorta opens into the right ventricle"), std::string::npos) << said[0];
   for (const auto& phase : labels.phases) {
@@ -62,7 +76,7 @@ TEST(BeyondBase, what_comes_and_goes_or_jumps_is_said_and_rest_of_the_heart) {
       if (p != 2) put(labels, p, kLabelLaBlood, 0, 5);
       if (p == 2 && jumps) put(labels, p, kLabelLaBlood, 5, 10);
     }
-    const std::vector<std::string> said = drop_doubtful_beyond_base(labels);
+    const std::vector<std::string> said = drop_doubtful_beyond_base({}, labels);
     ASSERT_EQ(said.size(), 1U);
     EXPECT_NE(said[0].find("in a part of the beat alone"), std::string::npos) << said[0];
   }
