@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/core/belief.h"
 #include "pipeline/core/grid.h"
 #include "pipeline/core/leak_alarm.h"
 #include "pipeline/core/long_axis.h"
@@ -42,24 +43,12 @@ struct BoundaryPoint {
 /// slices; phases and places whose labels were drawn by hand or came from elsewhere have none.
 using BoundaryUncertainty = std::map<Structure, std::vector<std::vector<BoundaryPoint>>>;
 
-/// Area [mm2] of a structure in one slice: as it is labelled, as the prior expects it about the
-/// heart (the sum of its probabilities), and what both have in common (that sum over what is
-/// labelled).
-struct SliceBelief {
-  double labelled_mm2 = 0;
-  double expected_mm2 = 0;
-  double agreed_mm2 = 0;
-};
-
-/// [structure][phase][slice of the source's grid]; empty where no prior was asked.
-using Belief = std::map<Structure, std::vector<std::vector<SliceBelief>>>;
-
 /// What segmentation gives.
 struct Segmentation {
   LabelCycle labels;
   CoverageCycle coverage;
   BoundaryUncertainty uncertainty;
-  Belief belief;
+  Belief belief;                           ///< of the ventricles and the heart
   int end_diastole = 0;                    ///< phase of the largest LV (or heart) volume
   int end_systole = 0;                     ///< phase of the smallest
   std::map<Structure, BaseCut> base_cuts;  ///< coverage beyond a cut does not count

@@ -21,8 +21,7 @@ struct Orientation {
   bool enlarged = false;
 };
 
-/// An eighth: a network knows best what is as large as what it learned from, and what it says of a
-/// section that it hardly knows changes with so little (README).
+/// By an eighth: drawn hearts do not tell it from none or a quarter, one real exam does (README).
 inline constexpr double kEnlarged = 1.125;
 
 /// The turns that leave a square slice in its place, in the order in which they are used; none of

@@ -12,24 +12,15 @@ constexpr std::size_t kMostSlices = 3;
 
 Doubt doubt_of(Structure structure, bool end_systole, int phase,
                const std::vector<SliceBelief>& slices, double thickness_mm) {
-  Doubt out{structure, end_systole, phase, 1, 0, 0, {}};
-  SliceBelief all;
+  const SliceBelief all = about_labels(slices);
+  Doubt out{structure, end_systole, phase, all.expected_dice(), 0, 0, {}};
+  out.excess_ml = (all.labelled_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
+  out.missed_ml = (all.expected_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
   double doubted = 0;
-  const auto labelled = [&](std::size_t k) {
-    return k < slices.size() && slices[k].labelled_mm2 > 0;  // below 0 is far beyond the last
-  };
-  for (std::size_t k = 0; k < slices.size(); ++k) {
-    if (!labelled(k) && !labelled(k + 1) && !labelled(k - 1)) continue;
-    all.labelled_mm2 += slices[k].labelled_mm2;
-    all.expected_mm2 += slices[k].expected_mm2;
-    all.agreed_mm2 += slices[k].agreed_mm2;
+  for (const std::size_t k : slices_about_labels(slices)) {
     out.slices.push_back({static_cast<int>(k), slices[k]});
     doubted += out.slices.back().doubted_mm2();
   }
-  const double both = all.labelled_mm2 + all.expected_mm2;
-  if (both > 0) out.expected_dice = 2 * all.agreed_mm2 / both;
-  out.excess_ml = (all.labelled_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
-  out.missed_ml = (all.expected_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
   std::stable_sort(
       out.slices.begin(), out.slices.end(),
       [](const SliceDoubt& a, const SliceDoubt& b) { return a.doubted_mm2() > b.doubted_mm2(); });

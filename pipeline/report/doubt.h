@@ -25,12 +25,9 @@ struct Doubt {
   Structure structure{};
   bool end_systole = false;
   int phase = 0;
-  /// Dice that labels and truth would have in the mean, if the prior's probabilities were right:
-  /// twice what they have in common over the sum of both. Of the slices that hold labels and of the
-  /// next ones: what else looks like the structure, far from it, is another body.
-  double expected_dice = 1;
-  double excess_ml = 0;  ///< labelled and not expected
-  double missed_ml = 0;  ///< expected and not labelled
+  double expected_dice = 1;  ///< of about_labels
+  double excess_ml = 0;      ///< labelled and not expected
+  double missed_ml = 0;      ///< expected and not labelled
   /// Those that hold most of the doubt, worst first: the worst, and up to two that hold a fifth.
   std::vector<SliceDoubt> slices;
 };

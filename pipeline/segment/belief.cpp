@@ -134,20 +134,6 @@ Belief belief_in(const prior::PriorCycle& prior, const ImageCycle<std::uint8_t>&
   return out;
 }
 
-std::vector<double> expected_dice(const std::vector<std::vector<SliceBelief>>& belief) {
-  std::vector<double> out;
-  for (const std::vector<SliceBelief>& slices : belief) {
-    double both = 0;
-    double agreed = 0;
-    for (const SliceBelief& slice : slices) {
-      both += slice.labelled_mm2 + slice.expected_mm2;
-      agreed += slice.agreed_mm2;
-    }
-    out.push_back(both > 0 ? 2 * agreed / both : 1);
-  }
-  return out;
-}
-
 void believe_painted(const LabelCycle& before, const LabelCycle& after, Belief& belief) {
   const Grid& grid = after.grid;
   const double pixel_mm2 = pixel_mm2_of(grid);

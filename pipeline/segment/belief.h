@@ -17,10 +17,6 @@ using Told = std::vector<std::vector<bool>>;
                                const ImageCycle<std::uint8_t>& labels, const Box& box,
                                const Told& told, const std::vector<Structure>& structures);
 
-/// The Dice that labels would have in the mean in each phase, were the prior's probabilities right.
-[[nodiscard]] std::vector<double> expected_dice(
-    const std::vector<std::vector<SliceBelief>>& belief);
-
 /// The same after labels of the stack were painted: in slices that changed they are what is
 /// expected.
 void believe_painted(const LabelCycle& before, const LabelCycle& after, Belief& belief);

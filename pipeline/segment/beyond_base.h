@@ -9,9 +9,7 @@
 namespace beatlas::segment {
 
 /// What is none of them, or in view in a part of the beat alone, becomes rest of the heart:
-/// - one that the prior itself expects to be right by less than two thirds in some phase (see
-///   expected_dice): the right atrium of the phantom small, of which a third was missing at
-///   end-diastole, is expected to .58 there, its left atrium to .81 and more;
+/// - one whose expected Dice (SliceBelief) is less than two thirds in some phase;
 /// - an atrium that gives away three quarters of its volume (40 to 70 % are usual: Kawel-Boehm
 /// 2020,
 ///   doi:10.1186/s12968-020-00683-3), or a structure that is elsewhere in the next phase;

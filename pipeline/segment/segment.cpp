@@ -208,9 +208,6 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   add_thin_walls(task.images, task.ground.levels, labels);
   smooth_outlines(labels, task.options.outline_sigma_mm);
   trim_wall(labels);
-  if (task.options.papillary == Papillary::Muscle) {
-    papillary_muscles_to_wall(task.images, task.ground.levels, labels);
-  }
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
   hold(task, labels);
   keep_connected_heart(labels);
@@ -282,9 +279,15 @@ Covered cover_task(const Task& task, bool atria, ImageCycle<std::uint8_t>& label
     follow_coverage(covered.coverage, labels);
     hold(task, labels);
   };
-  if (task.thick()) return look(take_fat_off(task, labels));
-  follow(look({}));
-  Covered covered = look(take_fat_off(task, labels));
+  if (!task.thick()) follow(look({}));
+  const std::vector<std::vector<FatEdge>> under_fat = take_fat_off(task, labels);
+  // The outside is known by now, and does not hang on what counts as cavity.
+  if (task.options.papillary == Papillary::Muscle) {
+    papillary_muscles_to_wall(task.images, task.ground.levels, labels);
+    hold(task, labels);
+  }
+  Covered covered = look(under_fat);
+  if (task.thick()) return covered;
   follow(covered);
   return covered;
 }

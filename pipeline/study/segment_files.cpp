@@ -22,15 +22,21 @@ std::string coverage_name(Structure structure) {
   return "coverage_" + std::string(structure_name(structure)) + ".nii.gz";
 }
 
+/// @param path of the object
+Structure read_structure(JsonObject& object, const std::string& path) {
+  std::string name;
+  object.read("structure", name);
+  const std::optional<Structure> structure = structure_from_name(name);
+  if (!structure) throw_invalid(path + "/structure is not the name of a structure");
+  return *structure;
+}
+
 void read_cuts(const json& list, const std::string& path, int phases, Segmentation& out) {
   if (!list.is_array()) throw_invalid(path + " must be a list");
   for (std::size_t at = 0; at < list.size(); ++at) {
     const std::string here = path + "/" + std::to_string(at);
     JsonObject object(list[at], here);
-    std::string name;
-    object.read("structure", name);
-    const std::optional<Structure> structure = structure_from_name(name);
-    if (!structure) throw_invalid(here + "/structure is not the name of a structure");
+    const Structure structure = read_structure(object, here);
     BaseCut cut;
     object.read("base_step", cut.base_step, -1, 1);
     cut.k = numbers_from_json(object.at("k"), here + "/k");
@@ -38,7 +44,7 @@ void read_cuts(const json& list, const std::string& path, int phases, Segmentati
     if (cut.base_step == 0 || cut.k.size() != static_cast<std::size_t>(phases)) {
       throw_invalid(here + " must have a base_step of 1 or -1 and a number k for each phase");
     }
-    out.base_cuts[*structure] = std::move(cut);
+    out.base_cuts[structure] = std::move(cut);
   }
 }
 
@@ -141,11 +147,8 @@ void read_belief(const json& list, const std::string& path, int phases, int slic
   for (std::size_t at = 0; at < list.size(); ++at) {
     const std::string here = path + "/" + std::to_string(at);
     JsonObject object(list[at], here);
-    std::string name;
-    object.read("structure", name);
-    const std::optional<Structure> structure = structure_from_name(name);
-    if (!structure) throw_invalid(here + "/structure is not the name of a structure");
-    auto& belief = out[*structure];
+    const Structure structure = read_structure(object, here);
+    auto& belief = out[structure];
     belief.assign(static_cast<std::size_t>(phases),
                   std::vector<SliceBelief>(static_cast<std::size_t>(slices)));
     const auto read = [&](const std::string& key, double SliceBelief::*area) {

@@ -223,6 +223,14 @@ TEST(HeartPrior, neighbours_of_a_long_beat_share_the_orientations) {
           for (int n = 0; n < here.count; ++n) seen.insert(here.first + n);
         }
       }
+      // Up to four are complete in any two neighbours.
+      if (orientations <= 4) {
+        const Turns here = turns.of(slice, phase);
+        for (const Turns& beside : {turns.of(slice, phase + 1), turns.of(slice + 1, phase)}) {
+          EXPECT_EQ(std::min(here.first, beside.first), 0);
+          EXPECT_EQ(std::max(here.first + here.count, beside.first + beside.count), orientations);
+        }
+      }
       EXPECT_EQ(static_cast<int>(seen.size()), orientations);
       EXPECT_EQ(*seen.rbegin(), orientations - 1);
     }
