@@ -71,7 +71,7 @@ std::string slices_in_words(const Doubt& doubt) {
 }
 
 std::string figures_in_words(const Doubt& doubt) {
-  if (doubt.structure == Structure::LvMyocardium) return "mass";
+  if (doubt.structure == Structure::LvMyocardium) return "the mass of the LV";
   const std::string of = doubt.structure == Structure::LvBlood ? "the LV" : "the RV";
   return std::string(doubt.end_systole ? "ESV" : "EDV") + ", EF and stroke volume of " + of;
 }

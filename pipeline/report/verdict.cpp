@@ -192,7 +192,7 @@ std::vector<Finding> of_doubts(const VerdictInput& input, const VerdictLimits& l
     out.push_back({"expected_" + std::string(structure_name(doubt.structure)) +
                        (doubt.end_systole ? "_es" : "_ed"),
                    "Labels are what was to be expected",
-                   "Do not trust " + figures_in_words(doubt) + " unseen", Level::Check,
+                   "Look before you trust " + figures_in_words(doubt), Level::Check,
                    text("%s at %s (phase %d): expected Dice %.2f, %.0f ml %s, most in ",
                         what.c_str(), when.c_str(), doubt.phase, doubt.expected_dice,
                         excess ? doubt.excess_ml : doubt.missed_ml,

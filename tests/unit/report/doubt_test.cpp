@@ -76,7 +76,7 @@ TEST(Doubt, NamesStructurePhaseSliceAndFigure) {
   const Finding finding = of_doubts().front();
   EXPECT_EQ(finding.level, Level::Check);
   EXPECT_EQ(finding.id, "expected_rv_blood_es");
-  EXPECT_EQ(finding.trouble, "Do not trust ESV, EF and stroke volume of the RV unseen");
+  EXPECT_EQ(finding.trouble, "Look before you trust ESV, EF and stroke volume of the RV");
   EXPECT_NE(
       finding.said.find("at end-systole (phase 1): expected Dice 0.62, 10 ml may be too much, "
                         "most in slice 1 (940 mm2 labelled, 100 likely"),
