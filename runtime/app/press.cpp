@@ -216,6 +216,8 @@ FeltBeat feel_with_wall(const palpation::PalpationParameters& parameters,
                         const PressScript& script) {
   constexpr long kBeats = 8;  // the patch forgets the first touch
   palpation::Circulation circulation(parameters.whole_circulation());
+  circulation.settle();
+  const long first = circulation.beats();
   const palpation::MuscleConstants muscle = parameters.at(script.long_axis, script.segment);
   palpation::VerticalPatch patch({.mass_kg = parameters.wall_mass_kg,
                                   .damping_n_s_per_m = muscle.c_v_n_s_per_m,
@@ -223,13 +225,13 @@ FeltBeat feel_with_wall(const palpation::PalpationParameters& parameters,
   const double alpha = parameters.segments[static_cast<std::size_t>(script.segment - 1)].alpha;
   FeltBeat out;
   std::vector<double> activation;
-  while (circulation.beats() < kBeats) {
+  while (circulation.beats() < first + kBeats) {
     circulation.tick(kTickS, -1);
-    const double contraction =
-        parameters.contractile.stiffness_n_per_m(alpha, circulation.elastance_mmhg_per_ml());
-    const double force =
-        patch.advance(0.5 * script.depth_mm / kMmPerM, muscle.k_v_n_per_m + contraction, kTickS);
-    if (circulation.beats() < kBeats - 1) continue;
+    const double stiffness = muscle.k_v_n_per_m +
+                             palpation::contractile_n_per_m(parameters, alpha, circulation) +
+                             palpation::pressure_n_per_m(circulation);
+    const double force = patch.advance(0.5 * script.depth_mm / kMmPerM, stiffness, kTickS);
+    if (circulation.beats() < first + kBeats - 1) continue;
     out.time_s.push_back(kTickS * static_cast<double>(out.time_s.size()));
     out.force_n.push_back(force);
     activation.push_back(circulation.activation());

@@ -121,11 +121,7 @@ std::shared_ptr<const palpation::LvWall> take_muscle(const ToldMuscle& told,
   std::optional<AtlasVentricle> ventricle = ventricle_of(atlas, told, package);
   options.parameters = told.parameters;
   if (ventricle) options.parameters.infarct = ventricle->tissue.infarct;
-  try {
-    scale_to_atlas(options.parameters, atlas.manifest(), package);
-  } catch (const Error&) {
-    options.parameters.circulation = told.parameters.circulation;
-  }
+  scale_to_atlas(options.parameters, atlas.manifest(), package);
   if (!ventricle) return nullptr;
   options.tissue = std::move(ventricle->tissue);
   return ventricle->wall;

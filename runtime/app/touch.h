@@ -36,12 +36,10 @@ struct TouchOptions {
     const std::shared_ptr<const field::FieldQuery>& field, const TouchOptions& options,
     const std::shared_ptr<const palpation::LvWall>& wall = nullptr);
 
-/// Puts the muscle of the package's own ventricle, as ill as it is told to be, into `options`. A
-/// ventricle that no such circulation fits, or of unknown volumes, contracts as the parameters'
-/// own.
+/// Puts the muscle of the package's own ventricle, as ill as it is told to be, into `options`.
 /// @param atlas opened with needs_of_press  @param package its name, for messages
 /// @return the wall, for make_scene; null without a map
-/// @throws Error{InvalidInput} as ventricle_of
+/// @throws Error{InvalidInput} as ventricle_of and scale_to_atlas
 std::shared_ptr<const palpation::LvWall> take_muscle(const ToldMuscle& told,
                                                      const atlas::Atlas& atlas,
                                                      const std::string& package,

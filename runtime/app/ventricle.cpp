@@ -10,7 +10,7 @@
 #include "runtime/app/painted_map.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_text.h"
-#include "runtime/palpation/fit.h"
+#include "runtime/palpation/on_heart.h"
 
 namespace beatlas::app {
 
@@ -72,8 +72,9 @@ void scale_to_atlas(palpation::PalpationParameters& parameters, const atlas::Man
     const auto [least, most] =
         std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
     try {
-      parameters.circulation = palpation::fit_to_heart(parameters.whole_circulation(), *most,
-                                                       *least, 60 / manifest.rr_interval_s);
+      parameters = palpation::on_heart(
+          parameters,
+          {.edv_ml = *most, .esv_ml = *least, .heart_rate_per_min = 60 / manifest.rr_interval_s});
     } catch (const Error& error) {
       throw error.with_context(package);
     }

@@ -44,8 +44,9 @@ struct ToldMuscle {
                                                          const ToldMuscle& told,
                                                          const std::string& package);
 
-/// The circulation of a ventricle with the package's volumes, at the package's heart rate.
-/// @throws Error{InvalidInput} naming `package` if it holds none of lv_blood, or none in range fits
+/// The parameters on the package's own ventricle (palpation::on_heart), at the package's heart
+/// rate.
+/// @throws Error{InvalidInput} naming `package` if it holds no volumes of lv_blood, or as on_heart
 void scale_to_atlas(palpation::PalpationParameters& parameters, const atlas::Manifest& manifest,
                     const std::string& package);
 

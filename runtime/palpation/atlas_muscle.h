@@ -12,6 +12,18 @@
 
 namespace beatlas::palpation {
 
+/// What of a ventricle's natural beat the finger on an atlas needs: the beat without a finger of
+/// the parameters' circulation.
+struct NaturalWall {
+  double shortening_area_cm2 = 0;        ///< S_n by equation (5)
+  std::vector<double> pressure_n_per_m;  ///< pi p R, evenly over the beat from end-diastole
+
+  /// @param share of the beat, 0 at end-diastole, any finite number
+  [[nodiscard]] double pressure_at(double share) const noexcept;
+};
+/// Settles the circulation: some milliseconds. @throws Error{InvalidInput} as Circulation
+[[nodiscard]] NaturalWall natural_wall(const PalpationParameters& parameters);
+
 /// Of the vertical element at one place: K_v + K_e(t), K_e by equation (6).
 struct PatchConstants {
   double k_v_n_per_m = 0;
@@ -20,9 +32,10 @@ struct PatchConstants {
   double k_e_span_n_per_m = 0;  ///< from there to the ventricle's Emax as it is
 };
 
-/// @param long_axis 0 apex .. 1 base
+/// @param shortening_area_cm2 S_n of the beat  @param long_axis 0 apex .. 1 base
 [[nodiscard]] PatchConstants patch_constants(const PalpationParameters& parameters,
-                                             double long_axis, const Tissue& tissue) noexcept;
+                                             double shortening_area_cm2, double long_axis,
+                                             const Tissue& tissue) noexcept;
 
 /// The left ventricle's muscle, place by place. Immutable; looked at by any thread.
 class AtlasMuscle {
@@ -39,6 +52,7 @@ class AtlasMuscle {
 
   [[nodiscard]] const LvWall& wall() const noexcept { return *wall_; }
   [[nodiscard]] const TissueMap& tissue() const noexcept { return tissue_; }
+  [[nodiscard]] const NaturalWall& natural() const noexcept { return natural_; }
 
   /// A tick's: the muscle under a place of the heart's surface. Over the right ventricle, the atria
   /// and the vessels: healthy, as at the long axis beside them. @param beats as LvWall::nearest
@@ -51,6 +65,7 @@ class AtlasMuscle {
  private:
   std::shared_ptr<const LvWall> wall_;
   TissueMap tissue_;
+  NaturalWall natural_;
   std::vector<PatchConstants> as_it_is_;  ///< [vertex]
   std::vector<PatchConstants> healthy_;   ///< [vertex]
 };

@@ -35,7 +35,7 @@ double CirculationParameters::effective_emax() const noexcept {
 }
 
 void CirculationParameters::check() const {
-  require(weight_kg, 1, 200, "weight_kg");
+  require(weight_kg, 1, 500, "weight_kg");
   require(heart_rate_per_min, 30, 220, "heart_rate_per_min");
   require(left_atrial_mmhg, 0, 40, "left_atrial_mmhg");
   require(right_atrial_mmhg, 0, 40, "right_atrial_mmhg");
@@ -46,6 +46,7 @@ void CirculationParameters::check() const {
   require(mitral_valve, 1e-4, 1, "mitral_valve");
   require(emin, 1e-4, 1e2, "emin");
   require(emax, emin, 1e3, "emax");
+  require(branch_elastance, 0, 1e3, "branch_elastance");
   require(v0_ml, 0, 1e3, "v0_ml");
   require(relaxation_rate_per_s, 1, 1e3, "relaxation_rate_per_s");
   require(contractility, 0.1, 3, "contractility");
@@ -75,6 +76,7 @@ CirculationParameters at_weight(const CirculationParameters& parameters,
   out.reference_volume_ml *= ratio;
   out.emax /= ratio;
   out.emin /= ratio;
+  out.branch_elastance /= ratio;
   const double length = std::cbrt(ratio);
   out.contact_area_cm2 *= length * length;
   return out;
@@ -85,7 +87,9 @@ struct Circulation::Stage {
   State state;
   double elastance;
   double activation;
-  double activation_rate;  // 1/s
+  double active;       // of the contractile element [mmHg/ml]
+  double active_rate;  // mmHg/ml/s
+  double letting_go;   // p after contraction [mmHg]
   double depth_m;
   double finger_n;
   double dent_rate;  // m/s
@@ -98,7 +102,7 @@ Circulation::Circulation(const CirculationParameters& parameters)
     : p_(parameters), curve_(60 / parameters.heart_rate_per_min, parameters.relaxation_rate_per_s) {
   p_.check();
   derive();
-  now_ = {p_.reference_volume_ml, 90, 0};
+  now_ = {p_.reference_volume_ml, 90, 0, 0};
   elastance_ = p_.emin;
   depth_m_ = kNoFingerM;
   running_.esv_ml = running_.aortic_low_mmhg = INFINITY;
@@ -117,6 +121,7 @@ void Circulation::adjust(const CirculationParameters& parameters) noexcept {
   p_ = parameters;
   derive();
   elastance_ = p_.emin + d_.span * activation_;
+  if (contracting_) active_ = d_.span * activation_;
   const double changed_j = stored_j() - before_j;
   ledger_.muscle_j += changed_j;
   ledger_.stored_j += changed_j;
@@ -127,11 +132,20 @@ Circulation::Stage Circulation::solve(const State& base, double time_s, double g
                                       double depth_m, double guess_ml) const noexcept {
   Stage s{};
   const double period_s = curve_.period_s();
-  const auto e = curve_.at(time_s >= period_s ? time_s - period_s : time_s);
+  const bool next_beat = time_s >= period_s;
+  const auto e = curve_.at(next_beat ? time_s - period_s : time_s);
   s.activation = e.value;
-  s.activation_rate = e.slope_per_s;
   s.elastance = p_.emin + d_.span * e.value;
+  if (contracting_ || next_beat) {
+    s.active = d_.span * e.value;
+    s.active_rate = d_.span * e.slope_per_s;
+  }
+  s.letting_go = letting_go_ * std::exp(-p_.relaxation_rate_per_s * (time_s - beat_s_));
   s.depth_m = depth_m;
+  // The branch: q = died + stiff (V - base).
+  const double damped = 1 + gamma_s * p_.relaxation_rate_per_s;
+  const double died = base.branch / damped;
+  const double stiff = contracting_ ? 0 : p_.branch_elastance / damped;
 
   // The vessel: P_c = at_rest + rise Q.
   const double leak = gamma_s / (p_.resistance * p_.compliance);
@@ -153,13 +167,17 @@ Circulation::Stage Circulation::solve(const State& base, double time_s, double g
   double volume = guess_ml;
   for (int i = 0; i < kMostIterations; ++i) {
     const double pressed_m = depth_m + d_.x_per_ml * (volume - p_.reference_volume_ml) - recovered;
-    double slope = s.elastance;
+    const double passing = letting_go(volume, s.letting_go);
+    double slope = p_.emin + s.active + stiff;
+    if (passing < s.letting_go) slope += s.letting_go / std::max(let_go_ml_, kLeastMl);
+    s.state.branch = died + stiff * (volume - base.volume);
     s.finger_n = 0;
     if (pressed_m > 0) {
       s.finger_n = firmness * pressed_m;
       slope += firmness * d_.x_per_ml * d_.mmhg_per_n;
     }
-    s.lv_mmhg = s.elastance * (volume - p_.v0_ml) + s.finger_n * d_.mmhg_per_n;
+    s.lv_mmhg = (p_.emin + s.active) * (volume - p_.v0_ml) + s.state.branch + passing +
+                s.finger_n * d_.mmhg_per_n;
     double steepness = 1;
     s.mitral = 0;
     s.aortic = 0;
@@ -177,6 +195,7 @@ Circulation::Stage Circulation::solve(const State& base, double time_s, double g
     volume -= residual / steepness;
     if (!(volume > low && volume < high)) volume = 0.5 * (low + high);
   }
+  s.state.branch = died + stiff * (volume - base.volume);
   s.state.volume = volume;
   s.state.vessel = at_rest + rise * s.aortic;
   s.state.dent = recovered + give * s.finger_n;
@@ -187,14 +206,22 @@ Circulation::Stage Circulation::solve(const State& base, double time_s, double g
 void Circulation::account(const Stage& s, double share_s, double depth_rate_m_s) noexcept {
   const double unstressed = s.state.volume - p_.v0_ml;
   const double leak = (s.state.vessel - p_.right_atrial_mmhg) / p_.resistance;
+  // What lets go, and the branch while nothing drives it, take up work and keep none of it.
+  const double kept_not =
+      letting_go(s.state.volume, s.letting_go) + (contracting_ ? s.state.branch : 0);
   const double muscle =
-      0.5 * d_.span * s.activation_rate * unstressed * unstressed * kJPerMmhgMl * share_s;
+      (0.5 * s.active_rate * unstressed * unstressed - kept_not * (s.mitral - s.aortic)) *
+      kJPerMmhgMl * share_s;
   const double in = p_.left_atrial_mmhg * s.mitral * kJPerMmhgMl * share_s;
   const double out = p_.right_atrial_mmhg * leak * kJPerMmhgMl * share_s;
   const double finger = s.finger_n * depth_rate_m_s * share_s;
   double lost = (p_.mitral_valve * s.mitral * s.mitral + d_.out * s.aortic * s.aortic +
                  p_.resistance * leak * leak) *
                 kJPerMmhgMl * share_s;
+  if (p_.branch_elastance > 0) {
+    lost += p_.relaxation_rate_per_s * s.state.branch * s.state.branch / p_.branch_elastance *
+            kJPerMmhgMl * share_s;
+  }
   if (p_.contact == Contact::Viscoelastic) {
     lost += p_.finger_c_n_s_per_m * s.dent_rate * s.dent_rate * share_s;
   }
@@ -207,8 +234,12 @@ void Circulation::account(const Stage& s, double share_s, double depth_rate_m_s)
 
 double Circulation::stored_j() const noexcept {
   const double unstressed = now_.volume - p_.v0_ml;
-  double out = 0.5 * kJPerMmhgMl *
-               (elastance_ * unstressed * unstressed + p_.compliance * now_.vessel * now_.vessel);
+  double out =
+      0.5 * kJPerMmhgMl *
+      ((p_.emin + active_) * unstressed * unstressed + p_.compliance * now_.vessel * now_.vessel);
+  if (p_.branch_elastance > 0) {
+    out += 0.5 * kJPerMmhgMl * now_.branch * now_.branch / p_.branch_elastance;
+  }
   const double squeezed = finger_n_ / p_.stop_n_per_m;
   out += 0.5 * p_.stop_n_per_m * squeezed * squeezed;
   if (p_.contact == Contact::Viscoelastic) {
@@ -232,7 +263,8 @@ bool Circulation::part(double step_s, double depth_rate, Care care, double& flow
     return from + (1 - kGamma) / kGamma * (at - from);
   };
   const State base{carried(now_.volume, first.state.volume),
-                   carried(now_.vessel, first.state.vessel), carried(now_.dent, first.state.dent)};
+                   carried(now_.vessel, first.state.vessel), carried(now_.dent, first.state.dent),
+                   carried(now_.branch, first.state.branch)};
   const Stage last =
       solve(base, beat_s_ + step_s, gamma_s, depth_m_ + depth_rate * step_s, first.state.volume);
   // The method's stages may overshoot where all comes to rest within a step.
@@ -261,7 +293,39 @@ void Circulation::accept(const Stage& stage, double step_s) noexcept {
   finger_n_ = stage.finger_n;
   elastance_ = stage.elastance;
   activation_ = stage.activation;
+  active_ = stage.active;
+  letting_go_ = stage.letting_go;
   beat_s_ += step_s;
+}
+
+// Mostly one part; more where a valve or the finger gives a blow.
+void Circulation::advance(double step_s, double depth_rate, double& flowed_ml) noexcept {
+  int parts_left = kFinestParts;
+  int parts = kFinestParts;  // of the next try
+  while (parts_left > 0) {
+    parts = std::min(parts, parts_left);
+    const double part_s = step_s * parts / kFinestParts;
+    if (part(part_s, depth_rate, parts > 1 ? Care::Accurate : Care::Sound, flowed_ml)) {
+      parts_left -= parts;
+      parts *= 2;
+    } else if (parts > 1) {
+      parts /= 2;
+    } else {
+      (void)part(part_s, depth_rate, Care::BackwardEuler, flowed_ml);
+      --parts_left;
+    }
+  }
+}
+
+void Circulation::let_go() noexcept {
+  const double unstressed = now_.volume - p_.v0_ml;
+  const double held_j = 0.5 * active_ * unstressed * unstressed * kJPerMmhgMl;
+  letting_go_ += active_ * unstressed;
+  let_go_ml_ = unstressed;
+  active_ = 0;
+  contracting_ = false;
+  ledger_.muscle_j -= held_j;
+  ledger_.turned_over_j += held_j;
 }
 
 void Circulation::tick(double step_s, double depth_m) noexcept {
@@ -272,22 +336,15 @@ void Circulation::tick(double step_s, double depth_m) noexcept {
   const double rate = (depth_m - depth_m_) / step_s;
   const double lv_before = lv_mmhg_;
   double flowed_ml = 0;
-  // Mostly one part; more where a valve or the finger gives a blow.
-  int parts_left = kFinestParts;
-  int parts = kFinestParts;  // of the next try
-  while (parts_left > 0) {
-    parts = std::min(parts, parts_left);
-    const double part_s = step_s * parts / kFinestParts;
-    if (part(part_s, rate, parts > 1 ? Care::Accurate : Care::Sound, flowed_ml)) {
-      parts_left -= parts;
-      parts *= 2;
-    } else if (parts > 1) {
-      parts /= 2;
-    } else {
-      (void)part(part_s, rate, Care::BackwardEuler, flowed_ml);
-      --parts_left;
-    }
+  // The muscle lets go at a moment of its own, not at a tick's.
+  const double until_s = curve_.relaxes_from_s() - beat_s_;
+  const bool lets_go = contracting_ && until_s <= step_s;
+  if (lets_go) {
+    if (until_s > 0) advance(until_s, rate, flowed_ml);
+    let_go();
   }
+  const double rest_s = lets_go ? step_s - std::max(until_s, 0.0) : step_s;
+  if (rest_s > 0) advance(rest_s, rate, flowed_ml);
   depth_m_ = depth_m;
   ledger_.stored_j = stored_j();
   follow_beat(step_s, flowed_ml, lv_before);
@@ -305,6 +362,10 @@ void Circulation::follow_beat(double step_s, double flowed_ml, double lv_before)
       std::max(running_.dpdt_max_mmhg_per_s, (lv_mmhg_ - lv_before) / step_s);
   running_mean_ += step_s * aorta;
   running_s_ += step_s;
+  if (contracting_) {
+    contracting_ml_s_ += step_s * now_.volume;
+    contracting_s_ += step_s;
+  }
   // Half a rounding error early is not late.
   if (beat_s_ >= curve_.period_s() * (1 - 1e-12)) end_beat();
 }
@@ -316,7 +377,9 @@ void Circulation::end_beat() noexcept {
   last_.output_l_per_min = last_.stroke_ml * 60 / curve_.period_s() / 1000;
   running_ = Beat{};
   running_.esv_ml = running_.aortic_low_mmhg = INFINITY;
-  running_mean_ = running_s_ = 0;
+  if (contracting_s_ > 0) last_.contracting_ml = contracting_ml_s_ / contracting_s_;
+  running_mean_ = running_s_ = contracting_ml_s_ = contracting_s_ = 0;
+  contracting_ = true;
   ++beats_;
   beat_s_ = std::max(0.0, beat_s_ - curve_.period_s());
   const double period_s = 60 / p_.heart_rate_per_min;

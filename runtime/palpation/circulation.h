@@ -3,18 +3,26 @@
 /// ideal diodes, a three-element Windkessel, and a finger that pushes on the wall.
 ///
 ///   V' = (LAP - P)/R_mv (mitral, when open) - Q,   Q = (P - P_c)/(R_av + Zc) (aortic, when open),
-///   C P_c' = Q - (P_c - RAP)/R,   P = E(t) (V - V0) + F/S_c,
+///   C P_c' = Q - (P_c - RAP)/R,   P = Emin (V - V0) + q + p + F/S_c,
 ///
-/// in mmHg, ml, s. The finger is fixed in space: it stands D below the wall as that lay at
-/// end-diastole, the wall moves by x1 = (V - V_ref)/S_c, and by virtual work the finger's force F
-/// adds F/S_c to the pressure. It keeps the ventricle from filling, and the atria's pressure is
-/// fixed: that is how the stroke volume falls.
+/// in mmHg, ml, s. The wall is paper B's horizontal muscle around the ventricle. Emin is its spring
+/// K_h2. q is the branch of K_h1 and C_h, q' = E_1 V' - lambda q (equation 3 by equation 1). While
+/// the muscle contracts, the contractile element takes their place: p = (Emax - Emin) e(t) (V -
+/// V0), and q dies away undriven. When it lets go, p decays by equation (2), p' = -lambda p with
+/// lambda = K_h1/C_h. So P is continuous, and every row of Table 1 but the vertical ones acts here.
+///
+/// The finger is fixed in space: it stands D below the wall as that lay at end-diastole, the wall
+/// moves by x1 = (V - V_ref)/S_c, and by virtual work the finger's force F adds F/S_c to the
+/// pressure. It keeps the ventricle from filling, and the atria's pressure is fixed: that is how
+/// the stroke volume falls.
 ///
 /// Integrated by the L-stable two-stage SDIRK method of Alexander (1977): each stage is one
 /// increasing, piecewise straight equation for V, solved to rounding, so valves and finger may open
 /// and close within a step of any length. A tick in which the flow changes at a blow is parted,
 /// down to 32 parts; what is too quick for these is backward Euler's, which never overshoots.
 /// Neither allocates nor throws once it is made.
+
+#include <algorithm>
 
 #include "runtime/palpation/elastance.h"
 
@@ -29,7 +37,9 @@ enum class Contact {
 /// The default is a dog of 25 kg (physiology after Anesthesiology 1996;85:112; atrial pressures and
 /// mean aortic pressure as paper B prints them).
 struct CirculationParameters {
-  double weight_kg = 25;            ///< what the other numbers belong to; at_weight() scales them
+  /// What the other numbers belong to; at_weight() scales them. That of a body whose healthy
+  /// heart is as large: a dilated one is that of a giant.
+  double weight_kg = 25;
   double heart_rate_per_min = 110;  ///< 30..220
   double left_atrial_mmhg = 9;      ///< 0..40
   double right_atrial_mmhg = 7;     ///< 0..40
@@ -39,9 +49,12 @@ struct CirculationParameters {
   double aortic_valve = 0.008;      ///< R_av [mmHg s/ml]
   double mitral_valve = 0.012;      ///< R_mv [mmHg s/ml]
   double emax = 4.5;                ///< [mmHg/ml] of the healthy muscle
-  double emin = 0.19;               ///< [mmHg/ml] <= emax
-  double v0_ml = 5;                 ///< where the pressure is 0
-  /// Of equation (2), P(t) = P(0) exp(-K1 t / C): mean of Table 1's K_h1 / C_h, 32.4 1/s.
+  double emin = 0.19;               ///< [mmHg/ml] <= emax; of the spring K_h2
+  /// E_1 [mmHg/ml] of the branch of K_h1 and C_h: to Emin as Table 1's mean K_h1 to its mean K_h2.
+  double branch_elastance = 0.19 * (30.1 + 164.8 + 98.9) / (766.5 + 709.6 + 655.4);
+  double v0_ml = 5;  ///< where the pressure is 0
+  /// lambda of equation (2), P(t) = P(0) exp(-K1 t / C), and of the branch: mean of Table 1's
+  /// K_h1 / C_h, 32.4 1/s.
   double relaxation_rate_per_s = (30.1 / 4.6 + 164.8 / 2.1 + 98.9 / 8.2) / 3;
   double contractility = 1;     ///< 0.1..3: times emax
   double infarct_fraction = 0;  ///< 0..1: share f of the muscle that is infarcted
@@ -53,7 +66,7 @@ struct CirculationParameters {
   double stop_n_per_m = 2e4;
   double finger_k_n_per_m = 75;       ///< viscoelastic: K_v
   double finger_c_n_s_per_m = 60;     ///< viscoelastic: C_v
-  double reference_volume_ml = 49.9;  ///< V_ref: end-diastole of the natural beat
+  double reference_volume_ml = 49.8;  ///< V_ref: end-diastole of the natural beat
 
   /// Emax that is left: emin + (contractility emax - emin) (1 - f (1 - alpha)).
   [[nodiscard]] double effective_emax() const noexcept;
@@ -85,6 +98,7 @@ struct Beat {
   double aortic_low_mmhg = 0;
   double aortic_mean_mmhg = 0;
   double dpdt_max_mmhg_per_s = 0;
+  double contracting_ml = 0;  ///< mean volume while the muscle contracts: equation (5)'s integral
 };
 
 /// Energy since the start [J]: finger + muscle + atria = dissipated + stored - stored at the start.
@@ -126,9 +140,15 @@ class Circulation {
   [[nodiscard]] double aortic_flow_ml_s() const noexcept { return aortic_; }
   /// Of the finger on the wall, as the circulation has it [N].
   [[nodiscard]] double finger_n() const noexcept { return finger_n_; }
+  /// E(t) of equation (6): Emin + (Emax - Emin) e(t), through the whole beat.
   [[nodiscard]] double elastance_mmhg_per_ml() const noexcept { return elastance_; }
+  /// What of the pressure the passive wall carries: not the contraction's p, nor the finger's
+  /// share, which is of a stop and not of a fingertip.
+  [[nodiscard]] double filling_mmhg() const noexcept {
+    return p_.emin * (now_.volume - p_.v0_ml) + now_.branch;
+  }
   /// Before the muscle lets go by equation (2).
-  [[nodiscard]] bool contracting() const noexcept { return beat_s_ < curve_.relaxes_from_s(); }
+  [[nodiscard]] bool contracting() const noexcept { return contracting_; }
   [[nodiscard]] double activation() const noexcept { return activation_; }
   /// 0..1 of the beat, 0 at end-diastole.
   [[nodiscard]] double phase() const noexcept { return beat_s_ / curve_.period_s(); }
@@ -141,7 +161,9 @@ class Circulation {
     double volume;
     double vessel;  // P_c [mmHg]
     double dent;    // of the finger's spring and damper [m]
+    double branch;  // q [mmHg]
   };
+  static constexpr double kLeastMl = 1e-6;  // less is no length that could shorten
   struct Stage;
   struct Derived {
     double span;        // Emax_eff - Emin
@@ -151,6 +173,13 @@ class Circulation {
   };
 
   void derive() noexcept;
+  void advance(double step_s, double depth_rate_m_s, double& flowed_ml) noexcept;
+  void let_go() noexcept;
+  /// p at a volume, of what is left of it at V_x and above.
+  [[nodiscard]] double letting_go(double volume_ml, double left_mmhg) const noexcept {
+    const double length = (volume_ml - p_.v0_ml) / std::max(let_go_ml_, kLeastMl);
+    return left_mmhg * std::min(1.0, length);
+  }
   [[nodiscard]] Stage solve(const State& base, double time_s, double gamma_s, double depth_m,
                             double guess_ml) const noexcept;
   enum class Care {
@@ -179,10 +208,16 @@ class Circulation {
   double finger_n_ = 0;
   double elastance_ = 0;
   double activation_ = 0;
+  double active_ = 0;      // of the contractile element [mmHg/ml]; 0 once it has let go
+  double letting_go_ = 0;  // p since then, at V_x and above [mmHg]
+  double let_go_ml_ = 1;   // V_x - V0
+  bool contracting_ = true;
   Beat running_;
   Beat last_;
   double running_mean_ = 0;  // integral of the aortic pressure
   double running_s_ = 0;
+  double contracting_ml_s_ = 0;  // integral of the volume while the muscle contracts
+  double contracting_s_ = 0;
   Ledger ledger_;
 };
 

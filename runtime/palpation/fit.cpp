@@ -45,7 +45,7 @@ CirculationParameters fit_circulation(const CirculationParameters& start, const 
       return fit;
     }
     if (targets.edv_ml > 0) {
-      fit = at_weight(fit, std::clamp(fit.weight_kg / (1 + off_edv), 1.0, 200.0));
+      fit = at_weight(fit, std::clamp(fit.weight_kg / (1 + off_edv), 1.0, 500.0));
     }
     if (targets.esv_ml > 0) {
       fit.emax = std::clamp(fit.emax * std::pow(1 + off_esv, 1.2), 1.01 * fit.emin, 1e3);

@@ -28,6 +28,14 @@ double MuscleTable::relaxation_rate_per_s() const noexcept {
   return sum / 3;
 }
 
+double MuscleTable::mean_k_h1_n_per_m() const noexcept {
+  return (base.k_h1_n_per_m + middle.k_h1_n_per_m + apex.k_h1_n_per_m) / 3;
+}
+
+double MuscleTable::mean_k_h2_n_per_m() const noexcept {
+  return (base.k_h2_n_per_m + middle.k_h2_n_per_m + apex.k_h2_n_per_m) / 3;
+}
+
 MuscleConstants blend(const MuscleTable& table, double long_axis) noexcept {
   const double along = std::clamp(3 * long_axis - 0.5, 0.0, 2.0);  // 0 apex, 1 middle, 2 base
   if (along == 1) return table.middle;
@@ -53,9 +61,31 @@ MuscleConstants in_tissue(const MuscleConstants& healthy, const Tissue& tissue) 
   return out;
 }
 
-double Contractile::stiffness_n_per_m(double alpha, double elastance_mmhg_per_ml) const noexcept {
-  return alpha * shortening_area_cm2 * finger_area_cm2 * kM2PerCm2 * kM2PerCm2 *
-         elastance_mmhg_per_ml * kPaPerMmhg / kM3PerMl;
+double Cylinder::side_area_cm2() const noexcept {
+  return std::numbers::pi * diameter_cm * length_cm;
+}
+
+Cylinder cylinder_of(double volume_ml) noexcept {
+  constexpr double kSlenderness = 1.6;
+  const double diameter_cm = std::cbrt(4 * volume_ml / (std::numbers::pi * kSlenderness));
+  return {diameter_cm, kSlenderness * diameter_cm};
+}
+
+double shortening_area_cm2(double contracting_ml, double reference_ml) noexcept {
+  return contracting_ml / cylinder_of(reference_ml).length_cm;
+}
+
+double pressure_n_per_m(double filling_mmhg, double reference_ml) noexcept {
+  constexpr double kMPerCm = 0.01;
+  const double radius_m = 0.5 * kMPerCm * cylinder_of(reference_ml).diameter_cm;
+  return std::numbers::pi * kPaPerMmhg * std::max(filling_mmhg, 0.0) * radius_m;
+}
+
+double Contractile::stiffness_n_per_m(double alpha, double beat_area_cm2,
+                                      double elastance_mmhg_per_ml) const noexcept {
+  const double area_cm2 = shortening_area_cm2 > 0 ? shortening_area_cm2 : beat_area_cm2;
+  return alpha * area_cm2 * finger_area_cm2 * kM2PerCm2 * kM2PerCm2 * elastance_mmhg_per_ml *
+         kPaPerMmhg / kM3PerMl;
 }
 
 HorizontalMuscle::HorizontalMuscle(double k_h1_n_per_m, double k_h2_n_per_m,
@@ -84,12 +114,6 @@ double HorizontalMuscle::contract(double stretch_m, double contractile_n_per_m) 
 
 double HorizontalMuscle::energy_j() const noexcept {
   return 0.5 * k2_ * stretch_m_ * stretch_m_ + 0.5 * branch_n_ * branch_n_ / k1_;
-}
-
-double side_area_cm2(double volume_ml) noexcept {
-  constexpr double kSlenderness = 1.6;
-  const double diameter_cm = std::cbrt(4 * volume_ml / (std::numbers::pi * kSlenderness));
-  return std::numbers::pi * kSlenderness * diameter_cm * diameter_cm;
 }
 
 }  // namespace beatlas::palpation

@@ -27,6 +27,10 @@ struct MuscleTable {
   /// Mean of k_h1 / c_h [1/s]: the rate of equation (2), P(t) = P(0) exp(-K1 t / C), of the whole
   /// ventricle; 32.4 1/s for Table 1.
   [[nodiscard]] double relaxation_rate_per_s() const noexcept;
+  /// Means of base, middle and apex [N/m]: a cylinder's wall gives way as a whole, so the three
+  /// lie side by side.
+  [[nodiscard]] double mean_k_h1_n_per_m() const noexcept;
+  [[nodiscard]] double mean_k_h2_n_per_m() const noexcept;
 };
 
 /// The table at a place of the long axis: apex at 1/6, middle at 1/2, base at 5/6, between them
@@ -49,14 +53,40 @@ struct Tissue {
 [[nodiscard]] MuscleConstants in_tissue(const MuscleConstants& healthy,
                                         const Tissue& tissue) noexcept;
 
+/// The ventricle as the cylinder of Fig. 5, whose length is 1.6 times its diameter (a choice: the
+/// paper prints neither).
+struct Cylinder {
+  double diameter_cm = 0;
+  double length_cm = 0;
+
+  /// Its side [cm^2]: S0 of equation (1), V' = S0 x1'; 58.6 for 50 ml.
+  [[nodiscard]] double side_area_cm2() const noexcept;
+};
+[[nodiscard]] Cylinder cylinder_of(double volume_ml) noexcept;
+
+/// Equation (5), S_n = (1/T_s) integral(V_e / L_0) dt [cm^2]: the mean section of the cylinder
+/// while it contracts. Read so: T_s is the time from end-diastole until the muscle lets go, V_e the
+/// ventricle's volume, L_0 the cylinder's length at end-diastole.
+/// @param contracting_ml mean of V_e over T_s  @param reference_ml at end-diastole
+[[nodiscard]] double shortening_area_cm2(double contracting_ml, double reference_ml) noexcept;
+
 /// Equation (6), K_e = alpha S_n S E(t), of the contractile element.
 struct Contractile {
-  double shortening_area_cm2 = 8.1;  ///< S_n of equation (5)
-  double finger_area_cm2 = 1.2;      ///< S
+  double shortening_area_cm2 = 0;  ///< S_n; 0: of the beat, by equation (5)
+  /// S: what the fingertip touches, which is less than S_c, the wall that its dent takes along. So
+  /// chosen that in systole the wall is 1.71 times as stiff under it as in diastole, the ratio of
+  /// the canine tactile stiffnesses 2.20 and 1.29 g/mm^2 (Miyaji 2000).
+  double finger_area_cm2 = 3.0;
 
-  /// [N/m] for an elastance [mmHg/ml].
-  [[nodiscard]] double stiffness_n_per_m(double alpha, double elastance_mmhg_per_ml) const noexcept;
+  /// [N/m]  @param beat_area_cm2 S_n by equation (5)
+  [[nodiscard]] double stiffness_n_per_m(double alpha, double beat_area_cm2,
+                                         double elastance_mmhg_per_ml) const noexcept;
 };
+
+/// What a pressure in a thin-walled ventricle adds to the stiffness under a finger, pi p R [N/m]: a
+/// dent must turn the wall's tension, p R, inwards. R is the cylinder's radius at end-diastole.
+/// @param filling_mmhg what the passive wall carries; that of the contraction is in K_e
+[[nodiscard]] double pressure_n_per_m(double filling_mmhg, double reference_ml) noexcept;
 
 /// Horizontal three-element muscle (equation 3): f = -k_h2 x - q, q the force in the branch of k_h1
 /// and c_h, q' = k_h1 x' - (k_h1 / c_h) q. Equation (3) prints the branch's force as that of its
@@ -87,9 +117,5 @@ class HorizontalMuscle {
   double stretch_m_ = 0;
   double branch_n_ = 0;
 };
-
-/// S0 of equation (1), V' = S0 x1': the side of a cylinder of `volume_ml` whose length is 1.6 times
-/// its diameter [cm^2]; 58.6 for 50 ml.
-[[nodiscard]] double side_area_cm2(double volume_ml) noexcept;
 
 }  // namespace beatlas::palpation

@@ -38,8 +38,8 @@ constexpr std::array<JsonNumber<Contractile>, 2> kContractile{{
 }};
 
 using C = CirculationParameters;
-constexpr std::array<JsonNumber<C>, 19> kCirculation{{
-    {"weight_kg", &C::weight_kg, 1, 200},
+constexpr std::array<JsonNumber<C>, 18> kCirculation{{
+    {"weight_kg", &C::weight_kg, 1, 500},
     {"heart_rate_per_min", &C::heart_rate_per_min, 30, 220},
     {"left_atrial_mmhg", &C::left_atrial_mmhg, 0, 40},
     {"right_atrial_mmhg", &C::right_atrial_mmhg, 0, 40},
@@ -51,7 +51,6 @@ constexpr std::array<JsonNumber<C>, 19> kCirculation{{
     {"emin_mmhg_per_ml", &C::emin, 1e-4, 1e2},
     {"emax_mmhg_per_ml", &C::emax, 1e-4, 1e3},
     {"v0_ml", &C::v0_ml, 0, 1e3},
-    {"relaxation_rate_per_s", &C::relaxation_rate_per_s, 1, 1e3},
     {"contractility", &C::contractility, 0.1, 3},
     {"reference_volume_ml", &C::reference_volume_ml, 0, 1e4},
     {"contact_area_cm2", &C::contact_area_cm2, 0.1, 1e3},
@@ -93,6 +92,7 @@ void read_circulation(JsonObject& object, PalpationParameters& parameters) {
   }
   c.contact = contact == "kinematic" ? Contact::Kinematic : Contact::Viscoelastic;
   circulation.read("aortic_target_mmhg", parameters.aortic_target_mmhg, 0, 250);
+  circulation.read("relaxation_rate_per_s", parameters.relaxation_rate_per_s, 0, 1e3);
   circulation.finish();
   std::ostringstream range;
   if (c.emin > c.emax) {
@@ -102,6 +102,10 @@ void read_circulation(JsonObject& object, PalpationParameters& parameters) {
   if (c.reference_volume_ml < c.v0_ml) {
     range << "/circulation/reference_volume_ml must be from v0_ml, " << c.v0_ml << ", to 10000";
     throw_invalid(range.str());
+  }
+  const double rate = parameters.relaxation_rate_per_s;
+  if (rate > 0 && rate < 1) {
+    throw_invalid("/circulation/relaxation_rate_per_s must be 0 (of the muscle) or from 1 to 1000");
   }
   const double target = parameters.aortic_target_mmhg;
   if (target > 0 && target < 20) {
@@ -135,8 +139,11 @@ void check_contact(const PalpationParameters& parameters, const std::vector<Regi
     }
   }
   const C& c = parameters.circulation;
-  stiffest +=
-      parameters.contractile.stiffness_n_per_m(1, std::max(c.emin, c.contractility * c.emax));
+  // No beat's mean volume is above that of end-diastole, no filling's pressure above the atrium's.
+  stiffest += parameters.contractile.stiffness_n_per_m(
+                  1, shortening_area_cm2(c.reference_volume_ml, c.reference_volume_ml),
+                  std::max(c.emin, c.contractility * c.emax)) +
+              pressure_n_per_m(c.left_atrial_mmhg, c.reference_volume_ml);
   const double least = stiffest / VerticalPatch::kStiffestShare;
   if (parameters.contact_n_per_m >= least) return;
   std::ostringstream range;
@@ -167,7 +174,25 @@ CirculationParameters PalpationParameters::whole_circulation() const noexcept {
   const Infarct whole = infarct ? *infarct : infarct_of(segments);
   out.infarct_fraction = whole.fraction;
   out.infarct_alpha = whole.alpha;
+  const MuscleTable printed;
+  out.emin *= muscle.mean_k_h2_n_per_m() / printed.mean_k_h2_n_per_m();
+  out.branch_elastance =
+      circulation.emin * muscle.mean_k_h1_n_per_m() / printed.mean_k_h2_n_per_m();
+  out.relaxation_rate_per_s =
+      relaxation_rate_per_s > 0 ? relaxation_rate_per_s : muscle.relaxation_rate_per_s();
   return out;
+}
+
+double contractile_n_per_m(const PalpationParameters& parameters, double alpha,
+                           const Circulation& circulation) noexcept {
+  const double area_cm2 = shortening_area_cm2(circulation.last_beat().contracting_ml,
+                                              circulation.parameters().reference_volume_ml);
+  return parameters.contractile.stiffness_n_per_m(alpha, area_cm2,
+                                                  circulation.elastance_mmhg_per_ml());
+}
+
+double pressure_n_per_m(const Circulation& circulation) noexcept {
+  return pressure_n_per_m(circulation.filling_mmhg(), circulation.parameters().reference_volume_ml);
 }
 
 std::vector<std::string> palpation_presets() {
@@ -208,7 +233,6 @@ PalpationParameters palpation_from_json(const json& document) {
   int version = kVersion;
   object.read("version", version, kVersion, kVersion);
   read_muscle(object, out);
-  out.circulation.relaxation_rate_per_s = out.muscle.relaxation_rate_per_s();
   read_circulation(object, out);
   read_segments(object, out.segments);
   std::vector<Region> regions;
@@ -229,6 +253,7 @@ json palpation_to_json(const PalpationParameters& parameters) {
   circulation["contact"] =
       parameters.circulation.contact == Contact::Kinematic ? "kinematic" : "viscoelastic";
   circulation["aortic_target_mmhg"] = parameters.aortic_target_mmhg;
+  circulation["relaxation_rate_per_s"] = parameters.relaxation_rate_per_s;
   json segments = json::object();
   for (int segment = 1; segment <= kSegments; ++segment) {
     const Tissue& tissue = parameters.segments[static_cast<std::size_t>(segment - 1)];

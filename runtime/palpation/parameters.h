@@ -18,7 +18,11 @@ struct PalpationParameters {
   double wall_mass_kg = 1.14e-3;  ///< 0..10: of the wall under the finger
   double contact_n_per_m = 800;   ///< 100..1e5: K_c, see patch.h; above every K of the wall
   Contractile contractile;
-  CirculationParameters circulation;  ///< without infarct_*: they come from the segments
+  /// Of a ventricle whose wall is Table 1 as printed; `muscle` changes its emin, branch_elastance
+  /// and relaxation_rate_per_s. Without infarct_*: they come from the segments.
+  CirculationParameters circulation;
+  /// 0 or 1..1000: of equation (2) [1/s]; 0: of `muscle`
+  double relaxation_rate_per_s = 0;
   /// 0 or 20..250: while above 0 the resistance follows, beat by beat, to this mean aortic pressure
   double aortic_target_mmhg = 0;
   SegmentTissue segments{};
@@ -32,9 +36,17 @@ struct PalpationParameters {
   [[nodiscard]] MuscleConstants at(double long_axis, const Tissue& tissue) const noexcept {
     return in_tissue(blend(muscle, long_axis), tissue);
   }
-  /// The circulation with that infarct.
+  /// The circulation with that infarct and this muscle around the ventricle: Emin and E_1 go with
+  /// the means of k_h2 and k_h1 (the pressure of a spring k around a cylinder is k x1 / S0, x1 = V
+  /// / S0: its elastance is k / S0^2, and S0 is the heart's), the rate is that of the table.
   [[nodiscard]] CirculationParameters whole_circulation() const noexcept;
 };
+
+/// What of a place's stiffness comes with the beat [N/m]: K_e(t) of equation (6) and what the
+/// filling pressure adds. @param alpha of the place
+[[nodiscard]] double contractile_n_per_m(const PalpationParameters& parameters, double alpha,
+                                         const Circulation& circulation) noexcept;
+[[nodiscard]] double pressure_n_per_m(const Circulation& circulation) noexcept;
 
 /// An infarct weeks old, as in anterior_infarct.
 [[nodiscard]] constexpr Tissue infarct_tissue() noexcept {

@@ -44,10 +44,13 @@ PatchModel::PatchModel(std::shared_ptr<const haptics::ContactField> field,
     : field_(std::move(field)),
       patch_(patch_of(options)),
       whole_(patch_),
-      curve_(checked(field_).period_s(), options.parameters.circulation.relaxation_rate_per_s),
+      curve_(checked(field_).period_s(),
+             options.parameters.whole_circulation().relaxation_rate_per_s),
       end_diastole_s_(options.end_diastole_s),
       radius_mm_(options.radius_mm),
-      constants_(patch_constants(options.parameters, options.long_axis, tissue_of(options))),
+      natural_(options.muscle ? options.muscle->natural() : natural_wall(options.parameters)),
+      constants_(patch_constants(options.parameters, natural_.shortening_area_cm2,
+                                 options.long_axis, tissue_of(options))),
       muscle_(options.muscle) {
   if (!(options.long_axis >= 0 && options.long_axis <= 1)) {
     throw_invalid("a patch's place on the long axis must be from 0 to 1");
@@ -77,9 +80,10 @@ haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
                                    : constants_;
   // The finger's force goes on where it slides to other muscle: that gives way from there on.
   patch_.set_damping(here.c_v_n_s_per_m);
-  const double force_n = patch_.advance(
-      -kMPerMm * contact.distance_mm,
-      here.k_v_n_per_m + here.k_e_rest_n_per_m + here.k_e_span_n_per_m * e, moment.elapsed_s);
+  const double force_n = patch_.advance(-kMPerMm * contact.distance_mm,
+                                        here.k_v_n_per_m + here.k_e_rest_n_per_m +
+                                            here.k_e_span_n_per_m * e + natural_.pressure_at(beats),
+                                        moment.elapsed_s);
   contact.touching = force_n > 0;
   contact.force_n = force_n * contact.normal;
   contact.proxy_mm = x + contact.depth_mm * contact.normal;

@@ -1,6 +1,7 @@
 #pragma once
 /// Paper B's muscle under a device on any atlas: the depth below the beating surface goes into the
-/// patch (patch.h), whose stiffness K_v + K_e(t) contracts with the atlas's own cycle.
+/// patch (patch.h), whose stiffness K_v + K_e(t) + pi p R follows the atlas's own cycle; K_e and
+/// the filling pressure p are those of the natural beat of the parameters' circulation.
 
 #include <memory>
 #include <optional>
@@ -49,6 +50,7 @@ class PatchModel final : public haptics::ForceModel {
   ElastanceCurve curve_;
   double end_diastole_s_;
   double radius_mm_;
+  NaturalWall natural_;
   PatchConstants constants_;  // without an atlas's muscle
   std::shared_ptr<const AtlasMuscle> muscle_;
   LvWall::Trail trail_;

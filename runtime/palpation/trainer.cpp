@@ -26,10 +26,12 @@ constexpr std::array kGlides{&C::left_atrial_mmhg,
                              &C::mitral_valve,
                              &C::emax,
                              &C::emin,
+                             &C::branch_elastance,
                              &C::v0_ml,
                              &C::contractility,
                              &C::infarct_fraction,
                              &C::infarct_alpha,
+                             &C::relaxation_rate_per_s,
                              &C::contact_area_cm2,
                              &C::stop_n_per_m,
                              &C::finger_k_n_per_m,
@@ -56,7 +58,7 @@ Trainer::Trainer(const PalpationParameters& parameters, std::size_t fingers)
               .muscle = middle});
   }
   circulation_.settle();
-  side_area_cm2_ = side_area_cm2(target_.reference_volume_ml);
+  side_area_cm2_ = cylinder_of(target_.reference_volume_ml).side_area_cm2();
   dents_.set_radius_mm(dent_radius_mm(target_.contact_area_cm2));
   signals_.natural_output_l_per_min = circulation_.last_beat().output_l_per_min;
   signals_.fingers = static_cast<std::uint32_t>(count_);
@@ -108,9 +110,8 @@ void Trainer::glide(double step_s) noexcept {
   now.contact = target.contact;
   now.weight_kg = target.weight_kg;
   now.heart_rate_per_min = target.heart_rate_per_min;
-  now.relaxation_rate_per_s = target.relaxation_rate_per_s;
   circulation_.adjust(now);
-  side_area_cm2_ = side_area_cm2(now.reference_volume_ml);
+  side_area_cm2_ = cylinder_of(now.reference_volume_ml).side_area_cm2();
   dents_.set_radius_mm(dent_radius_mm(now.contact_area_cm2));
   gliding_ = !there;
 }
@@ -185,6 +186,7 @@ std::span<const double> Trainer::tick(double step_s, std::span<const Finger> fin
 
   const double wall = wall_m(whole_m);
   const double elastance = circulation_.elastance_mmhg_per_ml();
+  const double pressure = pressure_n_per_m(circulation_);
   std::array<double, kMostFingers> given{};  // by the dents of the others, as of the tick before
   for (std::size_t n = 0; n < count_; ++n) {
     for (std::size_t other = 0; other < count_; ++other) {
@@ -196,9 +198,9 @@ std::span<const double> Trainer::tick(double step_s, std::span<const Finger> fin
   for (std::size_t n = 0; n < count_; ++n) {
     Touch& touch = *touches_[n];
     const double depth_m = sources[n].depth_mm / kMmPerM + wall;
-    const double contractile = parameters_.contractile.stiffness_n_per_m(touch.alpha, elastance);
-    forces_[n] =
-        touch.patch.advance(depth_m - given[n], touch.muscle.k_v_n_per_m + contractile, step_s);
+    const double contractile = contractile_n_per_m(parameters_, touch.alpha, circulation_);
+    forces_[n] = touch.patch.advance(depth_m - given[n],
+                                     touch.muscle.k_v_n_per_m + contractile + pressure, step_s);
     signals_.muscle_n[n] = circulation_.contracting() ? touch.horizontal.contract(wall, contractile)
                                                       : touch.horizontal.relax(wall, step_s);
     signals_.force_n[n] = forces_[n];

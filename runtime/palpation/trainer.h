@@ -4,11 +4,11 @@
 /// The wall moves by equation (1): the ventricle is a cylinder of side S0 less the fingers' dents,
 ///   V = V_ref + S0 x_wall - S_c sum A_i,
 /// so a finger D below the wall of end-diastole is d = D + x_wall below the wall of now. Each
-/// finger feels its patch at that depth (patch.h), of stiffness K_v + K_e(t) (equation 6), less
-/// what the dents of the others already give way (dent.h). The circulation is pushed by the one
-/// dent as large as all of them together. So with two fingers or more the wall's motion in systole
-/// is approximate: in truth each finger would stop the wall at its own depth, here one stop of
-/// their mean depth does.
+/// finger feels its patch at that depth (patch.h), of stiffness K_v + K_e(t) (equation 6) + pi p R
+/// (what the filling pressure adds, muscle.h), less what the dents of the others already give way
+/// (dent.h). The circulation is pushed by the one dent as large as all of them together. So with
+/// two fingers or more the wall's motion in systole is approximate: in truth each finger would stop
+/// the wall at its own depth, here one stop of their mean depth does.
 ///
 /// Two threads, as haptics::Servo: the servo's calls `tick` alone, which neither allocates, locks
 /// nor throws; the caller's may wish for other parameters and look at what was published.

@@ -10,7 +10,7 @@
 #include "runtime/haptics/contact_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/palpation/dent.h"
-#include "runtime/palpation/fit.h"
+#include "runtime/palpation/on_heart.h"
 #include "runtime/palpation/patch_model.h"
 
 namespace beatlas::viewer {
@@ -109,35 +109,12 @@ palpation::PalpationParameters Touch::scaled(const std::string& preset) const {
   if (wall_) {
     parameters.infarct = palpation::tissue_of_wall(*wall_, parameters.segments, {}, {}).infarct;
   }
-  const palpation::PalpationParameters unscaled = parameters;
-  const palpation::PalpationParameters healthy = palpation::palpation_preset("healthy");
-  palpation::CirculationParameters& circulation = parameters.circulation;
-  circulation.heart_rate_per_min = std::clamp(settings_.heart_rate_per_min, 30.0, 220.0);
-  if (!volumes_ml_) return parameters;
-  // The healthy ventricle is made as large as the atlas's; a disease changes it as it does the
-  // dog's.
-  try {
-    const palpation::CirculationParameters fitted = palpation::fit_to_heart(
-        healthy.whole_circulation(), (*volumes_ml_)[1], (*volumes_ml_)[0], 60 / rr_interval_s_);
-    const palpation::CirculationParameters& base = healthy.circulation;
-    circulation.emax *= fitted.emax / base.emax;
-    circulation.emin *= fitted.emin / base.emin;
-    circulation.v0_ml *= base.v0_ml > 0 ? fitted.v0_ml / base.v0_ml : 1;
-    circulation.resistance *= fitted.resistance / base.resistance;
-    circulation.impedance *= fitted.impedance / base.impedance;
-    circulation.compliance *= fitted.compliance / base.compliance;
-    circulation.aortic_valve *= fitted.aortic_valve / base.aortic_valve;
-    circulation.mitral_valve *= fitted.mitral_valve / base.mitral_valve;
-    circulation.contact_area_cm2 *= fitted.contact_area_cm2 / base.contact_area_cm2;
-    circulation.reference_volume_ml =
-        palpation::natural_beat(parameters.whole_circulation()).edv_ml;
-    parameters.check();
-  } catch (const Error&) {
-    // A ventricle that no such circulation fits keeps the preset's own.
-    parameters = unscaled;
-    parameters.circulation.heart_rate_per_min =
-        std::clamp(settings_.heart_rate_per_min, 30.0, 220.0);
+  if (volumes_ml_) {
+    parameters = palpation::on_heart(parameters, {.edv_ml = (*volumes_ml_)[1],
+                                                  .esv_ml = (*volumes_ml_)[0],
+                                                  .heart_rate_per_min = 60 / rr_interval_s_});
   }
+  parameters.circulation.heart_rate_per_min = std::clamp(settings_.heart_rate_per_min, 30.0, 220.0);
   return parameters;
 }
 
@@ -176,8 +153,9 @@ Vec3 Touch::tick(const haptics::ServoState& state) noexcept {
 void Touch::set_heart_rate(double per_min) {
   if (!(per_min >= 30 && per_min <= 220)) throw_invalid("a heart rate must be from 30 to 220");
   settings_.heart_rate_per_min = per_min;
-  wished_.circulation.heart_rate_per_min = per_min;
-  trainer_->wish(wished_);
+  palpation::PalpationParameters parameters = wished_;
+  parameters.circulation.heart_rate_per_min = per_min;
+  wish(parameters);
   servo_->set_rate_hz(per_min / 60);
 }
 
@@ -190,8 +168,6 @@ void Touch::set_preset(const std::string& name) {
   palpation::PalpationParameters parameters = scaled(name);
   settings_.preset = name;
   wish(parameters);
-  make_muscle();
-  if (settings_.model == "patch") servo_->offer(scene());
 }
 
 void Touch::set_model(const std::string& model) {
@@ -204,9 +180,12 @@ void Touch::set_model(const std::string& model) {
   }
 }
 
+// Circulation and the muscle under the tool alike.
 void Touch::wish(const palpation::PalpationParameters& parameters) {
   trainer_->wish(parameters);
   wished_ = parameters;
+  make_muscle();
+  if (settings_.model == "patch") servo_->offer(scene());
 }
 
 void Touch::set_left_atrial_mmhg(double mmhg) {

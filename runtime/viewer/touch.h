@@ -73,8 +73,8 @@ struct TouchedWall {
 /// Servo and circulation in step: the circulation's beat follows the heart's phase.
 class Touch {
  public:
-  /// @throws Error{InvalidInput} as its parts do; without volumes of lv_blood the circulation keeps
-  /// the preset's own size.
+  /// @throws Error{InvalidInput} as its parts do; without volumes of lv_blood the circulation is
+  /// that of the dog of 25 kg.
   /// @param wall of the same package; null without a map: then disease has no place in the muscle
   Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
         const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall = nullptr);

@@ -215,7 +215,7 @@ void beating_stiffness() {
         const double middle = t - 0.5e-2 / parts;
         const double e = curve.at(std::fmod(middle, 60.0 / 110)).value;
         patch.advance(0.004 - 0.004 * std::cos(2 * M_PI * t),
-                      75 + contractile.stiffness_n_per_m(1, 0.19 + 4.31 * e), 1e-2 / parts);
+                      75 + contractile.stiffness_n_per_m(1, 7.3, 0.19 + 4.31 * e), 1e-2 / parts);
       }
       out.push_back(patch.dent_m());
     }

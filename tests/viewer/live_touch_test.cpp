@@ -88,6 +88,39 @@ class Live : public testing::Test {
   Vec3 inside_mm_;
 };
 
+TEST_F(Live, TheAtriumsPressureIsFeltWhileItChanges) {
+  const auto touch = [&](const std::string& preset) {
+    return std::make_unique<Touch>(heart_.atlas->manifest(), heart_.field,
+                                   TouchSettings{.model = "patch", .preset = preset});
+  };
+  double time_s = 0;
+  double largest_step_n = 0;
+  // Mean force over the last of some seconds.
+  const auto felt = [&](Touch& pressed) {
+    double sum_n = 0;
+    double before_n = -1;
+    constexpr int kTicks = 6000;
+    for (int n = 0; n < kTicks; ++n) {
+      time_s += 1e-3;
+      const double force_n = pressed.tick({.time_s = time_s, .position_mm = inside_mm_}).norm();
+      if (before_n >= 0) largest_step_n = std::max(largest_step_n, std::abs(force_n - before_n));
+      before_n = force_n;
+      if (n >= kTicks / 2) sum_n += force_n / (kTicks / 2);
+    }
+    return sum_n;
+  };
+  const auto healthy = touch("healthy");
+  const double healthy_n = felt(*healthy);
+  const auto low = touch("low_pressure");
+  const double low_n = felt(*low);
+  EXPECT_LT(low_n, 0.9 * healthy_n);
+  healthy->set_left_atrial_mmhg(3);
+  EXPECT_LT(felt(*healthy), 0.9 * healthy_n);
+  healthy->set_left_atrial_mmhg(20);
+  EXPECT_GT(felt(*healthy), 1.2 * healthy_n);
+  EXPECT_LT(largest_step_n, 0.05) << "5 gf: a change is no blow (the slew's limit is 50 N/s)";
+}
+
 TEST_F(Live, ADeviceThatEndsLeavesTheToolToTheMouse) {
   const auto live = this->live();
   live->use({.device = std::make_unique<StillHand>(inside_mm_, [] {})});

@@ -50,7 +50,7 @@ TEST(PalpationParameters, AreRefusedByTheirPathWithTheRange) {
   };
   says(R"({"muscle": {"apex": {"k_v_n_per_m": -45}}})", "/muscle/apex/k_v_n_per_m", "to 100000");
   says(R"({"muscle": {"wall_mass_kg": "1"}})", "/muscle/wall_mass_kg", "0 to 10");
-  says(R"({"muscle": {"contact_n_per_m": 120}})", "/muscle/contact_n_per_m", "from 156.");
+  says(R"({"muscle": {"contact_n_per_m": 120}})", "/muscle/contact_n_per_m", "from 335.");
   says(R"({"circulation": {"emin_mmhg_per_ml": 5}})", "/circulation/emin_mmhg_per_ml", "4.5");
   says(R"({"circulation": {"heart_rate_per_min": 300}})", "/circulation/heart_rate_per_min",
        "30 to 220");

@@ -52,9 +52,10 @@ TEST(PatchModel, HeldOnAStillWallItIsAsStiffAsTableOneAndItsContraction) {
     least = std::min(least, contact.force_n.z());
     most = std::max(most, contact.force_n.z());
   }
-  // Between rest and contraction, which the wall follows in C_v / K_c.
-  EXPECT_GT(least, 0.005 * 77);
-  EXPECT_LT(most, 0.005 * 134);
+  // Between rest and contraction, which the wall follows in C_v / K_c: 75 + 6 + 61 N/m full and at
+  // rest, 75 + 132 + 34 contracted and empty, 75 + 6 + 34 empty and let go.
+  EXPECT_GT(least, 0.005 * 115);
+  EXPECT_LT(most, 0.005 * 242);
   EXPECT_GT(most, 1.2 * least);
 }
 
@@ -71,7 +72,8 @@ TEST(PatchModel, ASofterPlaceIsFeltSofter) {
     return sum / 5000;
   };
   const double middle = force({});
-  EXPECT_LT(force({.long_axis = 0}), 0.8 * middle);
+  // The pressure is the same everywhere: of K_v 45 and 75 N/m, a third less, a sixth is felt.
+  EXPECT_LT(force({.long_axis = 0}), 0.85 * middle);
   EXPECT_GT(force({.long_axis = 1}), 1.05 * middle);
   EXPECT_LT(force({.parameters = palpation_preset("anterior_infarct"), .segment = 7}),
             0.7 * middle);
@@ -155,8 +157,8 @@ TEST(PatchModel, AFingerThatSlidesIntoAnInfarctFeelsNoStep) {
     if (n > 1000) most_n = std::max(most_n, last_n);
     before = last_n;
   }
-  EXPECT_LT(last_n, 0.6 * most_n) << "it is softer there";
-  EXPECT_LT(largest_step_n, 0.049);  // 5 gf, paper B's smallest force
+  EXPECT_LT(last_n, 0.75 * most_n) << "it is softer there";  // under pressure: 100 to 142 N/m
+  EXPECT_LT(largest_step_n, 0.049);                          // 5 gf, paper B's smallest force
 }
 
 TEST(PatchModel, OtherHeartThanTheLeftVentricleIsHealthy) {

@@ -139,10 +139,14 @@ TEST_F(AtlasPresses, AreAsDeepBelowTheMovingSurfaceAsTheFingerAndTheBeatMakeThem
 TEST_F(AtlasPresses, FeelHealthyMuscleAsTableOneHasIt) {
   const AtlasPress found = press("heart.beatlas", "healthy", 7, 4);
   ASSERT_EQ(found.tissues.size(), 3U);
-  // 2 mm below a wall that it goes with, relaxed: the vertical spring, and what Emin adds.
+  // 2 mm below a wall that it goes with, relaxed: the vertical spring, what Emin adds, and what the
+  // pressure of filling does.
   const palpation::PalpationParameters parameters;
+  palpation::Circulation circulation(parameters.circulation);
+  circulation.settle();
   const double k_n_per_m = parameters.at(found.wall->place.long_axis, 7).k_v_n_per_m +
-                           parameters.contractile.stiffness_n_per_m(1, parameters.circulation.emin);
+                           palpation::contractile_n_per_m(parameters, 1, circulation) +
+                           palpation::pressure_n_per_m(circulation);
   EXPECT_NEAR(found.tissues[0].with_wall.diastole_n, 2e-3 * k_n_per_m, 0.1 * 2e-3 * k_n_per_m);
   EXPECT_GT(found.tissues[0].with_wall.systole_n, 1.1 * found.tissues[0].with_wall.diastole_n);
   EXPECT_EQ(found.tissues[0].with_wall.diastole_jnd, 0);
@@ -285,11 +289,15 @@ TEST_F(AtlasPresses, AndADeviceFeelTheSameDiseaseAtTheSamePlace) {
   const Felt healthy = feel("healthy", 7);
   const Felt ill = feel("anterior_infarct", 7);
   const Felt beside = feel("anterior_infarct", 11);
-  for (const Felt& one : {healthy, ill, beside}) {
+  const Felt low = feel("low_pressure", 7);
+  for (const Felt& one : {healthy, ill, beside, low}) {
     EXPECT_NEAR(one.device_n, one.press_n, 0.02 * one.press_n);
   }
   EXPECT_GT(palpation::force_jnds(ill.device_n, healthy.device_n), 2);
   EXPECT_GT(palpation::force_jnds(ill.device_n, beside.device_n), 2);
+  // Paper B's own experiment: the ventricle is the same, and less full.
+  EXPECT_GT(palpation::force_jnds(low.device_n, healthy.device_n), 2);
+  EXPECT_LT(low.device_n, healthy.device_n);
 }
 
 }  // namespace
