@@ -1,6 +1,7 @@
 #include "runtime/app/atlas_press.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -31,9 +32,10 @@ Vec3 towards_free_wall(const atlas::Atlas& package, const field::FieldQuery& hea
   return across.norm() < kApartMm ? left : Vec3(across.normalized());
 }
 
-/// From the middle of a segment out through its wall to the heart's surface.
-Vec3 over_segment(const palpation::LvWall& wall, int segment, const field::FieldQuery& heart,
-                  double t) {
+/// From the middle of a segment out through its wall to the heart's surface; none where more than
+/// that wall lies there.
+std::optional<Vec3> over_segment(const palpation::LvWall& wall, int segment,
+                                 const field::FieldQuery& heart, double t) {
   const palpation::LvWall::Middle middle = wall.middle_of(segment);
   const double wall_mm = static_cast<double>(wall.wall_mm()[middle.vertex]);
   const auto inside = [&](double way) {
@@ -43,9 +45,7 @@ Vec3 over_segment(const palpation::LvWall& wall, int segment, const field::Field
   while (inside(way)) {
     way += kStepMm;
     if (way <= wall_mm + palpation::AtlasMuscle::kOutsideMm) continue;
-    throw_invalid("a finger cannot reach the segment " +
-                  std::string(palpation::segment_name(segment)) +
-                  " from outside: other heart lies over its wall; press another segment");
+    return std::nullopt;
   }
   double low = std::max(0.0, way - kStepMm);
   double high = way;
@@ -114,6 +114,20 @@ struct Feeler {
 
 }  // namespace
 
+int reachable_segment(const atlas::Atlas& package, const palpation::LvWall& wall) {
+  // The free wall from its anterior end, each level of the ventricle in turn; the septum last.
+  constexpr std::array kOrder{7, 12, 11, 10, 1, 6, 5, 4, 13, 16, 15, 8, 9, 2, 3, 14, 17};
+  const atlas::Manifest& manifest = package.manifest();
+  const auto heart = query_of(package, Structure::Heart);
+  const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / heart->phases();
+  for (const int segment : kOrder) {
+    if (over_segment(wall, segment, *heart, end_diastole_s)) return segment;
+  }
+  throw_invalid(
+      "a finger can reach no segment of the left ventricle from outside: other heart lies over "
+      "all");
+}
+
 AtlasPress press_on_atlas(const atlas::Atlas& package,
                           const palpation::PalpationParameters& parameters,
                           const PressScript& script,
@@ -128,7 +142,13 @@ AtlasPress press_on_atlas(const atlas::Atlas& package,
                                       .end_diastole_s = end_diastole_s};
   if (ventricle) {
     const palpation::LvWall& wall = *ventricle->wall;
-    out.place_mm = over_segment(wall, script.segment, *heart, end_diastole_s);
+    const std::optional<Vec3> over = over_segment(wall, script.segment, *heart, end_diastole_s);
+    if (!over) {
+      throw_invalid("a finger cannot reach the segment " +
+                    std::string(palpation::segment_name(script.segment)) +
+                    " from outside: other heart lies over its wall; press another segment");
+    }
+    out.place_mm = *over;
     const palpation::WallPlace place =
         wall.nearest(out.place_mm, end_diastole_s / manifest.rr_interval_s);
     out.wall = PressedWall{place, ventricle->tissue.at(place)};

@@ -38,6 +38,11 @@ struct AtlasPress {
   std::vector<TissueForce> tissues;
 };
 
+/// Of the free wall from its anterior end, mid ventricle first, then base and apex, the first
+/// segment (1..17) that a finger reaches from outside. @param package opened with needs_of_press
+/// @throws Error{InvalidInput} if there is none
+[[nodiscard]] int reachable_segment(const atlas::Atlas& package, const palpation::LvWall& wall);
+
 /// @param package opened with needs_of_press  @param script as run_press ran it
 /// @param ventricle of the package; none: the place's tissue is that of script.segment
 /// @throws Error{InvalidInput} if the segment cannot be reached from outside, as the septum.

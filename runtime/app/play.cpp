@@ -15,6 +15,7 @@
 #include "runtime/app/headless.h"
 #include "runtime/app/press_session.h"
 #include "runtime/app/probe_command.h"
+#include "runtime/app/sensitivity.h"
 #include "runtime/app/text.h"
 #include "runtime/app/ticks.h"
 #include "runtime/app/touch.h"
@@ -66,6 +67,13 @@ struct PlayArguments {
   bool json = false;
   bool scene_named = false;
   PressArguments press;
+};
+
+struct SensitivityArguments {
+  std::string folder;
+  std::string parameters;
+  std::string preset;
+  bool json = false;
 };
 
 struct TicksArguments {
@@ -390,12 +398,39 @@ void add_play(CLI::App& app, PlayArguments& arguments) {
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   app.add_option("--press-segment", arguments.press.segment,
-                 "AHA segment that is pressed, by name: mid_anterior if not said")
+                 "AHA segment that is pressed, by name; if not said mid_anterior, or on a package "
+                 "the first of the "
+                 "free wall that a finger reaches")
       ->check(CLI::IsMember(segment_names()));
   app.add_option("--parameters", arguments.press.parameters,
                  "JSON of muscle, circulation and disease, for --press or --model patch");
   app.add_option("--preset", arguments.press.preset, "of them, for --press or --model patch")
       ->check(CLI::IsMember(palpation::palpation_presets()));
+}
+
+CLI::App* add_sensitivity(CLI::App& app, SensitivityArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "sensitivity",
+      "what each constant of paper B's trainer does to force and loop, at half and twice");
+  command->add_option("-o,--output", arguments.folder, "folder for sensitivity.json and .md");
+  command->add_option("--parameters", arguments.parameters,
+                      "JSON of muscle, circulation and disease");
+  command->add_option("--preset", arguments.preset, "of them")
+      ->check(CLI::IsMember(palpation::palpation_presets()));
+  command->add_flag("--json", arguments.json, "report as JSON");
+  command->footer("Example:\n  beatlas-play sensitivity -o out");
+  return command;
+}
+
+void run_sensitivity(const SensitivityArguments& arguments, std::ostream& out) {
+  const ToldMuscle told = told_muscle(arguments.parameters, arguments.preset);
+  if (!told.regions.empty()) {
+    throw_invalid(arguments.parameters + ": /regions are found on an atlas's wall; leave them out");
+  }
+  const Sensitivity found = sensitivity_of(told.parameters);
+  if (!arguments.folder.empty()) write_sensitivity(found, arguments.folder);
+  out << (arguments.json ? json_text(sensitivity_json(found), 2) + "\n"
+                         : sensitivity_markdown(found));
 }
 
 }  // namespace
@@ -409,7 +444,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       "  beatlas-play PACKAGE --headless [OPTIONS]\n"
       "  beatlas-play [PACKAGE] --headless --scene palpation --press FOLDER [OPTIONS]\n"
       "  beatlas-play probe PACKAGE --points P.csv [-o OUT.csv]\n"
-      "  beatlas-play replay-ticks PACKAGE TICKS",
+      "  beatlas-play replay-ticks PACKAGE TICKS\n"
+      "  beatlas-play sensitivity [-o FOLDER]",
       "beatlas-play");
   PlayArguments play_arguments;
   add_play(app, play_arguments);
@@ -429,6 +465,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
   ticks_command->add_option("PACKAGE", ticks_arguments.package, "a .beatlas file")->required();
   ticks_command->add_option("TICKS", ticks_arguments.file, "what --ticks wrote")->required();
   ticks_command->footer("Example:\n  beatlas-play replay-ticks heart.beatlas session.ticks");
+  SensitivityArguments sensitivity_arguments;
+  const CLI::App* sensitivity_command = add_sensitivity(app, sensitivity_arguments);
   try {
     app.parse(argc, argv);
     play_arguments.scene_named = app.count("--scene") > 0;
@@ -436,6 +474,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       run_probe(probe_arguments, in, out);
     } else if (ticks_command->parsed()) {
       replay_ticks_file(ticks_arguments.package, ticks_arguments.file, out);
+    } else if (sensitivity_command->parsed()) {
+      run_sensitivity(sensitivity_arguments, out);
     } else if (play_arguments.list_devices) {
       out << device::list_devices(play_arguments.hardware);
     } else {

@@ -42,6 +42,10 @@ void run_press_session(const PressArguments& arguments, std::ostream& out) {
     ventricle = ventricle_of(*package, told, file);
     if (ventricle) parameters.infarct = ventricle->tissue.infarct;
     scale_to_atlas(parameters, package->manifest(), file);
+    if (ventricle && arguments.segment.empty()) {
+      script.segment = reachable_segment(*package, *ventricle->wall);
+      script.long_axis = long_axis_of(script.segment);
+    }
   }
   if (arguments.heart_rate_per_min > 0) {
     parameters.circulation.heart_rate_per_min = arguments.heart_rate_per_min;

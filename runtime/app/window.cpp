@@ -16,7 +16,7 @@ namespace beatlas::app {
 
 bool wants_picture(int argc, const char* const* argv) {
   const std::string_view first = argc < 2 ? "" : argv[1];
-  if (first == "probe" || first == "replay-ticks") return false;
+  if (first == "probe" || first == "replay-ticks" || first == "sensitivity") return false;
   constexpr std::array<std::string_view, 4> kWithout{"--headless", "--list-devices", "--help",
                                                      "-h"};
   return std::none_of(argv + 1, argv + argc, [&](const char* word) {

@@ -63,7 +63,7 @@ with tempfile.TemporaryDirectory(prefix="beatlas-help-") as folder:
     assert usage_error("beatlas build exam/ --fast", folder)
 # The runtime's program, whose options are its command and two others.
 PROGRAM = str(pathlib.Path(PROGRAM).parent / "beatlas-play")
-for words in ([], ["probe"], ["replay-ticks"]):
+for words in ([], ["probe"], ["replay-ticks"], ["sensitivity"]):
     text = help_of(*words)
     synopsis, examples = re.search(r"^Usage: .+", text, re.MULTILINE), part(text, "Example")
     if not synopsis or not examples:

@@ -181,6 +181,16 @@ TEST_F(AtlasPresses, ThatOtherHeartLiesUnderAreRefusedByTheSegmentsName) {
   }
 }
 
+TEST_F(AtlasPresses, NotToldWherePressWhereAFingerCanReach) {
+  const auto segment = [](const std::string& package) {
+    const std::string said = session(package, "");
+    EXPECT_EQ(said.front(), '{') << said;
+    return nlohmann::json::parse(said)["atlas"]["wall"]["segment"].get<std::string>();
+  };
+  EXPECT_EQ(segment("heart.beatlas"), "mid_anterior");
+  EXPECT_NE(session("buried.beatlas", "").find("can reach no segment"), std::string::npos);
+}
+
 TEST_F(AtlasPresses, WithoutAMapPressTheFreeWallAsBefore) {
   const AtlasPress found = press("plain.beatlas", "healthy", 7, 4);
   EXPECT_FALSE(found.wall.has_value());
