@@ -16,6 +16,7 @@
 
 class QCheckBox;
 class QComboBox;
+class QDoubleSpinBox;
 class QFormLayout;
 class QLabel;
 class QLineEdit;
@@ -107,6 +108,9 @@ class HeartWindow : public QMainWindow {
   void looks_changed();
   void show_looks();
   void show_pressures();
+  void make_constants(QFormLayout* form);
+  void list_constants();
+  void show_constant();
   void colour_changed();
   void stiffness_changed();
   void reset();
@@ -156,6 +160,8 @@ class HeartWindow : public QMainWindow {
   QSpinBox* left_atrium_ = nullptr;
   QSpinBox* right_atrium_ = nullptr;
   QComboBox* preset_ = nullptr;
+  QComboBox* constant_ = nullptr;  ///< which number of the parameters
+  QDoubleSpinBox* constant_value_ = nullptr;
   QPushButton* reset_ = nullptr;
   QMenu* recent_ = nullptr;
   QTimer* timer_ = nullptr;

@@ -138,6 +138,7 @@ void HeartWindow::make_controls() {
   feel_form->addRow("Left atrium", left_atrium_);
   feel_form->addRow("Right atrium", right_atrium_);
   feel_form->addRow("Disease", preset_);
+  make_constants(feel_form);
   feel_form->addRow(reset_);
   column->addWidget(feel);
   column->addStretch(1);
@@ -227,11 +228,13 @@ void HeartWindow::connect_controls() {
   connect(left_atrium_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int mmhg) {
     guard([&] {
       if (live_) live_->touch().set_left_atrial_mmhg(mmhg);
+      show_constant();
     });
   });
   connect(right_atrium_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int mmhg) {
     guard([&] {
       if (live_) live_->touch().set_right_atrial_mmhg(mmhg);
+      show_constant();
     });
   });
   connect(model_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this](int model) {
@@ -257,6 +260,7 @@ void HeartWindow::show_pressures() {
   const QSignalBlocker quiet_right(right_atrium_);
   left_atrium_->setValue(static_cast<int>(std::lround(now.left_atrial_mmhg)));
   right_atrium_->setValue(static_cast<int>(std::lround(now.right_atrial_mmhg)));
+  list_constants();
 }
 
 void HeartWindow::make_structures(QVBoxLayout* column) {

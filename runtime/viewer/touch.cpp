@@ -200,6 +200,46 @@ void Touch::set_right_atrial_mmhg(double mmhg) {
   wish(parameters);
 }
 
+std::vector<std::string> Touch::constants() const {
+  std::vector<std::string> names;
+  const nlohmann::json flat = palpation::palpation_to_json(wished_).flatten();
+  for (const auto& [pointer, value] : flat.items()) {
+    if (value.is_number() && pointer != "/version") names.push_back(pointer.substr(1));
+  }
+  return names;
+}
+
+double Touch::constant(const std::string& name) const {
+  const nlohmann::json all = palpation::palpation_to_json(wished_);
+  const nlohmann::json::json_pointer place("/" + name);
+  if (!all.contains(place) || !all[place].is_number()) {
+    throw_invalid("the trainer has no constant " + name);
+  }
+  return all[place].get<double>();
+}
+
+void Touch::set_constant(const std::string& name, double value) {
+  if (name == "circulation/heart_rate_per_min") {
+    set_heart_rate(value);
+    return;
+  }
+  palpation::PalpationParameters parameters = wished_;
+  if (name == "circulation/weight_kg") {
+    if (!(value >= 1 && value <= 500)) throw_invalid(name + " must be from 1 to 500");
+    parameters.circulation = palpation::at_weight(wished_.circulation, value);
+  } else {
+    (void)constant(name);
+    nlohmann::json all = palpation::palpation_to_json(wished_);
+    all[nlohmann::json::json_pointer("/" + name)] = value;
+    parameters = palpation::palpation_from_json(all);
+    parameters.infarct = wished_.infarct;
+    if (wall_) {
+      parameters.infarct = palpation::tissue_of_wall(*wall_, parameters.segments, {}, {}).infarct;
+    }
+  }
+  wish(parameters);
+}
+
 std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
   if (!muscle_ || felt.servo.distance_mm >= 0) return std::nullopt;
   // The surface over the tool.

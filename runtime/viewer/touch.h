@@ -93,6 +93,14 @@ class Touch {
   void set_preset(const std::string& name);
   void set_left_atrial_mmhg(double mmhg);
   void set_right_atrial_mmhg(double mmhg);
+  /// Every number of the parameters by its place in their JSON, as "muscle/middle/k_v_n_per_m";
+  /// changed, it acts at once on the muscle under the tool and within a quarter of a second on the
+  /// circulation. "circulation/weight_kg" scales all that goes with the size of the body.
+  [[nodiscard]] std::vector<std::string> constants() const;
+  /// @throws Error{InvalidInput} if there is none of that name
+  [[nodiscard]] double constant(const std::string& name) const;
+  /// @throws Error{InvalidInput} by the name and the range
+  void set_constant(const std::string& name, double value);
   /// As settings.model.
   void set_model(const std::string& model);
   [[nodiscard]] const palpation::PalpationParameters& parameters() const { return wished_; }

@@ -121,6 +121,50 @@ TEST_F(Live, TheAtriumsPressureIsFeltWhileItChanges) {
   EXPECT_LT(largest_step_n, 0.05) << "5 gf: a change is no blow (the slew's limit is 50 N/s)";
 }
 
+TEST_F(Live, EveryConstantChangesWhileItRuns) {
+  Touch touch(heart_.atlas->manifest(), heart_.field, TouchSettings{.model = "patch"});
+  double time_s = 0;
+  const auto felt = [&] {  // mean force over the second half of some seconds
+    double sum_n = 0;
+    constexpr int kTicks = 4000;
+    for (int n = 0; n < kTicks; ++n) {
+      time_s += 1e-3;
+      const double force_n = touch.tick({.time_s = time_s, .position_mm = inside_mm_}).norm();
+      if (n >= kTicks / 2) sum_n += force_n / (kTicks / 2);
+    }
+    return sum_n;
+  };
+  const std::vector<std::string> names = touch.constants();
+  EXPECT_GT(names.size(), 35U);
+  for (const std::string& name : names) EXPECT_NO_THROW((void)touch.constant(name)) << name;
+  const double before_n = felt();
+  EXPECT_EQ(touch.constant("muscle/middle/k_v_n_per_m"), 75);
+  touch.set_constant("muscle/middle/k_v_n_per_m", 150);
+  EXPECT_GT(felt(), 1.2 * before_n);
+  touch.set_constant("muscle/middle/k_v_n_per_m", 75);
+  EXPECT_NEAR(felt(), before_n, 0.06 * before_n);  // a mean over no whole number of beats
+  // A weight scales what goes with it.
+  const double resistance = touch.constant("circulation/resistance_mmhg_s_per_ml");
+  const double weight_kg = touch.constant("circulation/weight_kg");
+  touch.set_constant("circulation/weight_kg", 2 * weight_kg);
+  EXPECT_NEAR(touch.constant("circulation/resistance_mmhg_s_per_ml"),
+              resistance * std::pow(2, -0.75), 1e-9 * resistance);
+  touch.set_constant("circulation/heart_rate_per_min", 90);
+  EXPECT_EQ(touch.settings().heart_rate_per_min, 90);
+  const auto refusal = [&](const std::string& name, double value) -> std::string {
+    try {
+      touch.set_constant(name, value);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refusal("circulation/left_atrial_mmhg", 41).find("0 to 40"), std::string::npos);
+  EXPECT_NE(refusal("circulation/weight_kg", 0).find("1 to 500"), std::string::npos);
+  EXPECT_NE(refusal("circulation/colour", 1).find("no constant"), std::string::npos);
+  EXPECT_EQ(touch.constant("circulation/left_atrial_mmhg"), 9) << "a refusal changes nothing";
+}
+
 TEST_F(Live, ADeviceThatEndsLeavesTheToolToTheMouse) {
   const auto live = this->live();
   live->use({.device = std::make_unique<StillHand>(inside_mm_, [] {})});

@@ -196,6 +196,32 @@ TEST_F(Window, MorePressureInTheRightAtriumRaisesTheAortasAndMovesTheLoop) {
   EXPECT_EQ(rap.value(), 7) << "a preset has its own";
 }
 
+TEST_F(Window, AnyConstantIsChangedByItsName) {
+  const auto made = window();
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  auto& names = find<QComboBox>(*made, "constant");
+  auto& value = find<QDoubleSpinBox>(*made, "constant_value");
+  names.setCurrentText("circulation/left_atrial_mmhg");
+  EXPECT_EQ(value.value(), 9);
+  value.setValue(12);
+  EXPECT_EQ(find<QSpinBox>(*made, "lap").value(), 12);
+  find<QSpinBox>(*made, "lap").setValue(5);
+  EXPECT_EQ(value.value(), 5);
+  value.setValue(50);  // beyond 40
+  EXPECT_EQ(value.value(), 5);
+  EXPECT_NE(made->message().toStdString().find("left_atrial_mmhg"), std::string::npos);
+  const auto aortic = [&] {
+    return made->live()->touch().felt().circulation.beat.aortic_mean_mmhg;
+  };
+  EXPECT_TRUE(QTest::qWaitFor([&] { return aortic() > 0; }, 8000)) << "beats";
+  names.setCurrentText("circulation/aortic_target_mmhg");
+  EXPECT_EQ(value.value(), 0);
+  value.setValue(45);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return std::abs(aortic() - 45) < 4; }, 20000)) << aortic();
+  find<QComboBox>(*made, "preset").setCurrentText("dilated_cardiomyopathy");
+  EXPECT_EQ(value.value(), 0) << "a preset has its own";
+}
+
 TEST_F(Window, DiseaseIsFeltWhereItLies) {
   pack::PackageContent content = test::sample_content(6, 40, 2, 4);
   atlas::SurfaceMapPayload& map = content.maps.at(0);
