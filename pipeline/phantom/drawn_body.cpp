@@ -21,6 +21,8 @@ DrawnBody::DrawnBody(const Family& family, float heart_reach) : seed_(family.see
   aorta_ = {spine_.x() + family.number("descending_x"),
             spine_.y() - spine_radius_ - family.number("descending_y"), 0};
   column_ = 15 + family.number("mediastinum");
+  fat_pad_ = family.number("fat_pad");
+  fat_pad_reach_ = 0.75F * heart_reach;
   diaphragm_ = -heart_reach * family.number("diaphragm");
   liver_to_ = family.number("liver_to");
   stomach_ = {family.number("stomach_x"), family.number("stomach_y"),
@@ -165,6 +167,8 @@ Tissue DrawnBody::at(const Vec3F& lps) const {
     const float grain = lattice_noise(lps / 11, seed_ ^ 0x73U);
     return grain > 0.5F ? Tissue::Vessel : grain > -0.1F ? Tissue::Fat : Tissue::Mediastinum;
   }
+  const float near = 1 - lps.norm() / fat_pad_reach_;
+  if (lattice_noise(lps / 28, seed_ ^ 0x75U) + 1 < 4 * fat_pad_ * near) return Tissue::Fat;
   return lattice_noise(lps / 7, seed_ ^ 0x74U) > 0.7F ? Tissue::Vessel : Tissue::Lung;
 }
 

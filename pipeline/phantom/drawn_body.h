@@ -39,6 +39,8 @@ class DrawnBody {
   Vec3F chest_ = Vec3F::Zero();  ///< the chest's middle line passes through it
   float width_ = 0, depth_ = 0, skin_ = 0, muscle_ = 0;
   float spine_radius_ = 20, descending_ = 10, column_ = 25, diaphragm_ = 0, liver_to_ = 0;
+  float fat_pad_ = 0;        ///< share of the lung beside the heart that is fat
+  float fat_pad_reach_ = 1;  ///< mm from the heart's middle
   Vec3F spine_ = Vec3F::Zero();
   Vec3F aorta_ = Vec3F::Zero();
   Vec3F stomach_ = Vec3F::Zero();

@@ -272,10 +272,12 @@ DrawnHeart::Ventricle DrawnHeart::left(const Vec3F& place, const Moment& moment)
 float DrawnHeart::rv_depth(float share, float cosine, float sine) const {
   // Leant over, the arc keeps its ends: the longer side falls off more slowly.
   const float way = std::atan2(sine, cosine);
-  const float off = way - rv_lean_;
-  const float angle =
-      std::abs(off) / (off > 0 ? rv_half_angle_ - rv_lean_ : rv_half_angle_ + rv_lean_);
   const float height = std::max(share, 0.0F) / rv_length_;
+  const float narrowed = std::max(0.05F, 1 - rv_narrowing_ * height);
+  const float lean = narrowed * rv_lean_;
+  const float half = narrowed * rv_half_angle_;
+  const float off = way - lean;
+  const float angle = std::abs(off) / (off > 0 ? half - lean : half + lean);
   if (angle >= 1 || height >= 1) return -1;
   const float round = std::pow(std::cos(0.5F * kPi * angle), rv_roundness_);
   return rv_depth_ * round * std::pow(1 - std::pow(height, 1.8F), rv_taper_);
@@ -287,6 +289,7 @@ void DrawnHeart::size_right(const Family& family) {
   rv_length_ = family.number("rv_length");
   rv_lean_ = degrees(family.number("rv_lean"));
   rv_taper_ = family.number("rv_taper");
+  rv_narrowing_ = family.number("rv_narrowing");
   tricuspid_ = family.number("tricuspid_beyond_mitral");
   rv_tilt_x_ = tilt_x_ + 0.12F * family.normal("tricuspid_tilt_x");
   rv_tilt_y_ = tilt_y_ + 0.12F * family.normal("tricuspid_tilt_y");

@@ -133,6 +133,7 @@ class DrawnHeart {
   float rv_depth_ = 0, rv_half_angle_ = 1, rv_roundness_ = 1, rv_length_ = 1, rv_loss_ = 0;
   float tapse_ = 0, tricuspid_ = 0, rv_wall_ = 0, rv_trabeculae_ = 0;
   float rv_reach_ = 0, rv_lean_ = 0, rv_taper_ = 1, rv_tilt_x_ = 0, rv_tilt_y_ = 0;
+  float rv_narrowing_ = 0;  ///< of the arc over which the RV leans on the LV, toward its apex
   std::array<Tube, 2> outflow_{};
   // Beyond the base
   Ball la_, ra_;

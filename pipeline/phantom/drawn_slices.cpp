@@ -58,8 +58,8 @@ float short_axis_height(const Family& family, float length) {
   const float u = family.uniform("height");
   if (kind < 0.12F) return -45 + 37 * u;
   if (kind < 0.36F) return -8 + 20 * u;
-  if (kind < 0.74F) return 12 + (0.7F * length - 12) * u;
-  if (kind < 0.93F) return length * (0.7F + 0.3F * u) + 6 * u;
+  if (kind < 0.68F) return 12 + (0.7F * length - 12) * u;
+  if (kind < 0.94F) return length * (0.7F + 0.3F * u) + 6 * u;
   return length + 3 + 20 * u;
 }
 
@@ -163,7 +163,9 @@ class Cutter {
 }  // namespace
 
 std::vector<DrawnSample> drawn_samples(std::uint32_t seed) {
-  const Family family(seed, Purpose::Training);
+  const Ranges ranges =
+      Family(seed, Purpose::Training).happens("usual_exam") ? Ranges::Usual : Ranges::Whole;
+  const Family family(seed, Purpose::Training, ranges);
   const DrawnHeart heart(family);
   const DrawnBody body(family, heart.reach());
   const Eigen::Matrix3f axes = heart_axes(family);
@@ -206,8 +208,8 @@ std::vector<DrawnSample> drawn_samples(std::uint32_t seed) {
     for (std::size_t b = 0; b < 2; ++b) {
       cutter.paint_heart(beside[b], contractions[shown_frame], neighbours[b]);
     }
-    out.push_back(imaged(Family(seed * 3 + static_cast<std::uint32_t>(n), Purpose::Training),
-                         frames, shown_frame, neighbours));
+    const Family image(seed * 3 + static_cast<std::uint32_t>(n), Purpose::Training, ranges);
+    out.push_back(imaged(image, frames, shown_frame, neighbours));
   }
   return out;
 }

@@ -23,13 +23,24 @@ struct Range {
   float chance = 0;
 };
 
-const Range& range_of(std::string_view name) {
-  static const std::unordered_map<std::string, Range> table = [] {
-    std::unordered_map<std::string, Range> out;
+struct Row {
+  Range whole;
+  Range usual;
+};
+
+Range range_in(const nlohmann::json& row, const Range& otherwise) {
+  return {row.value("low", otherwise.low), row.value("high", otherwise.high), otherwise.log,
+          row.value("chance", otherwise.chance)};
+}
+
+const Range& range_of(std::string_view name, Ranges ranges) {
+  static const std::unordered_map<std::string, Row> table = [] {
+    std::unordered_map<std::string, Row> out;
     const nlohmann::json rows = nlohmann::json::parse(kFamilyText);
     for (const auto& [key, row] : rows.items()) {
-      out[key] = {row.value("low", 0.0F), row.value("high", 0.0F),
-                  row.value("law", std::string()) == "log", row.value("chance", 0.0F)};
+      const bool log = row.value("law", std::string()) == "log";
+      const Range whole = range_in(row, {0, 0, log, 0});
+      out[key] = {whole, row.contains("usual") ? range_in(row["usual"], whole) : whole};
     }
     return out;
   }();
@@ -37,7 +48,7 @@ const Range& range_of(std::string_view name) {
   if (at == table.end()) {
     throw std::logic_error("family.json has no row \"" + std::string(name) + "\"");
   }
-  return at->second;
+  return ranges == Ranges::Usual ? at->second.usual : at->second.whole;
 }
 
 /// FNV-1a (Fowler, Noll, Vo).
@@ -70,19 +81,19 @@ float Family::normal(std::string_view name, std::uint32_t index) const {
 }
 
 float Family::number(std::string_view name, std::uint32_t index) const {
-  const Range& range = range_of(name);
+  const Range& range = range_of(name, ranges_);
   const float u = uniform(name, index);
   return range.log ? range.low * std::pow(range.high / range.low, u)
                    : range.low + (range.high - range.low) * u;
 }
 
 bool Family::in_range(std::string_view name, float value) {
-  const Range& range = range_of(name);
+  const Range& range = range_of(name, Ranges::Whole);
   return range.low <= value && value <= range.high;
 }
 
 bool Family::happens(std::string_view name, std::uint32_t index) const {
-  return uniform(name, index) < range_of(name).chance;
+  return uniform(name, index) < range_of(name, ranges_).chance;
 }
 
 }  // namespace beatlas::phantom

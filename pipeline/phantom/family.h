@@ -11,14 +11,20 @@ namespace beatlas::phantom {
 /// so that a network is not judged on what it learned from.
 enum class Purpose : std::uint32_t { Training, Judging };
 
+/// How far a draw goes: through every range whole; or, where a row says what is usual, as exams of
+/// a clinic mostly are, which may lie beyond the range that others are drawn from.
+enum class Ranges : std::uint8_t { Whole, Usual };
+
 /// The numbers of one draw. Each is a function of the seed, its name and its index alone, so that a
 /// number added to the table changes no other.
 class Family {
  public:
-  Family(std::uint32_t seed, Purpose purpose) noexcept : seed_(seed), purpose_(purpose) {}
+  Family(std::uint32_t seed, Purpose purpose, Ranges ranges = Ranges::Whole) noexcept
+      : seed_(seed), purpose_(purpose), ranges_(ranges) {}
 
   [[nodiscard]] std::uint32_t seed() const noexcept { return seed_; }
   [[nodiscard]] Purpose purpose() const noexcept { return purpose_; }
+  [[nodiscard]] Ranges ranges() const noexcept { return ranges_; }
   /// A number of the table within its range, by its law: uniform or, where a quantity spans
   /// factors, uniform in its logarithm. @throws std::logic_error if family.json has no such row
   [[nodiscard]] float number(std::string_view name, std::uint32_t index = 0) const;
@@ -40,6 +46,7 @@ class Family {
 
   std::uint32_t seed_;
   Purpose purpose_;
+  Ranges ranges_;
 };
 
 }  // namespace beatlas::phantom

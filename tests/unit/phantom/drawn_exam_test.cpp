@@ -32,6 +32,23 @@ double curve_end(const nlohmann::json& truth, const std::string& name, bool most
   return -1;
 }
 
+TEST(Family, DrawsWhatIsUsualWhereItIsAskedTo) {
+  int unlike = 0;
+  for (std::uint32_t seed = 0; seed < 200; ++seed) {
+    const Family whole(seed, Purpose::Training);
+    const Family usual(seed, Purpose::Training, Ranges::Usual);
+    EXPECT_GE(usual.number("snr"), 20);
+    EXPECT_LE(usual.number("snr"), 60);
+    EXPECT_FALSE(usual.happens("random_contrast"));
+    EXPECT_EQ(whole.number("fat_pad"), 0);
+    EXPECT_EQ(whole.number("lv_edv"), usual.number("lv_edv"))
+        << "no row of that says what is usual";
+    EXPECT_EQ(Family(seed, Purpose::Judging).ranges(), Ranges::Whole);
+    unlike += whole.number("snr") != usual.number("snr") ? 1 : 0;
+  }
+  EXPECT_GT(unlike, 190);
+}
+
 TEST(DrawnExam, VolumesAreWithinTheirStatedErrorOfAFinerLattice) {
   for (const std::uint32_t seed : {7U, 8U}) {
     const DrawnHeart heart(Family(seed, Purpose::Judging));
