@@ -40,7 +40,7 @@ class Figures(unittest.TestCase):
 
     def test_a_figure_changed_by_hand_is_noticed(self):
         self.change(self.readme, "| natural | 49.8 |", "| natural | 52.0 |")
-        self.assert_noticed("palpation", "52.0", "49.9")
+        self.assert_noticed("palpation", "52.0", "49.8")
 
     def test_a_line_that_is_missing_or_too_much_is_noticed(self):
         self.change(self.readme, "| natural | 49.8 |", "| natural, no line |\n| natural | 49.8 |")
