@@ -16,7 +16,7 @@ struct Targets {
 };
 
 /// The parameters whose natural beat has what `targets` names, within 0.1 %, with
-/// `reference_volume_ml` set to its end-diastolic volume. The weight begins at 25 kg a 49.9 ml.
+/// `reference_volume_ml` set to its end-diastolic volume. The weight begins at 25 kg a 49.8 ml.
 /// @throws Error{InvalidInput} if a target is out of range or no circulation in range has it.
 [[nodiscard]] CirculationParameters fit_circulation(const CirculationParameters& start,
                                                     const Targets& targets);

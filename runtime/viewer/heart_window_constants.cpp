@@ -18,15 +18,14 @@ void HeartWindow::make_constants(QFormLayout* form) {
   constant_->setObjectName("constant");
   constant_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   constant_->setMinimumContentsLength(10);
-  constant_->setToolTip("Every number of the muscle, the circulation and the disease");
   constant_value_ = new QDoubleSpinBox;
   constant_value_->setObjectName("constant_value");
   constant_value_->setDecimals(kDecimals);
   constant_value_->setRange(0, kLargest);
   constant_value_->setStepType(QAbstractSpinBox::AdaptiveDecimalStepType);
   constant_value_->setKeyboardTracking(false);
-  form->addRow("Constant", constant_);
-  form->addRow("is", constant_value_);
+  form->addRow(constant_);  // its names are as long as the panel is wide
+  form->addRow("Value", constant_value_);
   connect(constant_, qOverload<int>(&QComboBox::currentIndexChanged), this,
           [this] { show_constant(); });
   connect(constant_value_, qOverload<double>(&QDoubleSpinBox::valueChanged), this,
@@ -42,6 +41,7 @@ void HeartWindow::make_constants(QFormLayout* form) {
 void HeartWindow::show_constant() {
   const QSignalBlocker quiet(constant_value_);
   const std::string name = constant_->currentText().toStdString();
+  constant_->setToolTip("A number of muscle, circulation or disease: " + constant_->currentText());
   constant_value_->setEnabled(live_ && !name.empty());
   if (constant_value_->isEnabled()) constant_value_->setValue(live_->touch().constant(name));
 }
