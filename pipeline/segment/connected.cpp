@@ -69,6 +69,20 @@ class Parts {
     return out;
   }
 
+  /// The same of the phases in which each part is.
+  template <class Measure>
+  [[nodiscard]] std::vector<std::size_t> sums_of_phases(const Measure& measure) {
+    std::vector<std::size_t> out(runs_.size(), 0);
+    std::vector<std::size_t> seen(runs_.size(), static_cast<std::size_t>(-1));  // last phase
+    for (std::uint32_t at = 0; at < runs_.size(); ++at) {
+      const std::uint32_t part = root(at);
+      if (seen[part] == runs_[at].phase) continue;
+      seen[part] = runs_[at].phase;
+      out[part] += measure(runs_[at].phase);
+    }
+    return out;
+  }
+
   /// The part that measures most.
   static std::size_t most(const std::vector<std::size_t>& sums) {
     return static_cast<std::size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
@@ -128,6 +142,11 @@ std::array<bool, 256> those(const std::vector<std::uint8_t>& labels) {
   return out;
 }
 
+Grid slice_of(Grid grid) {
+  grid.size[2] = 1;
+  return grid;
+}
+
 }  // namespace
 
 void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
@@ -143,95 +162,62 @@ void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t inste
 void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                                 ImageCycle<std::uint8_t>& labels) {
   const std::array<bool, 256> wanted = those(of_labels);
-  Grid one = labels.grid;
-  one.size[2] = 1;
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    for (int k = 0; k < labels.grid.size[2]; ++k) {
-      std::uint8_t* slice = labels.phases[p].data() + labels.grid.offset(0, 0, k);
-      Parts parts(one, 1, [&](std::size_t, std::size_t v) { return wanted[slice[v]]; });
-      for (const Run& run : parts.others()) {
-        run.each(one.size[0], [&](std::size_t v) { slice[v] = instead; });
-      }
-    }
-  });
-}
-
-void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
-                                ImageCycle<std::uint8_t>& labels) {
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    std::vector<std::uint8_t>& phase = labels.phases[p];
-    Parts parts(labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == label; });
+  const Grid one = slice_of(labels.grid);
+  parallel_for(static_cast<std::size_t>(labels.grid.size[2]), [&](std::size_t k) {
+    const std::size_t first = k * one.count();
+    Parts parts(one, labels.phases.size(),
+                [&](std::size_t p, std::size_t v) { return wanted[labels.phases[p][first + v]]; });
     for (const Run& run : parts.others()) {
-      run.each(labels.grid.size[0], [&](std::size_t v) { phase[v] = instead; });
+      run.each(one.size[0], [&](std::size_t v) { labels.phases[run.phase][first + v] = instead; });
     }
   });
 }
 
-void keep_within_fullest(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
-                         ImageCycle<std::uint8_t>& labels) {
-  std::vector<std::ptrdiff_t> sizes;
-  for (const std::vector<std::uint8_t>& phase : labels.phases) {
-    sizes.push_back(std::count(phase.begin(), phase.end(), cavity));
+void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
+                  ImageCycle<std::uint8_t>& labels) {
+  const Grid one = slice_of(labels.grid);
+  const int slices = labels.grid.size[2];
+  const auto area = [&](std::size_t p, int k, std::uint8_t label) {
+    const auto first =
+        labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, 0, k));
+    return static_cast<std::size_t>(
+        std::count(first, first + static_cast<std::ptrdiff_t>(one.count()), label));
+  };
+  const auto volume = [&](int k, std::uint8_t label) {
+    std::size_t sum = 0;
+    for (std::size_t p = 0; p < labels.phases.size(); ++p) sum += area(p, k, label);
+    return sum;
+  };
+  int first = -1;
+  for (int k = 0; k < slices; ++k) {
+    if (volume(k, cavity) > 0 && (first < 0 || volume(k, wall) > volume(first, wall))) first = k;
   }
-  const auto largest = std::max_element(sizes.begin(), sizes.end()) - sizes.begin();
-  const std::vector<std::uint8_t> fullest = labels.phases[static_cast<std::size_t>(largest)];
-  Grid one = labels.grid;
-  one.size[2] = 1;
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    for (int k = 0; k < labels.grid.size[2]; ++k) {
-      const std::size_t first = labels.grid.offset(0, 0, k);
-      std::uint8_t* slice = labels.phases[p].data() + first;
-      const std::uint8_t* then = fullest.data() + first;
-      Parts parts(one, 1, [&](std::size_t, std::size_t v) { return slice[v] == cavity; });
+  if (first < 0) return;
+  for (const int way : {-1, 1}) {
+    for (int k = first + way; k >= 0 && k < slices; k += way) {
+      const std::size_t here = labels.grid.offset(0, 0, k);
+      const std::size_t before = labels.grid.offset(0, 0, k - way);
+      Parts parts(one, labels.phases.size(), [&](std::size_t p, std::size_t v) {
+        return labels.phases[p][here + v] == cavity;
+      });
       const std::vector<std::size_t> voxels = parts.sums(length_of);
-      const std::vector<std::size_t> within = parts.sums([&](const Run& run) {
+      const std::vector<std::size_t> shared = parts.sums([&](const Run& run) {
         std::size_t count = 0;
-        run.each(one.size[0],
-                 [&](std::size_t v) { count += then[v] == cavity || then[v] == wall ? 1 : 0; });
+        run.each(one.size[0], [&](std::size_t v) {
+          count += labels.phases[run.phase][before + v] == cavity ? 1 : 0;
+        });
         return count;
       });
-      const auto goes = [&](std::size_t part) { return 2 * within[part] < voxels[part]; };
+      const std::vector<std::size_t> there =
+          parts.sums_of_phases([&](std::size_t p) { return area(p, k - way, cavity); });
+      const auto goes = [&](std::size_t part) {
+        return 2 * shared[part] < std::min(voxels[part], there[part]) || shared[part] == 0;
+      };
       for (const Run& run : parts.runs_of(goes)) {
-        run.each(one.size[0], [&](std::size_t v) { slice[v] = instead; });
+        run.each(one.size[0], [&](std::size_t v) { labels.phases[run.phase][here + v] = instead; });
       }
     }
-  });
-}
-
-void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
-                               ImageCycle<std::uint8_t>& labels) {
-  const auto width = static_cast<std::size_t>(labels.grid.size[0]);
-  const auto height = static_cast<std::size_t>(labels.grid.size[1]);
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    std::vector<std::uint8_t>& phase = labels.phases[p];
-    Parts parts(labels.grid, 1, [&](std::size_t, std::size_t v) { return phase[v] == cavity; });
-    // Faces in the plane, of what lies beyond a part and passes the test.
-    const auto faces = [&](const Run& run, const auto& test) {
-      std::size_t count = 0;
-      run.each(labels.grid.size[0], [&](std::size_t v) {
-        const std::size_t i = v % width;
-        const std::size_t j = v / width % height;
-        count += i > 0 && test(phase[v - 1]) ? 1 : 0;
-        count += i + 1 < width && test(phase[v + 1]) ? 1 : 0;
-        count += j > 0 && test(phase[v - width]) ? 1 : 0;
-        count += j + 1 < height && test(phase[v + width]) ? 1 : 0;
-      });
-      return count;
-    };
-    const std::vector<std::size_t> walled = parts.sums([&](const Run& run) {
-      return faces(run, [&](std::uint8_t label) { return label == wall; });
-    });
-    const std::vector<std::size_t> outline = parts.sums([&](const Run& run) {
-      return faces(run, [&](std::uint8_t label) { return label != cavity; });
-    });
-    const std::size_t most = Parts::most(walled);
-    const auto goes = [&](std::size_t part) {
-      return part != most && 2 * walled[part] < outline[part];
-    };
-    for (const Run& run : parts.runs_of(goes)) {
-      run.each(labels.grid.size[0], [&](std::size_t v) { phase[v] = instead; });
-    }
-  });
+  }
 }
 
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {

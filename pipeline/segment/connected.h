@@ -16,26 +16,16 @@ void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels);
 
-/// The same in each slice of each phase for itself: a plane cuts a ventricle in one piece.
+/// The same in each slice for itself, through time: a plane cuts a ventricle in one piece.
 void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                                 ImageCycle<std::uint8_t>& labels);
 
-/// The same of one label in each phase for itself.
-void keep_largest_of_each_phase(std::uint8_t label, std::uint8_t instead,
-                                ImageCycle<std::uint8_t>& labels);
-
-/// A ventricle empties within the place that it fills at its fullest: of what a slice of a phase
-/// has of a cavity in one piece, at least half lies where cavity or wall are in the phase in which
-/// the cavity is largest, or it gets `instead`.
-void keep_within_fullest(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
-                         ImageCycle<std::uint8_t>& labels);
-
-/// Of a cavity each phase keeps the part that has most of its wall about it in the plane of slices
-/// (an atrium that was taken for ventricle may be the larger one at end-systole), and those of
-/// whose outline at least half is wall: where slices lie far apart, a cavity need not overlap with
-/// itself. Half is what experts ask of a basal slice (Schulz-Menger 2020,
-/// doi:10.1186/s12968-020-00610-6).
-void keep_cavity_of_each_phase(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
-                               ImageCycle<std::uint8_t>& labels);
+/// A ventricle's sections lie over each other: of each piece of a slice, through time, at least
+/// half (or half of what the slice before it has, where that is less) lies over the cavity in the
+/// slice before it, counted from the slice that has a section and most of the wall; or it gets
+/// `instead`. Of the LVs of drawn hearts in short-axis slices 5 to 14 mm apart, 99.5 % of the
+/// volume lies so by .79 and more; an aorta above an atrium by none to .5.
+void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
+                  ImageCycle<std::uint8_t>& labels);
 
 }  // namespace beatlas::segment

@@ -212,12 +212,9 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   hold(task, labels);
   keep_connected_heart(labels);
   const std::uint8_t apart = task.by_prior ? kLabelRestOfHeart : kLabelBackground;
-  for (const std::uint8_t ventricle : {kLabelLvBlood, kLabelRvBlood}) {
-    keep_within_fullest(ventricle, kLabelLvMyocardium, apart, labels);
-  }
-  keep_cavity_of_each_phase(kLabelLvBlood, kLabelLvMyocardium, apart, labels);
+  keep_stacked(kLabelLvBlood, kLabelLvMyocardium, apart, labels);
   for (const std::uint8_t cavity : {kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
-    keep_largest_of_each_phase(cavity, apart, labels);
+    keep_largest({cavity}, apart, labels);
   }
   // What the prior took for one may come apart as the images are asked.
   if (task.given.empty() && task.known.phases.empty() && !holds_heart(labels)) throw_no_heart(true);

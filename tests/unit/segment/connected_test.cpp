@@ -46,7 +46,7 @@ TEST(Connected, AFilmOfFatBeyondTheWallIsNoVentricle) {
     // Below the wall of one slice; and beside it, touching by an edge alone.
     fill(labels, 1, {6, 6, 2}, {10, 8, 2}, kLabelRvBlood);
     fill(labels, 1, {5, 6, 3}, {5, 12, 3}, kLabelRvBlood);
-    keep_largest_of_each_phase(kLabelRvBlood, kLabelRestOfHeart, labels);
+    keep_largest({kLabelRvBlood}, kLabelRestOfHeart, labels);
     for (std::size_t p = 0; p < 2; ++p) {
       EXPECT_EQ(count_of(labels, p, kLabelRvBlood), 7 * 7 * 4) << slice_mm;
       EXPECT_EQ(count_of(labels, p, kLabelRvBlood) + count_of(labels, p, kLabelRestOfHeart),
@@ -137,25 +137,42 @@ TEST(Connected, TheCavityInMuscleStaysWhereAnAtriumIsTheLargerPart) {
     fill(labels, p, {4, 4, 6}, {14, 14, 8}, kLabelLvBlood);
     fill(labels, p, {3, 4, 6}, {3, 8, 6}, kLabelLvMyocardium);
   }
-  keep_cavity_of_each_phase(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+  keep_stacked(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
   for (std::size_t p = 0; p < 2; ++p) {
     EXPECT_EQ(count_of(labels, p, kLabelLvBlood), 3 * 3 * 4);
     EXPECT_EQ(count_of(labels, p, kLabelRestOfHeart), 11 * 11 * 3);
   }
 }
 
-TEST(Connected, AVentricleEmptiesWhereItWasFullest) {
+TEST(Connected, SectionsOfAVentricleLieOverEachOther) {
   ImageCycle<std::uint8_t> labels = cycle_of(8);
-  fill(labels, 0, {4, 4, 1}, {12, 12, 5}, kLabelLvMyocardium);
-  fill(labels, 0, {5, 5, 1}, {11, 11, 5}, kLabelLvBlood);
-  // The cavity moves into what was wall; an atrium beyond the base and one beside it do not count.
-  fill(labels, 1, {9, 9, 1}, {12, 12, 4}, kLabelLvBlood);
-  fill(labels, 1, {9, 9, 5}, {16, 16, 5}, kLabelLvBlood);
-  fill(labels, 1, {6, 6, 6}, {8, 8, 6}, kLabelLvBlood);
-  keep_within_fullest(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
-  EXPECT_EQ(count_of(labels, 0, kLabelLvBlood), 7 * 7 * 5);
-  EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 4 * 4 * 4);
-  EXPECT_EQ(count_of(labels, 1, kLabelRestOfHeart), 8 * 8 + 3 * 3);
+  for (std::size_t p = 0; p < 2; ++p) {
+    fill(labels, p, {4, 4, 1}, {13, 13, 4}, kLabelLvMyocardium);
+    fill(labels, p, {6, 6, 2}, {11, 11, 4}, kLabelLvBlood);
+    fill(labels, p, {8, 8, 1}, {9, 9, 1}, kLabelLvBlood);    // narrower at the apex
+    fill(labels, p, {9, 6, 5}, {14, 11, 5}, kLabelLvBlood);  // leans by half
+  }
+  // In one phase alone it reaches on by an edge of what lies beside it in the slice beyond, which
+  // in the other phase nothing holds.
+  for (std::size_t p = 0; p < 2; ++p) fill(labels, p, {2, 6, 6}, {8, 11, 6}, kLabelLvBlood);
+  fill(labels, 0, {9, 6, 6}, {9, 11, 6}, kLabelLvBlood);
+  keep_stacked(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+  for (std::size_t p = 0; p < 2; ++p) {
+    EXPECT_EQ(count_of(labels, p, kLabelLvBlood), 2 * 2 + 6 * 6 * 4);
+  }
+  EXPECT_EQ(count_of(labels, 0, kLabelRestOfHeart), 8 * 6);
+  EXPECT_EQ(count_of(labels, 1, kLabelRestOfHeart), 7 * 6);
+}
+
+TEST(Connected, APlaneCutsAVentricleInOnePieceThroughoutTheBeat) {
+  ImageCycle<std::uint8_t> labels = cycle_of(8);
+  fill(labels, 0, {2, 2, 3}, {7, 7, 3}, kLabelLvBlood);
+  fill(labels, 1, {3, 3, 3}, {5, 5, 3}, kLabelLvBlood);
+  // In the second phase alone the larger one.
+  for (std::size_t p = 0; p < 2; ++p) fill(labels, p, {12, 12, 3}, {15, 15, 3}, kLabelLvBlood);
+  keep_largest_of_each_slice({kLabelLvBlood}, kLabelBackground, labels);
+  EXPECT_EQ(count_of(labels, 0, kLabelLvBlood), 6 * 6);
+  EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 3 * 3);
 }
 
 }  // namespace
