@@ -4,7 +4,6 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/prior/across.h"
-#include "pipeline/prior/courses.h"
 #include "pipeline/prior/network.h"
 #include "pipeline/prior/orientations.h"
 #include "pipeline/prior/prior.h"
@@ -92,7 +91,7 @@ PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& mod
 
 }  // namespace
 
-PriorCycle network_prior(const Exam& exam, const Model& model, StageContext& context) {
+PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
   const Cine& stack = exam.stack;
   const int phases = stack.phase_count();
   if (stack.grid().count() == 0 || phases == 0) {
@@ -123,12 +122,6 @@ PriorCycle network_prior(const Exam& exam, const Model& model, StageContext& con
   }
   reader.read(all, window, 1, context.part(kLooked, kCutAnew), out);
   mix_in(seen_across(stack, *anew, model, all, context.part(kCutAnew, 1)), anew->window, out);
-  return out;
-}
-
-PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
-  PriorCycle out = network_prior(exam, model, context);
-  hold_courses(out);
   return out;
 }
 

@@ -34,12 +34,10 @@ struct PriorCycle {
   }
 };
 
-/// What the network says of each phase by itself. The same for any number of threads.
+/// What the network says of each phase by itself (see courses.h). The same for any number of
+/// threads.
 /// @throws Error{InvalidInput} if the exam has no voxels; as Model::load if the network cannot be
 /// run on slices of this size; as StageContext::check_cancelled
-[[nodiscard]] PriorCycle network_prior(const Exam& exam, const Model& model, StageContext& context);
-
-/// The same, held to the courses that a beat can take, see courses.h.
 [[nodiscard]] PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context);
 
 /// Probabilities of all outputs of one phase at the voxel centres of `part`: linear in plane, at

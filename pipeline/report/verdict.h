@@ -48,8 +48,8 @@ struct VerdictLimits {
   /// .75 and .65 (RV), .75 (muscle).
   double least_expected_lv_ed = 0.87;
   double least_expected_lv_es = 0.83;
-  double least_expected_rv_ed = 0.75;
-  double least_expected_rv_es = 0.64;
+  double least_expected_rv_ed = 0.78;
+  double least_expected_rv_es = 0.63;
   double least_expected_muscle = 0.73;
   double least_rr_s = 0.4;
   double most_rr_s = 1.6;

@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <cmath>
 
 namespace beatlas::segment {
 namespace {
+
+/// Of a base in a beat: TAPSE is up to 30 mm, Rudski 2010, doi:10.1016/j.echo.2010.05.010.
+constexpr double kMostDescentMm = 30;
+constexpr int kLines = 120;      ///< that are tried, of ends at end-systole and of descents
+constexpr double kSlack = 0.05;  ///< [slices x phases] beyond what labels tell, to a weight of 1/e
 
 /// LV blood of each phase in voxels.
 std::vector<double> lv_voxels(const ImageCycle<std::uint8_t>& labels) {
@@ -16,30 +21,46 @@ std::vector<double> lv_voxels(const ImageCycle<std::uint8_t>& labels) {
   return volume;
 }
 
-/// Flat ends half a gap beyond the most basal slice of each phase. A base that descends through a
-/// stack of thick slices does so in leaps of whole slices; the base itself descends with the LV's
-/// volume, so a straight line in it is laid through the leaps.
+/// Flat ends of each phase. A base that descends through a stack of thick slices does so in leaps
+/// of whole slices: all that labels tell is between which two slices it lies. It descends with the
+/// LV's volume, so of the straight lines in that volume, whose descent may be anything up to
+/// kMostDescentMm, the mean is taken, weighed by how far each leaves what the labels tell.
 std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure structure, int step,
                               const std::vector<double>& lv_volume) {
   const auto n = static_cast<std::size_t>(labels.phase_count());
-  std::vector<double> ends(n);
+  std::vector<double> ends(n);  // midway between the two slices
   for (std::size_t p = 0; p < n; ++p) {
     const int k = most_basal(labels, p, structure, step);
     ends[p] = k < 0 ? (step > 0 ? labels.grid.size[2] : -1) : k + 0.5 * step;
   }
-  const double count = static_cast<double>(n);
-  const double mean_volume = std::accumulate(lv_volume.begin(), lv_volume.end(), 0.0) / count;
-  const double mean_end = std::accumulate(ends.begin(), ends.end(), 0.0) / count;
-  double square = 0;
-  double product = 0;
-  for (std::size_t p = 0; p < n; ++p) {
-    square += (lv_volume[p] - mean_volume) * (lv_volume[p] - mean_volume);
-    product += (lv_volume[p] - mean_volume) * (ends[p] - mean_end);
+  const auto [least, most] = std::minmax_element(lv_volume.begin(), lv_volume.end());
+  std::vector<double> filled(n, 0);  // 0 at end-systole, 1 at end-diastole
+  for (std::size_t p = 0; p<n&& * most> * least; ++p) {
+    filled[p] = (lv_volume[p] - *least) / (*most - *least);
   }
-  const double slope = square > 0 ? product / square : 0;
+  const auto [low, high] = std::minmax_element(ends.begin(), ends.end());
+  const double descent = kMostDescentMm / labels.grid.spacing_mm()[2];
+  double weights = 0;
+  double empty_end = 0;
+  double full_end = 0;
+  for (int i = 0; i <= kLines; ++i) {
+    const double empty = *low - 1 + (*high - *low + 2) * i / kLines;
+    for (int j = 0; j <= kLines; ++j) {
+      const double full = empty + step * descent * j / kLines;
+      double beyond = 0;
+      for (std::size_t p = 0; p < n; ++p) {
+        const double line = empty + (full - empty) * filled[p];
+        beyond += std::max(0.0, std::abs(line - ends[p]) - 0.5);
+      }
+      const double weight = std::exp(-beyond / kSlack);
+      weights += weight;
+      empty_end += weight * empty;
+      full_end += weight * full;
+    }
+  }
   for (std::size_t p = 0; p < n; ++p) {
-    const double line = mean_end + slope * (lv_volume[p] - mean_volume);
-    ends[p] = std::clamp(line, ends[p] - 0.75, ends[p] + 0.75);
+    const double line = (empty_end + (full_end - empty_end) * filled[p]) / weights;
+    ends[p] = std::clamp(line, ends[p] - 0.5, ends[p] + 0.5);
   }
   return ends;
 }

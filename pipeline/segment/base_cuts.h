@@ -7,7 +7,7 @@
 
 namespace beatlas::segment {
 
-/// Where structures end flat on the base's side, half a gap beyond their most basal slices.
+/// Where structures end flat on the base's side, between the slices that labels tell.
 /// @param base_step +1 if the base lies towards larger k, -1 if smaller
 [[nodiscard]] std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels,
                                                           int base_step);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLeastOfMost = 0.25;  ///< of a structure's largest volume
 constexpr double kLeastShared = 0.5;   ///< Dice with itself one phase on
-/// Dice. As for a right ventricle, whose limits were set on drawn hearts (.64 and .75,
+/// Dice. As for a right ventricle, whose limits were set on drawn hearts (.63 and .78,
 /// report/verdict.h).
 constexpr double kLeastExpected = 2.0 / 3;
 

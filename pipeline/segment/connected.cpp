@@ -165,11 +165,17 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
   const Grid one = slice_of(labels.grid);
   parallel_for(static_cast<std::size_t>(labels.grid.size[2]), [&](std::size_t k) {
     const std::size_t first = k * one.count();
-    Parts parts(one, labels.phases.size(),
-                [&](std::size_t p, std::size_t v) { return wanted[labels.phases[p][first + v]]; });
-    for (const Run& run : parts.others()) {
-      run.each(one.size[0], [&](std::size_t v) { labels.phases[run.phase][first + v] = instead; });
-    }
+    const auto keep = [&](std::size_t begin, std::size_t phases) {
+      Parts parts(one, phases, [&](std::size_t p, std::size_t v) {
+        return wanted[labels.phases[begin + p][first + v]];
+      });
+      for (const Run& run : parts.others()) {
+        run.each(one.size[0],
+                 [&](std::size_t v) { labels.phases[begin + run.phase][first + v] = instead; });
+      }
+    };
+    keep(0, labels.phases.size());
+    for (std::size_t p = 0; p < labels.phases.size(); ++p) keep(p, 1);
   });
 }
 
@@ -215,6 +221,11 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
       };
       for (const Run& run : parts.runs_of(goes)) {
         run.each(one.size[0], [&](std::size_t v) { labels.phases[run.phase][here + v] = instead; });
+      }
+      for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+        if (area(p, k - way, cavity) > 0) continue;
+        const auto slice = labels.phases[p].begin() + static_cast<std::ptrdiff_t>(here);
+        std::replace(slice, slice + static_cast<std::ptrdiff_t>(one.count()), cavity, instead);
       }
     }
   }

@@ -5,6 +5,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/prior/courses.h"
 #include "pipeline/register/phase_motion.h"
 #include "pipeline/segment/bad_frames.h"
 #include "pipeline/segment/base_cuts.h"
@@ -302,7 +303,13 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     throw_invalid("only one phase: a beating heart needs at least two");
   }
   check_seeds(given, stack.grid, stack.phase_count());
-  Task task = lay_ground(stack, given, options, known, prior, context);
+  std::optional<prior::PriorCycle> held;
+  if (prior != nullptr) {
+    held = *prior;
+    prior::hold_courses(*held);
+  }
+  Task task = lay_ground(stack, given, options, known, held ? &*held : nullptr, context);
+  held.reset();
   const std::vector<std::string> doubts = doubtful_seeds(task.images, given, task.ground.levels);
   if (options.method == Method::Threshold) {
     if (!known.phases.empty()) {

@@ -315,12 +315,13 @@ def validate():
         wall = phase["wall_thickness"]
         assert wall["points"] > 100 and wall["missing"] <= 0.05 * wall["points"], wall
         assert 6 < wall["true_mean_mm"] < 15 and wall["mean_mm"] < 1.5, wall
-    # The wall at the surfaces' own vertices; names are right but along borders.
+    # The wall at the surfaces' own vertices; names are right but along borders. An axis that is 4 degrees off moves
+    # the two borders along it by 1.3 mm of 30 in the mean, 4 % of names each, and those around it by 2 of 60 degrees.
     for name in ("lv_blood", "lv_myocardium"):
         of_map = structures[name]["map"]
         assert of_map["points"] > 2000 and of_map["missing"] <= 0.01 * of_map["points"], of_map
         assert 0 < of_map["thickness_mean_mm"] < 1 and of_map["thickness_p95_mm"] < 3.5, of_map
-        assert of_map["named"] > 500 and of_map["segments_percent"] > 92, of_map
+        assert of_map["named"] > 500 and of_map["segments_percent"] > 90, of_map
     assert "map" not in structures["heart"]
     force = report["force"]
     assert force["structure"] == "heart" and force["contact_ticks"] > 1000, force

@@ -62,7 +62,7 @@ TEST(HeartPrior, is_what_the_network_says_of_every_channel) {
   const Exam exam = made::rough_exam(made::turned_grid({23, 18, 6}, {2, 2, 5}), 3);
   const Model model = Model::load(made::model_file("pixelwise"));
   StageContext context;
-  const PriorCycle prior = network_prior(exam, model, context);
+  const PriorCycle prior = heart_prior(exam, model, context);
   ASSERT_EQ(prior.grid.size, exam.stack.grid().size);
   ASSERT_EQ(prior.phase_count(), 3);
   EXPECT_EQ(prior.labels, (std::vector<std::uint8_t>{0, 1, 2, 3, 4, 5, 6, 7}));

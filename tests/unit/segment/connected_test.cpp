@@ -164,6 +164,18 @@ TEST(Connected, SectionsOfAVentricleLieOverEachOther) {
   EXPECT_EQ(count_of(labels, 1, kLabelRestOfHeart), 7 * 6);
 }
 
+TEST(Connected, AVentricleHasNoGapBetweenItsSections) {
+  ImageCycle<std::uint8_t> labels = cycle_of(8);
+  for (std::size_t p = 0; p < 2; ++p) {
+    fill(labels, p, {4, 4, 1}, {13, 13, 4}, kLabelLvMyocardium);
+    fill(labels, p, {6, 6, 1}, {11, 11, 7}, kLabelLvBlood);
+  }
+  fill(labels, 1, {6, 6, 5}, {11, 11, 5}, kLabelRestOfHeart);  // at end-systole
+  keep_stacked(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+  EXPECT_EQ(count_of(labels, 0, kLabelLvBlood), 6 * 6 * 7);
+  EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 6 * 6 * 4);
+}
+
 TEST(Connected, APlaneCutsAVentricleInOnePieceThroughoutTheBeat) {
   ImageCycle<std::uint8_t> labels = cycle_of(8);
   fill(labels, 0, {2, 2, 3}, {7, 7, 3}, kLabelLvBlood);

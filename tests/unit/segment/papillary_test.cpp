@@ -49,10 +49,13 @@ TEST(Papillary, AreCavityOrWallAsIsAsked) {
   }
   // Their ends, where voxels of 2 x 2 x 4 mm are half blood, are hard to see.
   EXPECT_NEAR(moved / muscles, 1, 0.3);
-  // What is cavity and what is wall does not move the others, but where edges meet.
+  // What is cavity and what is wall does not move the others, but where edges meet: the outside is
+  // measured against the tissue inside it, and behind a thin wall that is the papillary muscle.
+  constexpr double kShare = 5e-4;
   for (const Structure structure : {Structure::RvBlood, Structure::Heart}) {
     for (std::size_t p = 0; p < in_blood.size(); ++p) {
-      EXPECT_NEAR(curve(in, structure)[p], curve(out, structure)[p], 0.01) << p;
+      const double before = curve(in, structure)[p];
+      EXPECT_NEAR(before, curve(out, structure)[p], kShare * before) << p;
     }
   }
 }

@@ -58,6 +58,19 @@ double dice(const Segmentation& result, const std::vector<int>& numbers, std::si
   return 2.0 * static_cast<double>(both) / static_cast<double>(sum);
 }
 
+/// Half of what the last slice towards the base holds at its fullest.
+double half_of_basal_ml(const Segmentation& result, Structure structure) {
+  const Grid& grid = result.labels.grid;
+  std::size_t most = 0;
+  for (const auto& phase : result.labels.phases) {
+    const auto last =
+        phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, grid.size[2] - 1));
+    most = std::max(most,
+                    static_cast<std::size_t>(std::count(last, phase.end(), label_of(structure))));
+  }
+  return 0.5 * grid.voxel_ml() * static_cast<double>(most);
+}
+
 // Numbers of the experts' contours in the slices of the stack, from the apex on.
 const std::vector<int> kEndDiastole{100, 80, 60, 40};
 const std::vector<int> kEndSystole{88, 68, 48, 28};
@@ -68,6 +81,7 @@ TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_sy
   const Exam exam = ingest::read_exam({real_exam("two-phase-ge")}, {}, context);
   const Segmentation automatic = made::segmented(exam);
   EXPECT_GE(dice(automatic, kEndDiastole, 0), 0.90);
+  EXPECT_GE(dice(automatic, kEndSystole, 1), 0.855);
 
   // At end-systole trabeculae and papillary muscles, which count as cavity, fill half of it: one
   // stroke a slice along their outer rim, as a technician draws it.
@@ -86,30 +100,38 @@ TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_sy
   };
   const Segmentation corrected = made::segmented(exam, strokes);
   EXPECT_GE(dice(corrected, kEndDiastole, 0), 0.90);
-  EXPECT_GE(dice(corrected, kEndSystole, 1), 0.85);
+  // The prior sees the rim by itself now; whoever marks it all the same draws the cavity a little
+  // larger than the experts did.
+  EXPECT_GE(dice(corrected, kEndSystole, 1), 0.83);
 }
 
-TEST(RealExam, of_distant_slices_pumps_as_much_left_as_right) {
+TEST(RealExam, of_distant_slices_has_nearly_the_volumes_of_an_independent_fit) {
   BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   StageContext context;
   const Exam exam = ingest::read_exam({real_exam("cine-exam")}, {}, context);
   const Segmentation result = made::segmented(exam);
   EXPECT_TRUE(result.warnings.empty());
-  const auto stroke_ml = [&](Structure structure) {
+  // Of a fit of biventricular surfaces, whose own doubt is a tenth. Slices lie 17.7 mm apart, and
+  // what the most basal one holds of the RV at end-diastole is not seen.
+  const auto expect_volumes = [&](Structure structure, double end_diastolic_ml, double off,
+                                  double end_systolic_ml, double off_end) {
     const std::vector<double> curve = segmented_volume_ml(result, structure);
     const auto [least, most] = std::minmax_element(curve.begin(), curve.end());
-    // A volume curve is smooth: no phase stands off its neighbours' mean by a seventh of the swing.
+    // A volume curve is smooth: no phase stands off its neighbours' mean by a seventh of the swing,
+    // or by half of what the most basal slice holds, which may be ventricle in one phase and atrium
+    // in the next.
+    const double least_off = half_of_basal_ml(result, structure);
     for (std::size_t p = 0; p < curve.size(); ++p) {
       const double mean =
           0.5 * (curve[(p + 1) % curve.size()] + curve[(p + curve.size() - 1) % curve.size()]);
-      EXPECT_LT(std::abs(curve[p] - mean), (*most - *least) / 7)
+      EXPECT_LT(std::abs(curve[p] - mean), std::max((*most - *least) / 7, least_off))
           << structure_name(structure) << " " << p;
     }
-    return *most - *least;
+    EXPECT_NEAR(*most / end_diastolic_ml, 1, off) << structure_name(structure);
+    EXPECT_NEAR(*least / end_systolic_ml, 1, off_end) << structure_name(structure);
   };
-  const double left = stroke_ml(Structure::LvBlood);
-  const double right = stroke_ml(Structure::RvBlood);
-  EXPECT_NEAR(left / right, 1, 0.15);
+  expect_volumes(Structure::LvBlood, 179, 0.1, 72, 0.1);
+  expect_volumes(Structure::RvBlood, 211, 0.26, 99, 0.15);
   // The mitral plane descends by what a healthy heart's does [mm].
   const BaseCut& base = result.base_cuts.at(Structure::LvBlood);
   const auto [low, high] = std::minmax_element(base.k.begin(), base.k.end());

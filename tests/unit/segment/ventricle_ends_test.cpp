@@ -76,6 +76,10 @@ std::optional<LongAxis> segmented_axis(const Heart& heart) { return heart.segmen
 /// half.
 constexpr Tolerance kThin{4, 2, 1.5, 1.5};
 constexpr Tolerance kThinWithAtria{4, 2, 4, 6};
+/// In slices that lie neither across nor along the LV the prior takes the root of the phantom's
+/// aorta, which has no valve, for outflow tract at end-systole; 4 mm with the weights before, which
+/// patients are worse off with.
+constexpr Tolerance kThinAskew{4, 2, 20, 6};
 
 TEST(VentricleAxis, IsThePhantomsWithAtria) {
   const Heart heart(small(false));
@@ -84,7 +88,7 @@ TEST(VentricleAxis, IsThePhantomsWithAtria) {
 
 TEST(VentricleAxis, IsThePhantomsInSlicesOfAnyDirection) {
   const Heart heart(small(false, {25, -20, 40}));
-  expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThinWithAtria);
+  expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThinAskew);
 }
 
 TEST(VentricleAxis, IsThePhantomsWithVentriclesAlone) {
