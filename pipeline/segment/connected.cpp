@@ -232,12 +232,17 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
 }
 
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
-  Parts parts(labels.grid, labels.phases.size(),
-              [&](std::size_t p, std::size_t v) { return labels.phases[p][v] != 0; });
-  for (const Run& run : parts.others()) {
-    run.each(labels.grid.size[0],
-             [&](std::size_t v) { labels.phases[run.phase][v] = kLabelBackground; });
-  }
+  const auto keep = [&](std::size_t begin, std::size_t phases) {
+    Parts parts(labels.grid, phases, [&](std::size_t p, std::size_t v) {
+      return labels.phases[begin + p][v] != kLabelBackground;
+    });
+    for (const Run& run : parts.others()) {
+      run.each(labels.grid.size[0],
+               [&](std::size_t v) { labels.phases[begin + run.phase][v] = kLabelBackground; });
+    }
+  };
+  keep(0, labels.phases.size());
+  parallel_for(labels.phases.size(), [&](std::size_t p) { keep(p, 1); });
 }
 
 }  // namespace beatlas::segment

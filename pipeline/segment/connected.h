@@ -8,7 +8,8 @@
 
 namespace beatlas::segment {
 
-/// Keeps in each phase what hangs together with the heart's largest part, through space and time.
+/// Keeps what hangs together with the heart's largest part, through space and time, and of that in
+/// each phase the largest part: what touches the heart in another phase alone is another body.
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 
 /// Of these labels together, what does not hang together with their largest part, through space and
