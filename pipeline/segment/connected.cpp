@@ -217,7 +217,7 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
       const std::vector<std::size_t> there =
           parts.sums_of_phases([&](std::size_t p) { return area(p, k - way, cavity); });
       const auto goes = [&](std::size_t part) {
-        return 2 * shared[part] < std::min(voxels[part], there[part]) || shared[part] == 0;
+        return 4 * shared[part] < std::min(voxels[part], there[part]) || shared[part] == 0;
       };
       for (const Run& run : parts.runs_of(goes)) {
         run.each(one.size[0], [&](std::size_t v) { labels.phases[run.phase][here + v] = instead; });
