@@ -142,6 +142,51 @@ std::array<bool, 256> those(const std::vector<std::uint8_t>& labels) {
   return out;
 }
 
+/// Faces in the plane of a slice between voxels of two labels.
+std::size_t faces_between(const Grid& grid, const std::vector<std::uint8_t>& phase, int k,
+                          std::uint8_t one, std::uint8_t other) {
+  const auto row = static_cast<std::size_t>(grid.size[0]);
+  const auto meet = [&](std::size_t a, std::size_t b) {
+    return (phase[a] == one && phase[b] == other) || (phase[a] == other && phase[b] == one);
+  };
+  std::size_t count = 0;
+  std::size_t v = grid.offset(0, 0, k);
+  for (int j = 0; j < grid.size[1]; ++j) {
+    for (int i = 0; i < grid.size[0]; ++i, ++v) {
+      count += i + 1 < grid.size[0] && meet(v, v + 1) ? 1 : 0;
+      count += j + 1 < grid.size[1] && meet(v, v + row) ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+/// Of the slices that follow each other with the cavity in each, those stay that have most wall
+/// about it together.
+void keep_walled_run(const Grid& grid, std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
+                     std::vector<std::uint8_t>& phase) {
+  struct Slices {
+    int begin = 0;
+    int end = 0;
+    std::size_t walled = 0;
+  };
+  const auto slice = [&](int k) {
+    return phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+  };
+  Slices best;
+  Slices now;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    if (std::find(slice(k), slice(k + 1), cavity) == slice(k + 1)) {
+      now = {k + 1, k + 1, 0};
+      continue;
+    }
+    now.walled += faces_between(grid, phase, k, cavity, wall);
+    now.end = k + 1;
+    if (best.end == 0 || now.walled > best.walled || now.begin == best.begin) best = now;
+  }
+  std::replace(slice(0), slice(best.begin), cavity, instead);
+  std::replace(slice(best.end), phase.end(), cavity, instead);
+}
+
 Grid slice_of(Grid grid) {
   grid.size[2] = 1;
   return grid;
@@ -183,20 +228,23 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels) {
   const Grid one = slice_of(labels.grid);
   const int slices = labels.grid.size[2];
-  const auto area = [&](std::size_t p, int k, std::uint8_t label) {
+  const auto area = [&](std::size_t p, int k) {
     const auto first =
         labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, 0, k));
     return static_cast<std::size_t>(
-        std::count(first, first + static_cast<std::ptrdiff_t>(one.count()), label));
-  };
-  const auto volume = [&](int k, std::uint8_t label) {
-    std::size_t sum = 0;
-    for (std::size_t p = 0; p < labels.phases.size(); ++p) sum += area(p, k, label);
-    return sum;
+        std::count(first, first + static_cast<std::ptrdiff_t>(one.count()), cavity));
   };
   int first = -1;
+  std::size_t most = 0;
   for (int k = 0; k < slices; ++k) {
-    if (volume(k, cavity) > 0 && (first < 0 || volume(k, wall) > volume(first, wall))) first = k;
+    std::size_t walled = 0;
+    for (const std::vector<std::uint8_t>& phase : labels.phases) {
+      walled += faces_between(labels.grid, phase, k, cavity, wall);
+    }
+    if (walled > most) {
+      most = walled;
+      first = k;
+    }
   }
   if (first < 0) return;
   for (const int way : {-1, 1}) {
@@ -215,19 +263,17 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
         return count;
       });
       const std::vector<std::size_t> there =
-          parts.sums_of_phases([&](std::size_t p) { return area(p, k - way, cavity); });
+          parts.sums_of_phases([&](std::size_t p) { return area(p, k - way); });
       const auto goes = [&](std::size_t part) {
         return 4 * shared[part] < std::min(voxels[part], there[part]) || shared[part] == 0;
       };
       for (const Run& run : parts.runs_of(goes)) {
         run.each(one.size[0], [&](std::size_t v) { labels.phases[run.phase][here + v] = instead; });
       }
-      for (std::size_t p = 0; p < labels.phases.size(); ++p) {
-        if (area(p, k - way, cavity) > 0) continue;
-        const auto slice = labels.phases[p].begin() + static_cast<std::ptrdiff_t>(here);
-        std::replace(slice, slice + static_cast<std::ptrdiff_t>(one.count()), cavity, instead);
-      }
     }
+  }
+  for (std::vector<std::uint8_t>& phase : labels.phases) {
+    keep_walled_run(labels.grid, cavity, wall, instead, phase);
   }
 }
 

@@ -24,8 +24,9 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
 
 /// A ventricle's sections lie over each other: of each piece of a slice, through time, at least a
 /// quarter (or a quarter of what the slice before it has, where that is less) lies over the cavity
-/// in the slice before it, counted from the slice that has a section and most of the wall, and no
-/// phase leaves a slice out; or it gets `instead`. Of the LVs of drawn hearts in short-axis slices
+/// in the slice before it, counted from the slice whose sections have most wall about them, and in
+/// a phase that leaves slices out the sections on their side with most wall count; the others get
+/// `instead`. Of the LVs of drawn hearts in short-axis slices
 /// 5 to 14 mm apart, shifted by breath-holds as they are, 99.5 % of the volume lies so by .62 and
 /// more, and no piece of more than 30 voxels by less than .32.
 void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
