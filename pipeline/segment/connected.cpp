@@ -69,20 +69,6 @@ class Parts {
     return out;
   }
 
-  /// The same of the phases in which each part is.
-  template <class Measure>
-  [[nodiscard]] std::vector<std::size_t> sums_of_phases(const Measure& measure) {
-    std::vector<std::size_t> out(runs_.size(), 0);
-    std::vector<std::size_t> seen(runs_.size(), static_cast<std::size_t>(-1));  // last phase
-    for (std::uint32_t at = 0; at < runs_.size(); ++at) {
-      const std::uint32_t part = root(at);
-      if (seen[part] == runs_[at].phase) continue;
-      seen[part] = runs_[at].phase;
-      out[part] += measure(runs_[at].phase);
-    }
-    return out;
-  }
-
   /// The part that measures most.
   static std::size_t most(const std::vector<std::size_t>& sums) {
     return static_cast<std::size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
@@ -228,12 +214,6 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels) {
   const Grid one = slice_of(labels.grid);
   const int slices = labels.grid.size[2];
-  const auto area = [&](std::size_t p, int k) {
-    const auto first =
-        labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, 0, k));
-    return static_cast<std::size_t>(
-        std::count(first, first + static_cast<std::ptrdiff_t>(one.count()), cavity));
-  };
   int first = -1;
   std::size_t most = 0;
   for (int k = 0; k < slices; ++k) {
@@ -262,11 +242,7 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
         });
         return count;
       });
-      const std::vector<std::size_t> there =
-          parts.sums_of_phases([&](std::size_t p) { return area(p, k - way); });
-      const auto goes = [&](std::size_t part) {
-        return 4 * shared[part] < std::min(voxels[part], there[part]) || shared[part] == 0;
-      };
+      const auto goes = [&](std::size_t part) { return 6 * shared[part] < voxels[part]; };
       for (const Run& run : parts.runs_of(goes)) {
         run.each(one.size[0], [&](std::size_t v) { labels.phases[run.phase][here + v] = instead; });
       }
