@@ -82,7 +82,7 @@ def main():
     within = {LV: 0.03, RV: 0.03, MUSCLE: 0.03}
     right = [
         tapse("with atria", 8, [], 8, 0.08),
-        # 8.5 ml was reached (9.8 with the weights before): a place that the base leaves in one phase alone is hard to tell.
+        # 8.5 ml was reached (9.8 with the weights before): what the base leaves in one phase alone is hard to tell.
         tapse("with atria", 28, [], 9, 0.08),
         # 12.5 ml was reached: what it finds of an RV without an atrium, as no patient's is, is short at the base.
         tapse("ventricles alone", 8, ALONE, 13, 0.1),
