@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace beatlas::segment {
 namespace {
@@ -35,28 +36,39 @@ std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure 
   }
   const auto [least, most] = std::minmax_element(lv_volume.begin(), lv_volume.end());
   std::vector<double> filled(n, 0);  // 0 at end-systole, 1 at end-diastole
-  for (std::size_t p = 0; p<n&& * most> * least; ++p) {
-    filled[p] = (lv_volume[p] - *least) / (*most - *least);
+  if (*most > *least) {
+    for (std::size_t p = 0; p < n; ++p) filled[p] = (lv_volume[p] - *least) / (*most - *least);
   }
+  struct Line {
+    double empty = 0;
+    double full = 0;
+    double beyond = 0;  ///< what labels tell [slices x phases]
+  };
+  std::vector<Line> lines;
   const auto [low, high] = std::minmax_element(ends.begin(), ends.end());
   const double descent = kMostDescentMm / labels.grid.spacing_mm()[2];
+  double nearest = std::numeric_limits<double>::max();
+  for (int i = 0; i <= kLines; ++i) {
+    for (int j = 0; j <= kLines; ++j) {
+      Line line;
+      line.empty = *low - 1 + (*high - *low + 2) * i / kLines;
+      line.full = line.empty + step * descent * j / kLines;
+      for (std::size_t p = 0; p < n; ++p) {
+        const double end = line.empty + (line.full - line.empty) * filled[p];
+        line.beyond += std::max(0.0, std::abs(end - ends[p]) - 0.5);
+      }
+      nearest = std::min(nearest, line.beyond);
+      lines.push_back(line);
+    }
+  }
   double weights = 0;
   double empty_end = 0;
   double full_end = 0;
-  for (int i = 0; i <= kLines; ++i) {
-    const double empty = *low - 1 + (*high - *low + 2) * i / kLines;
-    for (int j = 0; j <= kLines; ++j) {
-      const double full = empty + step * descent * j / kLines;
-      double beyond = 0;
-      for (std::size_t p = 0; p < n; ++p) {
-        const double line = empty + (full - empty) * filled[p];
-        beyond += std::max(0.0, std::abs(line - ends[p]) - 0.5);
-      }
-      const double weight = std::exp(-beyond / kSlack);
-      weights += weight;
-      empty_end += weight * empty;
-      full_end += weight * full;
-    }
+  for (const Line& line : lines) {
+    const double weight = std::exp((nearest - line.beyond) / kSlack);
+    weights += weight;
+    empty_end += weight * line.empty;
+    full_end += weight * line.full;
   }
   for (std::size_t p = 0; p < n; ++p) {
     const double line = (empty_end + (full_end - empty_end) * filled[p]) / weights;
