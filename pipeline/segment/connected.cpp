@@ -178,35 +178,50 @@ Grid slice_of(Grid grid) {
   return grid;
 }
 
+/// Some phases of the whole grid, or of a slice of it.
+struct Piece {
+  Grid grid;
+  std::size_t first_voxel = 0;
+  std::size_t first_phase = 0;
+  std::size_t phases = 1;
+};
+
+/// Of the labels that are held, what does not hang together with their largest part in the piece
+/// gets `instead`.
+template <class Holds>
+void keep_largest_in(const Piece& piece, const Holds& holds, std::uint8_t instead,
+                     ImageCycle<std::uint8_t>& labels) {
+  const auto at = [&](std::size_t phase, std::size_t voxel) -> std::uint8_t& {
+    return labels.phases[piece.first_phase + phase][piece.first_voxel + voxel];
+  };
+  Parts parts(piece.grid, piece.phases,
+              [&](std::size_t p, std::size_t v) { return holds(at(p, v)); });
+  for (const Run& run : parts.others()) {
+    run.each(piece.grid.size[0], [&](std::size_t v) { at(run.phase, v) = instead; });
+  }
+}
+
 }  // namespace
 
 void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels) {
   const std::array<bool, 256> wanted = those(of_labels);
-  Parts parts(labels.grid, labels.phases.size(),
-              [&](std::size_t p, std::size_t v) { return wanted[labels.phases[p][v]]; });
-  for (const Run& run : parts.others()) {
-    run.each(labels.grid.size[0], [&](std::size_t v) { labels.phases[run.phase][v] = instead; });
-  }
+  keep_largest_in(
+      {labels.grid, 0, 0, labels.phases.size()}, [&](std::uint8_t label) { return wanted[label]; },
+      instead, labels);
 }
 
 void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                                 ImageCycle<std::uint8_t>& labels) {
   const std::array<bool, 256> wanted = those(of_labels);
+  const auto holds = [&](std::uint8_t label) { return wanted[label]; };
   const Grid one = slice_of(labels.grid);
   parallel_for(static_cast<std::size_t>(labels.grid.size[2]), [&](std::size_t k) {
     const std::size_t first = k * one.count();
-    const auto keep = [&](std::size_t begin, std::size_t phases) {
-      Parts parts(one, phases, [&](std::size_t p, std::size_t v) {
-        return wanted[labels.phases[begin + p][first + v]];
-      });
-      for (const Run& run : parts.others()) {
-        run.each(one.size[0],
-                 [&](std::size_t v) { labels.phases[begin + run.phase][first + v] = instead; });
-      }
-    };
-    keep(0, labels.phases.size());
-    for (std::size_t p = 0; p < labels.phases.size(); ++p) keep(p, 1);
+    keep_largest_in({one, first, 0, labels.phases.size()}, holds, instead, labels);
+    for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+      keep_largest_in({one, first, p}, holds, instead, labels);
+    }
   });
 }
 
@@ -254,17 +269,11 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
 }
 
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
-  const auto keep = [&](std::size_t begin, std::size_t phases) {
-    Parts parts(labels.grid, phases, [&](std::size_t p, std::size_t v) {
-      return labels.phases[begin + p][v] != kLabelBackground;
-    });
-    for (const Run& run : parts.others()) {
-      run.each(labels.grid.size[0],
-               [&](std::size_t v) { labels.phases[begin + run.phase][v] = kLabelBackground; });
-    }
-  };
-  keep(0, labels.phases.size());
-  parallel_for(labels.phases.size(), [&](std::size_t p) { keep(p, 1); });
+  const auto holds = [](std::uint8_t label) { return label != kLabelBackground; };
+  keep_largest_in({labels.grid, 0, 0, labels.phases.size()}, holds, kLabelBackground, labels);
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    keep_largest_in({labels.grid, 0, p}, holds, kLabelBackground, labels);
+  });
 }
 
 }  // namespace beatlas::segment
