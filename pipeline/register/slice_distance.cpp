@@ -22,10 +22,12 @@ std::vector<std::vector<float>> slice_distances(const Grid& grid,
   for (int k = 0; k < grid.size[2]; ++k) {
     const cv::Mat slice(grid.size[1], grid.size[0], CV_32F,
                         const_cast<float*>(coverage.data() + grid.offset(0, 0, k)));
-    if (cv::countNonZero(slice >= 0.5F) == 0) continue;
     cv::Mat fine;
     cv::resize(slice, fine, fine_size, 0, 0, cv::INTER_LINEAR);
     const cv::Mat inside = fine >= 0.5F;
+    // A voxel half covered may stand between finer pixels that are all less so: nothing to be
+    // distant from.
+    if (cv::countNonZero(inside) == 0) continue;
     cv::Mat to_outside;
     cv::Mat to_inside;
     cv::distanceTransform(inside, to_outside, cv::DIST_L2, cv::DIST_MASK_PRECISE);

@@ -67,6 +67,17 @@ TEST(SliceDistance, is_empty_for_a_slice_without_the_structure) {
   EXPECT_TRUE(slices[2].empty());
 }
 
+TEST(SliceDistance, is_empty_for_a_voxel_half_covered_that_no_contour_surrounds) {
+  const Grid grid = made::straight_grid({8, 8, 1}, {2, 2, 8});
+  std::vector<float> coverage(grid.count(), 0);
+  coverage[grid.offset(4, 4, 0)] = 0.51F;
+  EXPECT_TRUE(slice_distances(grid, coverage)[0].empty());
+  coverage[grid.offset(4, 4, 0)] = 1;
+  const auto slices = slice_distances(grid, coverage);
+  ASSERT_EQ(slices[0].size(), grid.count());
+  for (const float d : slices[0]) EXPECT_LT(std::abs(d), 16);
+}
+
 TEST(SliceDistance, of_a_full_slice_is_finite_and_inside) {
   const Grid grid = made::straight_grid({8, 6, 1}, {1, 1, 8});
   const auto slices = slice_distances(grid, std::vector<float>(grid.count(), 1));
