@@ -209,6 +209,31 @@ Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
   return level;
 }
 
+void open_toward_base(Phase& wall, const Grid& source, const std::vector<Phase>& outer,
+                      const std::vector<Phase>& cavity, const Grid& lattice, const AxisMap& map,
+                      int open_step) {
+  for (int z = 0; z < lattice.size[2]; ++z) {
+    const double at = map.index(2, z);
+    const int near = static_cast<int>(open_step > 0 ? std::floor(at) : std::ceil(at));
+    const int next = near + open_step;
+    if (std::min(near, next) < 0 || std::max(near, next) >= source.size[2]) continue;
+    const Phase& within = cavity[static_cast<std::size_t>(near)];
+    const Phase& beyond = outer[static_cast<std::size_t>(next)];
+    if (within.empty() || beyond.empty()) continue;
+    for (int y = 0; y < lattice.size[1]; ++y) {
+      const double j = map.index(1, y);
+      for (int x = 0; x < lattice.size[0]; ++x) {
+        const double i = map.index(0, x);
+        const float lid =
+            std::min(-sample_plane(within.data(), source.size[0], source.size[1], i, j),
+                     sample_plane(beyond.data(), source.size[0], source.size[1], i, j));
+        float& here = wall[lattice.offset(x, y, z)];
+        here = std::max(here, lid);
+      }
+    }
+  }
+}
+
 void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slice_mm, double at_k,
               int step) {
   for (int z = 0; z < lattice.size[2]; ++z) {

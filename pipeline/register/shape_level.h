@@ -45,6 +45,16 @@ enum class Creases { Keep, Round };
                                       const Grid& lattice, const AxisMap& map, int open_step,
                                       const ApicalEnd& apex);
 
+/// Takes the lid off a wall's open end. What is cavity in one slice and outside of the wall in the
+/// next toward the base is the base itself; interpolated apart, the two contours would leave a film
+/// of wall between them: wall = max(wall, min(-cavity of the one, outside of the other)), which
+/// changes nothing in the slices themselves.
+/// @param outer, cavity in-plane distances of each slice, of wall and cavity together and of the
+/// cavity; empty: it is not there  @param open_step of the slice index, toward the base
+void open_toward_base(Phase& wall, const Grid& source, const std::vector<Phase>& outer,
+                      const std::vector<Phase>& cavity, const Grid& lattice, const AxisMap& map,
+                      int open_step);
+
 /// Raises the level beyond a plane of constant slice index, so that the shape ends flat there.
 /// @param step +1: beyond is at larger index, -1: smaller
 void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slice_mm, double at_k,

@@ -131,10 +131,14 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
     const BaseCut* cut = found_cut == segmentation.base_cuts.end() ? nullptr : &found_cut->second;
     const double first_k = coverage.first[2];
 
-    const auto level_of = [&](const Phase& part, const ApicalEnd& apex, Creases creases) {
-      return thick ? level_from_slices(coverage.grid, slice_distances(coverage.grid, part), lattice,
-                                       map, cut != nullptr ? cut->base_step : 0, apex)
+    const int open_step = cut != nullptr ? cut->base_step : 0;
+    const auto level_of = [&](const Phase& part, const std::vector<Phase>& sections,
+                              const ApicalEnd& apex, Creases creases) {
+      return thick ? level_from_slices(coverage.grid, sections, lattice, map, open_step, apex)
                    : level_from_coverage(coverage.grid, part, lattice, map, creases);
+    };
+    const auto sections_of = [&](const Phase& part) {
+      return thick ? slice_distances(coverage.grid, part) : std::vector<Phase>{};
     };
     const auto each = 1.0 / static_cast<double>(coverage.phases.size());
     const double before = each * static_cast<double>(shapes.size());
@@ -142,12 +146,18 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
     parallel_for(filled.size(), part, "phase", [&](std::size_t p) {
       const ApicalEnds ends = apical_ends(segmentation, shape.structure, p, to_apex);
       // Between the LV's wall and the RV's runs a seam of labels.
-      Phase level = level_of(filled[p], structure == Structure::LvBlood ? ends.cavity : ends.wall,
-                             wall ? Creases::Round : Creases::Keep);
+      const std::vector<Phase> sections = sections_of(filled[p]);
+      Phase level =
+          level_of(filled[p], sections, structure == Structure::LvBlood ? ends.cavity : ends.wall,
+                   wall ? Creases::Round : Creases::Keep);
       if (with_cavity) {
-        const Phase inner = level_of(cavity->second[p], ends.cavity, Creases::Keep);
+        const std::vector<Phase> within = sections_of(cavity->second[p]);
+        const Phase inner = level_of(cavity->second[p], within, ends.cavity, Creases::Keep);
         std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
                        [](float outside, float inside) { return std::max(outside, -inside); });
+        if (thick && open_step != 0) {
+          open_toward_base(level, coverage.grid, sections, within, lattice, map, open_step);
+        }
       }
       if (cut != nullptr) {
         cut_flat(level, lattice, map, slice_mm, cut->k[p] - first_k, cut->base_step);

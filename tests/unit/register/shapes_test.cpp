@@ -258,6 +258,54 @@ TEST(Shape, of_the_myocardium_is_the_space_between_two_filled_shapes) {
   }
 }
 
+// The ring ends a slice before the cavity does, which is narrower there: an outflow tract.
+TEST(Shape, of_the_myocardium_has_no_lid_where_the_cavity_narrows_toward_the_base) {
+  const Grid grid = made::straight_grid({56, 56, 8}, {1.4, 1.4, 10});
+  constexpr double kOuterMm = 31;
+  constexpr double kInnerMm = 23;
+  constexpr double kTractMm = 12;
+  const Vec3 middle(38, 38, 0);
+  for (const int step : {1, -1}) {
+    SCOPED_TRACE("base at slices " + std::to_string(step));
+    const auto slice = [&](int n) { return step > 0 ? n : 7 - n; };  // counted from the apex
+    Segmentation segmentation = made::segmentation_of(grid, 1);
+    std::vector<float> blood(grid.count(), 0);
+    std::vector<float> muscle(grid.count(), 0);
+    for (int n = 0; n < 7; ++n) {
+      for (int j = 0; j < 56; ++j) {
+        for (int i = 0; i < 56; ++i) {
+          const double r = std::hypot(i * 1.4 - middle[0], j * 1.4 - middle[1]);
+          const auto disc = [&](double radius) {
+            return static_cast<float>(std::clamp(0.5 - (r - radius) / 1.4, 0.0, 1.0));
+          };
+          const std::size_t at = grid.offset(i, j, slice(n));
+          const bool tract = n == 6;
+          blood[at] = n == 0 ? 0 : disc(tract ? kTractMm : kInnerMm);
+          muscle[at] = tract ? 0 : disc(kOuterMm) - blood[at];
+        }
+      }
+    }
+    segmentation.coverage.phases[Structure::LvBlood] = {blood};
+    segmentation.coverage.phases[Structure::LvMyocardium] = {muscle};
+    segmentation.base_cuts[Structure::LvBlood] = {step, {step > 0 ? 6.5 : 0.5}};
+    segmentation.base_cuts[Structure::LvMyocardium] = {step, {step > 0 ? 6.0 : 1.0}};
+    const auto shapes = shapes_of(segmentation, Affine::Identity());
+    const ShapeCycle& wall = shape_of(shapes, Structure::LvMyocardium);
+    const auto at = [&](double radius, double from_apex) {
+      const double k = step > 0 ? from_apex : 7 - from_apex;
+      return made::level_at(wall, 0, middle + Vec3(radius, 0, 10 * k));
+    };
+    for (double n = 5; n < 6; n += 0.1) {
+      for (const double radius : {0.0, 10.0, 14.0, 18.0, 21.0}) {
+        EXPECT_GT(at(radius, n), 0) << "slice " << n << ", " << radius << " mm from the middle";
+      }
+    }
+    EXPECT_LT(at(27, 5), -2);    // the wall itself, in its last slice
+    EXPECT_LT(at(25, 5.2), -1);  // and beyond it, where it grows thin
+    EXPECT_LT(at(10, 0.2), -1);  // muscle closes the apex
+  }
+}
+
 TEST(Shape, follows_a_coverage_that_is_a_part_of_the_stack) {
   const Grid grid = made::oblique_grid({76, 76, 28}, {1, 1, 3}, kMiddle);
   Segmentation part = ball(grid);
