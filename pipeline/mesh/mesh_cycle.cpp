@@ -21,7 +21,10 @@
 namespace beatlas::mesh {
 namespace {
 
-constexpr double kLeastDeg = 10;   ///< of a sound mesh's triangles
+constexpr double kLeastDeg = 10;  ///< of a triangle that is not too thin
+/// Share of triangles, of all phases, that may be thinner and the mesh is sound: two or three of a
+/// surface's 25 000 are nothing to touch or to see, and to mesh another phase takes as long again.
+constexpr double kMostThin = 1e-4;
 constexpr double kFarOffMm = 0.1;  ///< of a mesh from its surfaces, mean of all phases
 constexpr double kLostMm = 0.3;    ///< the same of one phase: a part of its shape is not there
 constexpr double kLongEdgeMm = 2;  ///< longer ones cut farther through curved parts
@@ -203,19 +206,21 @@ double pocket_share(const FieldCycle& field, std::size_t phase) {
 struct Fitted {
   std::vector<Triangle> triangles;
   Cycle cycle;
-  int crossings = 0;  ///< of itself, all phases
-  double least_deg = 180;
+  int crossings = 0;           ///< of itself, all phases
+  double thin_share = 0;       ///< of triangles of all phases, see kLeastDeg
   std::vector<double> off_mm;  ///< [phase] of its surface, mean
   std::vector<double> lost;    ///< [phase] of the volume its surface encloses, the share it lacks
   double far = 0;              ///< both against what is too far: up to 1 the shape is kept
 
   [[nodiscard]] bool is_sound() const {
-    return crossings == 0 && least_deg >= kLeastDeg && far <= 1;
+    return crossings == 0 && thin_share <= kMostThin && far <= 1;
   }
   /// A mesh that keeps the shape comes before one of finer triangles.
   [[nodiscard]] bool is_better_than(const Fitted& other) const {
+    if (is_sound() != other.is_sound()) return is_sound();
     if (std::abs(far - other.far) > 0.5) return far < other.far;
-    return crossings != other.crossings ? crossings < other.crossings : least_deg > other.least_deg;
+    return crossings != other.crossings ? crossings < other.crossings
+                                        : thin_share < other.thin_share;
   }
 };
 
@@ -279,11 +284,14 @@ Fitted fitted(const FieldCycle& field, Begun begun, const std::vector<field::Int
   out.far = std::max(mean_mm / kFarOffMm, worst_mm / kLostMm) /
             std::pow(std::max(1.0, edge_mm / kLongEdgeMm), 2);
   out.far = std::max(out.far, *std::max_element(out.lost.begin(), out.lost.end()) / kLostShare);
+  std::size_t thin = 0;
   for (const std::vector<Vec3>& x : out.cycle) {
-    for (const Triangle& t : out.triangles) {
-      out.least_deg = std::min(out.least_deg, least_angle_deg(x[t[0]], x[t[1]], x[t[2]]));
-    }
+    thin += static_cast<std::size_t>(std::count_if(
+        out.triangles.begin(), out.triangles.end(),
+        [&](const Triangle& t) { return least_angle_deg(x[t[0]], x[t[1]], x[t[2]]) < kLeastDeg; }));
   }
+  out.thin_share =
+      static_cast<double>(thin) / static_cast<double>(surface.size() * out.triangles.size());
   return out;
 }
 
