@@ -25,6 +25,8 @@ constexpr double kLeastDeg = 10;  ///< of a triangle that is not too thin
 /// Share of triangles, of all phases, that may be thinner and the mesh is sound: two or three of a
 /// surface's 25 000 are nothing to touch or to see, and to mesh another phase takes as long again.
 constexpr double kMostThin = 1e-4;
+/// Of triangles, pairs that pass through each other: a surface that is checked has no more.
+constexpr double kManyCrossings = 0.01;
 constexpr double kFarOffMm = 0.1;  ///< of a mesh from its surfaces, mean of all phases
 constexpr double kLostMm = 0.3;    ///< the same of one phase: a part of its shape is not there
 constexpr double kLongEdgeMm = 2;  ///< longer ones cut farther through curved parts
@@ -215,12 +217,19 @@ struct Fitted {
   [[nodiscard]] bool is_sound() const {
     return crossings == 0 && thin_share <= kMostThin && far <= 1;
   }
-  /// A mesh that keeps the shape comes before one of finer triangles.
+  /// A mesh that keeps the shape and hardly passes through itself comes before one that does not.
   [[nodiscard]] bool is_better_than(const Fitted& other) const {
     if (is_sound() != other.is_sound()) return is_sound();
-    if (std::abs(far - other.far) > 0.5) return far < other.far;
+    if (std::max(worst(), other.worst()) > 1) return worst() < other.worst();
     return crossings != other.crossings ? crossings < other.crossings
                                         : thin_share < other.thin_share;
+  }
+
+ private:
+  /// Of the shape and of crossings, each against what is too much.
+  [[nodiscard]] double worst() const {
+    const auto all = static_cast<double>(triangles.size() * cycle.size());
+    return std::max(far, crossings / (kManyCrossings * all));
   }
 };
 
