@@ -206,6 +206,15 @@ void keep_largest_in(const Piece& piece, const Holds& holds, std::uint8_t instea
   }
 }
 
+/// The same through space and time, and of what is left in each phase.
+template <class Holds>
+void keep_body_of(const Holds& holds, std::uint8_t instead, ImageCycle<std::uint8_t>& labels) {
+  keep_largest_in({labels.grid, 0, 0, labels.phases.size()}, holds, instead, labels);
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    keep_largest_in({labels.grid, 0, p}, holds, instead, labels);
+  });
+}
+
 }  // namespace
 
 void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
@@ -276,11 +285,14 @@ void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
 }
 
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels) {
-  const auto holds = [](std::uint8_t label) { return label != kLabelBackground; };
-  keep_largest_in({labels.grid, 0, 0, labels.phases.size()}, holds, kLabelBackground, labels);
-  parallel_for(labels.phases.size(), [&](std::size_t p) {
-    keep_largest_in({labels.grid, 0, p}, holds, kLabelBackground, labels);
-  });
+  keep_body_of([](std::uint8_t label) { return label != kLabelBackground; }, kLabelBackground,
+               labels);
+}
+
+void keep_one_body(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
+                   ImageCycle<std::uint8_t>& labels) {
+  const std::array<bool, 256> wanted = those(of_labels);
+  keep_body_of([&](std::uint8_t label) { return wanted[label]; }, instead, labels);
 }
 
 }  // namespace beatlas::segment

@@ -12,6 +12,10 @@ namespace beatlas::segment {
 /// each phase the largest part: what touches the heart in another phase alone is another body.
 void keep_connected_heart(ImageCycle<std::uint8_t>& labels);
 
+/// The same of these labels together; what does not hang together with them gets `instead`.
+void keep_one_body(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
+                   ImageCycle<std::uint8_t>& labels);
+
 /// Of these labels together, what does not hang together with their largest part, through space and
 /// time, gets `instead`.
 void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,

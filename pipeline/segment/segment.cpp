@@ -214,6 +214,7 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   keep_connected_heart(labels);
   const std::uint8_t apart = task.by_prior ? kLabelRestOfHeart : kLabelBackground;
   keep_stacked(kLabelLvBlood, kLabelLvMyocardium, apart, labels);
+  keep_one_body({kLabelLvBlood, kLabelLvMyocardium}, apart, labels);
   for (const std::uint8_t cavity : {kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
     keep_largest({cavity}, apart, labels);
   }

@@ -176,6 +176,24 @@ TEST(Connected, AVentricleHasNoGapBetweenItsSections) {
   EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 6 * 6 * 4);
 }
 
+TEST(Connected, WallThatSurroundsNothingOfItsVentricleIsNone) {
+  ImageCycle<std::uint8_t> labels = cycle_of(8);
+  for (std::size_t p = 0; p < 2; ++p) {
+    fill(labels, p, {4, 4, 1}, {12, 12, 5}, kLabelLvMyocardium);
+    fill(labels, p, {6, 6, 2}, {10, 10, 5}, kLabelLvBlood);
+    // Two slices of wall beyond one without, of what was no section of this ventricle.
+    fill(labels, p, {4, 4, 7}, {12, 6, 8}, kLabelLvMyocardium);
+  }
+  // It reaches the ventricle in one phase.
+  fill(labels, 1, {4, 4, 6}, {12, 4, 6}, kLabelLvMyocardium);
+  ImageCycle<std::uint8_t> alone = labels;
+  keep_one_body({kLabelLvBlood, kLabelLvMyocardium}, kLabelRestOfHeart, labels);
+  EXPECT_EQ(count_of(labels, 0, kLabelRestOfHeart), 2 * 9 * 3);
+  EXPECT_EQ(count_of(labels, 0, kLabelLvMyocardium), 5 * 81 - 4 * 25);
+  EXPECT_EQ(labels.phases[1], alone.phases[1]);
+  EXPECT_EQ(count_of(labels, 0, kLabelLvBlood), 4 * 25);
+}
+
 TEST(Connected, APlaneCutsAVentricleInOnePieceThroughoutTheBeat) {
   ImageCycle<std::uint8_t> labels = cycle_of(8);
   fill(labels, 0, {2, 2, 3}, {7, 7, 3}, kLabelLvBlood);
