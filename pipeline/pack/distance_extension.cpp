@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace beatlas::pack {
@@ -50,6 +52,27 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
     }
     return best;
   };
+  // Of each row along x the samples to find.
+  std::vector<std::uint32_t> first_of_row{0};
+  std::vector<int> to_find;
+  for (std::size_t s = 0; s < side.size();) {
+    for (int i = 0; i < lattice.size[0]; ++i, ++s) {
+      if (side[s] != 0 && region[s] != 0) to_find.push_back(i);
+    }
+    first_of_row.push_back(static_cast<std::uint32_t>(to_find.size()));
+  }
+  // What upwind differences give is at least that much more than the least neighbour, but for
+  // rounding.
+  const double least_rise = voxel_mm / std::sqrt(3.0) * (1 - 1e-6);
+  const auto look_at = [&](int i, int j, int k, std::size_t s) {
+    const auto sign = static_cast<float>(side[s]);
+    const std::array<double, 3> near{neighbour(s, i, 0, sign), neighbour(s, j, 1, sign),
+                                     neighbour(s, k, 2, sign)};
+    const auto old = static_cast<double>(sign * value[s]);
+    if (std::min({near[0], near[1], near[2]}) + least_rise >= old) return;
+    const double found = std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
+    if (found < old) value[s] = sign * static_cast<float>(found);
+  };
   const auto sweep = [&](int order) {
     const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
     for (int kk = 0; kk < lattice.size[2]; ++kk) {
@@ -57,19 +80,14 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
       for (int jj = 0; jj < lattice.size[1]; ++jj) {
         const int j = down[1] ? lattice.size[1] - 1 - jj : jj;
         const std::size_t start = lattice.offset(0, j, k);
-        for (int ii = 0; ii < lattice.size[0]; ++ii) {
-          const int i = down[0] ? lattice.size[0] - 1 - ii : ii;
-          const std::size_t s = start + static_cast<std::size_t>(i);
-          if (side[s] == 0 || region[s] == 0) continue;
-          const auto sign = static_cast<float>(side[s]);
-          const std::array<double, 3> near{neighbour(s, i, 0, sign), neighbour(s, j, 1, sign),
-                                           neighbour(s, k, 2, sign)};
-          if (std::min({near[0], near[1], near[2]}) >= static_cast<double>(kUnknown)) continue;
-          const double found =
-              std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
-          const auto old = static_cast<double>(sign * value[s]);
-          if (found >= old) continue;
-          value[s] = sign * static_cast<float>(found);
+        const std::size_t row = start / static_cast<std::size_t>(lattice.size[0]);
+        const std::span<const int> found(to_find.data() + first_of_row[row],
+                                         first_of_row[row + 1] - first_of_row[row]);
+        const auto visit = [&](int i) { look_at(i, j, k, start + static_cast<std::size_t>(i)); };
+        if (down[0]) {
+          std::for_each(found.rbegin(), found.rend(), visit);
+        } else {
+          std::for_each(found.begin(), found.end(), visit);
         }
       }
     }
