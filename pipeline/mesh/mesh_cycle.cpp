@@ -22,8 +22,8 @@ namespace beatlas::mesh {
 namespace {
 
 constexpr double kLeastDeg = 10;  ///< of a triangle that is not too thin
-/// Share of triangles, of all phases, that may be thinner and the mesh is sound: five of a surface's
-/// 25 000 are nothing to touch or to see, and to mesh another phase takes as long again.
+/// Share of triangles, of all phases, that may be thinner and the mesh is sound: five of a
+/// surface's 25 000 are nothing to touch or to see, and to mesh another phase takes as long again.
 constexpr double kMostThin = 2e-4;
 /// Of triangles, pairs that pass through each other: a surface that is checked has no more.
 constexpr double kManyCrossings = 0.01;

@@ -48,12 +48,12 @@ int last_in_stack(const Segmentation& segmentation, int step) {
   return (step > 0 ? segmentation.labels.grid.size[2] - 1 : 0) - segmentation.coverage.first[2];
 }
 
+}  // namespace
+
 bool holds_lv(const CoverageCycle& coverage) {
   return coverage.phases.count(Structure::LvBlood) != 0 &&
          coverage.phases.count(Structure::LvMyocardium) != 0;
 }
-
-}  // namespace
 
 std::vector<float> filled_lv(const CoverageCycle& coverage, std::size_t phase) {
   std::vector<float> out = coverage.phases.at(Structure::LvMyocardium)[phase];

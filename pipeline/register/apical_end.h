@@ -10,6 +10,9 @@
 
 namespace beatlas::reg {
 
+/// Whether there are both the LV's blood and its muscle.
+[[nodiscard]] bool holds_lv(const CoverageCycle& coverage);
+
 /// Coverage of one phase of the LV's blood and muscle together. @pre there are both
 [[nodiscard]] std::vector<float> filled_lv(const CoverageCycle& coverage, std::size_t phase);
 

@@ -117,8 +117,15 @@ Phase raw_from_coverage(const Grid& source, const Phase& coverage, const Grid& l
   return level;
 }
 
-Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const Grid& lattice,
-                      const AxisMap& map, int open_step, const ApicalEnd& apex) {
+/// Where the path runs between two slices.
+Eigen::Vector2d between(const SectionPath& path, int one, int other, double share) {
+  return (1 - share) * path[static_cast<std::size_t>(one)] +
+         share * path[static_cast<std::size_t>(other)];
+}
+
+Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const SectionPath& path,
+                      const Grid& lattice, const AxisMap& map, int open_step,
+                      const ApicalEnd& apex) {
   const std::vector<Phase> distances = without_slice_mean(means);
   Phase level(lattice.count(), kFar);
   const int nk = source.size[2];
@@ -146,6 +153,8 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
     const float to_half = past_tip ? w * static_cast<float>(0.5 / apex.gaps) : 0;
     const bool cubic = !past_tip && has(k0 - 1) && has(k0) && has(k1) && has(k0 + 2);
     const std::array<float, 4>& weight = across[static_cast<std::size_t>(z)].weight;
+    const Eigen::Vector2d here = past_tip ? path[static_cast<std::size_t>(tip)]
+                                          : between(path, k0, k1, static_cast<double>(w));
     // On the open side the last slice is carried on unchanged; a cut ends it.
     const bool carry0 = has(k0) && !has(k1) && open_step > 0;
     const bool carry1 = has(k1) && !has(k0) && open_step < 0;
@@ -154,8 +163,10 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
       for (int x = 0; x < lattice.size[0]; ++x) {
         const double i = map.index(0, x);
         const auto value = [&](int slice) {
-          return sample_plane(distances[static_cast<std::size_t>(slice)].data(), source.size[0],
-                              source.size[1], i, j);
+          const auto n = static_cast<std::size_t>(slice);
+          const Eigen::Vector2d aside = here - path[n];
+          return sample_plane(distances[n].data(), source.size[0], source.size[1], i - aside[0],
+                              j - aside[1]);
         };
         float& out = level[lattice.offset(x, y, z)];
         if (past_tip) {
@@ -202,16 +213,16 @@ Phase level_from_coverage(const Grid& source, const Phase& coverage, const Grid&
 }
 
 Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
-                        const Grid& lattice, const AxisMap& map, int open_step,
-                        const ApicalEnd& apex) {
-  Phase level = raw_from_slices(source, distances, lattice, map, open_step, apex);
+                        const SectionPath& path, const Grid& lattice, const AxisMap& map,
+                        int open_step, const ApicalEnd& apex) {
+  Phase level = raw_from_slices(source, distances, path, lattice, map, open_step, apex);
   smooth_evenly(level, lattice, Vec3::Constant(kSmoothMm * kSmoothMm / 2));
   return level;
 }
 
 void open_toward_base(Phase& wall, const Grid& source, const std::vector<Phase>& outer,
-                      const std::vector<Phase>& cavity, const Grid& lattice, const AxisMap& map,
-                      int open_step) {
+                      const std::vector<Phase>& cavity, const SectionPath& path,
+                      const Grid& lattice, const AxisMap& map, int open_step) {
   for (int z = 0; z < lattice.size[2]; ++z) {
     const double at = map.index(2, z);
     const int near = static_cast<int>(open_step > 0 ? std::floor(at) : std::ceil(at));
@@ -220,15 +231,20 @@ void open_toward_base(Phase& wall, const Grid& source, const std::vector<Phase>&
     const Phase& within = cavity[static_cast<std::size_t>(near)];
     const Phase& beyond = outer[static_cast<std::size_t>(next)];
     if (within.empty() || beyond.empty()) continue;
+    const Eigen::Vector2d here = between(path, near, next, std::abs(at - near));
+    const Eigen::Vector2d from_near = here - path[static_cast<std::size_t>(near)];
+    const Eigen::Vector2d from_next = here - path[static_cast<std::size_t>(next)];
+    const auto sample = [&](const Phase& slice, double i, double j) {
+      return sample_plane(slice.data(), source.size[0], source.size[1], i, j);
+    };
     for (int y = 0; y < lattice.size[1]; ++y) {
       const double j = map.index(1, y);
       for (int x = 0; x < lattice.size[0]; ++x) {
         const double i = map.index(0, x);
-        const float lid =
-            std::min(-sample_plane(within.data(), source.size[0], source.size[1], i, j),
-                     sample_plane(beyond.data(), source.size[0], source.size[1], i, j));
-        float& here = wall[lattice.offset(x, y, z)];
-        here = std::max(here, lid);
+        const float lid = std::min(-sample(within, i - from_near[0], j - from_near[1]),
+                                   sample(beyond, i - from_next[0], j - from_next[1]));
+        float& level = wall[lattice.offset(x, y, z)];
+        level = std::max(level, lid);
       }
     }
   }

@@ -6,6 +6,7 @@
 
 #include "pipeline/core/grid.h"
 #include "pipeline/register/apical_end.h"
+#include "pipeline/register/section_path.h"
 
 namespace beatlas::reg {
 
@@ -37,13 +38,13 @@ enum class Creases { Keep, Round };
                                         const Grid& lattice, const AxisMap& map, Creases creases);
 
 /// Level [mm] from the in-plane distances of the slices (shape interpolation), cubic between four
-/// slices and linear between two, smoothed. Towards a slice without the structure it closes roundly
-/// within half a gap, unless a cut ends it; beyond its most apical slice where `apex` says, also
-/// where the stack ends there.
-/// @param open_step of the structure's BaseCut, 0 without one
+/// slices and linear between two, along the path of its sections, smoothed. Towards a slice without
+/// the structure it closes roundly within half a gap, unless a cut ends it; beyond its most apical
+/// slice where `apex` says, also where the stack ends there.
+/// @param path see section_path.h  @param open_step of the structure's BaseCut, 0 without one
 [[nodiscard]] Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
-                                      const Grid& lattice, const AxisMap& map, int open_step,
-                                      const ApicalEnd& apex);
+                                      const SectionPath& path, const Grid& lattice,
+                                      const AxisMap& map, int open_step, const ApicalEnd& apex);
 
 /// Takes the lid off a wall's open end. What is cavity in one slice and outside of the wall in the
 /// next toward the base is the base itself; interpolated apart, the two contours would leave a film
@@ -52,8 +53,8 @@ enum class Creases { Keep, Round };
 /// @param outer, cavity in-plane distances of each slice, of wall and cavity together and of the
 /// cavity; empty: it is not there  @param open_step of the slice index, toward the base
 void open_toward_base(Phase& wall, const Grid& source, const std::vector<Phase>& outer,
-                      const std::vector<Phase>& cavity, const Grid& lattice, const AxisMap& map,
-                      int open_step);
+                      const std::vector<Phase>& cavity, const SectionPath& path,
+                      const Grid& lattice, const AxisMap& map, int open_step);
 
 /// Raises the level beyond a plane of constant slice index, so that the shape ends flat there.
 /// @param step +1: beyond is at larger index, -1: smaller

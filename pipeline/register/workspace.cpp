@@ -6,6 +6,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/register/section_path.h"
 #include "pipeline/register/shape_level.h"
 #include "pipeline/register/slice_distance.h"
 #include "runtime/base/error.h"
@@ -132,9 +133,18 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
     const double first_k = coverage.first[2];
 
     const int open_step = cut != nullptr ? cut->base_step : 0;
+    // The cavity goes the same way as the wall about it.
+    SectionPath path;
+    if (thick && structure == Structure::LvBlood && holds_lv(coverage)) {
+      std::vector<Phase> whole(phases.size());
+      for (std::size_t p = 0; p < phases.size(); ++p) whole[p] = filled_lv(coverage, p);
+      path = section_path(coverage.grid, whole);
+    } else if (thick) {
+      path = section_path(coverage.grid, filled);
+    }
     const auto level_of = [&](const Phase& part, const std::vector<Phase>& sections,
                               const ApicalEnd& apex, Creases creases) {
-      return thick ? level_from_slices(coverage.grid, sections, lattice, map, open_step, apex)
+      return thick ? level_from_slices(coverage.grid, sections, path, lattice, map, open_step, apex)
                    : level_from_coverage(coverage.grid, part, lattice, map, creases);
     };
     const auto sections_of = [&](const Phase& part) {
@@ -156,7 +166,7 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
         std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
                        [](float outside, float inside) { return std::max(outside, -inside); });
         if (thick && open_step != 0) {
-          open_toward_base(level, coverage.grid, sections, within, lattice, map, open_step);
+          open_toward_base(level, coverage.grid, sections, within, path, lattice, map, open_step);
         }
       }
       if (cut != nullptr) {

@@ -226,6 +226,33 @@ TEST(Shape, ends_flat_where_a_valve_plane_cuts_it_in_each_phase) {
   }
 }
 
+// A bent wall's cavity in slices far apart: discs of 8 mm radius that lean by 14 mm from slice to
+// slice hardly lie over each other.
+TEST(Shape, of_a_thin_leaning_body_hangs_together_between_thick_slices) {
+  constexpr double kRadiusMm = 8;
+  constexpr double kGapMm = 16;
+  const Grid grid = made::straight_grid({76, 48, 5}, {1.4, 1.4, kGapMm});
+  const auto middle_mm = [&](double k) { return 24.0 + 14 * k; };
+  std::vector<float> leaning;
+  for (int k = 0; k < 5; ++k) {
+    for (int j = 0; j < 48; ++j) {
+      for (int i = 0; i < 76; ++i) {
+        const double d = std::hypot(i * 1.4 - middle_mm(k), j * 1.4 - 33) - kRadiusMm;
+        leaning.push_back(static_cast<float>(std::clamp(0.5 - d / 1.4, 0.0, 1.0)));
+      }
+    }
+  }
+  Segmentation segmentation = made::segmentation_of(grid, 1);
+  segmentation.coverage.phases[Structure::RvBlood] = {leaning};
+  const auto shapes = shapes_of(segmentation, Affine::Identity());
+  for (double k = 0.5; k < 4; k += 1) {
+    const Vec3 middle(middle_mm(k), 33, kGapMm * k);
+    EXPECT_LT(made::level_at(shapes[0], 0, middle), -5) << "slice " << k;  // in place: -1
+    const double ahead = made::surface_along(shapes[0], 0, middle, Vec3::UnitX(), 0, 20);
+    EXPECT_NEAR(ahead, kRadiusMm, 1) << "slice " << k;
+  }
+}
+
 TEST(Shape, of_the_myocardium_is_the_space_between_two_filled_shapes) {
   for (const Vec3& spacing : {Vec3(1, 1, 3), Vec3(1.4, 1.4, 8)}) {
     const Grid grid =
