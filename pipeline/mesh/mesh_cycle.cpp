@@ -25,7 +25,8 @@ constexpr double kLeastDeg = 10;  ///< of a triangle that is not too thin
 /// Share of triangles, of all phases, that may be thinner and the mesh is sound: five of a
 /// surface's 25 000 are nothing to touch or to see, and to mesh another phase takes as long again.
 constexpr double kMostThin = 2e-4;
-/// Of triangles, pairs that pass through each other: a surface that is checked has no more.
+/// Of triangles, pairs that pass through each other, above which another mesh is looked for whose
+/// shape may be farther off. A package is refused only at StructuralLimits::crossing_percent.
 constexpr double kManyCrossings = 0.01;
 constexpr double kFarOffMm = 0.1;  ///< of a mesh from its surfaces, mean of all phases
 constexpr double kLostMm = 0.3;    ///< the same of one phase: a part of its shape is not there

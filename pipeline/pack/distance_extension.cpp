@@ -81,13 +81,13 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
         const int j = down[1] ? lattice.size[1] - 1 - jj : jj;
         const std::size_t start = lattice.offset(0, j, k);
         const std::size_t row = start / static_cast<std::size_t>(lattice.size[0]);
-        const std::span<const int> found(to_find.data() + first_of_row[row],
-                                         first_of_row[row + 1] - first_of_row[row]);
+        const std::span<const int> of_row(to_find.data() + first_of_row[row],
+                                          first_of_row[row + 1] - first_of_row[row]);
         const auto visit = [&](int i) { look_at(i, j, k, start + static_cast<std::size_t>(i)); };
         if (down[0]) {
-          std::for_each(found.rbegin(), found.rend(), visit);
+          std::for_each(of_row.rbegin(), of_row.rend(), visit);
         } else {
-          std::for_each(found.begin(), found.end(), visit);
+          std::for_each(of_row.begin(), of_row.end(), visit);
         }
       }
     }

@@ -92,6 +92,17 @@ Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage) {
   return out;
 }
 
+namespace {
+
+/// Of all phases, see filled_lv.
+std::vector<Phase> filled_lvs(const CoverageCycle& coverage) {
+  std::vector<Phase> out(coverage.phases.at(Structure::LvMyocardium).size());
+  for (std::size_t p = 0; p < out.size(); ++p) out[p] = filled_lv(coverage, p);
+  return out;
+}
+
+}  // namespace
+
 std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
                                             const Affine& workspace_from_lps,
                                             const RegisterOptions& options, StageContext& context) {
@@ -101,6 +112,9 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
   const int last_k = segmentation.labels.grid.size[2] - 1;
   const int to_apex = thick ? step_to_apex(segmentation, segmentation.axis) : 0;
   segmentation.labels.phases = {};
+  // The cavity goes the same way as the wall about it.
+  SectionPath lv_path;
+  if (thick && holds_lv(coverage)) lv_path = section_path(coverage.grid, filled_lvs(coverage));
   std::vector<ShapeCycle> shapes;
   for (auto& [structure, phases] : coverage.phases) {
     const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
@@ -116,9 +130,7 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
     const auto cavity = coverage.phases.find(Structure::LvBlood);
     const bool with_cavity = wall && cavity != coverage.phases.end();
     std::vector<Phase> with_blood;
-    if (with_cavity) {
-      for (std::size_t p = 0; p < phases.size(); ++p) with_blood.push_back(filled_lv(coverage, p));
-    }
+    if (with_cavity) with_blood = filled_lvs(coverage);
     std::vector<Phase>& filled = with_cavity ? with_blood : phases;
     // The LV's wall is made with its cavity, and both tell where other structures end.
     const bool done_with = with_cavity || (!wall && structure != Structure::LvBlood);
@@ -133,14 +145,10 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
     const double first_k = coverage.first[2];
 
     const int open_step = cut != nullptr ? cut->base_step : 0;
-    // The cavity goes the same way as the wall about it.
     SectionPath path;
-    if (thick && structure == Structure::LvBlood && holds_lv(coverage)) {
-      std::vector<Phase> whole(phases.size());
-      for (std::size_t p = 0; p < phases.size(); ++p) whole[p] = filled_lv(coverage, p);
-      path = section_path(coverage.grid, whole);
-    } else if (thick) {
-      path = section_path(coverage.grid, filled);
+    if (thick) {
+      const bool of_lv = wall || structure == Structure::LvBlood;
+      path = of_lv && !lv_path.empty() ? lv_path : section_path(coverage.grid, filled);
     }
     const auto level_of = [&](const Phase& part, const std::vector<Phase>& sections,
                               const ApicalEnd& apex, Creases creases) {

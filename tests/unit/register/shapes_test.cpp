@@ -226,8 +226,7 @@ TEST(Shape, ends_flat_where_a_valve_plane_cuts_it_in_each_phase) {
   }
 }
 
-// A bent wall's cavity in slices far apart: discs of 8 mm radius that lean by 14 mm from slice to
-// slice hardly lie over each other.
+// Discs of 8 mm radius, each 14 mm beside the one in the slice before, hardly lie over each other.
 TEST(Shape, of_a_thin_leaning_body_hangs_together_between_thick_slices) {
   constexpr double kRadiusMm = 8;
   constexpr double kGapMm = 16;
