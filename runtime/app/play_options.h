@@ -1,0 +1,51 @@
+#pragma once
+/// What `beatlas-play` is told on its command line, its subcommands apart.
+
+#include <string>
+
+#include "runtime/app/press_session.h"
+#include "runtime/device/hardware.h"
+
+namespace CLI {
+class App;
+}
+
+namespace beatlas::app {
+
+struct PlayArguments {
+  std::string package;
+  bool headless = false;
+  std::string device = "simulated";
+  std::string scene = "palpation";
+  std::string recording;
+  std::string hand = "palpation";
+  std::string side = "left";
+  double seconds = 10;
+  double depth_mm = 4;
+  double amplitude_mm = 4;
+  double frequency_hz = 1.5;
+  double mass_kg = 0;
+  bool fast = false;
+  bool published = false;
+  bool held = false;
+  std::string model = "proxy";
+  double tool_radius_mm = 0;
+  double tool_half_length_mm = 0;
+  double long_axis = 0.5;
+  double damping_n_s_per_m = 0;
+  double friction_static = 0;
+  double friction_dynamic = 0;
+  int tool_points = 2000;
+  double heart_rate_per_min = 0;
+  std::string trace;
+  std::string ticks;
+  device::HardwareOptions hardware;
+  bool list_devices = false;
+  bool json = false;
+  bool scene_named = false;
+  PressArguments press;
+};
+
+void add_play_options(CLI::App& app, PlayArguments& arguments);
+
+}  // namespace beatlas::app
