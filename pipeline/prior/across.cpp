@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
+#include "pipeline/core/lv_direction.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/prior/stored.h"
@@ -20,23 +19,6 @@ namespace {
 constexpr double kFieldMm = 60;
 /// Cosine of the LV's axis with the normal of slices that lie along it as much as across.
 constexpr double kAlong = 0.70710678;
-
-/// Mean and spread of places.
-struct Moments {
-  double count = 0;
-  Vec3 sum = Vec3::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-
-  void add(const Vec3& place) {
-    count += 1;
-    sum += place;
-    squares += place * place.transpose();
-  }
-  [[nodiscard]] Vec3 mean() const { return sum / count; }
-  [[nodiscard]] Eigen::Matrix3d spread() const {
-    return squares / count - mean() * mean().transpose();
-  }
-};
 
 /// Calls visit(place [mm], label) for what is likeliest to be heart in any phase.
 template <class Visit>
@@ -54,6 +36,20 @@ void each_of_heart(const PriorCycle& looked, const Visit& visit) {
       }
     }
   }
+}
+
+/// [voxel] in how much of the phases that were looked at a label is likeliest.
+std::vector<float> share_of_phases(const PriorCycle& looked, std::uint8_t label) {
+  std::vector<float> out(looked.grid.count(), 0.0F);
+  const auto seen = std::count_if(looked.phases.begin(), looked.phases.end(),
+                                  [](const auto& phase) { return !phase.empty(); });
+  for (std::size_t p = 0; p < looked.phases.size(); ++p) {
+    if (looked.phases[p].empty()) continue;
+    for (std::size_t v = 0; v < out.size(); ++v) {
+      if (looked.likeliest(p, v) == label) out[v] += 1.0F / static_cast<float>(seen);
+    }
+  }
+  return out;
 }
 
 /// Axes of slices across a direction, as near to those of the stack as they can be.
@@ -109,15 +105,13 @@ std::optional<AcrossLv> across_lv(const PriorCycle& looked, const Grid& stack,
                                   const ModelCard& card) {
   const Vec3 spacing = stack.spacing_mm();
   if (!(spacing[2] < kThickSlicesMm)) return {};
-  Moments lv;
-  each_of_heart(looked, [&](const Vec3& place, std::uint8_t label) {
-    if (label == kLabelLvBlood || label == kLabelLvMyocardium) lv.add(place);
-  });
-  if (lv.count == 0) return {};
-  const Vec3 longest =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(lv.spread()).eigenvectors().col(2);
-  if (std::abs(longest.dot(stack.mm_from_index.linear().col(2).normalized())) > kAlong) return {};
-  const Eigen::Matrix3d axes = axes_across(longest, stack);
+  const std::optional<Vec3> direction =
+      lv_direction(looked.grid, share_of_phases(looked, kLabelLvBlood),
+                   share_of_phases(looked, kLabelLvMyocardium));
+  if (!direction) return {};
+  if (std::abs(direction->dot(stack.mm_from_index.linear().col(2).normalized())) > kAlong)
+    return {};
+  const Eigen::Matrix3d axes = axes_across(*direction, stack);
   Vec3 low = Vec3::Constant(1e9);
   Vec3 high = Vec3::Constant(-1e9);
   each_of_heart(looked, [&](const Vec3& place, std::uint8_t) {

@@ -375,6 +375,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   out.labels.grid = stack.grid;
   put_back(labels, task.box, out.labels);
   out.axis = ventricle_axis(out);
+  if (!out.axis && out.coverage.phases.count(Structure::LvMyocardium) != 0) {
+    tell(
+        {"the left ventricle's long axis is not known, since its apex or a base is not seen in "
+         "every phase; nothing on the wall is named by AHA segment, and no thickness is told"});
+  }
   return out;
 }
 

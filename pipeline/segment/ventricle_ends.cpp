@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 
+#include "pipeline/core/lv_direction.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
@@ -202,37 +202,40 @@ bool holds(const Segmentation& segmentation, Structure structure) {
   return segmentation.coverage.phases.count(structure) != 0;
 }
 
-/// Origin and direction alone.
-std::optional<LongAxis> principal_axis(const Segmentation& segmentation) {
-  const auto ed = static_cast<std::size_t>(segmentation.end_diastole);
-  const auto moments = [&](const std::vector<Structure>& structures, Vec3& mean,
-                           Eigen::Matrix3d& spread) {
-    double sum = 0;
-    Vec3 first = Vec3::Zero();
-    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-    Body(segmentation, structures, ed).each([&](const Vec3& lps, double share) {
-      sum += share;
-      first += share * lps;
-      second += share * lps * lps.transpose();
-    });
-    if (!(sum > 0)) return false;
-    mean = first / sum;
-    spread = second / sum - mean * mean.transpose();
-    return true;
-  };
-  LongAxis axis;
-  Eigen::Matrix3d spread;
-  Eigen::Matrix3d unused;
-  Vec3 blood;
-  Vec3 muscle;
-  if (!moments(kVentricle, axis.origin_mm, spread) ||
-      !moments({Structure::LvBlood}, blood, unused) ||
-      !moments({Structure::LvMyocardium}, muscle, unused)) {
-    return {};
+/// A structure's coverage at end-diastole, without what lies beyond its cut; empty without it.
+std::vector<float> within_cut(const Segmentation& segmentation, Structure structure) {
+  const auto found = segmentation.coverage.phases.find(structure);
+  if (found == segmentation.coverage.phases.end()) return {};
+  const Grid& grid = segmentation.coverage.grid;
+  const int phase = segmentation.end_diastole;
+  std::vector<float> out = found->second[static_cast<std::size_t>(phase)];
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const auto share = static_cast<float>(
+        share_within_cut(segmentation, structure, phase, k + segmentation.coverage.first[2]));
+    if (share == 1) continue;
+    const auto first = out.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+    std::for_each(first, first + static_cast<std::ptrdiff_t>(grid.slice_count()),
+                  [share](float& voxel) { voxel *= share; });
   }
-  axis.towards_base = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
-  // Muscle closes the ventricle at its apex, nothing does at its base.
-  if (axis.towards_base.dot(blood - muscle) < 0) axis.towards_base = -axis.towards_base;
+  return out;
+}
+
+/// Origin and direction alone: the middle of the LV's blood and wall, and the way they lie.
+std::optional<LongAxis> line_of_lv(const Segmentation& segmentation) {
+  const std::optional<Vec3> along =
+      lv_direction(segmentation.coverage.grid, within_cut(segmentation, Structure::LvBlood),
+                   within_cut(segmentation, Structure::LvMyocardium));
+  if (!along) return {};
+  double sum = 0;
+  Vec3 first = Vec3::Zero();
+  Body(segmentation, kVentricle, static_cast<std::size_t>(segmentation.end_diastole))
+      .each([&](const Vec3& lps, double share) {
+        sum += share;
+        first += share * lps;
+      });
+  LongAxis axis;
+  axis.origin_mm = first / sum;
+  axis.towards_base = *along;
   return axis;
 }
 
@@ -242,7 +245,7 @@ std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation) {
   if (!holds(segmentation, Structure::LvBlood) || !holds(segmentation, Structure::LvMyocardium)) {
     return {};
   }
-  std::optional<LongAxis> axis = principal_axis(segmentation);
+  std::optional<LongAxis> axis = line_of_lv(segmentation);
   if (!axis) return {};
   const std::size_t n = segmentation.labels.phases.size();
   const bool rv = holds(segmentation, Structure::RvBlood);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
 
 #include "runtime/base/error.h"
@@ -39,6 +40,28 @@ Shape shape_of(const atlas::SurfacePayload& surface, int phase) {
   return shape;
 }
 
+/// The long axis of the map's places, which are told in the first phase: their share rises straight
+/// towards the base, so its slope over the places is the direction.
+Vec3 apexward_of(const atlas::SurfaceMapPayload& map, const atlas::SurfacePayload& surface) {
+  const std::vector<Vec3f>& at = surface.positions.front();
+  const auto count = static_cast<double>(at.size());
+  Vec3 mean = Vec3::Zero();
+  double mean_share = 0;
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    mean += at[v].cast<double>() / count;
+    mean_share += static_cast<double>(map.long_axis[v]) / count;
+  }
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  Vec3 products = Vec3::Zero();
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    const Vec3 away = at[v].cast<double>() - mean;
+    squares += away * away.transpose();
+    products += (static_cast<double>(map.long_axis[v]) - mean_share) * away;
+  }
+  const Vec3 slope = squares.ldlt().solve(products);
+  return slope.norm() > 0 ? Vec3(-slope.normalized()) : Vec3(Vec3::UnitX());
+}
+
 Vec3 across(const Vec3& direction, const Vec3& axis) {
   const Vec3 rest = direction - axis.dot(direction) * axis;
   if (rest.norm() > 1e-3) return rest.normalized();
@@ -70,8 +93,13 @@ HeartFrame heart_frame(const atlas::Atlas& atlas) {
   const int phase = atlas.manifest().end_diastole;
   const Shape ventricle = shape_of(*left, phase);
   frame.centre_mm = ventricle.centre;
+  // An atlas that knows its long axis is cut along that: short stacks hold LVs wider than long.
   frame.apexward = ventricle.longest;
-  if (frame.apexward.dot(frame.lps(1, -1, -1)) < 0) frame.apexward *= -1;
+  if (const auto map = atlas.surface_map(Structure::LvBlood);
+      map && left->structure == map->structure) {
+    frame.apexward = apexward_of(*map, *left);
+  } else if (frame.apexward.dot(frame.lps(1, -1, -1)) < 0)
+    frame.apexward *= -1;
   Vec3 right = frame.lps(-1, -1, 0);
   if (const auto surface = atlas.surface(Structure::RvBlood)) {
     right = shape_of(*surface, phase).centre - ventricle.centre;
