@@ -9,6 +9,7 @@
 #include "runtime/app/text.h"
 #include "runtime/base/error.h"
 #include "runtime/field/surface_point.h"
+#include "runtime/palpation/over_wall.h"
 #include "runtime/palpation/patch_model.h"
 #include "runtime/plot/plot.h"
 
@@ -16,7 +17,6 @@ namespace beatlas::app {
 namespace {
 
 constexpr double kApartMm = 3;  // centres nearer to each other tell no direction
-constexpr double kStepMm = 0.5;
 
 std::shared_ptr<const field::FieldQuery> query_of(const atlas::Atlas& package,
                                                   Structure structure) {
@@ -32,28 +32,10 @@ Vec3 towards_free_wall(const atlas::Atlas& package, const field::FieldQuery& hea
   return across.norm() < kApartMm ? left : Vec3(across.normalized());
 }
 
-/// From the middle of a segment out through its wall to the heart's surface; none where more than
-/// that wall lies there.
+/// Over the middle of a segment's wall.
 std::optional<Vec3> over_segment(const palpation::LvWall& wall, int segment,
-                                 const field::FieldQuery& heart, double t) {
-  const palpation::LvWall::Middle middle = wall.middle_of(segment);
-  const double wall_mm = static_cast<double>(wall.wall_mm()[middle.vertex]);
-  const auto inside = [&](double way) {
-    return heart.sample(middle.mm + way * middle.outward, t).distance_mm < 0;
-  };
-  double way = 0;
-  while (inside(way)) {
-    way += kStepMm;
-    if (way <= wall_mm + palpation::AtlasMuscle::kOutsideMm) continue;
-    return std::nullopt;
-  }
-  double low = std::max(0.0, way - kStepMm);
-  double high = way;
-  while (high - low > 1e-6) {
-    const double half = 0.5 * (low + high);
-    (inside(half) ? low : high) = half;
-  }
-  return middle.mm + high * middle.outward;
+                                 const field::FieldQuery& heart, double end_diastole_s) {
+  return palpation::over_wall(wall, wall.middle_of(segment), heart, end_diastole_s);
 }
 
 /// One finger on one muscle of an atlas.

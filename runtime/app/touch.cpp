@@ -18,14 +18,16 @@ namespace {
 
 using nlohmann::json;
 
-// Runs of vertices of the same tissue: [count, scar, thickness ratio, alpha].
+// Runs of vertices of the same tissue: [count, scar, thickness ratio, alpha, stiffness ratio];
+// files from before there was the last one are without it.
 json tissue_to_json(const palpation::TissueMap& map) {
   json runs = json::array();
   const std::vector<palpation::Tissue>& all = map.of_vertex;
   for (std::size_t first = 0; first < all.size();) {
     std::size_t end = first;
     while (end < all.size() && all[end] == all[first]) ++end;
-    runs.push_back({end - first, all[first].scar, all[first].thickness_ratio, all[first].alpha});
+    runs.push_back({end - first, all[first].scar, all[first].thickness_ratio, all[first].alpha,
+                    all[first].stiffness_ratio});
     first = end;
   }
   return {{"runs", runs}, {"infarct", {map.infarct.fraction, map.infarct.alpha}}};
@@ -47,15 +49,19 @@ palpation::TissueMap tissue_from_json(const json& document, const std::string& p
   if (!runs.is_array()) throw_invalid(path + "/runs must be a list");
   for (std::size_t n = 0; n < runs.size(); ++n) {
     const std::string where = path + "/runs/" + std::to_string(n);
-    if (!runs[n].is_array() || runs[n].size() != 4) throw_invalid(where + " must be four numbers");
+    if (!runs[n].is_array() || (runs[n].size() != 4 && runs[n].size() != 5)) {
+      throw_invalid(where + " must be five numbers");
+    }
     const auto count = static_cast<std::size_t>(within(runs[n][0], where, 1, kMostVertices));
     if (out.of_vertex.size() + count > static_cast<std::size_t>(kMostVertices)) {
       throw_invalid(path + "/runs are of more vertices than any atlas has");
     }
-    out.of_vertex.resize(out.of_vertex.size() + count,
-                         {.scar = within(runs[n][1], where, 0, 1),
-                          .thickness_ratio = within(runs[n][2], where, 0.3, 2),
-                          .alpha = within(runs[n][3], where, 0, 1)});
+    out.of_vertex.resize(
+        out.of_vertex.size() + count,
+        {.scar = within(runs[n][1], where, 0, 1),
+         .thickness_ratio = within(runs[n][2], where, 0.3, 2),
+         .alpha = within(runs[n][3], where, 0, 1),
+         .stiffness_ratio = runs[n].size() == 5 ? within(runs[n][4], where, 0.1, 10) : 1});
   }
   if (!infarct.is_array() || infarct.size() != 2) {
     throw_invalid(path + "/infarct must be two numbers");

@@ -54,6 +54,11 @@ class AtlasMuscle {
   [[nodiscard]] const TissueMap& tissue() const noexcept { return tissue_; }
   [[nodiscard]] const NaturalWall& natural() const noexcept { return natural_; }
 
+  /// Of a vertex.
+  [[nodiscard]] const PatchConstants& as_it_is(std::uint32_t vertex) const noexcept {
+    return as_it_is_[vertex];
+  }
+
   /// A tick's: the muscle under a place of the heart's surface. Over the right ventricle, the atria
   /// and the vessels: healthy, as at the long axis beside them. @param beats as LvWall::nearest
   [[nodiscard]] const PatchConstants& under(const Vec3& mm, double beats,

@@ -21,6 +21,40 @@ Vec3 doubled_area(const std::vector<Vec3f>& at, const std::array<std::uint32_t, 
   return (at[triangle[1]].cast<double>() - a).cross(at[triangle[2]].cast<double>() - a);
 }
 
+/// Weights of the corners in the point of a triangle that is nearest to p (Ericson, Real-Time
+/// Collision Detection, 2005, 5.1.5: by the region of the plane that p lies over).
+Vec3 nearest_of_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a;
+  const Vec3 ac = c - a;
+  const double d1 = ab.dot(p - a);
+  const double d2 = ac.dot(p - a);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const double d3 = ab.dot(p - b);
+  const double d4 = ac.dot(p - b);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double d5 = ab.dot(p - c);
+  const double d6 = ac.dot(p - c);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double over_c = d1 * d4 - d3 * d2;
+  if (over_c <= 0 && d1 >= 0 && d3 <= 0) {
+    const double share = d1 / (d1 - d3);
+    return {1 - share, share, 0};
+  }
+  const double over_b = d5 * d2 - d1 * d6;
+  if (over_b <= 0 && d2 >= 0 && d6 <= 0) {
+    const double share = d2 / (d2 - d6);
+    return {1 - share, 0, share};
+  }
+  const double over_a = d3 * d6 - d5 * d4;
+  if (over_a <= 0 && d4 >= d3 && d5 >= d6) {
+    const double share = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - share, share};
+  }
+  const double whole = over_a + over_b + over_c;
+  if (!(whole > 0)) return {1, 0, 0};  // a triangle without an area
+  return Vec3(over_a, over_b, over_c) / whole;
+}
+
 }  // namespace
 
 LvWall::LvWall(std::shared_ptr<const atlas::SurfacePayload> endocardium,
@@ -39,14 +73,20 @@ LvWall::LvWall(std::shared_ptr<const atlas::SurfacePayload> endocardium,
   }
   const std::vector<Vec3f>& at = endocardium_->positions[end_diastole_];
   std::vector<double> area(vertices);
+  outward_.assign(vertices, Vec3::Zero());
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const auto& triangle : endocardium_->triangles) {
-    const double third = doubled_area(at, triangle).norm() / 6;
+    const Vec3 doubled = doubled_area(at, triangle);
+    const double third = doubled.norm() / 6;
     for (std::size_t n = 0; n < 3; ++n) {
       area[triangle[n]] += third;
+      outward_[triangle[n]] += doubled;
       edges.emplace_back(triangle[n], triangle[(n + 1) % 3]);
       edges.emplace_back(triangle[(n + 1) % 3], triangle[n]);
     }
+  }
+  for (Vec3& normal : outward_) {
+    normal = normal.norm() > 0 ? Vec3(normal.normalized()) : Vec3(Vec3::UnitX());
   }
   double whole = 0;
   for (std::size_t v = 0; v < vertices; ++v) {
@@ -159,7 +199,7 @@ WallPlace LvWall::follow(const Vec3& mm, double beats, Trail& trail) const noexc
   return place(found, static_cast<double>(away2(found)));
 }
 
-LvWall::Middle LvWall::middle_of(int segment) const {
+std::uint32_t LvWall::middle_of(int segment) const {
   const std::vector<Vec3f>& at = endocardium_->positions[end_diastole_];
   Vec3 sum = Vec3::Zero();
   double weight = 0;
@@ -173,21 +213,48 @@ LvWall::Middle LvWall::middle_of(int segment) const {
                   "; look at mesh/map_lv_blood.csv of the study");
   }
   const Vec3 mean = sum / weight;
-  Middle out;
+  std::uint32_t out = 0;
   double best = std::numeric_limits<double>::infinity();
   for (std::uint32_t v = 0; v < at.size(); ++v) {
     const double away = (at[v].cast<double>() - mean).squaredNorm();
     if (map_->segment[v] != segment || !(share_[v] > 0) || !(away < best)) continue;
     best = away;
-    out.vertex = v;
+    out = v;
   }
-  out.mm = at[out.vertex].cast<double>();
-  Vec3 normal = Vec3::Zero();
+  return out;
+}
+
+LvWall::Material LvWall::material_at(const Vec3& mm, double beats) const {
+  const std::size_t phases = endocardium_->positions.size();
+  const double along =
+      (std::isfinite(beats) ? beats - std::floor(beats) : 0) * static_cast<double>(phases);
+  const std::size_t before = static_cast<std::size_t>(along) % phases;
+  const double share = along - std::floor(along);
+  const std::vector<Vec3f>& from = endocardium_->positions[before];
+  const std::vector<Vec3f>& to = endocardium_->positions[(before + 1) % phases];
+  const auto at = [&](std::uint32_t v) -> Vec3 {
+    return (1 - share) * from[v].cast<double>() + share * to[v].cast<double>();
+  };
+  Material out;
+  double least = std::numeric_limits<double>::infinity();
   for (const auto& triangle : endocardium_->triangles) {
-    if (std::find(triangle.begin(), triangle.end(), out.vertex) == triangle.end()) continue;
-    normal += doubled_area(at, triangle);
+    if (std::any_of(triangle.begin(), triangle.end(),
+                    [&](std::uint32_t v) { return !(wall_mm()[v] > 0); })) {
+      continue;
+    }
+    const Vec3 weights = nearest_of_triangle(mm, at(triangle[0]), at(triangle[1]), at(triangle[2]));
+    const auto mixed = [&](const auto& place) -> Vec3 {
+      return weights[0] * place(triangle[0]) + weights[1] * place(triangle[1]) +
+             weights[2] * place(triangle[2]);
+    };
+    const double away = (mixed(at) - mm).squaredNorm();
+    if (!(away < least)) continue;
+    least = away;
+    Eigen::Index nearest = 0;
+    weights.maxCoeff(&nearest);
+    out = {.mm = mixed([&](std::uint32_t v) { return this->mm(v); }),
+           .vertex = triangle[static_cast<std::size_t>(nearest)]};
   }
-  if (normal.norm() > 0) out.outward = normal.normalized();
   return out;
 }
 

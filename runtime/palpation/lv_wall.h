@@ -42,6 +42,24 @@ class LvWall {
   /// thickness there, at end-diastole; they add up to 1.
   [[nodiscard]] const std::vector<double>& muscle_share() const noexcept { return share_; }
 
+  /// Of a vertex at end-diastole, and the surface's normal there, towards the muscle.
+  [[nodiscard]] Vec3 mm(std::uint32_t vertex) const noexcept {
+    return endocardium_->positions[end_diastole_][vertex].cast<double>();
+  }
+  [[nodiscard]] const Vec3& outward(std::uint32_t vertex) const noexcept {
+    return outward_[vertex];
+  }
+
+  /// A place of the muscle.
+  struct Material {
+    Vec3 mm = Vec3::Zero();    ///< of it on the endocardium at end-diastole
+    std::uint32_t vertex = 0;  ///< the nearest one
+  };
+  /// What of the endocardium is nearest to a place at `beats` (as `nearest`; between phases the
+  /// surface moves straight), vertices without a wall left out. Looks at every triangle: not for a
+  /// tick.
+  [[nodiscard]] Material material_at(const Vec3& mm, double beats) const;
+
   /// Of the vertices that have a wall, at the phase nearest to `beats` (time over the R-R
   /// interval, any number). Looks at all of them: some microseconds.
   [[nodiscard]] WallPlace nearest(const Vec3& mm, double beats) const noexcept;
@@ -59,15 +77,9 @@ class LvWall {
   /// it is there some hundred calls later.
   [[nodiscard]] WallPlace follow(const Vec3& mm, double beats, Trail& trail) const noexcept;
 
-  /// The vertex in the middle of a segment's wall at end-diastole, its place and the surface's
-  /// normal there, towards the muscle.
-  struct Middle {
-    std::uint32_t vertex = 0;
-    Vec3 mm = Vec3::Zero();
-    Vec3 outward = Vec3::UnitX();
-  };
+  /// The vertex in the middle of a segment's wall at end-diastole.
   /// @throws Error{InvalidInput} if no vertex with a wall is of that segment
-  [[nodiscard]] Middle middle_of(int segment) const;
+  [[nodiscard]] std::uint32_t middle_of(int segment) const;
 
  private:
   [[nodiscard]] std::size_t phase_of(double beats) const noexcept;
@@ -78,6 +90,7 @@ class LvWall {
   std::shared_ptr<const atlas::SurfaceMapPayload> map_;
   std::size_t end_diastole_;
   std::vector<double> share_;
+  std::vector<Vec3> outward_;                   ///< [vertex] of unit length
   std::vector<std::uint32_t> first_neighbour_;  ///< [vertex + 1] into neighbours_
   std::vector<std::uint32_t> neighbours_;
 };

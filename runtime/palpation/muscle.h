@@ -43,13 +43,14 @@ struct Tissue {
   double scar = 0;             ///< 0..1: share of scar in the wall
   double thickness_ratio = 1;  ///< 0.3..2: thickness over that of the healthy wall
   double alpha = 1;            ///< 0..1: how much of the contraction is left; paper B's alpha
+  double stiffness_ratio = 1;  ///< 0.1..10: of the muscle itself over healthy muscle at rest
 
   [[nodiscard]] bool operator==(const Tissue&) const = default;
 };
 
 /// Scar is stiffer by 0.53 of its share (elastography of pigs, PMC5628104), but a plate bends by
-/// the square of its thickness: k_v (1 + 0.53 g) (h/h0)^2 and k_h2 (1 + 0.53 g) h/h0; c_v keeps the
-/// time c_v / k_v in which the dent recovers.
+/// the square of its thickness: k_v (1 + 0.53 g) (h/h0)^2 and k_h2 (1 + 0.53 g) h/h0, both times
+/// the ratio of stiffness; c_v keeps the time c_v / k_v in which the dent recovers.
 [[nodiscard]] MuscleConstants in_tissue(const MuscleConstants& healthy,
                                         const Tissue& tissue) noexcept;
 

@@ -26,10 +26,11 @@ constexpr std::array<JsonNumber<MuscleConstants>, 5> kMuscle{{
     {"c_v_n_s_per_m", &MuscleConstants::c_v_n_s_per_m, 1e-3, 1e5},
 }};
 
-constexpr std::array<JsonNumber<Tissue>, 3> kTissue{{
+constexpr std::array<JsonNumber<Tissue>, 4> kTissue{{
     {"scar", &Tissue::scar, 0, 1},
     {"thickness_ratio", &Tissue::thickness_ratio, 0.3, 2},
     {"alpha", &Tissue::alpha, 0, 1},
+    {"stiffness_ratio", &Tissue::stiffness_ratio, 0.1, 10},
 }};
 
 constexpr std::array<JsonNumber<Contractile>, 2> kContractile{{

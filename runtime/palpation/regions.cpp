@@ -24,6 +24,7 @@ Region region_from_json(const json& entry, const std::string& path) {
   object.read("scar", region.tissue.scar, 0, 1);
   object.read("thickness_ratio", region.tissue.thickness_ratio, kThinnestRatio, kThickestRatio);
   object.read("alpha", region.tissue.alpha, 0, 1);
+  object.read("stiffness_ratio", region.tissue.stiffness_ratio, 0.1, 10);
   region.ratio_of_atlas = !object.has("thickness_ratio");
   object.finish();
   if (object.has("painted") == object.has("thinner_than_mm") ||
@@ -73,7 +74,9 @@ std::vector<Region> regions_from_json(const json& list) {
 json regions_to_json(const std::vector<Region>& regions) {
   json list = json::array();
   for (const Region& region : regions) {
-    json entry = {{"scar", region.tissue.scar}, {"alpha", region.tissue.alpha}};
+    json entry = {{"scar", region.tissue.scar},
+                  {"alpha", region.tissue.alpha},
+                  {"stiffness_ratio", region.tissue.stiffness_ratio}};
     if (!region.ratio_of_atlas) entry["thickness_ratio"] = region.tissue.thickness_ratio;
     if (region.painted.empty()) {
       entry["thinner_than_mm"] = region.thinner_than_mm;
@@ -84,6 +87,19 @@ json regions_to_json(const std::vector<Region>& regions) {
     list.push_back(std::move(entry));
   }
   return list;
+}
+
+Infarct infarct_of_wall(const LvWall& wall, const std::vector<Tissue>& of_vertex) {
+  Infarct out;
+  for (std::size_t v = 0; v < of_vertex.size(); ++v) {
+    const double alpha = of_vertex[v].alpha;
+    if (!(alpha < 1)) continue;
+    out.fraction += wall.muscle_share()[v];
+    out.alpha += wall.muscle_share()[v] * alpha;
+  }
+  if (out.fraction > 0) out.alpha /= out.fraction;
+  out.fraction = std::min(out.fraction, 1.0);  // shares add up to 1 but for rounding
+  return out;
 }
 
 TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
@@ -116,15 +132,7 @@ TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
           mm > 0 ? std::clamp(mm / healthy_mm, kThinnestRatio, 1.0) : 1;
     }
   }
-  for (std::size_t v = 0; v < out.of_vertex.size(); ++v) {
-    const double alpha = out.of_vertex[v].alpha;
-    if (!(alpha < 1)) continue;
-    out.infarct.fraction += wall.muscle_share()[v];
-    out.infarct.alpha += wall.muscle_share()[v] * alpha;
-  }
-  if (out.infarct.fraction > 0) out.infarct.alpha /= out.infarct.fraction;
-  out.infarct.fraction =
-      std::min(out.infarct.fraction, 1.0);  // shares add up to 1 but for rounding
+  out.infarct = infarct_of_wall(wall, out.of_vertex);
   return out;
 }
 

@@ -45,6 +45,9 @@ struct TissueMap {
                                        const std::vector<Region>& regions,
                                        const PaintedMaps& painted);
 
+/// What infarct this tissue of the wall's vertices makes of the whole ventricle.
+[[nodiscard]] Infarct infarct_of_wall(const LvWall& wall, const std::vector<Tissue>& of_vertex);
+
 /// schemas/palpation.schema.json, "regions". @throws Error{InvalidInput} by JSON path
 [[nodiscard]] std::vector<Region> regions_from_json(const nlohmann::json& list);
 [[nodiscard]] nlohmann::json regions_to_json(const std::vector<Region>& regions);

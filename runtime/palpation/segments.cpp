@@ -54,6 +54,29 @@ int segment_at(double long_axis, double angle_rad) noexcept {
   return (long_axis < 2.0 / 3 ? 7 : 1) + sector(6);
 }
 
+BullsEyeSector bulls_eye_sector(int segment) noexcept {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  constexpr double kAbove = kTurn / 4;
+  if (segment == 17) return {0, 0.25, 0, kTurn};
+  const int ring = segment <= 6 ? 2 : segment <= 12 ? 1 : 0;
+  const int count = ring == 0 ? 4 : 6;
+  const int first = ring == 2 ? 1 : ring == 1 ? 7 : 13;
+  const double width = kTurn / count;
+  const double middle = kAbove + width * (segment - first);  // to the left, where the septum is
+  return {0.25 * (ring + 1), 0.25 * (ring + 2), middle - width / 2, middle + width / 2};
+}
+
+std::array<double, 2> bulls_eye_place(double long_axis, double angle_rad) noexcept {
+  // Rings of one width, as their sectors: straight between the ends of apex and thirds.
+  constexpr std::array kEnds{0.0, kApexBelow, 1.0 / 3, 2.0 / 3, 1.0};
+  const double along = std::clamp(long_axis, 0.0, 1.0);
+  std::size_t ring = 0;
+  while (ring + 2 < kEnds.size() && along > kEnds[ring + 1]) ++ring;
+  const double within = (along - kEnds[ring]) / (kEnds[ring + 1] - kEnds[ring]);
+  const double radius = 0.25 * (static_cast<double>(ring) + within);
+  return {-radius * std::sin(angle_rad), radius * std::cos(angle_rad)};
+}
+
 double alpha_of_thickening(double thickening) noexcept {
   constexpr double kHealthyThickening = 0.57;
   return std::clamp(thickening / kHealthyThickening, 0.0, 1.0);

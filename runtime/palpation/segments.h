@@ -25,6 +25,21 @@ inline constexpr int kSegments = 17;
 /// septum; any number
 [[nodiscard]] int segment_at(double long_axis, double angle_rad) noexcept;
 
+/// The bull's eye of the AHA: a segment's place in a disc of radius 1, the anterior wall above.
+/// Rings from the middle: apex, apical, mid, basal; the septum lies to the left, as it is seen from
+/// the apex.
+struct BullsEyeSector {
+  double inner = 0;
+  double outer = 1;
+  double begin_rad = 0;  ///< counter-clockwise from the right
+  double end_rad = 0;
+};
+/// @pre 1 <= segment <= 17
+[[nodiscard]] BullsEyeSector bulls_eye_sector(int segment) noexcept;
+/// A place of the wall in that disc, x to the right, y up. @param long_axis, angle_rad as
+/// segment_at
+[[nodiscard]] std::array<double, 2> bulls_eye_place(double long_axis, double angle_rad) noexcept;
+
 /// Without an image of scar: alpha by how much the wall thickens in systole, as a share of its
 /// diastolic thickness; 57 % is a healthy wall's. 0..1.
 [[nodiscard]] double alpha_of_thickening(double thickening) noexcept;

@@ -111,7 +111,7 @@ void HeartDrawing::Parts::update_bulls_eye() {
   Patches patches;
   set_legend_texts(17);
   for (int segment = 1; segment <= 17; ++segment) {
-    const BullsEyeSector sector = bulls_eye_sector(segment);
+    const palpation::BullsEyeSector sector = palpation::bulls_eye_sector(segment);
     const Rgb colour = colour_of_segment(segment);
     const int pieces = std::max(4, static_cast<int>((sector.end_rad - sector.begin_rad) / 0.08));
     const double gap = segment == 17 ? 0 : 0.7;  // pixels between neighbours

@@ -147,16 +147,4 @@ std::vector<double> scale_marks(const ColourScale& scale, int most) {
   return marks;
 }
 
-BullsEyeSector bulls_eye_sector(int segment) noexcept {
-  constexpr double kTurn = 2 * std::numbers::pi;
-  constexpr double kAbove = kTurn / 4;
-  if (segment == 17) return {0, 0.25, 0, kTurn};
-  const int ring = segment <= 6 ? 2 : segment <= 12 ? 1 : 0;
-  const int count = ring == 0 ? 4 : 6;
-  const int first = ring == 2 ? 1 : ring == 1 ? 7 : 13;
-  const double width = kTurn / count;
-  const double middle = kAbove + width * (segment - first);  // to the left, where the septum is
-  return {0.25 * (ring + 1), 0.25 * (ring + 2), middle - width / 2, middle + width / 2};
-}
-
 }  // namespace beatlas::viewer

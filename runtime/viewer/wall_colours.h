@@ -75,16 +75,4 @@ class WallColours {
 /// Multiples of 1, 2 or 5 times a power of ten within the scale, at most `most` + 1 of them.
 [[nodiscard]] std::vector<double> scale_marks(const ColourScale& scale, int most);
 
-/// The bull's eye of the AHA: a segment's place in a disc of radius 1, the anterior wall above.
-/// Rings from the middle: apex, apical, mid, basal; the septum lies to the left, as it is seen from
-/// the apex.
-struct BullsEyeSector {
-  double inner = 0;
-  double outer = 1;
-  double begin_rad = 0;  ///< counter-clockwise from the right
-  double end_rad = 0;
-};
-/// @pre 1 <= segment <= 17
-[[nodiscard]] BullsEyeSector bulls_eye_sector(int segment) noexcept;
-
 }  // namespace beatlas::viewer

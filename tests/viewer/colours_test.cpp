@@ -95,13 +95,13 @@ TEST(WallColours, NeighbouringSegmentsAreToldApartAlsoWithoutTellingGreenFromRed
 TEST(WallColours, TheBullsEyeIsThatOfTheAha) {
   double area = 0;
   for (int segment = 1; segment <= 17; ++segment) {
-    const BullsEyeSector sector = bulls_eye_sector(segment);
+    const palpation::BullsEyeSector sector = palpation::bulls_eye_sector(segment);
     area += 0.5 * (sector.end_rad - sector.begin_rad) *
             (sector.outer * sector.outer - sector.inner * sector.inner);
   }
   EXPECT_NEAR(area, std::numbers::pi, 1e-12);  // of the whole disc
   const auto middle = [](int segment) {
-    const BullsEyeSector sector = bulls_eye_sector(segment);
+    const palpation::BullsEyeSector sector = palpation::bulls_eye_sector(segment);
     const double angle = 0.5 * (sector.begin_rad + sector.end_rad);
     return Vec2(std::cos(angle), std::sin(angle));
   };
@@ -225,7 +225,7 @@ TEST_F(Colours, TheLegendIsTheScaleAndTheBullsEyeTheSegments) {
   picture = drawing.picture(800, 600);
   legend = drawing.legend_place();
   for (int segment = 1; segment <= 16; ++segment) {
-    const BullsEyeSector sector = bulls_eye_sector(segment);
+    const palpation::BullsEyeSector sector = palpation::bulls_eye_sector(segment);
     // Beside the number in the sector's middle.
     const double angle = sector.begin_rad + 0.2 * (sector.end_rad - sector.begin_rad);
     const double r = legend.half_height * 0.5 * (sector.inner + sector.outer);

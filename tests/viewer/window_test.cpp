@@ -248,7 +248,7 @@ TEST_F(Window, DiseaseIsFeltWhereItLies) {
   };
   // Seen so that the segment lies at the right border, where the mouse goes straight into it.
   const auto press = [&](int segment) {
-    Vec3 right = (wall->middle_of(segment).mm - heart.field->centre_mm()).normalized();
+    Vec3 right = (wall->mm(wall->middle_of(segment)) - heart.field->centre_mm()).normalized();
     CameraPose pose = drawing.camera();
     pose.up = right.unitOrthogonal();
     pose.towards_viewer = right.cross(pose.up);

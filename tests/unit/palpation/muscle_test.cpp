@@ -38,6 +38,10 @@ TEST(Muscle, ThinScarIsSofterAndThickerIsStiffer) {
   EXPECT_NEAR(infarct.k_h2_n_per_m, 709.6 * 1.53 * 0.5, 1e-12 * 710);
   EXPECT_NEAR(infarct.c_v_n_s_per_m / infarct.k_v_n_per_m, 0.8, 1e-12);
   EXPECT_EQ(in_tissue(kTable.middle, {}), kTable.middle);
+  const MuscleConstants soft = in_tissue(kTable.middle, {.stiffness_ratio = 0.4});
+  EXPECT_NEAR(soft.k_v_n_per_m, 0.4 * 75, 1e-12);
+  EXPECT_NEAR(soft.k_h2_n_per_m, 0.4 * 709.6, 1e-9);
+  EXPECT_NEAR(soft.c_v_n_s_per_m / soft.k_v_n_per_m, 60.0 / 75, 1e-12);
   EXPECT_NEAR(in_tissue(kTable.middle, {.thickness_ratio = 0.01}).k_v_n_per_m, 75 * 0.09,
               1e-12 * 75);
 }

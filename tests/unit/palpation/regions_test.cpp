@@ -63,13 +63,37 @@ TEST(LvWall, KnowsTheMiddleOfASegment) {
   const test::SampleWall sample;
   const LvWall wall = sample.wall();
   for (const int segment : {7, 10, 12, 14}) {
-    const LvWall::Middle middle = wall.middle_of(segment);
-    EXPECT_EQ(sample.map->segment[middle.vertex], segment);
-    EXPECT_GT(middle.outward.dot(middle.mm.normalized()), 0.99);
+    const std::uint32_t middle = wall.middle_of(segment);
+    EXPECT_EQ(sample.map->segment[middle], segment);
+    EXPECT_GT(wall.outward(middle).dot(wall.mm(middle).normalized()), 0.99);
   }
   // Mid anterior: thirds of the long axis, towards x.
-  EXPECT_LT((wall.middle_of(7).mm - Vec3(25, 0, 0)).norm(), 2.5);
+  EXPECT_LT((wall.mm(wall.middle_of(7)) - Vec3(25, 0, 0)).norm(), 2.5);
   EXPECT_NE(refusal([&] { (void)wall.middle_of(99); }).find("no segment 99"), std::string::npos);
+}
+
+// What lies over the muscle at any time is followed back to end-diastole, between vertices and
+// between phases: the sample's muscle moves along its radius.
+TEST(LvWall, FollowsMaterialBackToEndDiastole) {
+  const int phases = 16;
+  const test::SampleWall sample(phases);
+  const LvWall wall = sample.wall();
+  double worst_mm = 0;
+  for (int n = 0; n < 200; ++n) {
+    const double z = -0.85 + 1.6 * n / 200;
+    const double angle = 2.4 * n;
+    const double across = std::sqrt(1 - z * z);
+    const Vec3 unit(across * std::cos(angle), across * std::sin(angle), z);
+    const double beats = 0.037 * n;
+    const double beat = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * beats);
+    const Vec3 outside = (test::kRadiusMm - 5 * beat + 8) * unit;
+    const LvWall::Material found = wall.material_at(outside, beats);
+    worst_mm = std::max(worst_mm, (found.mm - test::kRadiusMm * unit).norm());
+    EXPECT_LT((wall.mm(found.vertex) - found.mm).norm(), 2.5);
+  }
+  // The ball's edges are up to 3.3 mm long: from 8 mm outside a plane's nearest point lies up to
+  // half an edge's angle, 0.066, aside.
+  EXPECT_LT(worst_mm, 0.55);
 }
 
 TEST(LvWall, OfOtherThingsIsRefused) {
