@@ -1,6 +1,7 @@
 #include "runtime/app/headless.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <ctime>
 #include <memory>
@@ -53,6 +54,8 @@ Session run_session(device::Device& device, haptics::Servo& servo, const Session
     watchdog = std::make_unique<haptics::Watchdog>([&device] { device.drop_force(); },
                                                    haptics::WatchdogOptions{});
   }
+  std::uint32_t buttons_before = ~0U;  // a button that is down from the start was not pressed
+  int presses = 0;
   const Eigen::Matrix3d turn = options.workspace_from_device.linear();
   const device::ServoFn tick = [&](const device::DeviceState& state) -> Vec3 {
     const Vec3 position_mm = options.workspace_from_device * (kMmPerM * state.position_m);
@@ -68,15 +71,22 @@ Session run_session(device::Device& device, haptics::Servo& servo, const Session
       times_us.push_back(static_cast<float>(end_us - begin_us));
     }
     if (session.trace.size() < session.trace.capacity()) {
-      session.trace.push_back({state.time_s, position_mm, felt.contact.depth_mm, felt.force_n});
+      session.trace.push_back({state.time_s, position_mm, felt.contact.depth_mm, felt.force_n,
+                               state.buttons, state.valid});
     }
     contacts += felt.contact.touching ? 1 : 0;
+    if (contacts > 0) {
+      presses += std::popcount(state.buttons & ~buttons_before & options.mark_buttons);
+      if (options.marks > 0 && presses >= options.marks) ended.request_stop();
+    }
+    buttons_before = state.buttons;
     limited += felt.status == haptics::TickStatus::Limited ? 1 : 0;
     report.faults += felt.status == haptics::TickStatus::Fault ? 1 : 0;
     report.max_model_force_n = std::max(report.max_model_force_n, felt.contact.force_n.norm());
     if (options.seconds > 0 && state.time_s >= options.seconds) ended.request_stop();
     if (watchdog && !watchdog->beat()) {  // a stall: the force is off, and comes back by the ramp
       servo.restart();
+      if (!session.trace.empty()) session.trace.back().stalled = true;
       return Vec3::Zero();
     }
     report.max_force_n = std::max(report.max_force_n, felt.force_n.norm());
@@ -131,14 +141,18 @@ std::string session_text(const SessionReport& report) {
 }
 
 std::string trace_csv(const std::vector<TraceRow>& trace) {
-  std::string text = "t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n\n";
+  std::string text = "t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n,buttons,valid,stalled\n";
   for (const TraceRow& row : trace) {
     append_number(text, row.time_s);
-    for (double value : {row.position_mm[0], row.position_mm[1], row.position_mm[2], row.depth_mm,
-                         row.force_n[0], row.force_n[1], row.force_n[2]}) {
+    const bool is_place = row.position_mm.allFinite();
+    const Vec3 place = is_place ? row.position_mm : Vec3(Vec3::Zero());
+    for (double value : {place[0], place[1], place[2], row.depth_mm, row.force_n[0], row.force_n[1],
+                         row.force_n[2]}) {
       text += ',';
       append_number(text, value);
     }
+    text += ',' + std::to_string(row.buttons) + (row.valid && is_place ? ",1" : ",0") +
+            (row.stalled ? ",1" : ",0");
     text += '\n';
   }
   return text;

@@ -20,6 +20,9 @@ struct TraceRow {
   Vec3 position_mm;  ///< workspace
   double depth_mm;
   Vec3 force_n;  ///< sent to the device, after the safety stage
+  std::uint32_t buttons = 0;
+  bool valid = true;     ///< what the device said of the tick
+  bool stalled = false;  ///< the watchdog took the force off, and the servo began anew
 };
 
 /// Compute time of a tick [us], thread CPU time, the clock's own cost included.
@@ -58,6 +61,9 @@ struct SessionOptions {
   double seconds = 0;         ///< [s] > 0: ends a device that would never end; 0: it ends by itself
   bool watchdog = false;      ///< in real time: take the force off when a tick hangs
   std::stop_token stop = {};  ///< ends it at any time
+  /// > 0: as many presses of one of `mark_buttons` after the first contact end it.
+  int marks = 0;
+  std::uint32_t mark_buttons = 0;
 };
 
 /// Runs `servo` on `device` until the device ends.
@@ -68,7 +74,8 @@ struct SessionOptions {
 [[nodiscard]] nlohmann::json session_json(const SessionReport& report);
 /// A few lines for people; ends with a newline.
 [[nodiscard]] std::string session_text(const SessionReport& report);
-/// CSV t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n; `--device replay` plays it again.
+/// CSV t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n,buttons,valid,stalled; `--device replay` plays it
+/// again. A tick whose position is no number is written as not valid, at 0.
 [[nodiscard]] std::string trace_csv(const std::vector<TraceRow>& trace);
 
 }  // namespace beatlas::app

@@ -35,7 +35,8 @@ bool next_line(std::istream& stream, std::string& line) {
 }  // namespace
 
 CsvTable read_csv(std::istream& stream, const std::string& name,
-                  const std::vector<std::string>& wanted) {
+                  const std::vector<std::string>& wanted,
+                  const std::vector<std::string>& if_there) {
   CsvTable table;
   std::string line;
   if (!next_line(stream, line)) {
@@ -45,8 +46,12 @@ CsvTable read_csv(std::istream& stream, const std::string& name,
   table.header = line;
   for (std::string_view column : split(table.header)) table.columns.emplace_back(column);
   const std::vector<std::string>& columns = table.columns;
+  std::vector<std::string> read = wanted;
+  for (const std::string& column : if_there) {
+    if (std::find(columns.begin(), columns.end(), column) != columns.end()) read.push_back(column);
+  }
   std::vector<std::size_t> places;
-  for (const std::string& column : wanted) {
+  for (const std::string& column : read) {
     const auto found = std::find(columns.begin(), columns.end(), column);
     if (found == columns.end()) {
       throw_invalid(name + ", line 1: column " + column + " is missing; the header must name it");
@@ -73,7 +78,7 @@ CsvTable read_csv(std::istream& stream, const std::string& name,
       double value = 0;
       const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
       if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) {
-        throw_invalid(where + ", column " + wanted[c] + ": must be a finite number");
+        throw_invalid(where + ", column " + read[c] + ": must be a finite number");
       }
       row.push_back(value);
     }

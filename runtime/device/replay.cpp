@@ -1,15 +1,21 @@
 #include "runtime/device/replay.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/device/csv_table.h"
 
 namespace beatlas::device {
+namespace {
+
+constexpr double kButtons = 0x1p32;
+
+}  // namespace
 
 Recording read_recording(std::istream& stream, const std::string& name) {
-  const CsvTable table = read_csv(stream, name, {"t_s", "x_mm", "y_mm", "z_mm"});
+  const CsvTable table = read_csv(stream, name, {"t_s", "x_mm", "y_mm", "z_mm"}, {"buttons"});
   if (table.rows.empty()) throw_invalid(name + " holds no row to play");
   Recording recording;
   for (const std::vector<double>& row : table.rows) {
@@ -19,6 +25,12 @@ Recording read_recording(std::istream& stream, const std::string& name) {
     }
     recording.time_s.push_back(row[0]);
     recording.position_m.emplace_back(1e-3 * Vec3(row[1], row[2], row[3]));
+    if (row.size() == 4) continue;
+    if (!(row[4] >= 0 && row[4] < kButtons && row[4] == std::floor(row[4]))) {
+      throw_invalid(name + ": buttons must be a whole number below 2^32, but are not at row " +
+                    std::to_string(recording.time_s.size()));
+    }
+    recording.buttons.push_back(static_cast<std::uint32_t>(row[4]));
   }
   return recording;
 }
@@ -27,6 +39,7 @@ ReplayDevice::ReplayDevice(Recording recording, const ReplayOptions& options)
     : recording_(std::move(recording)), options_(options) {
   const std::vector<double>& times = recording_.time_s;
   if (times.empty() || times.size() != recording_.position_m.size() ||
+      (!recording_.buttons.empty() && times.size() != recording_.buttons.size()) ||
       std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) != times.end()) {
     throw_invalid("a recording needs a row at least, and times that rise");
   }
@@ -52,6 +65,7 @@ RunReport ReplayDevice::run(const ServoFn& servo, std::stop_token stop) {
       state.position_m = recording_.position_m[next - 1] + share * move;
       state.velocity_m_s = move / length;
     }
+    if (!recording_.buttons.empty()) state.buttons = recording_.buttons[next - 1];
     (void)servo(state);
     report = pacer.report();
   }

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <istream>
 #include <vector>
 
@@ -11,10 +12,13 @@ namespace beatlas::device {
 struct Recording {
   std::vector<double> time_s;
   std::vector<Vec3> position_m;
+  std::vector<std::uint32_t> buttons = {};  ///< of each row; empty: none is ever down
 };
 
-/// CSV with columns t_s, x_mm, y_mm, z_mm (others are passed over, so a force trace can be played
-/// again). @throws Error{InvalidInput} naming line and column, or that time does not rise.
+/// CSV with columns t_s, x_mm, y_mm, z_mm, and buttons where there are some (others are passed
+/// over, so a force trace can be played again).
+/// @throws Error{InvalidInput} naming line and column, that time does not rise, or that buttons are
+/// no whole number.
 [[nodiscard]] Recording read_recording(std::istream& stream, const std::string& name);
 
 struct ReplayOptions {
