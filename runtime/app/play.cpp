@@ -12,7 +12,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/app/exercise_session.h"
 #include "runtime/app/headless.h"
+#include "runtime/app/play_device.h"
 #include "runtime/app/play_options.h"
 #include "runtime/app/press_session.h"
 #include "runtime/app/probe_command.h"
@@ -26,15 +28,11 @@
 #include "runtime/base/interrupts.h"
 #include "runtime/base/json_text.h"
 #include "runtime/device/hardware.h"
-#include "runtime/device/replay.h"
-#include "runtime/device/simulated.h"
-#include "runtime/field/surface_point.h"
 
 namespace beatlas::app {
 namespace {
 
 constexpr std::size_t kRecordedTicks = 10000;  // 10 s at 1 kHz, 5 MB
-constexpr double kHardwareClearMm = 20;        // a device's middle lies this far outside
 
 struct SensitivityArguments {
   std::string folder;
@@ -43,22 +41,13 @@ struct SensitivityArguments {
   bool json = false;
 };
 
-struct TicksArguments {
+struct ReplayArguments {
   std::string package;
-  std::string file;
+  std::string file;  ///< or folder
 };
 
 [[noreturn]] void throw_usage(const std::string& message) {
   throw Error(ErrorCode::Usage, message);
-}
-
-// Directions of the body in LPS.
-Vec3 side_lps(const std::string& side) {
-  if (side == "left") return Vec3::UnitX();
-  if (side == "right") return -Vec3::UnitX();
-  if (side == "posterior") return Vec3::UnitY();
-  if (side == "anterior") return -Vec3::UnitY();
-  return side == "superior" ? Vec3(Vec3::UnitZ()) : Vec3(-Vec3::UnitZ());
 }
 
 bool is_patch(const PlayArguments& arguments) {
@@ -79,37 +68,6 @@ atlas::Needs needs_of_scene(const PlayArguments& arguments) {
   needs.levels = {0};
   return needs;
 }
-
-std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
-                                            const field::FieldQuery& field,
-                                            const atlas::Manifest& manifest, double& seconds) {
-  const device::Pace pace = arguments.fast ? device::Pace::Fast : device::Pace::RealTime;
-  if (arguments.device == "replay") {
-    std::ifstream stream = open_text(arguments.recording);
-    auto replay = std::make_unique<device::ReplayDevice>(
-        device::read_recording(stream, arguments.recording),
-        device::ReplayOptions{.rate_hz = 1000, .pace = pace});
-    seconds = replay->seconds();
-    return replay;
-  }
-  seconds = arguments.seconds;
-  const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
-  const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
-  device::SimulatedOptions options;
-  options.path.anchor_m = 1e-3 * field::surface_point_mm(field, outward, end_diastole_s);
-  options.path.direction = -outward;
-  options.path.offset_m = 1e-3 * arguments.depth_mm;
-  if (arguments.hand == "palpation") {
-    options.path.amplitude_m = 1e-3 * arguments.amplitude_mm;
-    options.path.frequency_hz = arguments.frequency_hz;
-  }
-  options.hand.mass_kg = arguments.mass_kg;
-  options.seconds = seconds;
-  options.pace = pace;
-  return std::make_unique<device::SimulatedDevice>(options);
-}
-
-bool is_hardware(const std::string& device) { return device != "simulated" && device != "replay"; }
 
 TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest& manifest,
                            const field::FieldQuery& field) {
@@ -146,7 +104,7 @@ nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& t
 
 void check_usage(const PlayArguments& arguments) {
   if (arguments.package.empty()) throw_usage("name a package; see beatlas-play --help");
-  if (!arguments.headless) {
+  if (!arguments.headless && arguments.exercise.empty()) {
     throw_usage(
         "this build has no viewer; use --headless to feel the package without a picture, or "
         "`beatlas-play probe`");
@@ -154,12 +112,20 @@ void check_usage(const PlayArguments& arguments) {
   if ((arguments.device == "replay") == arguments.recording.empty()) {
     throw_usage("--device replay and --recording FILE belong together; give both or neither");
   }
+  if (arguments.exercise.empty() &&
+      (!arguments.session.empty() || arguments.seed >= 0 || arguments.device == "trainee")) {
+    throw_usage(
+        "--session, --seed and --device trainee are of an exercise; name one by --exercise");
+  }
   const PressArguments& press = arguments.press;
+  if (!arguments.exercise.empty() && !(press.parameters.empty() && press.preset.empty())) {
+    throw_usage("an exercise tells its own preset; leave --parameters and --preset out");
+  }
   if (!is_patch(arguments) && !(press.parameters.empty() && press.preset.empty())) {
     throw_usage("--parameters and --preset are of paper B's muscle; use them with --model patch");
   }
-  if (arguments.fast && is_hardware(arguments.device)) {
-    throw_usage("--fast is for simulated and replay; a real device keeps its own time");
+  if (arguments.fast && is_hardware(arguments.device) && arguments.device != "trainee") {
+    throw_usage("--fast is for simulated, replay and trainee; a real device keeps its own time");
   }
 }
 
@@ -196,6 +162,7 @@ std::string faults_told(const SessionReport& report, bool kept) {
 void run_headless(const PlayArguments& arguments, std::ostream& out) {
   if (is_press(arguments)) return run_scripted_press(arguments, out);
   check_usage(arguments);
+  if (!arguments.exercise.empty()) return run_exercise(arguments, out);
   const atlas::Atlas atlas = atlas::Atlas::open(arguments.package, needs_of_scene(arguments));
   const atlas::Manifest& manifest = atlas.manifest();
   const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
@@ -217,25 +184,7 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   std::stop_source interrupted;
   const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
   options.stop = interrupted.get_token();
-  double seconds = arguments.seconds;
-  std::unique_ptr<device::Device> device;
-  if (is_hardware(arguments.device)) {
-    device::HardwareOptions hardware = arguments.hardware;
-    hardware.device = arguments.device;
-    device = device::open_hardware(hardware);
-    const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
-    const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field->phases();
-    options.workspace_from_device = device::workspace_from_hardware(
-        manifest.workspace_from_lps, field::surface_point_mm(*field, outward, end_diastole_s),
-        outward, kHardwareClearMm);
-    options.seconds = seconds;
-  } else {
-    device = make_device(arguments, *field, manifest, seconds);
-  }
-  if (!(seconds <= 36000)) throw_invalid("a session longer than 10 hours is not played");
-  // A device of 4 kHz is the quickest there is.
-  options.expected_ticks =
-      static_cast<std::size_t>(seconds * (is_hardware(arguments.device) ? 4000 : 1000)) + 2;
+  std::unique_ptr<device::Device> device = open_device(arguments, *field, manifest, options);
   options.keep_trace = !arguments.trace.empty();
   options.watchdog = !arguments.fast;
   std::unique_ptr<TickKeeper> keeper;
@@ -296,7 +245,9 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       "  beatlas-play PACKAGE --headless [OPTIONS]\n"
       "  beatlas-play [PACKAGE] --headless --scene palpation --press FOLDER [OPTIONS]\n"
       "  beatlas-play probe PACKAGE --points P.csv [-o OUT.csv]\n"
+      "  beatlas-play PACKAGE --exercise E.json --session FOLDER [OPTIONS]\n"
       "  beatlas-play replay-ticks PACKAGE TICKS\n"
+      "  beatlas-play replay-exercise PACKAGE FOLDER\n"
       "  beatlas-play sensitivity [-o FOLDER]",
       "beatlas-play");
   PlayArguments play_arguments;
@@ -311,12 +262,21 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       "2003");
   ProbeArguments probe_arguments;
   const CLI::App* probe_command = add_probe(app, probe_arguments);
-  TicksArguments ticks_arguments;
+  ReplayArguments ticks_arguments;
   CLI::App* ticks_command = app.add_subcommand(
       "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");
   ticks_command->add_option("PACKAGE", ticks_arguments.package, "a .beatlas file")->required();
   ticks_command->add_option("TICKS", ticks_arguments.file, "what --ticks wrote")->required();
   ticks_command->footer("Example:\n  beatlas-play replay-ticks heart.beatlas session.ticks");
+  ReplayArguments exercise_arguments;
+  CLI::App* exercise_command = app.add_subcommand(
+      "replay-exercise",
+      "play an exercise's session once more, to the bit, and write its score and report again");
+  exercise_command->add_option("PACKAGE", exercise_arguments.package, "a .beatlas file")
+      ->required();
+  exercise_command->add_option("FOLDER", exercise_arguments.file, "what --session named")
+      ->required();
+  exercise_command->footer("Example:\n  beatlas-play replay-exercise heart.beatlas session");
   SensitivityArguments sensitivity_arguments;
   const CLI::App* sensitivity_command = add_sensitivity(app, sensitivity_arguments);
   try {
@@ -326,6 +286,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       run_probe(probe_arguments, in, out);
     } else if (ticks_command->parsed()) {
       replay_ticks_file(ticks_arguments.package, ticks_arguments.file, out);
+    } else if (exercise_command->parsed()) {
+      replay_exercise(exercise_arguments.package, exercise_arguments.file, out);
     } else if (sensitivity_command->parsed()) {
       run_sensitivity(sensitivity_arguments, out);
     } else if (play_arguments.list_devices) {

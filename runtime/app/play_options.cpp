@@ -29,7 +29,7 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
       ->check(CLI::IsMember({"palpation", "full"}))
       ->capture_default_str();
   app.add_option("--device", arguments.device, "what moves the user point")
-      ->check(CLI::IsMember({"simulated", "replay", "haply", "3ds", "dhd", "lever"}))
+      ->check(CLI::IsMember({"simulated", "replay", "trainee", "haply", "3ds", "dhd", "lever"}))
       ->capture_default_str();
   app.add_flag("--list-devices", arguments.list_devices, "say which devices are there, and end");
   app.add_option("--device-library", arguments.hardware.library,
@@ -126,6 +126,15 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "JSON of muscle, circulation and disease, for --press or --model patch");
   app.add_option("--preset", arguments.press.preset, "of them, for --press or --model patch")
       ->check(CLI::IsMember(palpation::palpation_presets()));
+  app.add_option("--exercise", arguments.exercise,
+                 "JSON of what is hidden in this heart to be found by touch, with --session");
+  app.add_option("--session", arguments.session,
+                 "folder in which the exercise is kept; one that was broken off goes on");
+  app.add_option("--seed", arguments.seed, "exercise: what is hidden; if not said, by chance")
+      ->check(CLI::Range(0.0, 0x1p53));
+  app.add_option("--trainee", arguments.trainee, "trainee: how well it palpates")
+      ->check(CLI::IsMember({"skilled", "unskilled"}))
+      ->capture_default_str();
 }
 
 }  // namespace beatlas::app

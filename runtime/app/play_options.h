@@ -44,6 +44,10 @@ struct PlayArguments {
   bool json = false;
   bool scene_named = false;
   PressArguments press;
+  std::string exercise;             ///< JSON after schemas/exercise.schema.json; or none
+  std::string session;              ///< folder in which an exercise is kept
+  double seed = -1;                 ///< of what an exercise hides; below 0: by chance
+  std::string trainee = "skilled";  ///< of the device `trainee`
 };
 
 void add_play_options(CLI::App& app, PlayArguments& arguments);

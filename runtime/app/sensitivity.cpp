@@ -138,7 +138,7 @@ struct Column {
   const char* name;
   double (*of)(const SensitivityFigures&);
 };
-constexpr Column kColumns[] = {
+constexpr Column kTableColumns[] = {
     {"mean force", [](const SensitivityFigures& f) { return f.mean_n; }},
     {"force at end-diastole", [](const SensitivityFigures& f) { return f.diastole_n; }},
     {"EDV", [](const SensitivityFigures& f) { return f.natural.edv_ml; }},
@@ -213,14 +213,14 @@ std::string sensitivity_markdown(const Sensitivity& sensitivity) {
   text << "Changes in per cent at half / at twice the constant (or the nearest that is in range), "
           "of a finger "
        << sensitivity.depth_mm << " mm deep and of the natural beat.\n\n| | as it is | tried |";
-  for (const Column& column : kColumns) text << ' ' << column.name << " |";
+  for (const Column& column : kTableColumns) text << ' ' << column.name << " |";
   text << "\n|---|---|---|";
-  for (std::size_t n = 0; n < std::size(kColumns); ++n) text << "---|";
+  for (std::size_t n = 0; n < std::size(kTableColumns); ++n) text << "---|";
   text << '\n' << std::setprecision(3);
   for (const SensitivityRow& row : sensitivity.rows) {
     text << "| " << row.symbol << " | " << row.value << " | " << row.low << ", " << row.high
          << " |";
-    for (const Column& column : kColumns) {
+    for (const Column& column : kTableColumns) {
       const double before = column.of(sensitivity.as_it_is);
       const auto change = [&](const SensitivityFigures& figures) {
         const double percent = 100 * (column.of(figures) / before - 1);

@@ -15,7 +15,7 @@ import jsonschema
 
 PROGRAM, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 SCHEMAS = {name: json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
-           for name in ("recipe", "scene", "seeds", "palpation")}
+           for name in ("recipe", "scene", "seeds", "palpation", "exercise")}
 problems = []
 
 
@@ -166,8 +166,9 @@ for section, content in sections.items():
 for recipe in ends:
     expect(recipe, True)
 
-for file in sorted((SOURCE / "samples").glob("*.json")):
-    name = next(name for name in SCHEMAS if file.name.startswith(name))
+for file in sorted((SOURCE / "samples").rglob("*.json")):
+    name = ("exercise" if file.parent.name == "exercises" else
+            next(name for name in SCHEMAS if file.name.startswith(name)))
     text = file.read_text()
     if not schema_accepts(name, without_comments(text)):
         problems.append(f"{file.name} does not follow its schema")

@@ -1,7 +1,7 @@
 /// make_sample_package FILE [INFO [fields]]: writes the tiny sample package, and what `info --json`
 /// says of it; of `fields`, without surfaces. make_sample_package FILE large: a ball of 0.8 l in 15
-/// phases, the scene palpation. Made golden/v5.beatlas and, of fields
-/// and before there were maps, golden/v3_volume.beatlas.
+/// phases, the scene palpation; FILE palpation: one that can be palpated. Made golden/v5.beatlas
+/// and, of fields and before there were maps, golden/v3_volume.beatlas.
 
 #include <fstream>
 #include <iostream>
@@ -16,15 +16,18 @@ int main(int argc, char** argv) {
   if (argc < 2) return 2;
   try {
     const bool is_large = argc == 3 && std::string(argv[2]) == "large";
-    beatlas::pack::PackageContent content =
-        is_large ? beatlas::test::sample_content(15, 58, 1.5, 5) : beatlas::test::tiny_content();
+    const bool is_palpated = argc == 3 && std::string(argv[2]) == "palpation";
+    beatlas::pack::PackageContent content = is_palpated ? beatlas::test::palpation_content()
+                                            : is_large
+                                                ? beatlas::test::sample_content(15, 58, 1.5, 5)
+                                                : beatlas::test::tiny_content();
     if (is_large) content.manifest.scene = "palpation";
     if (argc > 3) {
       content.surfaces.clear();
       content.maps.clear();
     }
     beatlas::pack::write_package(argv[1], content);
-    if (argc > 2 && !is_large) {
+    if (argc > 2 && !is_large && !is_palpated) {
       const auto atlas = beatlas::atlas::Atlas::open(argv[1], {});
       std::ofstream(argv[2]) << beatlas::atlas::info_json(atlas.manifest()).dump(2) << '\n';
     }

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "pipeline/pack/volume_encoder.h"
+#include "runtime/palpation/segments.h"
 #include "tests/unit/unit_sphere.h"
 
 namespace beatlas::test {
@@ -219,6 +220,20 @@ pack::PackageContent sample_content(int phases, double radius_mm, double voxel_m
   }
   const SampleImages made = sample_images(phases, radius_mm, 12);
   content.volume = pack::pack_volume(made.images, made.noise, made.heart, {});
+  return content;
+}
+
+pack::PackageContent palpation_content() {
+  pack::PackageContent content = sample_content(6, 36, 2, 4);
+  content.manifest.scene = "palpation";
+  atlas::SurfaceMapPayload& map = content.maps.at(0);
+  for (std::size_t v = 0; v < map.segment.size(); ++v) {
+    map.segment[v] = static_cast<std::uint8_t>(palpation::segment_at(
+        static_cast<double>(map.long_axis[v]), static_cast<double>(map.angle_rad[v])));
+    for (auto& phase : map.thickness_mm) {
+      if (!(phase[v] > 0)) phase[v] = 8.2F;  // the sample leaves some out
+    }
+  }
   return content;
 }
 

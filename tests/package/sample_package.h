@@ -39,6 +39,9 @@ struct SampleImages {
 /// with every key filled.
 [[nodiscard]] pack::PackageContent sample_content(int phases, double radius_mm, double voxel_mm,
                                                   int levels);
+/// A ball of 36 mm around an LV of 22 mm, as a palpation package of 6 phases; every vertex of its
+/// map has a wall, and the segment of its place.
+[[nodiscard]] pack::PackageContent palpation_content();
 /// Below 64 kB.
 [[nodiscard]] pack::PackageContent tiny_content();
 

@@ -22,19 +22,11 @@ namespace {
 
 using beatlas::test::TemporaryFolder;
 
-/// A ball of 36 mm around an LV of 22 mm, as a palpation package; wall of 7 to 9 mm by the sample's
-/// map, with segments by their places.
+/// The sample that can be palpated, its wall thinner than it is.
 pack::PackageContent content_of(double thinner = 0) {
-  pack::PackageContent content = beatlas::test::sample_content(6, 36, 2, 4);
-  content.manifest.scene = "palpation";
-  atlas::SurfaceMapPayload& map = content.maps.at(0);
-  for (std::size_t v = 0; v < map.segment.size(); ++v) {
-    map.segment[v] = static_cast<std::uint8_t>(palpation::segment_at(
-        static_cast<double>(map.long_axis[v]), static_cast<double>(map.angle_rad[v])));
-    for (auto& phase : map.thickness_mm) {
-      if (!(phase[v] > 0)) phase[v] = 8.2F;  // the sample leaves some out
-      phase[v] = std::max(0.5F, phase[v] - float(thinner));
-    }
+  pack::PackageContent content = beatlas::test::palpation_content();
+  for (auto& phase : content.maps.at(0).thickness_mm) {
+    for (float& mm : phase) mm = std::max(0.5F, mm - float(thinner));
   }
   return content;
 }
