@@ -128,11 +128,18 @@ Distances distances(const TriangleSoup& surface, const Grid& grid, double most_m
     for (int j = 0; j < grid.size[1]; ++j) {
       const std::vector<double>& row = rows[at(j) + at(grid.size[1]) * slice];
       std::size_t passed = 0;
+      field::ClosestTriangle::Hit found;
       for (int i = 0; i < grid.size[0]; ++i) {
         while (passed < row.size() && row[passed] <= i) ++passed;
         field::ClosestTriangle::Hit bound;
         bound.distance2_mm2 = most_mm * most_mm;
-        const double mm = std::sqrt(tree.nearest(grid.mm(i, j, k), bound).distance2_mm2);
+        // What is nearest to a voxel is near to the next one: little else has to be looked at.
+        const Vec3 place = grid.mm(i, j, k);
+        if (found.four != field::ClosestTriangle::Hit().four) {
+          bound = tree.nearest_of(found.four, place, bound);
+        }
+        found = tree.nearest(place, bound);
+        const double mm = std::sqrt(found.distance2_mm2);
         out[grid.offset(i, j, k)] = static_cast<float>(passed % 2 == 1 ? -mm : mm);
       }
     }
