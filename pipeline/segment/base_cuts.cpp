@@ -1,9 +1,10 @@
 #include "pipeline/segment/base_cuts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+
+#include "pipeline/core/lv_direction.h"
 
 namespace beatlas::segment {
 namespace {
@@ -102,31 +103,43 @@ std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labe
   return cuts;
 }
 
-int base_step_from(const LabelCycle& labels) {
-  std::array<double, 8> sum{};
-  std::array<double, 8> number{};
+BaseSide base_side(const LabelCycle& labels) {
   const std::size_t slice = labels.grid.slice_count();
+  double beyond = 0;
+  double beyond_k = 0;
+  double ventricle = 0;
+  double ventricle_k = 0;
+  std::vector<float> blood(labels.grid.count(), 0.0F);
+  std::vector<float> muscle(labels.grid.count(), 0.0F);
+  const auto each = 1.0F / static_cast<float>(labels.phases.size());
   for (const std::vector<std::uint8_t>& phase : labels.phases) {
     for (std::size_t v = 0; v < phase.size(); ++v) {
-      sum[phase[v]] += static_cast<double>(v / slice);
-      number[phase[v]] += 1;
+      const auto k = static_cast<double>(v / slice);
+      if (phase[v] == kLabelLvMyocardium) muscle[v] += each;
+      if (phase[v] == kLabelLvBlood) {
+        blood[v] += each;
+        ventricle += 1;
+        ventricle_k += k;
+      }
+      if (phase[v] == kLabelLaBlood || phase[v] == kLabelRaBlood || phase[v] == kLabelAorta) {
+        beyond += 1;
+        beyond_k += k;
+      }
     }
   }
-  const auto mean = [&](std::initializer_list<std::size_t> of) {
-    double total = 0;
-    double count = 0;
-    for (const std::size_t l : of) {
-      total += sum[l];
-      count += number[l];
-    }
-    return count > 0 ? total / count : 0;
-  };
-  const double beyond = number[kLabelLaBlood] + number[kLabelRaBlood] + number[kLabelAorta];
-  // A few stray voxels tell nothing.
-  const double way = beyond > 0.05 * number[kLabelLvBlood]
-                         ? mean({kLabelLaBlood, kLabelRaBlood, kLabelAorta}) - mean({kLabelLvBlood})
-                         : mean({kLabelLvBlood}) - mean({kLabelLvMyocardium});
-  return way < 0 ? -1 : 1;
+  BaseSide out;
+  const Affine& mm_from_index = labels.grid.mm_from_index;
+  if (const std::optional<Vec3> direction = lv_direction(labels.grid, blood, muscle)) {
+    const Vec3 steps = mm_from_index.linear().inverse() * *direction;
+    out.step = steps[2] < 0 ? -1 : 1;
+    constexpr double kAlong = 0.70710678;  // cosine of 45 degrees
+    out.across = std::abs(direction->dot(mm_from_index.linear().col(2).normalized())) >= kAlong;
+  }
+  constexpr double kStray = 0.05;  // of the LV: a few voxels tell nothing
+  if (beyond > kStray * ventricle && ventricle > 0) {
+    out.step = beyond_k / beyond < ventricle_k / ventricle ? -1 : 1;
+  }
+  return out;
 }
 
 }  // namespace beatlas::segment

@@ -16,8 +16,13 @@ namespace beatlas::segment {
 [[nodiscard]] int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase,
                              Structure structure, int base_step);
 
-/// +1 if the base lies towards larger k, -1 if smaller: where atria and aorta are in view on their
-/// side, else on the side of the wall on which the cavity is open.
-[[nodiscard]] int base_step_from(const LabelCycle& labels);
+/// How slices lie to the LV.
+struct BaseSide {
+  /// +1 if the base lies towards larger k, -1 if smaller: where atria and aorta are in view on
+  /// their side, else on the side of the wall on which the cavity is open.
+  int step = 1;
+  bool across = true;  ///< they cut it across rather than along
+};
+[[nodiscard]] BaseSide base_side(const LabelCycle& labels);
 
 }  // namespace beatlas::segment

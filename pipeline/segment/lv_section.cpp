@@ -1,6 +1,7 @@
 #include "pipeline/segment/lv_section.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <opencv2/imgproc.hpp>
 
@@ -10,6 +11,13 @@
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
+namespace {
+
+/// At its thinnest, the apex, 1 to 2 mm (Ho 2009, doi:10.1093/ejechocard/jep159; 60 hearts:
+/// Bradfield, Beck and Vecht, Br Heart J 39:806, 1977).
+constexpr double kThinnestWallMm = 2;
+
+}  // namespace
 
 void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
   parallel_for(labels.phases.size(), [&](std::size_t p) {
@@ -27,6 +35,34 @@ void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
         filled &= slice_of(labels.grid, sure[p], k) != kLabelLvMyocardium;
       }
       slice.setTo(cv::Scalar(kLabelLvBlood), filled & (slice == kLabelLvMyocardium));
+    }
+  });
+}
+
+void close_wall(int base_step, ImageCycle<std::uint8_t>& labels) {
+  const int reach =
+      static_cast<int>(std::ceil(kThinnestWallMm / labels.grid.spacing_mm().head<2>().minCoeff()));
+  const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1});
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    bool closed = false;  // in a slice on the way from the base
+    for (int n = 0; n < labels.grid.size[2]; ++n) {
+      const int k = base_step > 0 ? labels.grid.size[2] - 1 - n : n;
+      cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
+      const cv::Mat blood = slice == kLabelLvBlood;
+      if (cv::countNonZero(blood) == 0) continue;
+      cv::Mat beside;
+      cv::dilate(blood, beside, cv::Mat());
+      beside &= slice != kLabelLvBlood;
+      const cv::Mat open = beside & (slice != kLabelLvMyocardium);
+      if (closed) {
+        cv::Mat wall;
+        cv::dilate(open, wall, disc);
+        cv::Mat about;
+        cv::dilate(blood, about, disc);
+        slice.setTo(cv::Scalar(kLabelLvMyocardium), wall & about & (slice != kLabelLvBlood));
+      } else {
+        closed = cv::countNonZero(open) == 0;
+      }
     }
   });
 }

@@ -14,6 +14,12 @@ namespace beatlas::segment {
 /// @param sure labels, [phase][voxel]; muscle there stays muscle
 void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels);
 
+/// The wall has no hole below the base: in slices on the apical side of one in which muscle closes
+/// about the cavity, what lies beside the cavity and is no muscle is the wall, 2 mm thick.
+/// Of slices that lie across the LV.
+/// @param base_step 1 or -1: the way along the slices to the base
+void close_wall(int base_step, ImageCycle<std::uint8_t>& labels);
+
 /// Cavity and wall together are a broad body: muscle of strips that hang on it and are narrower
 /// than half of it, as broad as it is about its middle, is of another organ (the stomach's wall
 /// lies against the heart and is as dark) and becomes background.

@@ -326,7 +326,11 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   context.progress(0.65, "outlines");
   make_one_heart(task, labels);
   task.ground.seeds = {};
-  const int base_step = base_step_from(labels);  // Atria tell, so before they are merged.
+  const BaseSide base = base_side(labels);  // Atria tell, so before they are merged.
+  if (base.across) {
+    close_wall(base.step, labels);
+    hold(task, labels);
+  }
   Segmentation out;
   const auto believed = [&](const auto& structures, const ImageCycle<std::uint8_t>& of) {
     if (!task.by_prior) return Belief();
@@ -365,7 +369,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     }
   }
   if (task.thick()) {
-    out.base_cuts = flat_base_cuts(labels, base_step);
+    out.base_cuts = flat_base_cuts(labels, base.step);
     for (auto& [structure, cut] : out.base_cuts) {
       for (double& k : cut.k) k += task.box.first[2];
     }

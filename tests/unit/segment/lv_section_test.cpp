@@ -28,6 +28,52 @@ ImageCycle<std::uint8_t> ring() {
   return out;
 }
 
+/// Three slices of that ring, of which the third is the base's; in the first two the wall is open
+/// on one side, in the third all about.
+TEST(LvSection, the_wall_has_no_hole_below_the_base) {
+  const ImageCycle<std::uint8_t> one = ring();
+  ImageCycle<std::uint8_t> open;
+  open.grid = one.grid;
+  open.grid.size[2] = 4;
+  open.phases.emplace_back(open.grid.count(), kLabelBackground);
+  const auto opened = [](int i, int j) { return i > 40 && std::abs(j - 30) < 8; };
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < kSide; ++j) {
+      for (int i = 0; i < kSide; ++i) {
+        std::uint8_t label = one.phases[0][one.grid.offset(i, j, 1)];
+        if (k != 2 && label == kLabelLvMyocardium && opened(i, j)) {
+          label = k == 1 ? kLabelRvBlood : kLabelBackground;
+        }
+        open.phases[0][open.grid.offset(i, j, k)] = label;
+      }
+    }
+  }
+  const auto at = [](const ImageCycle<std::uint8_t>& labels, int i, int j, int k) {
+    return labels.phases[0][labels.grid.offset(i, j, k)];
+  };
+  ImageCycle<std::uint8_t> closed = open;
+  close_wall(1, closed);
+  for (const int k : {0, 1}) {
+    // 2 mm are two pixels of 1.5 mm beside the cavity, which keeps its size.
+    EXPECT_EQ(at(closed, 53, 30, k), kLabelLvBlood);
+    EXPECT_EQ(at(closed, 54, 30, k), kLabelLvMyocardium);
+    EXPECT_EQ(at(closed, 55, 30, k), kLabelLvMyocardium);
+    EXPECT_EQ(at(closed, 57, 30, k), at(open, 57, 30, k)) << "no thicker";
+    EXPECT_EQ(at(closed, 20, 30, k), at(open, 20, 30, k)) << "where there is a wall";
+  }
+  for (int j = 0; j < kSide; ++j) {
+    for (int i = 0; i < kSide; ++i) {
+      EXPECT_EQ(at(closed, i, j, 2), at(open, i, j, 2));
+      EXPECT_EQ(at(closed, i, j, 3), at(open, i, j, 3)) << "the outflow tract is open";
+    }
+  }
+  // With the base on the other side no slice beyond the third lies below a closed one but that.
+  ImageCycle<std::uint8_t> other = open;
+  close_wall(-1, other);
+  EXPECT_EQ(at(other, 54, 30, 0), kLabelBackground);
+  EXPECT_EQ(at(other, 54, 30, 3), kLabelLvMyocardium);
+}
+
 TEST(LvSection, a_strip_on_the_wall_is_none_of_it) {
   const ImageCycle<std::uint8_t> before = ring();
   ImageCycle<std::uint8_t> labels = before;
