@@ -76,6 +76,10 @@ KeptSession read_session(const std::filesystem::path& folder) {
                     std::to_string(out.exercise.trial_count()));
     }
     for (std::size_t n = 0; n < trials.size(); ++n) {
+      if (n > 0 && !out.trials.back().done) {
+        throw_invalid("/trials/" + std::to_string(n - 1) +
+                      "/done must be true of all but the last");
+      }
       out.trials.push_back(trial_from_json(trials[n], n));
     }
     return out;

@@ -214,13 +214,19 @@ void play_part(const PlayArguments& arguments, const ExerciseGround& atlas, cons
   const bool goes_on = !session.trials.empty() && !session.trials.back().done;
   const std::size_t trial = session.trials.size() - (goes_on ? 1 : 0);
   const double played_s = goes_on ? session.trials.back().played_s : 0;
+  // What was marked before the device was lost is marked.
+  const std::size_t marked =
+      goes_on
+          ? replay_kept(atlas, session, asked, folder, session.trials.back()).findings.marks.size()
+          : 0;
   PlayArguments told = arguments;
   told.seconds = std::max(0.001, session.exercise.seconds - played_s);
   SessionOptions options;
   options.stop = std::move(stop);
   options.keep_trace = true;
   options.watchdog = !arguments.fast;
-  options.marks = session.exercise.task == Task::Find ? session.exercise.lesions : 1;
+  const int marks = session.exercise.task == Task::Find ? session.exercise.lesions : 1;
+  options.marks = std::max(1, marks - static_cast<int>(marked));
   options.mark_buttons = (1U << session.exercise.kinds.size()) - 1;
   std::unique_ptr<device::Device> device = device_of_trial(told, atlas, session, asked, options);
   options.seconds = told.seconds;
@@ -264,7 +270,7 @@ void run_exercise(const PlayArguments& arguments, std::ostream& out) {
   while (!session.finished()) {
     play_part(arguments, atlas, asked, folder, session, interrupts, interrupted.get_token());
     asked.take(replay_kept(atlas, session, asked, folder, session.trials.back()));
-    if (session.exercise.task == Task::Threshold) {
+    if (session.exercise.task == Task::Threshold && !arguments.json) {
       const ThresholdTrial& last = asked.result().trials.back();
       out << "trial " << session.trials.size() << " of " << session.exercise.trials << ": "
           << (last.right ? "right" : "wrong") << "\n"
@@ -272,6 +278,12 @@ void run_exercise(const PlayArguments& arguments, std::ostream& out) {
     }
   }
   write_result(session, atlas, asked, folder);
+  if (arguments.json) {
+    ExerciseResult result = asked.result();
+    result.lesions = asked.lesions();
+    out << json_text(result_json(session, atlas, result), 2) << '\n';
+    return;
+  }
   out << result_text(session, atlas, asked.result())
       << "report: " << (folder / "report.html").string() << "\n";
 }

@@ -121,6 +121,12 @@ void check_usage(const PlayArguments& arguments) {
   if (!arguments.exercise.empty() && !(press.parameters.empty() && press.preset.empty())) {
     throw_usage("an exercise tells its own preset; leave --parameters and --preset out");
   }
+  if (!arguments.exercise.empty() && (!arguments.trace.empty() || !arguments.ticks.empty() ||
+                                      arguments.held || arguments.published)) {
+    throw_usage(
+        "an exercise keeps every tick in its folder, of a beating heart; leave --trace, --ticks, "
+        "--held and --published out");
+  }
   if (!is_patch(arguments) && !(press.parameters.empty() && press.preset.empty())) {
     throw_usage("--parameters and --preset are of paper B's muscle; use them with --model patch");
   }

@@ -1,6 +1,7 @@
 #pragma once
 /// What `beatlas-play` is told on its command line, its subcommands apart.
 
+#include <cstdint>
 #include <string>
 
 #include "runtime/app/press_session.h"
@@ -46,7 +47,7 @@ struct PlayArguments {
   PressArguments press;
   std::string exercise;             ///< JSON after schemas/exercise.schema.json; or none
   std::string session;              ///< folder in which an exercise is kept
-  double seed = -1;                 ///< of what an exercise hides; below 0: by chance
+  std::int64_t seed = -1;           ///< of what an exercise hides; below 0: by chance
   std::string trainee = "skilled";  ///< of the device `trainee`
 };
 

@@ -95,6 +95,9 @@ def a_changed_trace_is_refused(session, package):
     refused(play("replay-exercise", package, session), 3, "came out otherwise")
     trace.write_text(whole)
     kept = json.loads((session / "session.json").read_text())
+    twice = dict(kept, trials=[dict(kept["trials"][0], done=False), kept["trials"][0]])
+    (session / "session.json").write_text(json.dumps(twice))
+    refused(play("replay-exercise", package, session), 3, "/trials must be a list of at most 1")
     kept["trials"][0]["parts"] = ["../../etc/passwd"]
     (session / "session.json").write_text(json.dumps(kept))
     refused(play("replay-exercise", package, session), 3, "/trials/0/parts/0 must be trial_001_1.csv")
@@ -120,6 +123,32 @@ def a_lost_device_is_kept(folder, package):
     check(score["ticks"] == rows, f"{score['ticks']} ticks of {rows} rows")
     check(score["find"]["lesions"][0]["found"], f"{score}")
     refused(trained(package, exercise, session), 3, "is finished")
+
+
+def presses(session):
+    count, before = 0, "0"
+    for trace in sorted(session.glob("trial_001_*.csv")):
+        for line in trace.read_text().splitlines()[1:]:
+            button = line.split(",")[8]
+            count += before == "0" != button
+            before = button
+    return count
+
+
+def what_was_marked_before_counts(folder, package):
+    exercise, session = SAMPLES / "07_two.json", folder / "two"
+    check(trained(package, exercise, session, "--seed", 2).returncode == 0, "two lesions are not played")
+    check(presses(session) == 2, f"{presses(session)} marks of two lesions")
+    trace = session / "trial_001_1.csv"
+    lines = trace.read_text().splitlines()
+    first = next(n for n, line in enumerate(lines[1:], 1) if line.split(",")[8] != "0")
+    trace.write_text("\n".join(lines[:first + 50]) + "\n")
+    kept = json.loads((session / "session.json").read_text())
+    kept["trials"][0].update(done=False, played_s=float(lines[first + 49].split(",")[0]))
+    (session / "session.json").write_text(json.dumps(kept))
+    run = trained(package, exercise, session)
+    check(run.returncode == 0, run.stderr)
+    check(presses(session) == 2, f"{presses(session)} marks where the first was made before")
 
 
 def a_threshold(folder, package):
@@ -148,6 +177,8 @@ def skills_are_told_apart(folder, package):
             check(run.returncode == 0, run.stderr)
             points[skill].append(scored(session, package)["find"]["points"])
     told = auc(points["skilled"], points["unskilled"])
+    run = trained(package, SAMPLES / "06_any.json", folder / "json", "--seed", 0, "--json")
+    check(json.loads(run.stdout) == scored(folder / "json", package), "--json is another than score.json")
     print(f"area under the curve {told:.3f}: {points}")
     check(told >= 0.95, "the score does not tell the skilled from the unskilled")
 
@@ -158,6 +189,8 @@ def bad_calls(folder, package):
     refused(play(package, "--headless", "--seed", 3), 2, "name one by --exercise")
     refused(play(package, "--headless", "--device", "trainee"), 2, "name one by --exercise")
     refused(trained(package, exercise, session, "--preset", "low_pressure"), 2, "tells its own preset")
+    refused(trained(package, exercise, session, "--trace", folder / "t.csv"), 2, "keeps every tick")
+    refused(trained(package, exercise, session, "--seed", "1.5"), 2, "--seed")
     refused(trained(package, folder / "none.json", session), 3, "none.json cannot be read")
     broken = folder / "broken.json"
     for text, words in (("{", "is not valid JSON"), ('{"version": 2}', "/version"),
@@ -180,6 +213,7 @@ with tempfile.TemporaryDirectory() as place:
     a_changed_trace_is_refused(played, heart)
     if DEVICE:
         a_lost_device_is_kept(here, heart)
+    what_was_marked_before_counts(here, heart)
     a_threshold(here, heart)
     bad_calls(here, heart)
     skills_are_told_apart(here, heart)
