@@ -1,5 +1,6 @@
-// What users write about muscle, circulation and regions of the palpation trainer.
+// What users write about muscle, circulation and regions of the palpation trainer, and its exercises.
 #include "runtime/base/json_text.h"
+#include "runtime/exercise/exercise.h"
 #include "runtime/palpation/parameters.h"
 #include "runtime/palpation/regions.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -18,6 +19,12 @@ std::vector<std::string> seeds() {
   with["regions"] = regions;
   out.push_back(with.dump());
   out.emplace_back("{} // nothing told");
+  for (const exercise::Task task : {exercise::Task::Find, exercise::Task::Threshold}) {
+    exercise::Exercise asked;
+    asked.task = task;
+    asked.segments = {7, 12};
+    out.push_back(exercise::exercise_to_json(asked).dump(1));
+  }
   return out;
 }
 std::vector<std::string> tokens() {
@@ -50,6 +57,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     parameters.check();
     const nlohmann::json again = palpation::palpation_to_json(parameters);
     fuzz::require(palpation::palpation_to_json(palpation::palpation_from_json(again)) == again);
+  });
+  fuzz::only_errors([&] {
+    const nlohmann::json again = exercise::exercise_to_json(exercise::exercise_from_json(json));
+    fuzz::require(exercise::exercise_to_json(exercise::exercise_from_json(again)) == again);
   });
   if (!json.is_object() || !json.contains("regions")) return 0;
   fuzz::only_errors([&] {
