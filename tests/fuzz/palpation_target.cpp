@@ -1,4 +1,4 @@
-// What users write about muscle, circulation and regions of the palpation trainer, and its exercises.
+// What users write about muscle, circulation, regions and exercises of the palpation trainer.
 #include "runtime/base/json_text.h"
 #include "runtime/exercise/exercise.h"
 #include "runtime/palpation/parameters.h"
