@@ -17,7 +17,7 @@ constexpr double kApartMm = 15;
 constexpr double kWholeTo = 0.75;  ///< of the radius: the grade is whole; at 2 less this it is none
 constexpr int kTries = 400;        ///< to place lesions beside each other
 
-/// The mean over a ring of width 1.5: 1 within, 0 beyond, smooth between.
+/// 1 up to kWholeTo of the radius, 0.5 at the radius, 0 as far beyond it; smooth between.
 double share_of_grade(double away_mm, double radius_mm) noexcept {
   const double along =
       std::clamp((away_mm / radius_mm - kWholeTo) / (2 * (1 - kWholeTo)), 0.0, 1.0);
