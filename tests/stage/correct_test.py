@@ -14,6 +14,7 @@ import sys
 import jsonschema
 import nibabel
 import numpy
+import scipy.ndimage
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
@@ -117,7 +118,9 @@ def slip():
     k = labels.shape[2] // 2
     inside = numpy.argwhere(labels[:, :, k, 0] > 0)
     box = [slice(low, high) for low, high in zip(inside.min(axis=0), inside.max(axis=0))]
-    dark = numpy.where(labels[box[0], box[1], k, 0] == 0, image[box[0], box[1], k, 0], numpy.inf)
+    # Away from the heart, or the mark would lie beside what it says and be no slip.
+    apart = ~scipy.ndimage.binary_dilation(labels[:, :, k, 0] > 0, iterations=2)[box[0], box[1]]
+    dark = numpy.where(apart, image[box[0], box[1], k, 0], numpy.inf)
     lung = numpy.unravel_index(dark.argmin(), dark.shape) + inside.min(axis=0)
     middle = numpy.argwhere(labels[:, :, k, 0] == LV).mean(axis=0).astype(int)
     for label, (column, row) in (("rest_of_heart", lung), ("lv_myocardium", middle), ("lv_blood", middle)):

@@ -142,9 +142,23 @@ TEST(ImageCut, ALinearImageComesBack) {
   EXPECT_EQ(cut_grid(volume, middle + Vec3(500, 0, 0), Vec3::UnitX(), 0.7).pixels(), 0U);
 }
 
+// Where a package tells the long axis, views follow that, and not the longest way through the LV.
+TEST(HeartFrame, LiesAsTheMapOfTheWallSays) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "sample.beatlas";
+  pack::write_package(file, test::sample_content(6, 36, 2, 4));
+  const atlas::Atlas sample =
+      atlas::Atlas::open(file, atlas::everything_in(atlas::Atlas::open(file, {}).manifest()));
+  ASSERT_TRUE(sample.surface_map(Structure::LvBlood));
+  EXPECT_LT(heart_frame(sample).apexward.dot(Vec3::UnitZ()), -0.99);  // the map's base is above
+}
+
 TEST(HeartFrame, ViewsAreRightHandedAndCutsFaceTheirViewer) {
   const Made made;
-  const HeartFrame frame = heart_frame(*made.atlas);
+  atlas::Needs needs = atlas::everything_in(made.atlas->manifest());
+  needs.maps.clear();
+  const HeartFrame frame =
+      heart_frame(atlas::Atlas::open(made.folder.path() / "ellipsoid.beatlas", needs));
   EXPECT_LT((frame.centre_mm - made.heart.centre_mm).norm(), 0.1);
   // The longest half axis is the first.
   EXPECT_GT(std::abs(frame.apexward.dot(made.heart.axes.col(0))), 0.999);
