@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
@@ -11,6 +13,8 @@ namespace beatlas::segment {
 namespace {
 
 constexpr std::size_t kMost = 5;
+/// Steps to what lies beside a voxel in its slice.
+constexpr std::array kBeside{std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}};
 
 /// How often each label lies on a seed and right beside it.
 struct Around {
@@ -26,13 +30,37 @@ Around look(const Grid& grid, const std::vector<std::uint8_t>& labels,
     if (marks[v] != label) continue;
     ++out.on.at(labels[v]);
     const Index3 at = index_of(grid, v);
-    for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+    for (const auto& [di, dj] : kBeside) {
       if (!grid.contains(at[0] + di, at[1] + dj, at[2])) continue;
       const std::size_t next = grid.offset(at[0] + di, at[1] + dj, at[2]);
       if (marks[next] != label) ++out.beside.at(labels[next]);
     }
   }
   return out;
+}
+
+/// How many voxels that a seed does not mark hang together with it in its slices, in its label;
+/// more than `most` are not counted.
+std::size_t grown_from(const Grid& grid, const std::vector<std::uint8_t>& labels,
+                       const std::vector<std::size_t>& voxels, std::uint8_t label,
+                       std::size_t most) {
+  std::vector<std::size_t> reached = voxels;
+  std::sort(reached.begin(), reached.end());
+  std::vector<std::size_t> front = reached;
+  const std::size_t marked = reached.size();
+  while (!front.empty() && reached.size() - marked <= most) {
+    const Index3 at = index_of(grid, front.back());
+    front.pop_back();
+    for (const auto& [di, dj] : kBeside) {
+      if (!grid.contains(at[0] + di, at[1] + dj, at[2])) continue;
+      const std::size_t next = grid.offset(at[0] + di, at[1] + dj, at[2]);
+      const auto place = std::lower_bound(reached.begin(), reached.end(), next);
+      if (labels[next] != label || (place != reached.end() && *place == next)) continue;
+      reached.insert(place, next);
+      front.push_back(next);
+    }
+  }
+  return reached.size() - marked;
 }
 
 template <class Counts>
@@ -70,7 +98,9 @@ std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labe
       for (const std::size_t count : found.on) marked += count;
       if (marked == 0) continue;
       const bool is_lost = 2 * found.on.at(seed.label) <= marked;
-      const bool is_alone = !is_lost && found.beside.at(seed.label) == 0;
+      // A voxel or two of noise beside a mark are nothing that it belongs to.
+      const bool is_alone = !is_lost && grown_from(labels.grid, labels.phases[p], voxels,
+                                                   seed.label, marked) <= marked;
       if (!is_lost && !is_alone) continue;
       if (lost + alone == 0) first = p;
       lost += is_lost ? 1 : 0;

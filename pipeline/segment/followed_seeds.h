@@ -12,8 +12,8 @@ namespace beatlas::segment {
 
 /// Seeds of the heart that the labels do not follow, a sentence each with seed (counted from 1),
 /// place, phases and why: where at least half of what a seed marks (and no later one marks anew)
-/// has another label, or where it stays alone: nothing beside it in its slices has its label. At
-/// most five, and how many more.
+/// has another label, or where it stays alone: no more hangs together with it in its slices, in its
+/// label, than it marks itself. At most five, and how many more.
 /// @param labels as they are at the end, before atria are parted; @param marks what seeds drew on
 /// their grid, kUnlabelled elsewhere
 [[nodiscard]] std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labels,
