@@ -93,4 +93,9 @@ std::optional<Vec3> lv_direction(const Grid& grid, const std::vector<float>& blo
   return along.dot(wall.outward) > 0 ? Vec3(-along) : along;
 }
 
+bool cuts_across(const Grid& grid, const Vec3& direction) {
+  constexpr double kAsMuch = 0.70710678;  // cosine of 45 degrees
+  return std::abs(direction.dot(grid.mm_from_index.linear().col(2).normalized())) >= kAsMuch;
+}
+
 }  // namespace beatlas

@@ -20,4 +20,7 @@ namespace beatlas {
 [[nodiscard]] std::optional<Vec3> lv_direction(const Grid& grid, const std::vector<float>& blood,
                                                const std::vector<float>& muscle);
 
+/// Whether slices of the grid cut what lies along `direction` across rather than along.
+[[nodiscard]] bool cuts_across(const Grid& grid, const Vec3& direction);
+
 }  // namespace beatlas

@@ -17,8 +17,6 @@ namespace {
 /// Beside the heart, for what slices show tells how bright they are. Chosen; with slices as wide as
 /// the stack's own Dice of phantoms differs by .01 either way.
 constexpr double kFieldMm = 60;
-/// Cosine of the LV's axis with the normal of slices that lie along it as much as across.
-constexpr double kAlong = 0.70710678;
 
 /// Calls visit(place [mm], label) for what is likeliest to be heart in any phase.
 template <class Visit>
@@ -108,9 +106,7 @@ std::optional<AcrossLv> across_lv(const PriorCycle& looked, const Grid& stack,
   const std::optional<Vec3> direction =
       lv_direction(looked.grid, share_of_phases(looked, kLabelLvBlood),
                    share_of_phases(looked, kLabelLvMyocardium));
-  if (!direction) return {};
-  if (std::abs(direction->dot(stack.mm_from_index.linear().col(2).normalized())) > kAlong)
-    return {};
+  if (!direction || cuts_across(stack, *direction)) return {};
   const Eigen::Matrix3d axes = axes_across(*direction, stack);
   Vec3 low = Vec3::Constant(1e9);
   Vec3 high = Vec3::Constant(-1e9);

@@ -128,12 +128,10 @@ BaseSide base_side(const LabelCycle& labels) {
     }
   }
   BaseSide out;
-  const Affine& mm_from_index = labels.grid.mm_from_index;
   if (const std::optional<Vec3> direction = lv_direction(labels.grid, blood, muscle)) {
-    const Vec3 steps = mm_from_index.linear().inverse() * *direction;
+    const Vec3 steps = labels.grid.mm_from_index.linear().inverse() * *direction;
     out.step = steps[2] < 0 ? -1 : 1;
-    constexpr double kAlong = 0.70710678;  // cosine of 45 degrees
-    out.across = std::abs(direction->dot(mm_from_index.linear().col(2).normalized())) >= kAlong;
+    out.across = cuts_across(labels.grid, *direction);
   }
   constexpr double kStray = 0.05;  // of the LV: a few voxels tell nothing
   if (beyond > kStray * ventricle && ventricle > 0) {

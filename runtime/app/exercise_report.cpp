@@ -8,6 +8,7 @@
 #include "runtime/app/exercise_picture.h"
 #include "runtime/palpation/segments.h"
 #include "runtime/plot/plot.h"
+#include "runtime/plot/svg.h"
 
 namespace beatlas::app {
 namespace {
@@ -53,23 +54,6 @@ std::string number(double value, int digits = 3) {
   text.precision(digits);
   text << value;
   return text.str();
-}
-
-/// What the command line told comes from a file and may hold anything.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
 }
 
 std::string row(const std::string& name, const std::string& value) {
@@ -210,7 +194,7 @@ std::string report_html(const KeptSession& session, const ExerciseGround& atlas,
                         const ExerciseResult& result) {
   const bool find = session.exercise.task == Task::Find;
   const std::string title =
-      session.exercise.title.empty() ? "Palpation exercise" : escaped(session.exercise.title);
+      session.exercise.title.empty() ? "Palpation exercise" : plot::escaped(session.exercise.title);
   std::string page =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + title +
       "</title>\n<style>body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em;"
@@ -242,7 +226,7 @@ std::string report_html(const KeptSession& session, const ExerciseGround& atlas,
           row("time above the harmful force of " + number(harmful_of(session, atlas)) + " N",
               number(p.harmful_s) + " s") +
           (find ? row("marks of nothing", std::to_string(result.score.false_marks)) : "") +
-          row("atlas", escaped(session.package)) + row("seed", std::to_string(session.seed)) +
+          row("atlas", plot::escaped(session.package)) + row("seed", std::to_string(session.seed)) +
           "</table>\n";
   PalpationPicture picture;
   picture.under_finger_s.assign(atlas.wall().vertex_count(), 0);

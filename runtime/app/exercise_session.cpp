@@ -37,10 +37,6 @@ using exercise::Task;
 constexpr std::uint64_t kTraineeStream = 0x7261696e;
 constexpr std::uint64_t kTrialStream = 0x74726961;
 
-[[noreturn]] void throw_usage(const std::string& message) {
-  throw Error(ErrorCode::Usage, message);
-}
-
 Exercise read_exercise(const std::string& file) {
   std::ifstream stream = open_text(file);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
@@ -88,6 +84,7 @@ class Asked {
     result_.ticks += trial.ticks;
     result_.findings.push_back(trial.findings);
     if (!staircase_) {
+      result_.lesions = lesions_;
       result_.score = exercise::score_of(lesions_, trial.findings, atlas_.wall());
       return;
     }
@@ -139,8 +136,7 @@ TrialReplay replay_kept(const ExerciseGround& atlas, const KeptSession& session,
 
 void write_result(const KeptSession& session, const ExerciseGround& atlas, const Asked& asked,
                   const fs::path& folder) {
-  ExerciseResult result = asked.result();
-  result.lesions = asked.lesions();
+  const ExerciseResult& result = asked.result();
   write_file(folder / "score.json", json_text(result_json(session, atlas, result), 2) + "\n");
   write_file(folder / "report.html", report_html(session, atlas, result));
 }
@@ -248,7 +244,7 @@ void play_part(const PlayArguments& arguments, const ExerciseGround& atlas, cons
 
 void run_exercise(const PlayArguments& arguments, std::ostream& out) {
   if (arguments.session.empty()) {
-    throw_usage("--exercise is kept in a folder; name one with --session");
+    throw Error(ErrorCode::Usage, "--exercise is kept in a folder; name one with --session");
   }
   const Exercise asked_exercise = read_exercise(arguments.exercise);
   ToldMuscle told;
@@ -279,9 +275,7 @@ void run_exercise(const PlayArguments& arguments, std::ostream& out) {
   }
   write_result(session, atlas, asked, folder);
   if (arguments.json) {
-    ExerciseResult result = asked.result();
-    result.lesions = asked.lesions();
-    out << json_text(result_json(session, atlas, result), 2) << '\n';
+    out << json_text(result_json(session, atlas, asked.result()), 2) << '\n';
     return;
   }
   out << result_text(session, atlas, asked.result())

@@ -1,9 +1,7 @@
 #include "runtime/app/exercise_trial.h"
 
-#include <cmath>
-
-#include "runtime/base/error.h"
 #include "runtime/device/csv_table.h"
+#include "runtime/device/replay.h"
 
 namespace beatlas::app {
 
@@ -15,16 +13,11 @@ std::vector<TraceRow> read_trace(std::istream& stream, const std::string& name) 
   std::vector<TraceRow> out;
   out.reserve(table.rows.size());
   for (const std::vector<double>& row : table.rows) {
-    constexpr double kButtons = 0x1p32;
-    if (!(row[8] >= 0 && row[8] < kButtons && row[8] == std::floor(row[8]))) {
-      throw_invalid(name + ": buttons must be a whole number below 2^32, but are not at row " +
-                    std::to_string(out.size() + 1));
-    }
     out.push_back({.time_s = row[0],
                    .position_mm = Vec3(row[1], row[2], row[3]),
                    .depth_mm = row[4],
                    .force_n = Vec3(row[5], row[6], row[7]),
-                   .buttons = static_cast<std::uint32_t>(row[8]),
+                   .buttons = device::buttons_of(row[8], name, out.size() + 1),
                    .valid = row[9] != 0,
                    .stalled = row[10] != 0});
   }

@@ -8,11 +8,15 @@
 #include "runtime/device/csv_table.h"
 
 namespace beatlas::device {
-namespace {
 
-constexpr double kButtons = 0x1p32;
-
-}  // namespace
+std::uint32_t buttons_of(double value, const std::string& name, std::size_t row) {
+  constexpr double kEnd = 0x1p32;
+  if (!(value >= 0 && value < kEnd && value == std::floor(value))) {
+    throw_invalid(name + ": buttons must be a whole number below 2^32, but are not at row " +
+                  std::to_string(row));
+  }
+  return static_cast<std::uint32_t>(value);
+}
 
 Recording read_recording(std::istream& stream, const std::string& name) {
   const CsvTable table = read_csv(stream, name, {"t_s", "x_mm", "y_mm", "z_mm"}, {"buttons"});
@@ -26,11 +30,7 @@ Recording read_recording(std::istream& stream, const std::string& name) {
     recording.time_s.push_back(row[0]);
     recording.position_m.emplace_back(1e-3 * Vec3(row[1], row[2], row[3]));
     if (row.size() == 4) continue;
-    if (!(row[4] >= 0 && row[4] < kButtons && row[4] == std::floor(row[4]))) {
-      throw_invalid(name + ": buttons must be a whole number below 2^32, but are not at row " +
-                    std::to_string(recording.time_s.size()));
-    }
-    recording.buttons.push_back(static_cast<std::uint32_t>(row[4]));
+    recording.buttons.push_back(buttons_of(row[4], name, recording.time_s.size()));
   }
   return recording;
 }

@@ -21,6 +21,10 @@ struct Recording {
 /// no whole number.
 [[nodiscard]] Recording read_recording(std::istream& stream, const std::string& name);
 
+/// A row's column of buttons. @throws Error{InvalidInput} naming the row if it is no whole number
+/// below 2^32  @param row counted from 1
+[[nodiscard]] std::uint32_t buttons_of(double value, const std::string& name, std::size_t row);
+
 struct ReplayOptions {
   double rate_hz = 1000;  ///< [1/s]: the recording is interpolated linearly to it
   Pace pace = Pace::RealTime;

@@ -57,14 +57,6 @@ int kind_from_name(const std::string& name) {
   return found == kNames.end() ? kNone : static_cast<int>(found - kNames.begin());
 }
 
-std::string segment_names() {
-  std::string names;
-  for (int segment = 1; segment <= palpation::kSegments; ++segment) {
-    names += (segment == 1 ? "" : ", ") + std::string(palpation::segment_name(segment));
-  }
-  return names;
-}
-
 void read_find(JsonObject& object, Exercise& out) {
   const std::vector<int> kinds =
       read_words(object, "kinds", kind_from_name, "soft, thin, akinetic, scar");
@@ -111,7 +103,7 @@ Exercise exercise_from_json(const json& document) {
   out.segments = read_words(
       object, "segments",
       [](const std::string& name) { return palpation::segment_from_name(name).value_or(kNone); },
-      segment_names());
+      palpation::segment_names());
   read_range(object, "radius_mm", out.radius_mm, 4, 40);
   object.read("seconds", out.seconds, 5, 1800);
   object.read("tool_radius_mm", out.tool_radius_mm, 0, 20);

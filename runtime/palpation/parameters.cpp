@@ -60,14 +60,6 @@ constexpr std::array<JsonNumber<C>, 18> kCirculation{{
     {"finger_c_n_s_per_m", &C::finger_c_n_s_per_m, 1e-3, 1e5},
 }};
 
-std::string names_of_segments() {
-  std::string names;
-  for (int segment = 1; segment <= kSegments; ++segment) {
-    names += (segment == 1 ? "" : ", ") + std::string(segment_name(segment));
-  }
-  return names;
-}
-
 void read_segments(JsonObject& object, SegmentTissue& segments) {
   if (!object.has("segments")) return;
   const json& given = object.at("segments");
@@ -75,7 +67,7 @@ void read_segments(JsonObject& object, SegmentTissue& segments) {
   for (const auto& item : given.items()) {
     const auto segment = segment_from_name(item.key());
     if (!segment) {
-      throw_invalid("/segments/" + item.key() + " is no segment; there are " + names_of_segments());
+      throw_invalid("/segments/" + item.key() + " is no segment; there are " + segment_names());
     }
     read_section(shape, item.key(), segments[static_cast<std::size_t>(*segment - 1)], kTissue);
   }

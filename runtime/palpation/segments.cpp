@@ -35,6 +35,14 @@ std::string_view segment_name(int segment) noexcept {
   return kNames[static_cast<std::size_t>(segment - 1)];
 }
 
+std::string segment_names() {
+  std::string names;
+  for (const std::string_view name : kNames) {
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  return names;
+}
+
 std::optional<int> segment_from_name(std::string_view name) noexcept {
   const auto found = std::find(kNames.begin(), kNames.end(), name);
   if (found == kNames.end()) return std::nullopt;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "runtime/palpation/muscle.h"
@@ -14,6 +15,8 @@ inline constexpr int kSegments = 17;
 
 /// 1 basal_anterior .. 17 apex. @pre 1 <= segment <= 17
 [[nodiscard]] std::string_view segment_name(int segment) noexcept;
+/// All of them, for a message: "basal_anterior, ..., apex".
+[[nodiscard]] std::string segment_names();
 [[nodiscard]] std::optional<int> segment_from_name(std::string_view name) noexcept;
 
 /// Share of the ventricle's muscle: 35 % basal, 35 % mid, 30 % apical with the apex.

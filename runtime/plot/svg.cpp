@@ -12,6 +12,8 @@ std::string printed(const char* format, double value) {
   return text.data();
 }
 
+}  // namespace
+
 std::string escaped(const std::string& words) {
   std::string out;
   for (const char c : words) {
@@ -27,8 +29,6 @@ std::string escaped(const std::string& words) {
   }
   return out;
 }
-
-}  // namespace
 
 std::string pixels(double value) { return printed("%.1f", value); }
 

@@ -10,6 +10,8 @@ namespace beatlas::plot {
 inline constexpr std::array<const char*, 8> kColours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                                      "#56B4E9", "#E69F00", "#000000", "#7A7A7A"};
 
+/// Words as the text of SVG and HTML.
+[[nodiscard]] std::string escaped(const std::string& words);
 /// With one digit after the point.
 [[nodiscard]] std::string pixels(double value);
 /// As short as six digits allow.
