@@ -14,7 +14,7 @@
 namespace beatlas::assess {
 namespace {
 
-constexpr std::size_t kChunk = 512;  // points a task
+constexpr std::size_t kPointsATask = 512;  // points a task
 
 struct Bounds {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
@@ -83,11 +83,11 @@ class Comparison {
   /// Runs over the points in tasks and keeps those that `measure` gives a value for, in order.
   template <class Value, class Points, class Measure>
   static std::vector<Value> collect(const Points& points, const Measure& measure) {
-    const std::size_t tasks = (points.size() + kChunk - 1) / kChunk;
+    const std::size_t tasks = (points.size() + kPointsATask - 1) / kPointsATask;
     std::vector<std::vector<Value>> found(tasks);
     parallel_for(tasks, [&](std::size_t task) {
-      const std::size_t end = std::min(points.size(), (task + 1) * kChunk);
-      for (std::size_t n = task * kChunk; n < end; ++n) {
+      const std::size_t end = std::min(points.size(), (task + 1) * kPointsATask);
+      for (std::size_t n = task * kPointsATask; n < end; ++n) {
         if (const std::optional<Value> value = measure(points[n])) found[task].push_back(*value);
       }
     });

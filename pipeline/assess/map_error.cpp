@@ -13,9 +13,9 @@
 namespace beatlas::assess {
 namespace {
 
-constexpr double kLongestMm = 80;    // of a ray through the wall
-constexpr double kTouchMm = 1e-6;    // a span that begins here begins at the endocardium
-constexpr std::size_t kChunk = 128;  // vertices a task
+constexpr double kLongestMm = 80;          // of a ray through the wall
+constexpr double kTouchMm = 1e-6;          // a span that begins here begins at the endocardium
+constexpr std::size_t kMappedATask = 128;  // vertices a task
 
 /// The true heart at a moment.
 class TrueWall {
@@ -72,7 +72,7 @@ class TrueWall {
   const MapOptions& options_;
 };
 
-struct Found {
+struct MapFound {
   std::vector<Weighted> errors;
   double true_sum_mm = 0;
   int missing = 0;
@@ -91,17 +91,17 @@ MapErrors map_errors(const atlas::SurfaceMapPayload& map, const atlas::SurfacePa
   const std::size_t every =
       std::max<std::size_t>(1, vertices / static_cast<std::size_t>(options.most_vertices));
   const std::size_t asked = (vertices + every - 1) / every;
-  const std::size_t tasks_a_phase = (asked + kChunk - 1) / kChunk;
+  const std::size_t tasks_a_phase = (asked + kMappedATask - 1) / kMappedATask;
   std::vector<TrueWall> walls;
   for (std::size_t p = 0; p < phases; ++p) {
     walls.emplace_back(truth, static_cast<double>(p) / static_cast<double>(phases), options);
   }
-  std::vector<Found> found(phases * tasks_a_phase);
+  std::vector<MapFound> found(phases * tasks_a_phase);
   parallel_for(found.size(), [&](std::size_t task) {
     const std::size_t p = task / tasks_a_phase;
-    const std::size_t begin = (task % tasks_a_phase) * kChunk;
-    Found& own = found[task];
-    for (std::size_t n = begin; n < std::min(asked, begin + kChunk); ++n) {
+    const std::size_t begin = (task % tasks_a_phase) * kMappedATask;
+    MapFound& own = found[task];
+    for (std::size_t n = begin; n < std::min(asked, begin + kMappedATask); ++n) {
       const std::size_t v = n * every;
       const Vec3 lps = lps_from_workspace * surface.positions[p][v].cast<double>();
       const auto told_mm = static_cast<double>(map.thickness_mm[p][v]);
@@ -122,7 +122,7 @@ MapErrors map_errors(const atlas::SurfaceMapPayload& map, const atlas::SurfacePa
   MapErrors out;
   std::vector<Weighted> errors;
   int rightly = 0;
-  for (const Found& part : found) {
+  for (const MapFound& part : found) {
     errors.insert(errors.end(), part.errors.begin(), part.errors.end());
     out.thickness_true_mean_mm += part.true_sum_mm;
     out.missing += part.missing;

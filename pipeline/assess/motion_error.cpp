@@ -14,7 +14,7 @@
 namespace beatlas::assess {
 namespace {
 
-constexpr std::size_t kChunk = 256;  // vertices a task
+constexpr std::size_t kMovedATask = 256;  // vertices a task
 
 /// Length of each part of a vector along and across a normal.
 struct Split {
@@ -51,7 +51,7 @@ std::optional<double> face_at(const phantom::Anatomy& anatomy, const Vec3& heart
   return std::nullopt;
 }
 
-struct Found {
+struct MotionFound {
   std::vector<Split> package;
   std::vector<Split> normal_only;
 };
@@ -67,7 +67,7 @@ class Follower {
         lps_from_heart_(phantom::lps_from_heart(anatomy_)),
         heart_from_workspace_((workspace_from_lps * lps_from_heart_).inverse(Eigen::Isometry)) {}
 
-  [[nodiscard]] bool follow(std::size_t vertex, Found& found) const {
+  [[nodiscard]] bool follow(std::size_t vertex, MotionFound& found) const {
     const double start_s = moments_.s.front();
     const Vec3 start = at(0, vertex);
     const auto face = face_at(anatomy_, start, start_s, options_.on_wall_mm);
@@ -120,12 +120,12 @@ MotionErrors motion_errors(const atlas::SurfacePayload& surface, const Affine& w
   if (truth.spec().anatomy.infarct.present || surface.positions.size() < 2) return out;
   const Follower follower(surface, workspace_from_lps, truth, options);
   const std::size_t vertices = surface.positions.front().size();
-  const std::size_t tasks = (vertices + kChunk - 1) / kChunk;
-  std::vector<Found> found(tasks);
+  const std::size_t tasks = (vertices + kMovedATask - 1) / kMovedATask;
+  std::vector<MotionFound> found(tasks);
   std::vector<int> points(tasks);
   parallel_for(tasks, [&](std::size_t task) {
-    const std::size_t end = std::min(vertices, (task + 1) * kChunk);
-    for (std::size_t v = task * kChunk; v < end; ++v) {
+    const std::size_t end = std::min(vertices, (task + 1) * kMovedATask);
+    for (std::size_t v = task * kMovedATask; v < end; ++v) {
       points[task] += follower.follow(v, found[task]) ? 1 : 0;
     }
   });
@@ -133,7 +133,7 @@ MotionErrors motion_errors(const atlas::SurfacePayload& surface, const Affine& w
   std::vector<Weighted> tangential;
   double normal_only_mm = 0;
   double normal_only_tangential_mm = 0;
-  for (const Found& part : found) {
+  for (const MotionFound& part : found) {
     for (const Split& each : part.package) {
       whole.push_back({each.whole});
       tangential.push_back({each.tangential});

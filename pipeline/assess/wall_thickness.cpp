@@ -12,12 +12,12 @@
 namespace beatlas::assess {
 namespace {
 
-constexpr double kLongestMm = 80.0;  // of a ray through the wall
-constexpr double kSeekMm = 12.0;     // of the package's endocardium around the true one
-constexpr double kGapMm = 5.0;       // between the package's endocardium and its muscle
-constexpr double kStepMm = 0.5;      // below the smallest voxel, so no wall is stepped over
-constexpr double kTouchMm = 1e-6;    // a span that begins here begins at the endocardium
-constexpr std::size_t kChunk = 128;  // rays a task
+constexpr double kLongestMm = 80.0;      // of a ray through the wall
+constexpr double kSeekMm = 12.0;         // of the package's endocardium around the true one
+constexpr double kGapMm = 5.0;           // between the package's endocardium and its muscle
+constexpr double kStepMm = 0.5;          // below the smallest voxel, so no wall is stepped over
+constexpr double kTouchMm = 1e-6;        // a span that begins here begins at the endocardium
+constexpr std::size_t kRaysATask = 128;  // rays a task
 
 /// The field along a ray at one moment.
 struct Along {
@@ -107,11 +107,11 @@ ThicknessErrors wall_thickness_errors(const field::FieldQuery& blood,
                package_thickness_mm({blood, share * blood.rr_interval_s(), origin, direction},
                                     {muscle, share * muscle.rr_interval_s(), origin, direction})};
   };
-  const std::size_t tasks = (points.size() + kChunk - 1) / kChunk;
+  const std::size_t tasks = (points.size() + kRaysATask - 1) / kRaysATask;
   std::vector<std::vector<Ray>> found(tasks);
   parallel_for(tasks, [&](std::size_t task) {
-    const std::size_t end = std::min(points.size(), (task + 1) * kChunk);
-    for (std::size_t n = task * kChunk; n < end; ++n) {
+    const std::size_t end = std::min(points.size(), (task + 1) * kRaysATask);
+    for (std::size_t n = task * kRaysATask; n < end; ++n) {
       if (const auto each = ray(points[n])) found[task].push_back(*each);
     }
   });

@@ -24,7 +24,7 @@ using assess::Sweep;
 using nlohmann::json;
 namespace {
 
-struct Arguments {
+struct BenchArguments {
   CommonArguments common;
   std::string preset = "small";
   std::string output;
@@ -60,8 +60,8 @@ std::string told(const assess::BenchRun& run) {
 }
 
 /// Runs one after the other, each a stage of the console with the time it took.
-void sweep(const Arguments& arguments, BenchRunner& runner, const json& defaults, Console& console,
-           BenchReport& report) {
+void sweep(const BenchArguments& arguments, BenchRunner& runner, const json& defaults,
+           Console& console, BenchReport& report) {
   const std::vector<assess::BenchRun> runs =
       assess::plan_runs(assess::bench_knobs(), arguments.only, defaults, arguments.quick);
   for (std::size_t n = 0; n < runs.size(); ++n) {
@@ -77,8 +77,8 @@ void sweep(const Arguments& arguments, BenchRunner& runner, const json& defaults
   assess::mark_fronts(report.rows);
 }
 
-void scale(const Arguments& arguments, BenchRunner& runner, const json& defaults, Console& console,
-           BenchReport& report) {
+void scale(const BenchArguments& arguments, BenchRunner& runner, const json& defaults,
+           Console& console, BenchReport& report) {
   const auto build = [&](const std::string& series, double factor, json settings) {
     const std::string name = series + " x " + json(factor).dump();
     console.stage(name, [&](StageContext& context) {
@@ -170,7 +170,7 @@ void write_plots(const BenchReport& bench, const fs::path& folder) {
   }
 }
 
-int bench(const Arguments& arguments) {
+int bench(const BenchArguments& arguments) {
   // The ventricles alone: the segmentation does not yet part them from the atria, and would hide
   // what the knobs do.
   phantom::PhantomSpec spec = phantom::preset(arguments.preset);
@@ -214,7 +214,7 @@ int bench(const Arguments& arguments) {
 }  // namespace
 
 void add_bench(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BenchArguments>();
   CLI::App* command =
       app.add_subcommand("bench", "Measure speed against error on a phantom, option by option");
   std::string knobs;

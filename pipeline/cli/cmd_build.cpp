@@ -13,7 +13,7 @@ namespace beatlas::cli {
 namespace fs = std::filesystem;
 namespace {
 
-struct Arguments {
+struct BuildArguments {
   CommonArguments common;
   std::vector<std::string> sources;
   ImportWords words;
@@ -26,7 +26,7 @@ struct Arguments {
   bool no_report = false;
 };
 
-int build(const Arguments& arguments) {
+int build(const BuildArguments& arguments) {
   if (arguments.sources.empty() && arguments.study.empty()) {
     throw Error(ErrorCode::Usage, "SOURCE is missing: name the images, or a study with --study");
   }
@@ -117,7 +117,7 @@ int build(const Arguments& arguments) {
 }  // namespace
 
 void add_build(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BuildArguments>();
   CLI::App* command = app.add_subcommand("build", "Build an atlas from the images of an exam");
   command->footer(
       "SOURCE is a DICOM folder (a whole exam, mixed series are fine), one 4-D NIfTI, NRRD or\n"

@@ -24,7 +24,7 @@ namespace beatlas::cli {
 namespace fs = std::filesystem;
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   CommonArguments common;
   std::string source;
   std::string to;
@@ -165,7 +165,7 @@ void export_images(const Content& content, const fs::path& folder, StageContext&
   }
 }
 
-int export_atlas(const Arguments& arguments) {
+int export_atlas(const ExportArguments& arguments) {
   const fs::path source(arguments.source);
   const bool slicer = arguments.to == "slicer";
   std::error_code ignored;
@@ -199,7 +199,7 @@ int export_atlas(const Arguments& arguments) {
 }  // namespace
 
 void add_export(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Write a package or study in other formats");
   command->footer(
       "nifti: labels.nii.gz, 4-D on the source's grid (1 RV blood, 2 LV myocardium, 3 LV blood,\n"

@@ -24,7 +24,7 @@ using nlohmann::json;
 
 constexpr double kMPerMm = 1e-3;
 
-struct Arguments {
+struct IdentifyArguments {
   std::vector<std::string> recordings;
   std::string output;
   std::string plot;
@@ -118,7 +118,7 @@ void take(Outcome& outcome, const Recording& recording, bool relaxation) {
   }
 }
 
-int run_identify(const Arguments& arguments) {
+int run_identify(const IdentifyArguments& arguments) {
   Outcome outcome;
   for (const std::string& file : arguments.recordings) {
     bool relaxation = false;
@@ -149,7 +149,7 @@ int run_identify(const Arguments& arguments) {
 }  // namespace
 
 void add_identify(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<IdentifyArguments>();
   CLI::App* command = app.add_subcommand(
       "identify",
       "Constants of muscle from recordings, with 95 % intervals: CSV with t_s, stretch_mm and "

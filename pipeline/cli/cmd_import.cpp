@@ -10,7 +10,7 @@
 namespace beatlas::cli {
 namespace {
 
-struct Arguments {
+struct ImportArguments {
   StageArguments stage;
   std::vector<std::string> sources;
   std::string surfaces;
@@ -42,7 +42,7 @@ std::pair<Exam, std::vector<std::filesystem::path>> exam_of_surfaces(const std::
   return {std::move(seen.exam), std::move(keys.files)};
 }
 
-int import_exam(const Arguments& arguments) {
+int import_exam(const ImportArguments& arguments) {
   const CommonArguments& common = arguments.stage.common;
   if (arguments.sources.empty() == arguments.surfaces.empty()) {
     throw Error(ErrorCode::Usage, "name either the images, SOURCE, or --surfaces FILE.json");
@@ -77,7 +77,7 @@ int import_exam(const Arguments& arguments) {
 }  // namespace
 
 void add_import(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ImportArguments>();
   CLI::App* command =
       app.add_subcommand("import", "Start a study: read the images of an exam into it");
   command->footer(

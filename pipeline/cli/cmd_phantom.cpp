@@ -22,7 +22,7 @@ namespace beatlas::cli {
 namespace fs = std::filesystem;
 namespace {
 
-struct Arguments {
+struct PhantomArguments {
   CommonArguments common;
   std::shared_ptr<PhantomWords> phantom = std::make_shared<PhantomWords>();
   std::string output;
@@ -75,7 +75,7 @@ fs::path new_folder(const std::string& named) {
   return folder;
 }
 
-int make_draw(const Arguments& arguments) {
+int make_draw(const PhantomArguments& arguments) {
   const fs::path folder = new_folder(arguments.output);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
@@ -98,7 +98,7 @@ int make_draw(const Arguments& arguments) {
   return 0;
 }
 
-int make_phantom(const Arguments& arguments) {
+int make_phantom(const PhantomArguments& arguments) {
   const phantom::PhantomSpec spec = phantom_spec(*arguments.phantom);
   const phantom::Phantom phantom(spec);
   const fs::path folder = new_folder(arguments.output);
@@ -129,7 +129,7 @@ int make_phantom(const Arguments& arguments) {
 }
 
 /// A draw is of everything: beside it no other word about heart or scanner has a meaning.
-void add_draw(CLI::App& command, const std::shared_ptr<Arguments>& arguments) {
+void add_draw(CLI::App& command, const std::shared_ptr<PhantomArguments>& arguments) {
   const std::vector<CLI::Option*> before = command.get_options();
   add_phantom_words(command, arguments->phantom);
   CLI::Option* draw =
@@ -158,7 +158,7 @@ void add_draw(CLI::App& command, const std::shared_ptr<Arguments>& arguments) {
 }  // namespace
 
 void add_phantom(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PhantomArguments>();
   CLI::App* command = app.add_subcommand(
       "phantom",
       "Make images of a beating heart whose every surface is known in closed form, or of "

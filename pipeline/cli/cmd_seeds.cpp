@@ -16,7 +16,7 @@
 namespace beatlas::cli {
 namespace {
 
-struct Arguments {
+struct SeedsArguments {
   std::string study;
   bool json = false;
   bool slicer = false;
@@ -85,7 +85,7 @@ void refuse_outside(const Vec3& lps_mm, const Grid& grid, bool as_ras) {
                 numbers_text(high, "(%.0f, %.0f, %.0f)") + frame);
 }
 
-std::vector<Vec3> places_of(const Arguments& arguments, const Grid& grid) {
+std::vector<Vec3> places_of(const SeedsArguments& arguments, const Grid& grid) {
   std::vector<Vec3> places;
   for (const std::string& word : arguments.lps) places.push_back(place_from_word("--lps", word));
   for (const std::string& word : arguments.ras) {
@@ -121,7 +121,7 @@ std::string seed_text(const segment::Seed& seed, const Grid& grid) {
   return out;
 }
 
-int list(const Arguments& arguments) {
+int list(const SeedsArguments& arguments) {
   const study::Study study = study::Study::open(arguments.study);
   const Orders orders = orders_of(study);
   if (arguments.json || arguments.slicer) {
@@ -144,7 +144,7 @@ int list(const Arguments& arguments) {
 }
 
 /// Changes the seeds that the study is built with, and says what the next build does.
-int change(const Arguments& arguments,
+int change(const SeedsArguments& arguments,
            const std::function<std::string(study::Study&, Orders&)>& body) {
   Console console(false);
   study::Study study = study_to_write(arguments.study, console, true);
@@ -156,7 +156,7 @@ int change(const Arguments& arguments,
   return 0;
 }
 
-int add(const Arguments& arguments) {
+int add(const SeedsArguments& arguments) {
   const std::optional<std::uint8_t> label = label_from_name(arguments.label);
   if (!label) {
     refuse_words("--label: " + shown_word(arguments.label) + " is no known label; " +
@@ -180,7 +180,7 @@ int add(const Arguments& arguments) {
   });
 }
 
-int remove(const Arguments& arguments) {
+int remove(const SeedsArguments& arguments) {
   return change(arguments, [&](study::Study&, Orders& orders) {
     std::set<std::size_t> gone;
     for (const std::string& word : arguments.numbers) {
@@ -208,7 +208,7 @@ int remove(const Arguments& arguments) {
   });
 }
 
-void add_place_words(CLI::App& command, Arguments& words) {
+void add_place_words(CLI::App& command, SeedsArguments& words) {
   command
       .add_option("--label", words.label,
                   "What lies there: background, rv_blood, lv_myocardium, lv_blood, rest_of_heart")
@@ -234,7 +234,7 @@ void add_place_words(CLI::App& command, Arguments& words) {
 }  // namespace
 
 void add_seeds(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SeedsArguments>();
   CLI::App* command =
       app.add_subcommand("seeds", "List, add and remove the seeds that a study is segmented with");
   command->footer(
@@ -242,7 +242,7 @@ void add_seeds(CLI::App& app, Run& run) {
       "whole:\nbeatlas segment --seeds FILE --study STUDY.");
   command->require_subcommand(1);
   command->add_option("STUDY", arguments->study, "The study's folder")->required();
-  const auto sub = [&](const char* name, const char* text, int (*body)(const Arguments&)) {
+  const auto sub = [&](const char* name, const char* text, int (*body)(const SeedsArguments&)) {
     CLI::App* one = command->add_subcommand(name, text);
     one->callback(
         [arguments, &run, body] { run = [arguments, body] { return body(*arguments); }; });

@@ -20,7 +20,7 @@ namespace beatlas::cli {
 namespace fs = std::filesystem;
 namespace {
 
-struct Arguments {
+struct ValidateArguments {
   CommonArguments common;
   std::string package;
   std::string truth;
@@ -49,7 +49,7 @@ phantom::Phantom read_truth(const fs::path& truth) {
 }
 
 /// Those of the recipe; a limit said on the command line replaces it for every structure.
-assess::LimitSet limits_of(const Arguments& arguments) {
+assess::LimitSet limits_of(const ValidateArguments& arguments) {
   assess::LimitSet limits = recipe_of(arguments.recipe).validate;
   for (const assess::LimitName& limit : assess::kLimitNames) {
     const std::optional<double>& said = arguments.limits.*limit.member;
@@ -68,8 +68,8 @@ bool has_any(const assess::Limits& limits) {
 
 /// Without a word and without limits of one's own a package is held to what is promised of the
 /// phantom that it is of, by the name of that. Of others nothing is.
-const assess::PromiseSet* promises_of(const Arguments& arguments, const assess::LimitSet& own,
-                                      const phantom::Phantom& truth) {
+const assess::PromiseSet* promises_of(const ValidateArguments& arguments,
+                                      const assess::LimitSet& own, const phantom::Phantom& truth) {
   if (!arguments.promises.empty()) return assess::promise_set(arguments.promises);
   const bool has_own =
       has_any(own.all) || std::any_of(own.structures.begin(), own.structures.end(),
@@ -77,7 +77,7 @@ const assess::PromiseSet* promises_of(const Arguments& arguments, const assess::
   return has_own ? nullptr : assess::promise_set(truth.spec().name);
 }
 
-Outcome against_truth(const Arguments& arguments, StageContext& context) {
+Outcome against_truth(const ValidateArguments& arguments, StageContext& context) {
   assess::ValidateOptions options;
   options.limits = limits_of(arguments);
   if (!arguments.force_structure.empty()) {
@@ -94,7 +94,7 @@ Outcome against_truth(const Arguments& arguments, StageContext& context) {
           report.passed};
 }
 
-Outcome without_truth(const Arguments& arguments, StageContext& context) {
+Outcome without_truth(const ValidateArguments& arguments, StageContext& context) {
   const atlas::Atlas package = atlas::Atlas::open(
       arguments.package,
       atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest()));
@@ -104,7 +104,7 @@ Outcome without_truth(const Arguments& arguments, StageContext& context) {
           assess::all_passed(checks)};
 }
 
-int validate(const Arguments& arguments) {
+int validate(const ValidateArguments& arguments) {
   refuse_what_is_no_package(arguments.package);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
@@ -154,7 +154,7 @@ void add_promises(CLI::App& command, std::string& promises) {
 }  // namespace
 
 void add_validate(CLI::App& app, Run& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ValidateArguments>();
   CLI::App* command =
       app.add_subcommand("validate", "Check a package, by itself or against a phantom's truth");
   command->footer(

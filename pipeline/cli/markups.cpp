@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "pipeline/cli/label_names.h"
+#include "pipeline/cli/seeds.h"
 #include "pipeline/study/json_values.h"
 #include "runtime/base/error.h"
 
@@ -14,7 +15,6 @@ namespace beatlas::cli {
 using nlohmann::json;
 namespace {
 
-constexpr double kFarthestMm = 5000;  // beyond any scanner's bore
 constexpr int kMostPhase = 1023;
 constexpr std::string_view kSchema = "markups-schema-v";
 constexpr std::string_view kRadius = "radius ";

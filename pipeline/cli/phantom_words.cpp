@@ -267,9 +267,9 @@ PhantomSpec phantom_spec(const PhantomWords& words) {
   if (words.spec_file.empty()) {
     spec = phantom::preset(words.preset);
   } else {
-    const nlohmann::json json = study::read_json(words.spec_file);
+    const nlohmann::json spec_json = study::read_json(words.spec_file);
     try {
-      spec = phantom::spec_from_json(json);
+      spec = phantom::spec_from_json(spec_json);
     } catch (const Error& error) {
       throw error.with_context(words.spec_file);
     }

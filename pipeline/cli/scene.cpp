@@ -17,9 +17,9 @@ bool is_among(Structure structure, const std::vector<Structure>& list) {
 
 }  // namespace
 
-Scene scene_from_json(const nlohmann::json& json) {
+Scene scene_from_json(const nlohmann::json& scene_json) {
   Scene scene;
-  JsonObject object(json, "");
+  JsonObject object(scene_json, "");
   object.read("content", scene.content);
   if (!atlas::is_scene(scene.content)) {
     throw_invalid("/content must be palpation, anatomy or full");

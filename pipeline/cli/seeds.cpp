@@ -8,7 +8,6 @@ namespace beatlas::cli {
 using nlohmann::json;
 namespace {
 
-constexpr double kFarthestMm = 5000;  // beyond any scanner's bore
 constexpr std::size_t kMostPlaces = 10000;
 constexpr int kVersion = 1;
 

@@ -20,10 +20,10 @@ constexpr double kNearMm = 3.0;  ///< noise is that of samples this near to the 
 void turn(const std::vector<double>& modes, bool back, std::vector<std::vector<float>>& samples) {
   const std::size_t phases = samples.size();
   const std::size_t count = samples.front().size();
-  constexpr std::size_t kBlock = 4096;
-  parallel_for((count + kBlock - 1) / kBlock, [&](std::size_t block) {
-    const std::size_t from = block * kBlock;
-    const std::size_t size = std::min(kBlock, count - from);
+  constexpr std::size_t kValuesATask = 4096;
+  parallel_for((count + kValuesATask - 1) / kValuesATask, [&](std::size_t block) {
+    const std::size_t from = block * kValuesATask;
+    const std::size_t size = std::min(kValuesATask, count - from);
     std::vector<float> out(phases * size, 0.0F);
     for (std::size_t r = 0; r < phases; ++r) {
       for (std::size_t p = 0; p < phases; ++p) {

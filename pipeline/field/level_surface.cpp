@@ -13,7 +13,7 @@ namespace {
 
 using Tree = openvdb::FloatTree;
 using Leaf = Tree::LeafNodeType;
-constexpr int kBlock = static_cast<int>(Leaf::DIM);
+constexpr int kLeafEdge = static_cast<int>(Leaf::DIM);
 
 // The samples with one layer of outside around them, so that every surface closes: a shape that
 // reaches the border ends half a voxel beyond it.
@@ -33,16 +33,16 @@ class Padded {
   std::optional<bool> side(const openvdb::Coord& at) const {
     bool any_inside = false;
     bool any_outside = false;
-    for (int k = at.z() - 1; k <= at.z() + kBlock; ++k) {
-      for (int j = at.y() - 1; j <= at.y() + kBlock; ++j) {
+    for (int k = at.z() - 1; k <= at.z() + kLeafEdge; ++k) {
+      for (int j = at.y() - 1; j <= at.y() + kLeafEdge; ++j) {
         if (k < 0 || j < 0 || k >= grid_.size[2] || j >= grid_.size[1]) {
           any_outside = true;
           continue;
         }
         const float* row = level_.data() + grid_.offset(0, j, k);
         const int first = std::max(at.x() - 1, 0);
-        const int last = std::min(at.x() + kBlock, grid_.size[0] - 1);
-        any_outside = any_outside || first > at.x() - 1 || last < at.x() + kBlock;
+        const int last = std::min(at.x() + kLeafEdge, grid_.size[0] - 1);
+        any_outside = any_outside || first > at.x() - 1 || last < at.x() + kLeafEdge;
         float least = row[first];
         float most = row[first];
         for (int i = first; i <= last; ++i) {
@@ -59,9 +59,9 @@ class Padded {
 
   void copy_to(Leaf& leaf) const {
     const openvdb::Coord at = leaf.origin();
-    for (int i = 0; i < kBlock; ++i) {
-      for (int j = 0; j < kBlock; ++j) {
-        for (int k = 0; k < kBlock; ++k) {
+    for (int i = 0; i < kLeafEdge; ++i) {
+      for (int j = 0; j < kLeafEdge; ++j) {
+        for (int k = 0; k < kLeafEdge; ++k) {
           const openvdb::Coord to = at + openvdb::Coord(i, j, k);
           leaf.setValueOn(Leaf::coordToOffset(to), (*this)(to.x(), to.y(), to.z()));
         }
@@ -78,9 +78,9 @@ class Padded {
 openvdb::FloatGrid::Ptr sides(const Grid& grid, const std::vector<float>& level) {
   openvdb::FloatGrid::Ptr out = openvdb::FloatGrid::create(1.0F);
   const Padded padded(grid, level);
-  for (int k = -kBlock; k <= grid.size[2]; k += kBlock) {
-    for (int j = -kBlock; j <= grid.size[1]; j += kBlock) {
-      for (int i = -kBlock; i <= grid.size[0]; i += kBlock) {
+  for (int k = -kLeafEdge; k <= grid.size[2]; k += kLeafEdge) {
+    for (int j = -kLeafEdge; j <= grid.size[1]; j += kLeafEdge) {
+      for (int i = -kLeafEdge; i <= grid.size[0]; i += kLeafEdge) {
         const openvdb::Coord at(i, j, k);
         const std::optional<bool> inside = padded.side(at);
         if (!inside) {

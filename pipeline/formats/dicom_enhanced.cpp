@@ -156,8 +156,8 @@ void write_enhanced_dicom(const fs::path& folder, const Cine& cine,
   const int phases = cine.phase_count();
   const int frames = grid.size[2] * phases;
   const std::string content = content_of(cine);
-  constexpr std::size_t kMostBytes = 0xFFFFFFFE;
-  if (grid.count() * static_cast<std::size_t>(phases) > kMostBytes / 2) {
+  constexpr std::size_t kMostPixelBytes = 0xFFFFFFFE;
+  if (grid.count() * static_cast<std::size_t>(phases) > kMostPixelBytes / 2) {
     throw_invalid("the cine is too large for one DICOM object");
   }
 

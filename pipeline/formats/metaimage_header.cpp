@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kUnitLength = 1e-3;  // rows of a direction matrix printed with four digits
 
-ScalarType scalar_type(const std::string& name) {
+ScalarType element_type(const std::string& name) {
   static const std::map<std::string, ScalarType> kTypes{
       {"met_char", ScalarType::Int8},       {"met_uchar", ScalarType::UInt8},
       {"met_short", ScalarType::Int16},     {"met_ushort", ScalarType::UInt16},
@@ -112,7 +112,7 @@ MetaFields parse_meta_header(std::string_view text) {
       whole(fields.text({"elementnumberofchannels"}), "ElementNumberOfChannels", 1, 1000) > 1) {
     throw_invalid("it holds several values a voxel (colour or vectors), grey values are needed");
   }
-  out.type = scalar_type(lower(fields.text({"elementtype"})));
+  out.type = element_type(lower(fields.text({"elementtype"})));
   out.spacing = fields.list({"elementspacing", "elementsize"}, count);
   if (out.spacing.empty()) throw_invalid("its header names no voxel size (ElementSpacing)");
   out.direction = fields.list({"transformmatrix", "rotation", "orientation"}, count * count);

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMostAxes = 16;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-ScalarType scalar_type(const std::string& name) {
+ScalarType voxel_type(const std::string& name) {
   static const std::map<std::string, ScalarType> kTypes{
       {"signed char", ScalarType::Int8},
       {"int8", ScalarType::Int8},
@@ -168,7 +168,7 @@ class Parser {
       for (NrrdAxis& axis : fields_.axes) axis.spacing = kNaN;
     } else if (name == "type") {
       if (lower(value) == "block") throw_invalid("its voxels are blocks of bytes, not numbers");
-      fields_.type = scalar_type(lower(value));
+      fields_.type = voxel_type(lower(value));
     } else if (name == "encoding") {
       fields_.packing = packing(lower(value));
     } else if (name == "endian") {

@@ -9,11 +9,7 @@
 namespace beatlas::ingest {
 namespace {
 
-constexpr double kRoundingMs = 0.51;     // whole milliseconds
 constexpr double kMostUnevenStep = 2.5;  // of the median: clock times that jump order nothing
-constexpr double kLeastOfRr = 0.35;      // FrameTime that covers less is not the cine's
-constexpr double kSeveralBeats = 1.8;
-constexpr std::size_t kLeastOfBeat = 4;
 constexpr std::size_t kLeastOfMany = 8;  // images before their clock tells that they span beats
 constexpr double kBeatStepS = 0.4;       // 150 beats a minute
 

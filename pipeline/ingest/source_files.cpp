@@ -12,9 +12,9 @@
 namespace beatlas::ingest {
 namespace {
 
-namespace fs = std::filesystem;
+bool decimal(char c) { return c >= '0' && c <= '9'; }
 
-bool digit(char c) { return c >= '0' && c <= '9'; }
+namespace fs = std::filesystem;
 
 /// Whether DICOM's mark stands behind the preamble. Files without one exist, but not under the
 /// names of image files.
@@ -68,7 +68,7 @@ bool text_less(const fs::path& a, const fs::path& b) { return a.string() < b.str
 bool only_numbers_differ(const std::vector<fs::path>& files) {
   const auto without_digits = [](const fs::path& file) {
     std::string name = file.string();
-    std::erase_if(name, digit);
+    std::erase_if(name, decimal);
     return name;
   };
   const std::string first = without_digits(files.front());
@@ -106,13 +106,13 @@ bool natural_less(const std::string& a, const std::string& b) {
   std::size_t i = 0;
   std::size_t j = 0;
   while (i < a.size() && j < b.size()) {
-    if (digit(a[i]) && digit(b[j])) {
+    if (decimal(a[i]) && decimal(b[j])) {
       const std::size_t i0 = std::min(a.find_first_not_of('0', i), a.size());
       const std::size_t j0 = std::min(b.find_first_not_of('0', j), b.size());
       std::size_t i1 = i0;
       std::size_t j1 = j0;
-      while (i1 < a.size() && digit(a[i1])) ++i1;
-      while (j1 < b.size() && digit(b[j1])) ++j1;
+      while (i1 < a.size() && decimal(a[i1])) ++i1;
+      while (j1 < b.size() && decimal(b[j1])) ++j1;
       if (i1 - i0 != j1 - j0) return i1 - i0 < j1 - j0;
       if (const int order = a.compare(i0, i1 - i0, b, j0, j1 - j0); order != 0) return order < 0;
       i = i1;

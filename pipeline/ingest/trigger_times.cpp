@@ -7,14 +7,10 @@
 namespace beatlas::ingest {
 namespace {
 
-constexpr double kRoundingMs = 0.51;   // whole milliseconds
-constexpr double kSameTimeMs = 0.9;    // below the printed step: the same instant
-constexpr std::size_t kPerTime = 4;    // more images than this at one time: times mean nothing
-constexpr double kLeastOfRr = 0.35;    // a cine that shows less of the cycle is read in other units
-constexpr double kLeastInUnit = 0.6;   // in them, less may as well be several beats in ms
-constexpr double kSeveralBeats = 1.8;  // R-R intervals
-constexpr std::size_t kLeastOfBeat = 4;  // frames of the first of several beats
-constexpr double kLeastBeatMs = 400;     // if no R-R interval is printed
+constexpr double kSameTimeMs = 0.9;   // below the printed step: the same instant
+constexpr std::size_t kPerTime = 4;   // more images than this at one time: times mean nothing
+constexpr double kLeastInUnit = 0.6;  // in them, less may as well be several beats in ms
+constexpr double kLeastBeatMs = 400;  // if no R-R interval is printed
 constexpr double kMostBeatMs = 6000;
 constexpr double kMostBeatsAStep = 4;  // one image every so many beats is perfusion
 

@@ -20,6 +20,12 @@ struct TriggerReading {
 [[nodiscard]] TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double printed_s,
                                            double given_s);
 
+inline constexpr double kRoundingMs = 0.51;  ///< times are printed in whole milliseconds
+/// Times that cover less of the R-R interval are not a cine's, or are in other units.
+inline constexpr double kLeastOfRr = 0.35;
+inline constexpr double kSeveralBeats = 1.8;    ///< R-R intervals: more than one beat
+inline constexpr std::size_t kLeastOfBeat = 4;  ///< frames of the first of several beats
+
 /// Whether an R-R interval is one of a living heart.
 [[nodiscard]] inline bool plausible_rr(double rr_s) {
   return rr_s >= kLeastRrS && rr_s <= kMostRrS;

@@ -13,8 +13,6 @@ constexpr double kEven = 1.25;          // of intervals side by side, longest to
 constexpr int kLooks = 16;              // an interval
 constexpr int kAtRest = 2;  // how much a slope may be held: 0 not, 1 as a monotone one's
 
-Eigen::Index at_index(std::size_t n) { return static_cast<Eigen::Index>(n); }
-
 class Bounded {
  public:
   Bounded(const std::vector<double>& at, const std::vector<VolumeOf>& volumes)

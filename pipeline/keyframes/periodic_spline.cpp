@@ -9,12 +9,6 @@
 #include "runtime/base/error.h"
 
 namespace beatlas::keyframes {
-namespace {
-
-Eigen::Index at_index(std::size_t n) { return static_cast<Eigen::Index>(n); }
-
-}  // namespace
-
 PeriodicSpline::PeriodicSpline(std::vector<double> at,
                                const std::map<std::size_t, Eigen::VectorXd>& held)
     : at_(std::move(at)) {

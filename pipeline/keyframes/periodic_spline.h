@@ -7,6 +7,9 @@
 
 namespace beatlas::keyframes {
 
+/// As Eigen counts.
+[[nodiscard]] inline Eigen::Index at_index(std::size_t n) { return static_cast<Eigen::Index>(n); }
+
 /// The periodic cubic spline through keys at given places of a cycle: C2 everywhere, but C1 at keys
 /// whose slope is held. It is linear in the keys, so keys may be numbers, places or distances.
 class PeriodicSpline {

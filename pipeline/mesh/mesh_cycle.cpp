@@ -21,7 +21,7 @@
 namespace beatlas::mesh {
 namespace {
 
-constexpr double kLeastDeg = 10;  ///< of a triangle that is not too thin
+constexpr double kNotThinDeg = 10;  ///< of a triangle that is not too thin
 /// Share of triangles, of all phases, that may be thinner and the mesh is sound: five of a
 /// surface's 25 000 are nothing to touch or to see, and to mesh another phase takes as long again.
 constexpr double kMostThin = 2e-4;
@@ -210,7 +210,7 @@ struct Fitted {
   std::vector<Triangle> triangles;
   Cycle cycle;
   int crossings = 0;           ///< of itself, all phases
-  double thin_share = 0;       ///< of triangles of all phases, see kLeastDeg
+  double thin_share = 0;       ///< of triangles of all phases, see kNotThinDeg
   std::vector<double> off_mm;  ///< [phase] of its surface, mean
   std::vector<double> lost;    ///< [phase] of the volume its surface encloses, the share it lacks
   double far = 0;              ///< both against what is too far: up to 1 the shape is kept
@@ -296,9 +296,10 @@ Fitted fitted(const FieldCycle& field, Begun begun, const std::vector<field::Int
   out.far = std::max(out.far, *std::max_element(out.lost.begin(), out.lost.end()) / kLostShare);
   std::size_t thin = 0;
   for (const std::vector<Vec3>& x : out.cycle) {
-    thin += static_cast<std::size_t>(std::count_if(
-        out.triangles.begin(), out.triangles.end(),
-        [&](const Triangle& t) { return least_angle_deg(x[t[0]], x[t[1]], x[t[2]]) < kLeastDeg; }));
+    thin += static_cast<std::size_t>(
+        std::count_if(out.triangles.begin(), out.triangles.end(), [&](const Triangle& t) {
+          return least_angle_deg(x[t[0]], x[t[1]], x[t[2]]) < kNotThinDeg;
+        }));
   }
   out.thin_share =
       static_cast<double>(thin) / static_cast<double>(surface.size() * out.triangles.size());

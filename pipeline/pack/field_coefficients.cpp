@@ -152,7 +152,7 @@ std::vector<T> cut(const Lattice& input, const std::vector<T>& samples, const Wi
   return out;
 }
 
-constexpr int kEdge = FieldPayload::kBlockEdge;
+constexpr int kLeafEdge = FieldPayload::kBlockEdge;
 
 // What the blocks of the window hold.
 struct Blocks {
@@ -168,14 +168,14 @@ Blocks find_blocks(const Lattice& lattice, const Index3& block_count, const Samp
   for (int bz = 0; bz < block_count[2]; ++bz) {
     for (int by = 0; by < block_count[1]; ++by) {
       for (int bx = 0; bx < block_count[0]; ++bx) {
-        const Index3 first{kExtension + bx * kEdge, kExtension + by * kEdge,
-                           kExtension + bz * kEdge};
+        const Index3 first{kExtension + bx * kLeafEdge, kExtension + by * kLeafEdge,
+                           kExtension + bz * kLeafEdge};
         int active_count = 0;
         int inside_count = 0;
-        for (int row = 0; row < kEdge * kEdge; ++row) {
+        for (int row = 0; row < kLeafEdge * kLeafEdge; ++row) {
           const std::size_t from =
-              lattice.offset(first[0], first[1] + row % kEdge, first[2] + row / kEdge);
-          for (std::size_t s = from; s < from + kEdge; ++s) {
+              lattice.offset(first[0], first[1] + row % kLeafEdge, first[2] + row / kLeafEdge);
+          for (std::size_t s = from; s < from + kLeafEdge; ++s) {
             active_count += active[s];
             inside_count += distance_mm[s] < 0 ? 1 : 0;
           }
@@ -200,9 +200,9 @@ void for_each_row(const Lattice& lattice, const Blocks& blocks, const FieldPaylo
                   const Body& body) {
   parallel_for(blocks.leaves.size(), [&](std::size_t leaf) {
     const Index3& first = blocks.leaves[leaf];
-    for (int row = 0; row < kEdge * kEdge; ++row) {
-      const int y = row % kEdge;
-      const int z = row / kEdge;
+    for (int row = 0; row < kLeafEdge * kLeafEdge; ++row) {
+      const int y = row % kLeafEdge;
+      const int z = row / kLeafEdge;
       body(payload.row_at(static_cast<std::int32_t>(leaf), y, z),
            lattice.offset(first[0], first[1] + y, first[2] + z));
     }
@@ -227,9 +227,9 @@ FieldPayload encode_field(const FieldCycle& field, const EncodeOptions& options)
   Window window;
   for (std::size_t a = 0; a < 3; ++a) {
     const int needed = band.high[a] - band.low[a] + 1 + 2 * kSupport;
-    payload.block_count[a] = (needed + kEdge - 1) / kEdge;
+    payload.block_count[a] = (needed + kLeafEdge - 1) / kLeafEdge;
     window.first[a] = band.low[a] - kMargin;
-    window.lattice.size[a] = payload.block_count[a] * kEdge + 2 * kExtension;
+    window.lattice.size[a] = payload.block_count[a] * kLeafEdge + 2 * kExtension;
   }
   const Lattice& lattice = window.lattice;
   const SampleMask active = dilate(lattice, cut<std::uint8_t>(input, seeds, window, 0), kSupport);
@@ -241,10 +241,10 @@ FieldPayload encode_field(const FieldCycle& field, const EncodeOptions& options)
   Blocks blocks = find_blocks(lattice, payload.block_count, active, phases.front());
   SampleMask region = active;
   for (const Index3& first : blocks.leaves) {
-    for (int row = 0; row < kEdge * kEdge; ++row) {
+    for (int row = 0; row < kLeafEdge * kLeafEdge; ++row) {
       const std::size_t from =
-          lattice.offset(first[0], first[1] + row % kEdge, first[2] + row / kEdge);
-      std::fill_n(region.begin() + static_cast<std::ptrdiff_t>(from), kEdge, std::uint8_t{1});
+          lattice.offset(first[0], first[1] + row % kLeafEdge, first[2] + row / kLeafEdge);
+      std::fill_n(region.begin() + static_cast<std::ptrdiff_t>(from), kLeafEdge, std::uint8_t{1});
     }
   }
   region = dilate(lattice, region, kExtension);
@@ -267,7 +267,7 @@ FieldPayload encode_field(const FieldCycle& field, const EncodeOptions& options)
   for_each_row(lattice, blocks, payload, [&](std::size_t to, std::size_t from) {
     double& most = largest[to / (FieldPayload::kBlockSamples * phase_count)];
     for (const std::vector<float>& phase : phases) {
-      for (std::size_t x = 0; x < kEdge; ++x) {
+      for (std::size_t x = 0; x < kLeafEdge; ++x) {
         most = std::max(most, std::abs(static_cast<double>(phase[from + x])));
       }
     }
@@ -278,7 +278,7 @@ FieldPayload encode_field(const FieldCycle& field, const EncodeOptions& options)
                               std::max(field.inner_mm, field.outer_mm) / (kMaxCount - 2)});
   for_each_row(lattice, blocks, payload, [&](std::size_t to, std::size_t from) {
     for (const std::vector<float>& phase : phases) {
-      for (std::size_t x = 0; x < kEdge; ++x) {
+      for (std::size_t x = 0; x < kLeafEdge; ++x) {
         const double count = static_cast<double>(phase[from + x]) / payload.step_mm;
         payload.coefficients[to++] =
             static_cast<std::int16_t>(std::lround(std::clamp(count, -kMaxCount, kMaxCount)));

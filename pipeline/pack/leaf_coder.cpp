@@ -11,7 +11,7 @@ namespace {
 using atlas::LeafTransform;
 
 constexpr std::size_t kSamples = LeafTransform::kSamples;
-constexpr std::size_t kEdge = atlas::FieldPayload::kBlockEdge;
+constexpr std::size_t kRow = atlas::FieldPayload::kBlockEdge;
 
 std::uint32_t zigzag(std::int32_t count) {
   return static_cast<std::uint32_t>(count) << 1U ^ static_cast<std::uint32_t>(count >> 31);
@@ -50,27 +50,27 @@ TermCounts LeafCoder::counts(std::size_t leaf, int grade) const {
 std::vector<double> LeafCoder::forward(std::size_t leaf) const {
   std::vector<double> out(kSamples * phases_);
   const std::int16_t* from = coefficients_.data() + leaf * kSamples * phases_;
-  for (std::size_t row = 0; row < kSamples / kEdge; ++row) {
-    for (std::size_t phase = 0; phase < phases_; ++phase, from += kEdge) {
+  for (std::size_t row = 0; row < kSamples / kRow; ++row) {
+    for (std::size_t phase = 0; phase < phases_; ++phase, from += kRow) {
       for (std::size_t mode = 0; mode < phases_; ++mode) {
         const double weight = transform_.weight(static_cast<int>(mode), static_cast<int>(phase));
-        double* to = &out[mode * kSamples + row * kEdge];
-        for (std::size_t x = 0; x < kEdge; ++x) to[x] += weight * from[x];
+        double* to = &out[mode * kSamples + row * kRow];
+        for (std::size_t x = 0; x < kRow; ++x) to[x] += weight * from[x];
       }
     }
   }
-  std::array<double, kEdge> line{};
-  for (const std::size_t stride : {std::size_t{1}, kEdge, kEdge * kEdge}) {
+  std::array<double, kRow> line{};
+  for (const std::size_t stride : {std::size_t{1}, kRow, kRow * kRow}) {
     for (std::size_t n = 0; n < out.size(); ++n) {
-      if (n / stride % kEdge != 0) continue;
-      for (std::size_t k = 0; k < kEdge; ++k) {
+      if (n / stride % kRow != 0) continue;
+      for (std::size_t k = 0; k < kRow; ++k) {
         line[k] = 0;
-        for (std::size_t s = 0; s < kEdge; ++s) {
+        for (std::size_t s = 0; s < kRow; ++s) {
           line[k] +=
               transform_.cosine(static_cast<int>(k), static_cast<int>(s)) * out[n + s * stride];
         }
       }
-      for (std::size_t k = 0; k < kEdge; ++k) out[n + k * stride] = line[k];
+      for (std::size_t k = 0; k < kRow; ++k) out[n + k * stride] = line[k];
     }
   }
   return out;

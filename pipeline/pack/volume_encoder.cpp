@@ -19,7 +19,7 @@ constexpr double kCountsANoise = 32;    // in memory; what they add to the error
 constexpr double kMostCounts = 60000;   // of the whole range
 constexpr double kLeastNoiseOfRange = 1 / 2000.0;
 constexpr double kLeastRange = 1e-4;  // of images that are the same everywhere
-constexpr int kEdge = VolumePayload::kBlockEdge;
+constexpr int kVolumeEdge = VolumePayload::kBlockEdge;
 
 struct Range {
   double low = 0;
@@ -56,18 +56,18 @@ Range check(const ImageCycle<float>& images, double noise, const EncodeOptions& 
 void fill_counts(const ImageCycle<float>& images, VolumePayload& volume) {
   const std::size_t phases = images.phases.size();
   const Index3 size = volume.size;
-  const auto rows = static_cast<std::size_t>(kEdge * volume.block_count(1)) *
-                    static_cast<std::size_t>(kEdge * volume.block_count(2));
+  const auto rows = static_cast<std::size_t>(kVolumeEdge * volume.block_count(1)) *
+                    static_cast<std::size_t>(kVolumeEdge * volume.block_count(2));
   parallel_for(rows, [&](std::size_t row) {
-    const int y = static_cast<int>(row) % (kEdge * volume.block_count(1));
-    const int z = static_cast<int>(row) / (kEdge * volume.block_count(1));
+    const int y = static_cast<int>(row) % (kVolumeEdge * volume.block_count(1));
+    const int z = static_cast<int>(row) / (kVolumeEdge * volume.block_count(1));
     const std::size_t from =
         images.grid.offset(0, std::min(y, size[1] - 1), std::min(z, size[2] - 1));
     for (int block = 0; block < volume.block_count(0); ++block) {
       std::int16_t* to = volume.counts.data() + volume.row_at(block, y, z);
       for (std::size_t p = 0; p < phases; ++p) {
-        for (int x = 0; x < kEdge; ++x) {
-          const int i = std::min(kEdge * block + x, size[0] - 1);
+        for (int x = 0; x < kVolumeEdge; ++x) {
+          const int i = std::min(kVolumeEdge * block + x, size[0] - 1);
           const auto value =
               static_cast<double>(images.phases[p][from + static_cast<std::size_t>(i)]);
           *to++ = static_cast<std::int16_t>(std::lround((value - volume.offset) / volume.step));
@@ -99,10 +99,10 @@ std::vector<std::uint8_t> near_blocks(const VolumePayload& volume, const FieldCy
                                 static_cast<std::size_t>(volume.block_count(2)));
   parallel_for(out.size(), [&](std::size_t n) {
     const int block = static_cast<int>(n);
-    const Index3 first{kEdge * (block % along_x), kEdge * (block / along_x % along_y),
-                       kEdge * (block / along_x / along_y)};
+    const Index3 first{kVolumeEdge * (block % along_x), kVolumeEdge * (block / along_x % along_y),
+                       kVolumeEdge * (block / along_x / along_y)};
     const auto end = [&](std::size_t axis) {
-      return std::min(first[axis] + kEdge, volume.size[axis]);
+      return std::min(first[axis] + kVolumeEdge, volume.size[axis]);
     };
     for (int z = first[2]; z < end(2) && out[n] == 0; ++z) {
       for (int y = first[1]; y < end(1) && out[n] == 0; ++y) {
@@ -149,13 +149,15 @@ void measure(const ImageCycle<float>& images, const VolumePayload& stored,
   for (int z = 0; z < stored.size[2]; ++z) {
     for (int y = 0; y < stored.size[1]; ++y) {
       for (int x = 0; x < stored.size[0]; ++x) {
-        const int block = x / kEdge + along_x * (y / kEdge + stored.block_count(1) * (z / kEdge));
+        const int block = x / kVolumeEdge +
+                          along_x * (y / kVolumeEdge + stored.block_count(1) * (z / kVolumeEdge));
         if (near[static_cast<std::size_t>(block)] == 0) continue;
-        const std::int16_t* row = stored.counts.data() + stored.row_at(x / kEdge, y, z) + x % kEdge;
+        const std::int16_t* row =
+            stored.counts.data() + stored.row_at(x / kVolumeEdge, y, z) + x % kVolumeEdge;
         const std::size_t at = images.grid.offset(x, y, z);
         for (std::size_t p = 0; p < images.phases.size(); ++p) {
           const auto given = static_cast<double>(images.phases[p][at]);
-          const double error = stored.offset + stored.step * row[p * kEdge] - given;
+          const double error = stored.offset + stored.step * row[p * kVolumeEdge] - given;
           squares += error * error;
           range.low = std::min(range.low, given);
           range.high = std::max(range.high, given);

@@ -14,9 +14,9 @@ double growth(const Anatomy& anatomy) { return std::max(1.0, anatomy.scale); }
 
 }  // namespace
 
-std::vector<Tissue> arms(const Anatomy& anatomy, const Signals& signals) {
+std::vector<ThoraxBody> arms(const Anatomy& anatomy, const Signals& signals) {
   const double k = growth(anatomy);
-  std::vector<Tissue> out;
+  std::vector<ThoraxBody> out;
   for (const double side : {-1.0, 1.0}) {
     const Vec3 centre = anatomy.origin_lps_mm + k * Vec3(kMiddleMm + side * kAsideMm, 15.0, 0.0);
     const auto cylinder = [&](double semi_x, double semi_y, double signal) {

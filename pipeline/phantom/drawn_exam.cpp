@@ -110,7 +110,7 @@ std::array<double, 8> volumes_ml(const DrawnHeart& heart, const HeartCells& cell
 constexpr int kPerEdge = 4;  ///< a lattice of kLatticeMm
 
 /// A draw, before it is imaged.
-struct Draw {
+struct ExamDraw {
   Family family;
   DrawnHeart heart;
   bool has_heart;
@@ -118,7 +118,7 @@ struct Draw {
   Eigen::Matrix3f axes;
   DrawnStack stack;
 
-  Draw(std::uint32_t seed, Purpose purpose, int most_voxels)
+  ExamDraw(std::uint32_t seed, Purpose purpose, int most_voxels)
       : family(seed, purpose),
         heart(family),
         has_heart(!family.happens("no_heart")),
@@ -148,7 +148,7 @@ struct Measured {
   float cnr = 0;                    // in noise
 };
 
-Measured measure(const Draw& draw) {
+Measured measure(const ExamDraw& draw) {
   Measured out;
   const float voxel_ml = kLatticeMm * kLatticeMm * kLatticeMm / 1000;
   const Affine index_from_lps = draw.stack.grid().mm_from_index.inverse();
@@ -211,7 +211,7 @@ bool is_sound(const Measured& m) {
          Family::in_range("exam_contrast", m.contrast) && m.lv_slices >= kLeastSlices && !m.cropped;
 }
 
-std::vector<std::uint8_t> labels_of(const Draw& draw, float contraction, bool shifted) {
+std::vector<std::uint8_t> labels_of(const ExamDraw& draw, float contraction, bool shifted) {
   const DrawnScene scene = draw.scene();
   const DrawnHeart::Moment moment = draw.heart.moment(contraction);
   const int n = draw.stack.columns;
@@ -275,7 +275,7 @@ nlohmann::json measured_json(const Measured& m) {
 }
 
 /// [phase][label][ml]; zeros where there is no heart.
-std::vector<std::array<double, 8>> volumes_of(const Draw& draw) {
+std::vector<std::array<double, 8>> volumes_of(const ExamDraw& draw) {
   std::vector<std::array<double, 8>> out(draw.stack.times.size());
   if (!draw.has_heart) return out;
   const HeartCells cells = cells_of(draw.heart);
@@ -301,7 +301,7 @@ nlohmann::json structures_json(const std::vector<std::array<double, 8>>& volumes
   return out;
 }
 
-nlohmann::json truth_of(const Draw& draw, std::uint32_t seed, std::uint32_t attempt,
+nlohmann::json truth_of(const ExamDraw& draw, std::uint32_t seed, std::uint32_t attempt,
                         const Measured& measured) {
   const DrawnStack& stack = draw.stack;
   nlohmann::json times = nlohmann::json::array();
@@ -345,7 +345,7 @@ DrawnExam drawn_exam(std::uint32_t seed, const DrawnExamOptions& options, StageC
   const Purpose purpose = seed < kFirstJudgingSeed ? Purpose::Training : Purpose::Judging;
   for (std::uint32_t attempt = 0; attempt < kAttempts; ++attempt) {
     context.check_cancelled();
-    const Draw draw(seed + attempt * kAttemptStep, purpose, options.most_voxels);
+    const ExamDraw draw(seed + attempt * kAttemptStep, purpose, options.most_voxels);
     const Measured measured = draw.has_heart ? measure(draw) : Measured();
     if (draw.has_heart && !is_sound(measured)) continue;
     DrawnExam out;

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::phantom {
 namespace {
-
-constexpr float kPi = std::numbers::pi_v<float>;
 
 float degrees(float angle) { return angle * kPi / 180; }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/phantom/drawn_signal.h"
@@ -14,7 +13,6 @@
 namespace beatlas::phantom {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kMostCounts = 32000;  ///< 16 bit
 constexpr int kVoids = 3;
 constexpr int kPerLayer = 2;  ///< samples of a voxel
@@ -63,9 +61,10 @@ struct FlowVoid {
   }
 };
 
-class Scanner {
+class StackScanner {
  public:
-  Scanner(const Family& family, const DrawnScene& scene, const DrawnStack& stack, VoxelShape shape)
+  StackScanner(const Family& family, const DrawnScene& scene, const DrawnStack& stack,
+               VoxelShape shape)
       : family_(family),
         scene_(scene),
         stack_(stack),
@@ -338,7 +337,7 @@ class Scanner {
 
 Cine imaged_stack(const Family& family, const DrawnScene& scene, const DrawnStack& stack,
                   VoxelShape shape, StageContext& context) {
-  const Scanner scanner(family, scene, stack, shape);
+  const StackScanner scanner(family, scene, stack, shape);
   Cine out;
   out.images.grid = stack.grid();
   out.rr_interval_s = stack.rr_interval_s;

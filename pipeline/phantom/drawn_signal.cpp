@@ -10,8 +10,7 @@ namespace beatlas::phantom {
 namespace {
 
 constexpr int kN = kDrawnPixels;
-constexpr std::size_t kPixels = DrawnSample::kPixels;
-using Image = std::vector<float>;  // kPixels
+using Image = std::vector<float>;  // DrawnSample::kPixels
 
 }  // namespace
 
@@ -83,9 +82,9 @@ TissueSignals draw_signals(const Family& family) {
 namespace {
 
 /// One scanner with one coil and one contrast.
-class Scanner {
+class SliceScanner {
  public:
-  explicit Scanner(const Family& family)
+  explicit SliceScanner(const Family& family)
       : family_(family), signals_(draw_signals(family)), random_(family.seed()), ghost_(family) {
     muscle_uneven_ = family.number("muscle_uneven");
     blood_uneven_ = family.number("blood_uneven");
@@ -101,8 +100,8 @@ class Scanner {
   }
 
   [[nodiscard]] Image image(const TissueImage& tissues) {
-    Image out(kPixels);
-    for (std::size_t p = 0; p < kPixels; ++p) {
+    Image out(DrawnSample::kPixels);
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
       float value = 0;
       for (const auto& place : tissues) value += signals_[static_cast<std::size_t>(place[p])];
       const Tissue tissue = tissues[0][p];
@@ -113,11 +112,11 @@ class Scanner {
     }
     flow(tissues, out);
     ghost_.add(out, kN);
-    for (std::size_t p = 0; p < kPixels; ++p) out[p] *= coil_[p];
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) out[p] *= coil_[p];
     blur(out, kN, blur_);
     add_noise(out);
     for (float& value : out) value = std::pow(value, gamma_);
-    for (std::size_t p = 0; p < kPixels; ++p) {
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
       if (masked_[p] != 0) out[p] = 0;
     }
     return out;
@@ -125,14 +124,14 @@ class Scanner {
 
  private:
   void draw_coil() {
-    coil_.resize(kPixels);
+    coil_.resize(DrawnSample::kPixels);
     const float factor = std::log(family_.number("shading"));
     const float way = family_.between(0, 6.2832F, "coil_way");
     const float bow = family_.number("coil_bow");
     const float across = family_.number("coil_across");
     float low = 1e9F;
     float high = -1e9F;
-    for (std::size_t p = 0; p < kPixels; ++p) {
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
       const float x = 2 * static_cast<float>(p % kN) / kN - 1;
       const float y = 2 * static_cast<float>(p / kN) / kN - 1;
       const float s = x * std::cos(way) + y * std::sin(way);
@@ -146,8 +145,8 @@ class Scanner {
 
   void draw_mask() {
     const BlankedEdge edge(family_);
-    masked_.assign(kPixels, 0);
-    for (std::size_t p = 0; p < kPixels; ++p) {
+    masked_.assign(DrawnSample::kPixels, 0);
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
       masked_[p] = edge.blanks(2 * static_cast<float>(p % kN) / kN - 1,
                                2 * static_cast<float>(p / kN) / kN - 1)
                        ? 1
@@ -156,10 +155,10 @@ class Scanner {
   }
 
   void draw_texture() {
-    coarse_.resize(kPixels);
-    fine_.resize(kPixels);
+    coarse_.resize(DrawnSample::kPixels);
+    fine_.resize(DrawnSample::kPixels);
     const Vec3F off(700 * family_.uniform("texture", 0), 700 * family_.uniform("texture", 1), 0);
-    for (std::size_t p = 0; p < kPixels; ++p) {
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
       const Vec3F at = off + Vec3F(static_cast<float>(p % kN), static_cast<float>(p / kN), 0);
       coarse_[p] = lattice_noise(at / 7, family_.seed());
       fine_[p] = lattice_noise(at / 3, family_.seed());
@@ -170,20 +169,21 @@ class Scanner {
   void flow(const TissueImage& tissues, Image& image) {
     for (std::uint32_t n = 0; n < 3; ++n) {
       if (!family_.happens("flow_void", n)) continue;
-      const auto at = static_cast<std::size_t>(family_.uniform("flow_at", n) * kPixels);
-      std::size_t centre = kPixels;
-      for (std::size_t p = 0; p < kPixels; ++p) {  // The next pixel of blood.
-        const std::size_t q = (at + p) % kPixels;
+      const auto at =
+          static_cast<std::size_t>(family_.uniform("flow_at", n) * DrawnSample::kPixels);
+      std::size_t centre = DrawnSample::kPixels;
+      for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {  // The next pixel of blood.
+        const std::size_t q = (at + p) % DrawnSample::kPixels;
         if (is_blood(tissues[0][q])) {
           centre = q;
           break;
         }
       }
-      if (centre == kPixels) return;
+      if (centre == DrawnSample::kPixels) return;
       std::uniform_real_distribution<float> share(-0.4F, 1.0F);
       const float depth = family_.number("flow_void_depth", n) * share(random_);
       const float radius = family_.number("flow_void_radius", n) / kDrawnPixelMm;
-      for (std::size_t p = 0; p < kPixels; ++p) {
+      for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
         if (!is_blood(tissues[0][p])) continue;
         const auto dx = static_cast<float>(p % kN) - static_cast<float>(centre % kN);
         const auto dy = static_cast<float>(p / kN) - static_cast<float>(centre / kN);
@@ -198,14 +198,14 @@ class Scanner {
     std::normal_distribution<float> normal;
     std::array<Image, 2> parts;
     for (Image& part : parts) {
-      part.resize(kPixels);
+      part.resize(DrawnSample::kPixels);
       for (float& value : part) value = normal(random_);
       if (noise_blur_ > 0.3F) {
         blur(part, kN, noise_blur_);
         for (float& value : part) value *= 3.545F * noise_blur_;
       }
     }
-    for (std::size_t p = 0; p < kPixels; ++p) {
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
       const float real = image[p] + noise_ * parts[0][p];
       const float imaginary = noise_ * parts[1][p];
       image[p] = std::sqrt(real * real + imaginary * imaginary);
@@ -255,7 +255,7 @@ std::uint8_t byte_of(float value) {
 
 DrawnSample imaged(const Family& family, const std::vector<TissueImage>& frames, std::size_t shown,
                    const std::array<TissueImage, 2>& neighbours) {
-  Scanner scanner(family);
+  SliceScanner scanner(family);
   std::vector<Image> images;
   images.reserve(frames.size());
   for (const TissueImage& tissues : frames) images.push_back(scanner.image(tissues));
@@ -264,10 +264,11 @@ DrawnSample imaged(const Family& family, const std::vector<TissueImage>& frames,
   for (std::size_t b = 0; b < 2; ++b) {
     const Image image = scanner.image(neighbours[b]);
     const Window own = window_of({image});
-    for (std::size_t p = 0; p < kPixels; ++p) out.planes[1 + b][p] = byte_of(own.of(image[p]));
+    for (std::size_t p = 0; p < DrawnSample::kPixels; ++p)
+      out.planes[1 + b][p] = byte_of(own.of(image[p]));
   }
   const auto count = static_cast<float>(images.size());
-  for (std::size_t p = 0; p < kPixels; ++p) {
+  for (std::size_t p = 0; p < DrawnSample::kPixels; ++p) {
     float sum = 0;
     float squares = 0;
     for (const Image& image : images) {

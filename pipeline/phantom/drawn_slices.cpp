@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
@@ -13,7 +12,6 @@
 namespace beatlas::phantom {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kMoments = 6;
 constexpr std::size_t kPixels = DrawnSample::kPixels;
 

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
 namespace beatlas::phantom {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kEndSystole = 0.35F;  ///< share of the beat, see contraction_at
 constexpr float kLeastField = 180;    ///< [mm] holds the ventricles, and what lies beside them
 constexpr int kEnoughPhases = 8;      ///< below it pixels are given up before frames

@@ -3,9 +3,12 @@
 /// table of ranges (family.json, each with its unit and source).
 
 #include <cstdint>
+#include <numbers>
 #include <string_view>
 
 namespace beatlas::phantom {
+
+inline constexpr float kPi = std::numbers::pi_v<float>;
 
 /// What a heart is drawn for. Hearts of one purpose are never those of another, whatever the seed,
 /// so that a network is not judged on what it learned from.

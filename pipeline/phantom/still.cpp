@@ -9,9 +9,9 @@
 namespace beatlas::phantom {
 namespace {
 
-std::vector<Body> bodies_of(const std::vector<Tissue>& tissues) {
+std::vector<Body> bodies_of(const std::vector<ThoraxBody>& tissues) {
   std::vector<Body> out;
-  for (const Tissue& tissue : tissues) {
+  for (const ThoraxBody& tissue : tissues) {
     Body body;
     body.surface = [&tissue](const Vec3& lps) { return tissue.surface(lps); };
     body.inside = [&tissue](const Vec3& lps) { return tissue.surface(lps).distance_mm < 0.0; };
@@ -24,7 +24,7 @@ std::vector<Body> bodies_of(const std::vector<Tissue>& tissues) {
 /// grid of the imaging grid's size; lps is nominal, as if no slice were shifted.
 template <class F>
 void paint(const Grid& grid, const std::vector<SliceAcquisition>& slices,
-           const std::vector<Tissue>& tissues, double air, const CoverOptions& options,
+           const std::vector<ThoraxBody>& tissues, double air, const CoverOptions& options,
            const F& add) {
   const std::vector<Body> bodies = bodies_of(tissues);
   const std::vector<Block> tiles = tiles_of(grid);

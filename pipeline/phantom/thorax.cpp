@@ -5,21 +5,21 @@
 
 namespace beatlas::phantom {
 
-SignedPlane Tissue::surface(const Vec3& lps) const {
+SignedPlane ThoraxBody::surface(const Vec3& lps) const {
   const Vec3 nearest = nearest_point(body, lps);
   return {(body.level(lps) < 0.0 ? -1.0 : 1.0) * (lps - nearest).norm(),
           body.gradient(nearest).normalized()};
 }
 
-std::vector<Tissue> thorax(const Anatomy& anatomy, const Signals& signals) {
+std::vector<ThoraxBody> thorax(const Anatomy& anatomy, const Signals& signals) {
   const double k = std::max(1.0, anatomy.scale);
   const Vec3& origin = anatomy.origin_lps_mm;
   constexpr double kEndless = std::numeric_limits<double>::infinity();
   const auto cylinder = [&](double x, double y, double semi_x, double semi_y, double signal) {
-    return Tissue{{origin + k * Vec3(x, y, 0.0), {k * semi_x, k * semi_y, kEndless}}, signal};
+    return ThoraxBody{{origin + k * Vec3(x, y, 0.0), {k * semi_x, k * semi_y, kEndless}}, signal};
   };
   const auto ellipsoid = [&](const Vec3& centre, const Vec3& semi, double signal) {
-    return Tissue{{origin + k * centre, k * semi}, signal};
+    return ThoraxBody{{origin + k * centre, k * semi}, signal};
   };
   return {
       cylinder(-14.0, 4.0, 122.0, 96.0, signals.fat),

@@ -16,7 +16,7 @@ struct SignedPlane {
 };
 
 /// A body of the thorax; patient LPS. A cylinder stands for what goes on along z.
-struct Tissue {
+struct ThoraxBody {
   Ellipsoid body;
   double signal = 0;
 
@@ -25,6 +25,6 @@ struct Tissue {
 
 /// In painting order. Placed relative to the heart frame's origin; grows with a heart whose scale
 /// is above 1 so that no heart touches liver, spine or chest wall, but for a liver that was raised.
-[[nodiscard]] std::vector<Tissue> thorax(const Anatomy& anatomy, const Signals& signals);
+[[nodiscard]] std::vector<ThoraxBody> thorax(const Anatomy& anatomy, const Signals& signals);
 
 }  // namespace beatlas::phantom

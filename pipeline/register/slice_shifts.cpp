@@ -20,7 +20,7 @@ constexpr double kBlockMm = 40;
 constexpr double kFewestBlockPixels = 12;  ///< along a side: coarser ones hold no structure
 constexpr double kLargestStepMm = 20;      ///< between neighbours: breath-holds do not differ more
 constexpr double kLargestSizeMm = 8;
-constexpr double kSmoothMm = 2;          ///< Gaussian, before blocks are followed
+constexpr double kBlockBlurMm = 2;       ///< Gaussian, before blocks are followed
 constexpr double kSmallestSizeMm = 0.3;  ///< what is less is not worth resampling
 constexpr double kBlockErrorPx = 0.02;   ///< of a block at best: interpolation
 constexpr double kBendErrorMm = 0.03;    ///< of a bend at best
@@ -35,7 +35,7 @@ cv::Mat mean_slice(const ImageCycle<float>& images, int k) {
   return mean / images.phase_count();
 }
 
-cv::Mat smoothed(const cv::Mat& image, double sigma_mm, const Vec3& spacing) {
+cv::Mat blurred(const cv::Mat& image, double sigma_mm, const Vec3& spacing) {
   cv::Mat out;
   cv::GaussianBlur(image, out, {}, sigma_mm / spacing[0], sigma_mm / spacing[1],
                    cv::BORDER_REPLICATE);
@@ -129,12 +129,12 @@ Eigen::VectorXd shifts_of(const std::vector<double>& bend, const std::vector<dou
   return normal.ldlt().solve(right);
 }
 
-/// Taps of the windowed sinc that reads a row at `shift_px` beyond each pixel.
-struct Taps {
+/// SincTaps of the windowed sinc that reads a row at `shift_px` beyond each pixel.
+struct SincTaps {
   int first = 0;  ///< of six, relative to the pixel
   std::array<float, 6> weight{};
 
-  explicit Taps(double shift_px) {
+  explicit SincTaps(double shift_px) {
     const double whole = std::floor(shift_px);
     const double part = shift_px - whole;
     first = static_cast<int>(whole) - 2;
@@ -178,7 +178,7 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   std::vector<cv::Mat> smooth(slices);
   parallel_for(slices, [&](std::size_t k) {
     means[k] = mean_slice(images, static_cast<int>(k));
-    smooth[k] = smoothed(means[k], kSmoothMm, spacing);
+    smooth[k] = blurred(means[k], kBlockBlurMm, spacing);
   });
   const std::vector<cv::Rect> blocks = blocks_of(means.front().size(), spacing);
   std::vector<std::vector<PatchShift>> steps(slices - 1);
@@ -231,8 +231,8 @@ ImageCycle<float> without_shifts(ImageCycle<float> images, const std::vector<Vec
   const Vec3 spacing = grid.spacing_mm();
   parallel_for(slices, [&](std::size_t k) {
     if (shift_mm[k].isZero(0)) return;
-    const Taps along_i(shift_mm[k][0] / spacing[0]);
-    const Taps along_j(shift_mm[k][1] / spacing[1]);
+    const SincTaps along_i(shift_mm[k][0] / spacing[0]);
+    const SincTaps along_j(shift_mm[k][1] / spacing[1]);
     std::vector<float> rows(grid.slice_count());
     for (std::vector<float>& phase : images.phases) {
       float* slice = phase.data() + grid.offset(0, 0, static_cast<int>(k));

@@ -27,7 +27,7 @@ struct Box {
   }
 };
 
-struct Place {
+struct Spot {
   double x = 0, y = 0;
 };
 
@@ -67,12 +67,12 @@ class Axis {
   double from_, to_;
 };
 
-std::string marker(std::size_t kind, Place at, const char* colour) {
+std::string marker(std::size_t kind, Spot at, const char* colour) {
   const double r = kMarker;
   const std::string fill = std::string("fill=\"") + colour + "\" stroke=\"white\"";
-  const auto polygon = [&](const std::vector<Place>& corners) {
+  const auto polygon = [&](const std::vector<Spot>& corners) {
     std::string out = "<polygon " + fill + " points=\"";
-    for (const Place& c : corners) out += pixels(at.x + c.x) + "," + pixels(at.y + c.y) + " ";
+    for (const Spot& c : corners) out += pixels(at.x + c.x) + "," + pixels(at.y + c.y) + " ";
     return out + "\"/>\n";
   };
   switch (kind % 4) {
@@ -94,7 +94,7 @@ bool drawable(const ScatterPoint& point) {
 
 struct Drawn {
   ScatterPoint point;
-  Place at;
+  Spot at;
   std::size_t series = 0;
 };
 

@@ -13,7 +13,7 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kWindowMm = 7;        ///< half width of the window that tells a side's level
+constexpr double kAlongWindowMm = 7;   ///< half width of the window that tells a side's level
 constexpr int kWindowSlices = 3;       ///< from the surface on
 constexpr double kPatchPx = 2;         ///< Gaussian along the surface
 constexpr int kPatchRoomPx = 24;       ///< three of them, one after the other, look as far
@@ -23,7 +23,6 @@ constexpr float kLeastSquare = 1e-6F;  ///< of a difference from a patch's mean
 constexpr float kBeyond = 0.5F;        ///< how far noise may leave the range of coverage
 constexpr float kBrighter = 1.5F;      ///< of the way from outside to inside: something else
 constexpr float kLeastWall = 0.2F;     ///< of the outer voxel of a wall before blood
-constexpr float kLeastInside = 0.2F;   ///< a dark spot was taken in on purpose
 
 using Slices = std::vector<cv::Mat>;
 
@@ -328,8 +327,9 @@ std::vector<Settled> cover_along_slices(const BoundaryInput& input, const Sides&
   std::vector<Settled> settled;
   const Grid& grid = input.grid;
   const Vec3 spacing = grid.spacing_mm();
-  const cv::Size window(2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[0]))) + 1,
-                        2 * std::max(2, static_cast<int>(std::lround(kWindowMm / spacing[1]))) + 1);
+  const cv::Size window(
+      2 * std::max(2, static_cast<int>(std::lround(kAlongWindowMm / spacing[0]))) + 1,
+      2 * std::max(2, static_cast<int>(std::lround(kAlongWindowMm / spacing[1]))) + 1);
   const int room = 8 + std::max(window.width, window.height);
   cv::Rect part;
   for (int k = 0; k < grid.size[2]; ++k) part |= rect_around(slice_of(grid, input.inside, k), room);

@@ -28,7 +28,6 @@ constexpr float kMostStepPx = 0.5F;    ///< of a fit
 constexpr float kMostLeanPx = 4.0F;    ///< from slice to slice; more is another surface's
 constexpr float kMostOff = 0.5F;       ///< of the levels' difference: it shows something else
 constexpr float kMostNoise = 3.0F;     ///< standard deviations; unless it is noise
-constexpr float kLeastInside = 0.2F;   ///< a dark spot was taken in on purpose
 constexpr float kLeastAlong = 0.02F;   ///< outline, weighted, that has to be told of a place
 constexpr double kUntoldPx = 0.625;    ///< standard deviation where no intensity tells the place
 constexpr double kOfMisfit = 1.0;      ///< [px2] of the place's variance, for the misfit's

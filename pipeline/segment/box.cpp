@@ -8,8 +8,6 @@
 namespace beatlas::segment {
 namespace {
 
-bool is_set(std::uint8_t value) { return value != 0; }
-
 /// The first and the last index of each axis.
 struct Range {
   Index3 low;

@@ -17,6 +17,9 @@ struct Box {
   [[nodiscard]] bool contains(const Index3& at) const;
 };
 
+/// Whether a voxel of a mask is in it.
+[[nodiscard]] inline bool is_set(std::uint8_t value) { return value != 0; }
+
 /// Of a voxel, given as offset in the grid.
 [[nodiscard]] Index3 index_of(const Grid& grid, std::size_t voxel);
 

@@ -178,7 +178,7 @@ void keep_walled_run(const Grid& grid, std::uint8_t cavity, std::uint8_t wall, s
   std::replace(slice(best.end), phase.end(), cavity, instead);
 }
 
-Grid slice_of(Grid grid) {
+Grid one_slice(Grid grid) {
   grid.size[2] = 1;
   return grid;
 }
@@ -229,7 +229,7 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
                                 ImageCycle<std::uint8_t>& labels) {
   const std::array<bool, 256> wanted = those(of_labels);
   const auto holds = [&](std::uint8_t label) { return wanted[label]; };
-  const Grid one = slice_of(labels.grid);
+  const Grid one = one_slice(labels.grid);
   parallel_for(static_cast<std::size_t>(labels.grid.size[2]), [&](std::size_t k) {
     const std::size_t first = k * one.count();
     keep_largest_in({one, first, 0, labels.phases.size()}, holds, instead, labels);
@@ -241,7 +241,7 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
 
 void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels) {
-  const Grid one = slice_of(labels.grid);
+  const Grid one = one_slice(labels.grid);
   const int slices = labels.grid.size[2];
   int first = -1;
   std::size_t most = 0;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kMuscleShare = 0.5;  ///< of the way from muscle to the threshold to blood
 
-constexpr int kReachPx = 4;  ///< from beside an edge to what it bounds
+constexpr int kBesidePx = 4;  ///< from beside an edge to what it bounds
 
 constexpr double kSeamMm = 4;  ///< from the RV's wall, where labels of both are mixed
 
@@ -60,7 +60,7 @@ std::optional<std::uint32_t> nearest_inside(const Grid& grid,
   const auto i = static_cast<int>(voxel % nx);
   const auto j = static_cast<int>(voxel % grid.slice_count() / nx);
   const auto k = static_cast<int>(voxel / grid.slice_count());
-  for (int reach = 0; reach <= kReachPx; ++reach) {
+  for (int reach = 0; reach <= kBesidePx; ++reach) {
     for (int b = std::max(0, j - reach); b <= std::min(grid.size[1] - 1, j + reach); ++b) {
       for (int a = std::max(0, i - reach); a <= std::min(grid.size[0] - 1, i + reach); ++a) {
         if (std::max(std::abs(a - i), std::abs(b - j)) != reach) continue;

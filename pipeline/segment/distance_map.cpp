@@ -45,8 +45,6 @@ void transform_line(float* line, std::size_t stride, int n, double step_mm, std:
   }
 }
 
-bool is_set(std::uint8_t value) { return value != 0; }
-
 /// distance_map of a part of the mask, into that part of `out`.
 void map_part(const Grid& grid, const std::vector<std::uint8_t>& mask, bool across_slices,
               const Box& part, std::vector<float>& out) {

@@ -18,7 +18,7 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kReachPx = 2;    // an outline is smoothed over one pixel and its neighbours
+constexpr int kOutlinePx = 2;  // an outline is smoothed over one pixel and its neighbours
 constexpr int kReachThin = 1;  // where a surface runs along thin slices, labels reach into the next
 
 void check_labels(const Segmentation& made, const LabelCycle& labels) {
@@ -92,10 +92,10 @@ std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::
         if (before[v] == after[v]) continue;
         if (zone.empty()) zone.resize(grid.count(), 0);
         for (int c = std::max(0, k - slices); c <= std::min(grid.size[2] - 1, k + slices); ++c) {
-          for (int b = std::max(0, j - kReachPx); b <= std::min(grid.size[1] - 1, j + kReachPx);
+          for (int b = std::max(0, j - kOutlinePx); b <= std::min(grid.size[1] - 1, j + kOutlinePx);
                ++b) {
-            for (int a = std::max(0, i - kReachPx); a <= std::min(grid.size[0] - 1, i + kReachPx);
-                 ++a) {
+            for (int a = std::max(0, i - kOutlinePx);
+                 a <= std::min(grid.size[0] - 1, i + kOutlinePx); ++a) {
               zone[grid.offset(a, b, c)] = 1;
             }
           }

@@ -6,6 +6,8 @@
 
 namespace beatlas::segment {
 
+inline constexpr std::size_t kLabels = VoxelPrices::kLabels;
+
 /// On the grid of the images in which labels are to grow.
 struct Ground {
   LabelImages seeds;    ///< where a label is sure, kUnlabelled elsewhere

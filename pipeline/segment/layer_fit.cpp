@@ -15,7 +15,7 @@ namespace {
 constexpr double kMuscleSpread =
     0.15;                             ///< of muscle's level, as a share of what parts it from blood
 constexpr double kFatSpread = 0.1;    ///< of fat's level, as a share of what parts it from muscle
-constexpr double kSure = 12;          ///< by which the sum of squares falls, in variances
+constexpr double kSureLayer = 12;     ///< by which the sum of squares falls, in variances
 constexpr double kLeastInsidePx = 1;  ///< of muscle that has to be seen
 constexpr double kMostOutsidePx = 2;  ///< labels do not miss more than that
 constexpr double kMostThickPx = 10;
@@ -32,9 +32,9 @@ struct Fit {
   double beyond = 0;
 };
 
-class Search {
+class LayerSearch {
  public:
-  Search(const AcrossProfile& profile, const LayerLevels& levels, double lean_px)
+  LayerSearch(const AcrossProfile& profile, const LayerLevels& levels, double lean_px)
       : profile_(profile), levels_(levels), lean_px_(static_cast<float>(lean_px)) {
     std::size_t first = 0;
     while (first < AcrossProfile::kBins && !(profile.weight[first] > 0)) ++first;
@@ -164,7 +164,7 @@ bool is_muscle(const AcrossProfile& profile, const LayerLevels& levels, double e
 
 std::optional<FatLayer> fit_fat_layer(const AcrossProfile& profile, const LayerLevels& levels,
                                       double lean_px) {
-  const Search search(profile, levels, lean_px);
+  const LayerSearch search(profile, levels, lean_px);
   if (search.least_edge_px() > 0) return {};
   double edge_px = 0;
   double none = 0;
@@ -191,7 +191,7 @@ std::optional<FatLayer> fit_fat_layer(const AcrossProfile& profile, const LayerL
     best_edge = edge;
     best_thick = thick;
   }
-  if (alone.cost - best.cost < kSure || best_thick < kLeastThickPx) return {};
+  if (alone.cost - best.cost < kSureLayer || best_thick < kLeastThickPx) return {};
   if (best.fat - std::max(best.muscle, best.beyond) < 0.5 * (levels.fat - levels.muscle) ||
       !is_muscle(profile, levels, best_edge, lean_px)) {
     return {};

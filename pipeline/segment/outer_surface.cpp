@@ -21,7 +21,7 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kPitchMm = 3;
-constexpr int kRounds = 2;           ///< the second from where the first one put the surface
+constexpr int kLooks = 2;            ///< the second from where the first one put the surface
 constexpr double kPatchMm = 3;       ///< voxels so far from a piece's normal tell of it
 constexpr double kPatchSigma = 1.8;  ///< [mm] Gaussian of their weights
 constexpr double kOthersMm = 3;      ///< so far out labels are of another piece
@@ -35,7 +35,7 @@ constexpr double kPoolReach = 12;   ///< [mm]
 constexpr double kPoolAlike = 0.8;  ///< cosine of the angle between normals
 constexpr double kMostSay = 30;     ///< of one piece, in variances
 constexpr double kShared = 6;       ///< pieces that see the same voxels
-constexpr double kSure = 2;         ///< by which fat has to explain more than none, in variances
+constexpr double kSureFat = 2;      ///< by which fat has to explain more than none, in variances
 constexpr double kExplained = 24;   ///< variances a bin, up to which four tissues explain a piece
 constexpr std::size_t kLeastBins = 10;
 constexpr double kLungMixture = 0.8;  ///< of muscle's level: darker is a gap of lung, in part
@@ -318,7 +318,7 @@ class Outside {
   static void choose(const std::array<double, kFatThicknessMm.size()>& cost, Piece& piece) {
     const auto best =
         static_cast<std::size_t>(std::min_element(cost.begin() + 1, cost.end()) - cost.begin());
-    piece.fat = cost[best] + kSure < cost[0] ? best : 0;
+    piece.fat = cost[best] + kSureFat < cost[0] ? best : 0;
     const LayersAt& layers = piece.layers.at[piece.fat];
     piece.edge_mm = layers.edge_mm;
     piece.explained =
@@ -401,9 +401,9 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
     std::transform(phase.begin(), phase.end(), coverage.begin(),
                    [](std::uint8_t label) { return label != 0 ? 1.0F : 0.0F; });
     Outside outside(images.grid, images.phases[p], levels, phase);
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kLooks; ++round) {
       outside.fit(coverage);
-      outside.cover(coverage, round + 1 == kRounds ? &edges[p] : nullptr);
+      outside.cover(coverage, round + 1 == kLooks ? &edges[p] : nullptr);
     }
     relabel(images.grid, images.phases[p], levels, edges[p], phase);
   });

@@ -12,7 +12,6 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr std::size_t kLabels = VoxelPrices::kLabels;
 constexpr double kRoomMm = 20;    ///< beside what the prior takes for heart
 constexpr float kSure = 0.9F;     ///< probability of a seed
 constexpr double kLeastLvMl = 4;  ///< 40 ml at an EF of 90 %, phantom/family.json

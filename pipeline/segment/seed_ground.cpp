@@ -18,12 +18,11 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr std::size_t kLabels = VoxelPrices::kLabels;
 constexpr std::array<std::uint8_t, 3> kHeart{kLabelRvBlood, kLabelLvMyocardium, kLabelLvBlood};
 /// Of the logarithm of a wall's distance from a mark in the cavity, by direction: a mark a fifth of
 /// the radius off the middle of a round wall sees it between 4/5 and 6/5 of its mean.
 constexpr double kUneven = 0.2;
-constexpr double kSure = 0.9;  ///< probability of a seed of the second growing
+constexpr double kSureSeed = 0.9;  ///< probability of a seed of the second growing
 
 /// A quantity known in some slices: between them it goes straight on, beyond them it stays.
 template <class T>
@@ -488,7 +487,7 @@ Ground lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks
       if (!layered || out.seeds[p][v] != kUnlabelled) continue;
       const double sum = weight[0] + weight[1] + weight[2] + weight[3];
       for (std::uint8_t label = 0; label <= kLabelLvBlood; ++label) {
-        if (weight[label] > kSure * sum) out.seeds[p][v] = label;
+        if (weight[label] > kSureSeed * sum) out.seeds[p][v] = label;
       }
     }
   });

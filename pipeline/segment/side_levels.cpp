@@ -11,7 +11,7 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kReachPx = 3;             ///< of the band in which levels serve, and a pixel more
+constexpr int kLevelBandPx = 3;         ///< of the band in which levels serve, and a pixel more
 constexpr double kLeastBareMm = 8;      ///< a shorter stretch without a wall is a wall not resolved
 constexpr double kThinMm = 2.2;         ///< from blood to the outside: no wall is as thin
 constexpr double kWindowMm = 3.5;       ///< half width of the window that tells a side's level
@@ -57,8 +57,9 @@ cv::Mat bare_surface(const cv::Mat& in, const cv::Mat& bare, double pixel_mm) {
         std::hypot(stats.at<int>(id, cv::CC_STAT_WIDTH), stats.at<int>(id, cv::CC_STAT_HEIGHT));
     if (length_px * pixel_mm >= kLeastBareMm) longer |= ids == id;
   }
-  cv::dilate(longer, longer,
-             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kReachPx + 1, 2 * kReachPx + 1}));
+  cv::dilate(
+      longer, longer,
+      cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kLevelBandPx + 1, 2 * kLevelBandPx + 1}));
   return longer;
 }
 

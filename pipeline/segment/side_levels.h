@@ -10,6 +10,9 @@
 
 namespace beatlas::segment {
 
+/// Share of a voxel inside a boundary below which something dark was taken in on purpose.
+inline constexpr float kLeastInside = 0.2F;
+
 /// What an image of one part of a slice holds of another; 0 where it holds nothing of it.
 [[nodiscard]] cv::Mat framed(const cv::Mat& image, const cv::Rect& part, const cv::Rect& wanted);
 

@@ -118,7 +118,7 @@ void read_alarms(const json& list, const std::string& path, int phases, Segmenta
   }
 }
 
-constexpr int kMostPhases = 10000;
+constexpr int kMostLabelledPhases = 10000;
 
 /// Of a structure three lists of lists, [phase][slice], in mm2.
 json belief_to_json(const Belief& belief) {
@@ -269,7 +269,7 @@ StoredSegmentation read_segmentation(const fs::path& study) {
     JsonObject object(content, "");
     Segmentation& out = stored.made;
     const Grid grid = grid_from_json(object.at("grid"), "/grid");
-    object.read("phases", phases, 1, kMostPhases);
+    object.read("phases", phases, 1, kMostLabelledPhases);
     stored.labels = read_labels(folder / "labels.nii.gz", {grid, grid, phases});
     out.labels = read_labels(study / kLabelsAsMade, {grid, grid, phases});
     out.coverage.grid = grid_from_json(object.at("coverage_grid"), "/coverage_grid");
@@ -311,7 +311,7 @@ BoundaryUncertainty read_uncertainty(const fs::path& study) {
     JsonObject object(content, "");
     BoundaryUncertainty out;
     int phases = 0;
-    object.read("phases", phases, 1, kMostPhases);
+    object.read("phases", phases, 1, kMostLabelledPhases);
     const Grid grid = grid_from_json(object.at("coverage_grid"), "/coverage_grid");
     if (!object.has("uncertainty")) return out;
     for (Structure structure : structures_from_json(object.at("uncertainty"), "/uncertainty")) {

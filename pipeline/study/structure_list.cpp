@@ -13,9 +13,9 @@ nlohmann::json structures_to_json(const std::vector<Structure>& structures) {
   return out;
 }
 
-std::vector<Structure> structures_from_json(const nlohmann::json& json, const std::string& path) {
+std::vector<Structure> structures_from_json(const nlohmann::json& list, const std::string& path) {
   std::vector<Structure> out;
-  for (const std::string& name : strings_from_json(json, path)) {
+  for (const std::string& name : strings_from_json(list, path)) {
     const std::optional<Structure> structure = structure_from_name(name);
     if (!structure) {
       throw_invalid(path + " has '" + name +

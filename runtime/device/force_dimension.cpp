@@ -11,11 +11,6 @@ namespace {
 
 constexpr double kPatienceS = 0.1;  // of answers with errors
 
-std::vector<std::string> libraries(const std::string& library) {
-  return library.empty() ? std::vector<std::string>{"libdhd.so", "libdhd.so.3"}
-                         : std::vector<std::string>{library};
-}
-
 // dhd: x towards the user, y right, z up. Ours: right, up, towards the user.
 Vec3 from_dhd(const Vec3& dhd) { return {dhd.y(), dhd.z(), dhd.x()}; }
 Vec3 to_dhd(const Vec3& our) { return {our.z(), our.x(), our.y()}; }
@@ -23,7 +18,8 @@ Vec3 to_dhd(const Vec3& our) { return {our.z(), our.x(), our.y()}; }
 }  // namespace
 
 ForceDimensionDevice::ForceDimensionDevice(const ForceDimensionOptions& options)
-    : library_(libraries(options.library), "the SDK of Force Dimension"), options_(options) {
+    : library_(one_or(options.library, {"libdhd.so", "libdhd.so.3"}), "the SDK of Force Dimension"),
+      options_(options) {
   if (!(options.rate_hz >= 100 && options.rate_hz <= 8000)) {
     throw_invalid("a Force Dimension device's rate must be from 100 to 8000 ticks a second");
   }

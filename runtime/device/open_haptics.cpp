@@ -24,15 +24,11 @@ constexpr unsigned short kHighestPriority = 0xFFFF;
 
 constexpr int kMostErrors = 100;  // a tenth of a second at 1 kHz
 
-std::vector<std::string> libraries(const std::string& library) {
-  return library.empty() ? std::vector<std::string>{"libHD.so", "libHD.so.3", "libHD.so.3.4"}
-                         : std::vector<std::string>{library};
-}
-
 }  // namespace
 
 OpenHapticsDevice::OpenHapticsDevice(const OpenHapticsOptions& options)
-    : library_(libraries(options.library), "OpenHaptics of 3D Systems") {
+    : library_(one_or(options.library, {"libHD.so", "libHD.so.3", "libHD.so.3.4"}),
+               "OpenHaptics of 3D Systems") {
 #define BEATLAS_BIND(function) library_.bind(#function, hd_.function)
   BEATLAS_BIND(hdInitDevice);
   BEATLAS_BIND(hdDisableDevice);

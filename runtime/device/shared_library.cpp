@@ -6,6 +6,11 @@
 
 namespace beatlas::device {
 
+std::vector<std::string> one_or(const std::string& library, std::vector<std::string> names) {
+  if (library.empty()) return names;
+  return {library};
+}
+
 SharedLibrary::SharedLibrary(const std::vector<std::string>& names, const std::string& what)
     : what_(what) {
   for (const std::string& name : names) {

@@ -4,6 +4,10 @@
 
 namespace beatlas::device {
 
+/// `library` alone, if one is named, or else those that a vendor's library is installed as.
+[[nodiscard]] std::vector<std::string> one_or(const std::string& library,
+                                              std::vector<std::string> names);
+
 /// A vendor's library, found when it is wanted: nothing of it is needed to build or to start.
 class SharedLibrary {
  public:

@@ -6,8 +6,8 @@
 namespace beatlas::viewer {
 namespace {
 
-constexpr int kMoments = 8;       // of the beat, at which a voxel is looked at beforehand
-constexpr double kBetweenMm = 4;  // farther the surface does not stray between two of them
+constexpr int kMoments = 8;     // of the beat, at which a voxel is looked at beforehand
+constexpr double kStrayMm = 4;  // farther the surface does not stray between two of them
 constexpr double kCountsPerMm = 100;
 constexpr double kInwardMm = 0.5;      // the mask's middle lies this far within the surface
 constexpr double kLeastHalfMm = 0.75;  // half the width over which it falls
@@ -38,8 +38,8 @@ HeartMask::HeartMask(const Affine& workspace_from_index, const std::array<int, 3
           least = std::min(least, distance);
           most = std::max(most, distance);
         }
-        if (share(least - kBetweenMm) == 0) continue;
-        if (share(most + kBetweenMm) == 255) {
+        if (share(least - kStrayMm) == 0) continue;
+        if (share(most + kStrayMm) == 255) {
           mask_[at] = 255;
           continue;
         }

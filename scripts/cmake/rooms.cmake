@@ -62,6 +62,16 @@ function(beatlas_use_precompiled target headers)
   endif()
 endfunction()
 
+# Several files of a room are read at a time: their headers once, in half the time. So no two files of
+# a room give their own things the same name; tests may say which files do.
+# The presets dev, asan and tsan read each file alone.
+option(BEATLAS_UNITY "Compile several files of a room at a time" ON)
+function(beatlas_several_at_once target)
+  if(BEATLAS_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  endif()
+endfunction()
+
 function(beatlas_room name)
   cmake_parse_arguments(ROOM "OWN_FLAGS" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(beatlas_${name} STATIC ${ROOM_SOURCES})
@@ -74,20 +84,18 @@ function(beatlas_room name)
   if(NOT ROOM_OWN_FLAGS)
     beatlas_use_precompiled(beatlas_${name} beatlas_room_headers)
   endif()
-  if(NOT BEATLAS_PIPELINE)
-    # Who wants the runtime alone builds it once, from nothing: headers are read once for several
-    # files, in half the time. So no two files of a room give their own things the same name.
-    set_target_properties(beatlas_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
-  endif()
+  beatlas_several_at_once(beatlas_${name})
 endfunction()
 
 # beatlas_test(name SOURCES a_test.cpp ... LINK targets... [LABELS unit] [TIMEOUT s] [OWN_FLAGS]
-#              [SHARE_FIXTURES])
+#              [SHARE_FIXTURES] [ALONE a_test.cpp ...])
+# ALONE: sources that are read by themselves, because they give their own things the names that others do, or
+# because GCC 12 warns beside others of an overflow in std::string's + that is none.
 # One GoogleTest program; each of its tests is one CTest test. SHARE_FIXTURES: the program is one, so
 # that what its tests share (a made exam, a segmentation) is made once. None of them may be skipped: the
 # whole would be counted as passed.
 function(beatlas_test name)
-  cmake_parse_arguments(TEST "OWN_FLAGS;SHARE_FIXTURES" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "OWN_FLAGS;SHARE_FIXTURES" "TIMEOUT" "SOURCES;LINK;LABELS;ALONE" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
@@ -99,6 +107,8 @@ function(beatlas_test name)
   if(NOT TEST_OWN_FLAGS)
     beatlas_use_precompiled(${name} beatlas_test_headers)
   endif()
+  beatlas_several_at_once(${name})
+  set_source_files_properties(${TEST_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   if(TEST_SHARE_FIXTURES)
     add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
     # Many tests in one entry: begun first, it ends before the others do.

@@ -12,7 +12,7 @@ TEST(PhantomCoil, NoiseOfTheBackgroundIsRayleigh) {
   PhantomSpec spec = test::coarse();
   spec.scanner.snr_blood = 10.0;
   const Grid grid = spec.imaging_grid();
-  const Tissue skin = thorax(spec.anatomy, Signals{}).front();
+  const ThoraxBody skin = thorax(spec.anatomy, Signals{}).front();
   const auto images = test::images_of(spec);
   const double sigma = kBloodCounts / spec.scanner.snr_blood;
   double n = 0;

@@ -87,7 +87,7 @@ TEST(PhantomArms, AppearMovedByTheFieldOfView) {
   const double field_mm = grid.size[0] * grid.spacing_mm().x();
   const auto arm_at = [&](const Vec3& x) {
     double signal = 0.0;
-    for (const Tissue& tissue : tissues) {
+    for (const ThoraxBody& tissue : tissues) {
       if (tissue.surface(x).distance_mm < 0.0) signal = tissue.signal;
     }
     return 1000.0 * signal;

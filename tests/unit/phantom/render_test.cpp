@@ -79,8 +79,9 @@ PhantomSpec quiet(const char* name) {
 }
 
 /// What a voxel shows by many points in its box.
-double supersampled(const Phantom& phantom, const Grid& grid, const std::vector<Tissue>& tissues,
-                    int i, int j, int k, double thickness_share, double t) {
+double supersampled(const Phantom& phantom, const Grid& grid,
+                    const std::vector<ThoraxBody>& tissues, int i, int j, int k,
+                    double thickness_share, double t) {
   constexpr int kSteps = 12;
   const auto frame = phantom.frame(t);
   const Signals signals;
@@ -91,7 +92,7 @@ double supersampled(const Phantom& phantom, const Grid& grid, const std::vector<
         const Vec3 x = grid.mm(i + (a + 0.5) / kSteps - 0.5, j + (b + 0.5) / kSteps - 0.5,
                                k + ((c + 0.5) / kSteps - 0.5) * thickness_share);
         double signal = signals.air;
-        for (const Tissue& tissue : tissues) {
+        for (const ThoraxBody& tissue : tissues) {
           if (tissue.surface(x).distance_mm < 0.0) signal = tissue.signal;
         }
         if (frame->contains(Part::Pericardium, x)) signal = signals.fat;

@@ -49,7 +49,7 @@ class PointSignal {
   }
   [[nodiscard]] double at(const Frame& frame, const Vec3& lps) const {
     double signal = signals_.air;
-    for (const Tissue& tissue : tissues_) {
+    for (const ThoraxBody& tissue : tissues_) {
       if (tissue.surface(lps).distance_mm < 0.0) signal = tissue.signal;
     }
     for (const MovingBody& body : kMovingBodies) {
@@ -66,7 +66,7 @@ class PointSignal {
  private:
   const Phantom& phantom_;
   Signals signals_;
-  std::vector<Tissue> tissues_;
+  std::vector<ThoraxBody> tissues_;
 };
 
 template <class F>

@@ -172,8 +172,8 @@ TEST(PhantomShape, HeartTouchesNothingOfTheThorax) {
 
 TEST(PhantomShape, HardHasTheLiverInTouchAtRest) {
   const Phantom phantom(preset("hard"));
-  const std::vector<Tissue> tissues = thorax(phantom.spec().anatomy, signals_preset("A"));
-  const Tissue& liver = tissues[3];
+  const std::vector<ThoraxBody> tissues = thorax(phantom.spec().anatomy, signals_preset("A"));
+  const ThoraxBody& liver = tissues[3];
   ASSERT_EQ(liver.signal, signals_preset("A").liver);
   constexpr double kSpacingMm = 2.0;
   const auto touch = [&](double t) {
