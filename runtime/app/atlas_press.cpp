@@ -225,7 +225,8 @@ nlohmann::json atlas_press_json(const AtlasPress& press) {
                    {"thickness_mm", place.wall_mm},
                    {"scar", tissue.scar},
                    {"thickness_ratio", tissue.thickness_ratio},
-                   {"alpha", tissue.alpha}};
+                   {"alpha", tissue.alpha},
+                   {"stiffness_ratio", tissue.stiffness_ratio}};
     out["tissues"] = tissues_json(press.tissues);
   }
   return out;

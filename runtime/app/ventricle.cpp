@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "runtime/app/painted_map.h"
+#include "runtime/app/region_maps.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_text.h"
 #include "runtime/palpation/on_heart.h"
@@ -59,10 +59,10 @@ std::optional<AtlasVentricle> ventricle_of(const atlas::Atlas& atlas, const Told
     throw_invalid(package + " has no map of the LV's wall, which the regions of " +
                   told.file.string() + " are found on; build it again from images");
   }
-  const palpation::PaintedMaps painted =
-      read_painted_maps(told.regions, told.file.parent_path(), *wall);
+  const palpation::RegionMaps maps = read_region_maps(told.regions, told.file.parent_path(), *wall,
+                                                      atlas.manifest().workspace_from_lps);
   return AtlasVentricle{
-      wall, palpation::tissue_of_wall(*wall, told.parameters.segments, told.regions, painted)};
+      wall, palpation::tissue_of_wall(*wall, told.parameters.segments, told.regions, maps)};
 }
 
 void scale_to_atlas(palpation::PalpationParameters& parameters, const atlas::Manifest& manifest,

@@ -30,6 +30,11 @@ struct PatchConstants {
   double c_v_n_s_per_m = 0;
   double k_e_rest_n_per_m = 0;  ///< at Emin
   double k_e_span_n_per_m = 0;  ///< from there to the ventricle's Emax as it is
+
+  /// @param e of ElastanceCurve, 0 at Emin, 1 at Emax
+  [[nodiscard]] double n_per_m(double e) const noexcept {
+    return k_v_n_per_m + k_e_rest_n_per_m + k_e_span_n_per_m * e;
+  }
 };
 
 /// @param shortening_area_cm2 S_n of the beat  @param long_axis 0 apex .. 1 base

@@ -10,7 +10,6 @@
 namespace beatlas::palpation {
 namespace {
 
-constexpr double kStiffening = 0.53;  // 4.6 over 3.0 kPa, less 1
 constexpr double kThinnest = 0.3;
 constexpr double kThickest = 2;
 constexpr double kSoftest = 0.1;
@@ -55,7 +54,7 @@ MuscleConstants blend(const MuscleTable& table, double long_axis) noexcept {
 
 MuscleConstants in_tissue(const MuscleConstants& healthy, const Tissue& tissue) noexcept {
   const double thickness = std::clamp(tissue.thickness_ratio, kThinnest, kThickest);
-  const double stiffer = (1 + kStiffening * std::clamp(tissue.scar, 0.0, 1.0)) *
+  const double stiffer = (1 + kScarStiffening * std::clamp(tissue.scar, 0.0, 1.0)) *
                          std::clamp(tissue.stiffness_ratio, kSoftest, kStiffest);
   MuscleConstants out = healthy;
   out.k_v_n_per_m *= stiffer * thickness * thickness;

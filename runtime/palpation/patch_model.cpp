@@ -80,10 +80,9 @@ haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
                                    : constants_;
   // The finger's force goes on where it slides to other muscle: that gives way from there on.
   patch_.set_damping(here.c_v_n_s_per_m);
-  const double force_n = patch_.advance(-kMPerMm * contact.distance_mm,
-                                        here.k_v_n_per_m + here.k_e_rest_n_per_m +
-                                            here.k_e_span_n_per_m * e + natural_.pressure_at(beats),
-                                        moment.elapsed_s);
+  const double force_n =
+      patch_.advance(-kMPerMm * contact.distance_mm, here.n_per_m(e) + natural_.pressure_at(beats),
+                     moment.elapsed_s);
   contact.touching = force_n > 0;
   contact.force_n = force_n * contact.normal;
   contact.proxy_mm = x + contact.depth_mm * contact.normal;

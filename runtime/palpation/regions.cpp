@@ -1,6 +1,9 @@
 #include "runtime/palpation/regions.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
+#include <iterator>
 
 #include "runtime/base/error.h"
 #include "runtime/base/json_numbers.h"
@@ -14,6 +17,8 @@ using nlohmann::json;
 constexpr std::size_t kMostRegions = 100;
 constexpr double kThinnestRatio = 0.3;
 constexpr double kThickestRatio = 2;
+constexpr double kSoftest = 0.1;  ///< of Tissue::stiffness_ratio
+constexpr double kStiffest = 10;
 
 Region region_from_json(const json& entry, const std::string& path) {
   JsonObject object(entry, path);
@@ -24,12 +29,29 @@ Region region_from_json(const json& entry, const std::string& path) {
   object.read("scar", region.tissue.scar, 0, 1);
   object.read("thickness_ratio", region.tissue.thickness_ratio, kThinnestRatio, kThickestRatio);
   object.read("alpha", region.tissue.alpha, 0, 1);
-  object.read("stiffness_ratio", region.tissue.stiffness_ratio, 0.1, 10);
+  object.read("stiffness_ratio", region.tissue.stiffness_ratio, kSoftest, kStiffest);
+  object.read("measured", region.measured);
+  object.read("healthy_kpa", region.healthy_kpa, 0.1, 1000);
+  object.read("reach_mm", region.reach_mm, 1, 50);
   region.ratio_of_atlas = !object.has("thickness_ratio");
   object.finish();
-  if (object.has("painted") == object.has("thinner_than_mm") ||
-      (object.has("painted") && region.painted.empty())) {
-    throw_invalid(path + " must have either painted, the name of a file, or thinner_than_mm");
+  const int kinds = static_cast<int>(object.has("painted")) +
+                    static_cast<int>(object.has("thinner_than_mm")) +
+                    static_cast<int>(object.has("measured"));
+  if (kinds != 1 || (object.has("painted") && region.painted.empty()) ||
+      (object.has("measured") && region.measured.empty())) {
+    throw_invalid(path +
+                  " must have one of painted or measured, the name of a file, or thinner_than_mm");
+  }
+  for (const char* key : {"healthy_kpa", "reach_mm"}) {
+    if (object.has(key) && region.measured.empty()) {
+      throw_invalid(path + "/" + key + " is of a measured map; name that by measured");
+    }
+  }
+  for (const char* key : {"scar", "thickness_ratio", "alpha", "stiffness_ratio"}) {
+    if (object.has(key) && !region.measured.empty()) {
+      throw_invalid(path + "/" + key + " is not measured; tell it in a region before this one");
+    }
   }
   if (object.has("label") && !object.has("painted")) {
     throw_invalid(path + "/label is of a painted map; name that by painted");
@@ -58,6 +80,45 @@ double healthy_wall_mm(const LvWall& wall, const std::vector<bool>& ill) {
   return static_cast<double>(walls.back().first);
 }
 
+std::string in_words(double value) {
+  std::array<char, 32> out{};
+  std::snprintf(out.data(), out.size(), "%.3g", value);
+  return out.data();
+}
+
+/// What a measured map says of the muscle's stiffness, into `of_vertex`.
+void take_measured(const Region& region, const RegionMaps& maps, std::vector<Tissue>& of_vertex) {
+  const auto found = maps.measured.find(region.measured);
+  if (found == maps.measured.end() || found->second.size() != of_vertex.size()) {
+    throw_invalid("the measured map " + region.measured + " is none of this atlas's LV");
+  }
+  const std::vector<float>& kpa = found->second;
+  std::vector<float> measured;
+  std::copy_if(kpa.begin(), kpa.end(), std::back_inserter(measured),
+               [](float value) { return value > 0; });
+  if (measured.empty()) {
+    throw_invalid("the measured map " + region.measured + " says nothing of this atlas's LV wall");
+  }
+  double healthy = region.healthy_kpa;
+  if (!(healthy > 0)) {
+    const auto middle = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 2);
+    std::nth_element(measured.begin(), middle, measured.end());
+    healthy = static_cast<double>(*middle);
+  }
+  for (std::size_t v = 0; v < kpa.size(); ++v) {
+    if (!(kpa[v] > 0)) continue;
+    Tissue& tissue = of_vertex[v];
+    const double ratio = static_cast<double>(kpa[v]) / healthy;
+    if (!(ratio >= kSoftest && ratio <= kStiffest)) {
+      throw_invalid("the measured map " + region.measured + " has " + in_words(kpa[v]) +
+                    " kPa where " + in_words(healthy) +
+                    " kPa is healthy; a place may be 0.1 to 10 times as stiff: check its units and "
+                    "healthy_kpa");
+    }
+    tissue.stiffness_ratio = ratio / (1 + kScarStiffening * tissue.scar);
+  }
+}
+
 }  // namespace
 
 std::vector<Region> regions_from_json(const json& list) {
@@ -74,6 +135,12 @@ std::vector<Region> regions_from_json(const json& list) {
 json regions_to_json(const std::vector<Region>& regions) {
   json list = json::array();
   for (const Region& region : regions) {
+    if (!region.measured.empty()) {
+      json entry = {{"measured", region.measured}, {"reach_mm", region.reach_mm}};
+      if (region.healthy_kpa > 0) entry["healthy_kpa"] = region.healthy_kpa;
+      list.push_back(std::move(entry));
+      continue;
+    }
     json entry = {{"scar", region.tissue.scar},
                   {"alpha", region.tissue.alpha},
                   {"stiffness_ratio", region.tissue.stiffness_ratio}};
@@ -103,12 +170,16 @@ Infarct infarct_of_wall(const LvWall& wall, const std::vector<Tissue>& of_vertex
 }
 
 TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
-                         const std::vector<Region>& regions, const PaintedMaps& painted) {
+                         const std::vector<Region>& regions, const RegionMaps& maps) {
   TissueMap out;
   for (const std::uint8_t segment : wall.map().segment) {
     out.of_vertex.push_back(segments[static_cast<std::size_t>(segment - 1)]);
   }
   for (const Region& region : regions) {
+    if (!region.measured.empty()) {
+      take_measured(region, maps, out.of_vertex);
+      continue;
+    }
     std::vector<bool> ill(wall.vertex_count());
     if (region.painted.empty()) {
       for (std::size_t v = 0; v < ill.size(); ++v) {
@@ -116,8 +187,8 @@ TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
         ill[v] = mm > 0 && mm < region.thinner_than_mm;
       }
     } else {
-      const auto labels = painted.find(region.painted);
-      if (labels == painted.end() || labels->second.size() != ill.size()) {
+      const auto labels = maps.painted.find(region.painted);
+      if (labels == maps.painted.end() || labels->second.size() != ill.size()) {
         throw_invalid("the painted map " + region.painted + " is none of this atlas's LV");
       }
       for (std::size_t v = 0; v < ill.size(); ++v) ill[v] = labels->second[v] == region.label;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
+#include "runtime/palpation/measured.h"
 #include "runtime/palpation/parameters.h"
 #include "tests/unit/palpation/sample_wall.h"
 
@@ -130,21 +131,98 @@ TEST(Regions, LieOverTheSegmentsTheLastOnTop) {
   const LvWall wall = sample.wall();
   SegmentTissue segments{};
   segments[6] = infarct_tissue();  // mid anterior
-  PaintedMaps painted;
-  painted["scar.csv"].assign(wall.vertex_count(), 0);
+  RegionMaps maps;
+  maps.painted["scar.csv"].assign(wall.vertex_count(), 0);
   const WallPlace inferior = wall.nearest({-30, 0, 0}, 0);
-  painted["scar.csv"][inferior.vertex] = 3;
+  maps.painted["scar.csv"][inferior.vertex] = 3;
   const WallPlace anterior = wall.nearest({30, 0, 0}, 0);
   EXPECT_EQ(tissue_of_wall(wall, segments, {}, {}).at(anterior), infarct_tissue());
   const std::vector<Region> regions = regions_from_json(json::parse(
       R"([{"painted": "scar.csv", "label": 3, "scar": 0.5, "thickness_ratio": 1.2, "alpha": 0.7},
           {"thinner_than_mm": 5, "scar": 0.1}])"));
-  const TissueMap map = tissue_of_wall(wall, segments, regions, painted);
+  const TissueMap map = tissue_of_wall(wall, segments, regions, maps);
   EXPECT_EQ(map.at(inferior), (Tissue{.scar = 0.5, .thickness_ratio = 1.2, .alpha = 0.7}));
   EXPECT_EQ(map.at(anterior).scar, 0.1);
   EXPECT_EQ(map.at(anterior).alpha, 1);
   EXPECT_NEAR(map.infarct.fraction, wall.muscle_share()[inferior.vertex], 1e-12);
   EXPECT_NE(refusal([&] { (void)tissue_of_wall(wall, segments, regions, {}); }).find("scar.csv"),
+            std::string::npos);
+}
+
+TEST(Measured, PointsTellOfTheMuscleAboutThem) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  // In the middle of 4 mm of wall on the right, of 10 mm on the left.
+  const std::vector<MeasuredPoint> points{{.mm = {test::kRadiusMm + 2, 0, 0}, .kpa = 30},
+                                          {.mm = {-test::kRadiusMm - 5, 0, 0}, .kpa = 6}};
+  const std::vector<float> kpa = kpa_of_wall(wall, points, 12);
+  EXPECT_FLOAT_EQ(kpa[wall.nearest({40, 0, 0}, 0).vertex], 30);
+  EXPECT_FLOAT_EQ(kpa[wall.nearest({-40, 0, 0}, 0).vertex], 6);
+  EXPECT_EQ(kpa[wall.nearest({0, 40, 0}, 0).vertex], 0);  // out of reach
+  int reached = 0;
+  for (std::uint32_t v = 0; v < wall.vertex_count(); ++v) {
+    const double thick = static_cast<double>(wall.wall_mm()[v]);
+    const Vec3 middle = wall.mm(v) + 0.5 * thick * wall.outward(v);
+    const bool near =
+        thick > 0 && ((middle - points[0].mm).norm() <= 12 || (middle - points[1].mm).norm() <= 12);
+    EXPECT_EQ(kpa[v] > 0, near) << v;
+    reached += near ? 1 : 0;
+  }
+  EXPECT_GT(reached, 20);
+  // Half-way between two points both count alike.
+  const double half = 0.2;
+  const auto at = [](double angle) {
+    return Vec3((test::kRadiusMm + 5) * Vec3(-std::cos(angle), std::sin(angle), 0));
+  };
+  const std::vector<float> two =
+      kpa_of_wall(wall, {{.mm = at(half), .kpa = 10}, {.mm = at(-half), .kpa = 20}}, 20);
+  EXPECT_NEAR(two[wall.nearest({-40, 0, 0}, 0).vertex], 15, 0.8);
+}
+
+TEST(Measured, OfAnotherHeartIsRefusedByThePoint) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  const std::vector<MeasuredPoint> points{{.mm = {test::kRadiusMm + 2, 0, 0}, .kpa = 30},
+                                          {.mm = {0, 0, -test::kRadiusMm - 45}, .kpa = 6}};
+  EXPECT_NE(refusal([&] { (void)kpa_of_wall(wall, points, 10); }).find("point 2 lies 40 mm"),
+            std::string::npos);
+}
+
+TEST(Regions, OfMeasuredStiffnessSetThatAlone) {
+  const test::SampleWall sample;
+  const LvWall wall = sample.wall();
+  const WallPlace stiff = wall.nearest({30, 0, 0}, 0);
+  const WallPlace soft = wall.nearest({-30, 0, 0}, 0);
+  RegionMaps maps;
+  maps.measured["e.csv"].assign(wall.vertex_count(), 0);
+  maps.measured["e.csv"][stiff.vertex] = 30;
+  maps.measured["e.csv"][soft.vertex] = 5;
+  const TissueMap map = tissue_of_wall(wall, {},
+                                       regions_from_json(json::parse(
+                                           R"([{"thinner_than_mm": 6, "scar": 1, "alpha": 0.2},
+              {"measured": "e.csv", "healthy_kpa": 10}])")),
+                                       maps);
+  // The scar's own 1.53 is in what was measured.
+  EXPECT_EQ(map.at(stiff),
+            (Tissue{.scar = 1, .thickness_ratio = 0.4, .alpha = 0.2, .stiffness_ratio = 3 / 1.53}));
+  EXPECT_EQ(map.at(soft), (Tissue{.stiffness_ratio = 0.5}));
+  EXPECT_EQ(map.at(wall.nearest({0, -30, 0}, 0)).stiffness_ratio, 1);
+  // Felt, too.
+  const MuscleConstants healthy = MuscleTable().middle;
+  EXPECT_NEAR(in_tissue(healthy, map.at(soft)).k_v_n_per_m, 0.5 * healthy.k_v_n_per_m, 1e-9);
+
+  // Without a healthy stiffness the median of what was measured is.
+  const auto regions = regions_from_json(json::parse(R"([{"measured": "e.csv"}])"));
+  maps.measured["e.csv"].assign(wall.vertex_count(), 8);
+  maps.measured["e.csv"][stiff.vertex] = 24;
+  EXPECT_NEAR(tissue_of_wall(wall, {}, regions, maps).at(stiff).stiffness_ratio, 3, 1e-12);
+  maps.measured["e.csv"][stiff.vertex] = 240;
+  EXPECT_NE(refusal([&] { (void)tissue_of_wall(wall, {}, regions, maps); }).find("240 kPa"),
+            std::string::npos);
+  maps.measured["e.csv"].assign(wall.vertex_count(), 0);
+  EXPECT_NE(refusal([&] { (void)tissue_of_wall(wall, {}, regions, maps); }).find("says nothing"),
+            std::string::npos);
+  EXPECT_NE(refusal([&] { (void)tissue_of_wall(wall, {}, regions, {}); }).find("e.csv"),
             std::string::npos);
 }
 
@@ -156,8 +234,15 @@ TEST(Regions, AreRefusedByJsonPath) {
   };
   EXPECT_EQ(said(R"([{"thinner_than_mm": 6}, {"painted": "a.csv"}])"), "accepted");
   EXPECT_NE(said("{}").find("/regions must be a list"), std::string::npos);
-  EXPECT_NE(said(R"([{"scar": 1}])").find("/regions/0 must have either"), std::string::npos);
+  EXPECT_NE(said(R"([{"scar": 1}])").find("/regions/0 must have one of"), std::string::npos);
   EXPECT_NE(said(R"([{"thinner_than_mm": 6, "painted": "a"}])").find("/regions/0 must have"),
+            std::string::npos);
+  EXPECT_EQ(said(R"([{"measured": "e.csv", "healthy_kpa": 12, "reach_mm": 5}])"), "accepted");
+  EXPECT_NE(said(R"([{"measured": "e.csv", "painted": "a"}])").find("/regions/0 must have one of"),
+            std::string::npos);
+  EXPECT_NE(said(R"([{"painted": "a", "healthy_kpa": 12}])").find("/regions/0/healthy_kpa"),
+            std::string::npos);
+  EXPECT_NE(said(R"([{"measured": "e.csv", "scar": 1}])").find("/regions/0/scar is not measured"),
             std::string::npos);
   EXPECT_NE(said(R"([{"thinner_than_mm": 60}])").find("/regions/0/thinner_than_mm"),
             std::string::npos);
@@ -168,7 +253,8 @@ TEST(Regions, AreRefusedByJsonPath) {
   EXPECT_NE(said(R"([{"thinner_than_mm": 6, "colour": 2}])").find("/regions/0/colour"),
             std::string::npos);
   const std::vector<Region> regions = regions_from_json(json::parse(
-      R"([{"painted": "b.csv", "label": 7, "thickness_ratio": 0.5}, {"thinner_than_mm": 6}])"));
+      R"([{"painted": "b.csv", "label": 7, "thickness_ratio": 0.5}, {"thinner_than_mm": 6},
+          {"measured": "e.csv", "reach_mm": 4}, {"measured": "f.csv", "healthy_kpa": 9}])"));
   EXPECT_EQ(regions_from_json(regions_to_json(regions)), regions);
 }
 

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/app/painted_map.h"
 #include "runtime/app/play.h"
 #include "runtime/app/press_session.h"
+#include "runtime/app/region_maps.h"
 #include "runtime/base/error.h"
 #include "runtime/device/csv_table.h"
 #include "runtime/field/field_query.h"
@@ -232,6 +232,53 @@ TEST_F(AtlasPresses, TakeRegionsOfThinWallAndPaintedOnes) {
   const std::string outside = R"({"regions": [{"painted": "/etc/passwd", "label": 2}]})";
   EXPECT_NE(session("heart.beatlas", outside).find("outside the folder"), std::string::npos);
   EXPECT_NE(session("plain.beatlas", painted).find("no map of the LV's wall"), std::string::npos);
+}
+
+TEST_F(AtlasPresses, TakeAMeasuredStiffness) {
+  const auto felt = [](const std::string& parameters) {
+    const std::string said = session("heart.beatlas", parameters, "mid_anterior");
+    EXPECT_EQ(said.front(), '{') << said;
+    return nlohmann::json::parse(said)["atlas"];
+  };
+  const std::string measured =
+      R"({"regions": [{"measured": "e.csv", "healthy_kpa": 10, "reach_mm": 50}]})";
+  // One point in the middle of the ventricle's wall tells of all within 50 mm.
+  const atlas::Atlas atlas = atlas::Atlas::open(
+      file("heart.beatlas"),
+      {.fields = {}, .surfaces = {Structure::LvBlood}, .maps = {Structure::LvBlood}});
+  const auto wall = palpation::lv_wall_of(atlas);
+  const std::uint32_t vertex = wall->middle_of(7);
+  const Vec3 lps = atlas.manifest().workspace_from_lps.inverse() * wall->mm(vertex);
+  const auto write = [&](const Vec3& at, const char* kpa) {
+    std::ofstream(file("e.csv")) << "x_mm,y_mm,z_mm,kpa\n"
+                                 << at.x() << ',' << at.y() << ',' << at.z() << ',' << kpa << '\n';
+  };
+  write(lps, "30");
+  const auto hard = felt(measured);
+  write(lps, "10");
+  const auto healthy = felt(measured);
+  EXPECT_EQ(hard["wall"]["stiffness_ratio"], 3);
+  EXPECT_EQ(healthy["wall"]["stiffness_ratio"], 1);
+  EXPECT_GT(hard["largest_force_n"].get<double>(), 1.3 * healthy["largest_force_n"].get<double>());
+
+  std::ofstream(file("e.csv")) << "vertex,kpa\n" << vertex << ",25\n";
+  EXPECT_EQ(felt(measured)["wall"]["stiffness_ratio"], 2.5);
+  const auto refused = [&](const std::string& words) {
+    const std::string said = session("heart.beatlas", measured, "mid_anterior");
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+  };
+  write(lps + Vec3(0, 0, 400), "10");
+  refused("mm of the patient's frame (LPS)");
+  write(lps, "10000");
+  refused("is it in Pa or MPa?");
+  write(lps, "-3");
+  refused("is it in Pa or MPa?");
+  std::ofstream(file("e.csv")) << "x_mm,y_mm,kpa\n1,2,3\n";
+  refused("z_mm");
+  std::ofstream(file("e.csv")) << "x_mm,y_mm,z_mm,kpa\n";
+  refused("must have 1 to");
+  std::filesystem::remove(file("e.csv"));
+  refused("e.csv cannot be read");
 }
 
 // What beatlas-play's words do with a device, against the scripted press on the same segment.
