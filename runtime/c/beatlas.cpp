@@ -13,6 +13,7 @@
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
 #include "runtime/haptics/shell.h"
+#include "runtime/haptics/taxels.h"
 
 namespace {
 
@@ -124,6 +125,7 @@ struct beatlas_session {
   beatlas_options options;
   Opened opened;
   haptics::Servo servo;
+  std::unique_ptr<haptics::Taxels> taxels;  ///< of `opened`, made when they are first asked for
 
   beatlas_session(beatlas::Structure which, const beatlas_options& how, Opened package)
       : structure(which),
@@ -233,6 +235,7 @@ int beatlas_swap(beatlas_session* session, const char* package, char* message,
         Opened opened = open_package(package, session->structure);
         session->servo.offer(make_scene(opened, session->options));
         session->opened = std::move(opened);
+        session->taxels.reset();
       },
       message, message_size);
   return done ? 1 : 0;
@@ -254,6 +257,41 @@ beatlas_seen beatlas_look(const beatlas_session* session) {
   out.status = static_cast<beatlas_status>(seen.status);
   out.touching = seen.touching ? 1 : 0;
   return out;
+}
+
+int beatlas_taxels(beatlas_session* session, const double* right, beatlas_taxel_map* map,
+                   char* message, size_t message_size) {
+  const bool done = guarded(
+      [&] {
+        if (session == nullptr || map == nullptr) {
+          beatlas::throw_invalid("taxels need a session, and a map to write into");
+        }
+        const beatlas_options& options = session->options;
+        if (model_of(options) != BEATLAS_PROXY || options.half_length_mm != 0) {
+          beatlas::throw_invalid(
+              "only a proxy's ball has taxels; open the session with "
+              "BEATLAS_PROXY and without half_length_mm");
+        }
+        if (!session->taxels) {
+          session->taxels = std::make_unique<haptics::Taxels>(
+              std::make_shared<haptics::AtlasField>(session->opened.field),
+              haptics::TaxelOptions{.radius_mm = options.radius_mm});
+        }
+        const haptics::Published seen = session->servo.published();
+        const haptics::BallContact contact =
+            haptics::ball_contact(seen, right == nullptr ? Vec3::UnitX() : Vec3(right));
+        const haptics::TaxelMap found =
+            session->taxels->under(contact, seen.phase * session->opened.field->rr_interval_s());
+        std::copy(found.pressure_kpa.begin(), found.pressure_kpa.end(), map->pressure_kpa);
+        map->pitch_mm = found.pitch_mm;
+        map->area_mm2 = found.area_mm2;
+        map->peak_kpa = found.peak_kpa;
+        copy(found.centre_mm, map->centre_mm);
+        copy(found.right, map->right);
+        copy(found.up, map->up);
+      },
+      message, message_size);
+  return done ? 1 : 0;
 }
 
 void beatlas_query(const beatlas_session* session, const double* points_mm, size_t count,

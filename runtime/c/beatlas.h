@@ -125,6 +125,22 @@ typedef struct {
 /* Another thread, for graphics: the newest tick as a whole. */
 BEATLAS_API beatlas_seen beatlas_look(const beatlas_session* session);
 
+typedef struct {
+  double pressure_kpa[64]; /* mean on each of 8 x 8 taxels, row after row */
+  double pitch_mm;         /* from taxel to taxel: a quarter of the ball's radius */
+  double area_mm2;         /* of contact */
+  double peak_kpa;
+  double centre_mm[3]; /* of the map, on the plane of contact */
+  double right[3];     /* columns run this way, rows along `up`; all 0 where nothing is touched */
+  double up[3];
+} beatlas_taxel_map;
+
+/* Another thread, for tactile displays: how the pressure of the newest tick is spread under the
+ * ball of a proxy that has a radius. `right`: which way the columns run; NULL: the workspace's x.
+ * Fails for other tools. */
+BEATLAS_API int beatlas_taxels(beatlas_session* session, const double* right,
+                               beatlas_taxel_map* map, char* message, size_t message_size);
+
 /* Another thread: signed distance [mm] and outward unit normal of `count` points (x y z each) at
  * `phase` of the cycle; either output may be NULL. Beyond the band the distance is clamped. */
 BEATLAS_API void beatlas_query(const beatlas_session* session, const double* points_mm,

@@ -118,6 +118,7 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   parts.make_tool();
   parts.make_overlay();
   parts.make_legend();
+  parts.make_taxels();
   fit_camera(standard_view(parts.frame, "anterior"));
   if (options.offscreen) {
     auto window = vtkSmartPointer<vtkRenderWindow>::New();
@@ -292,6 +293,7 @@ void HeartDrawing::Parts::update() {
   update_tool();
   update_overlay();
   update_legend();
+  update_taxels();
   fit_clip();
   times.update_ms = milliseconds_since(start);
 }

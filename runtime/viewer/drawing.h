@@ -11,6 +11,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/geometry.h"
 #include "runtime/field/field_query.h"
+#include "runtime/haptics/taxels.h"
 #include "runtime/palpation/dent.h"
 #include "runtime/viewer/heart_frame.h"
 #include "runtime/viewer/wall_colours.h"
@@ -46,6 +47,8 @@ struct ToolPicture {
   Vec3 dent_place_mm = Vec3::Zero();
   Vec3 dent_normal = Vec3::UnitX();  ///< unit, outward
   double dent_radius_mm = 25;
+  /// How the pressure is spread under the tool; drawn where it is touched.
+  haptics::TaxelMap taxels = {};
 };
 
 /// Red, green, blue, 8 bit each; the upper row first.

@@ -190,6 +190,10 @@ double HeartDrawing::Parts::text_scale() const {
   return options.text_scale * std::max(grown, options.display_scale);
 }
 
+double HeartDrawing::Parts::marker_px() const {
+  return std::min(0.2 * std::min(width, height), 110.0 * text_scale());
+}
+
 int HeartDrawing::Parts::font_size(double pixels) const {
   // VTK takes points, and enlarges them where its window has finer pixels.
   constexpr double kPointsPerInch = 72;
@@ -266,7 +270,7 @@ void HeartDrawing::Parts::update_overlay() {
   swatches.give_to(*overlay.swatches);
 
   overlay.marker->SetDraw(roomy ? 1 : 0);
-  const double marker = std::min(0.2 * std::min(width, height), 110.0 * grown);
+  const double marker = marker_px();
   overlay.marker->SetViewport(0, 0, marker / width, marker / height);
   // The body's axes as the scene is seen.
   const Affine& workspace_from_lps = frame.workspace_from_lps;

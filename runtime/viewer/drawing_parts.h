@@ -126,6 +126,13 @@ struct OverlayParts {
   vtkSmartPointer<vtkAnnotatedCubeActor> cube;
 };
 
+/// What a fingertip feels: 8 x 8 taxels and what they say in words.
+struct TaxelParts {
+  vtkSmartPointer<vtkPolyData> patches;
+  vtkSmartPointer<vtkActor2D> actor;
+  vtkSmartPointer<vtkTextActor> text;
+};
+
 struct HeartDrawing::Parts {
   std::shared_ptr<const atlas::Atlas> atlas;
   std::shared_ptr<const field::FieldQuery> field;
@@ -151,6 +158,7 @@ struct HeartDrawing::Parts {
   ToolParts tool_parts;
   OverlayParts overlay;
   LegendParts legend;
+  TaxelParts taxels;
   std::unique_ptr<const WallColours> colours;  ///< null: structures' own
   vtkSmartPointer<vtkRenderer> renderer;
   vtkSmartPointer<vtkRenderWindow> window;
@@ -160,6 +168,7 @@ struct HeartDrawing::Parts {
   void make_tool();
   void make_overlay();
   void make_legend();
+  void make_taxels();
   void make_window(vtkRenderWindow* made);
 
   /// Everything as of `beats`, `cut`, `tool`.
@@ -179,6 +188,8 @@ struct HeartDrawing::Parts {
   void update_slice();
   void update_tool();
   void update_overlay();
+  /// Of the square at the lower left in which the marker of the body's axes stands.
+  [[nodiscard]] double marker_px() const;
   /// How much larger words are than in a picture of 800 x 600.
   [[nodiscard]] double text_scale() const;
   /// As VTK counts it in this window.
@@ -188,6 +199,7 @@ struct HeartDrawing::Parts {
   void fit_height() const;
   void colour_surface(SurfaceParts& part) const;
   void update_legend();
+  void update_taxels();
   void update_bar();
   void update_bulls_eye();
   void set_legend_texts(std::size_t count);

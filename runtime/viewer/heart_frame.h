@@ -39,6 +39,9 @@ struct CameraPose {
   Vec3 towards_viewer = Vec3::UnitZ();  ///< unit
   Vec3 up = Vec3::UnitY();              ///< unit
   double height_mm = 200;               ///< of the picture
+
+  /// The picture's right, unit.
+  [[nodiscard]] Vec3 right() const { return up.cross(towards_viewer).normalized(); }
 };
 
 /// anterior, left, right, posterior, superior, inferior: of a patient who stands; short-axis and

@@ -267,7 +267,8 @@ void HeartWindow::step() {
     felt = live_->touch().felt();
     drawing->set_beats(felt.servo.phase);
     picture_->set_field_time(felt.servo.phase * heart_->field->rr_interval_s());
-    const ToolPicture tool = live_->touch().tool_picture(felt);
+    ToolPicture tool = live_->touch().tool_picture(felt);
+    tool.taxels = live_->touch().taxels(felt, drawing->camera().right());
     const bool near = touch_->isChecked() || tool.touching || device_->currentIndex() > 0;
     drawing->set_tool(near ? std::optional(tool) : std::nullopt);
     picture_->set_tool(tool.position_mm, tool.radius_mm);

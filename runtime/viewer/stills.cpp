@@ -206,7 +206,9 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
                              : free_wall_direction(frame, heart.field->centre_mm());
   const PressRun run = run_press(touch, *heart.field, direction, options.press_mm, options.phase);
   stage.drawing->set_beats(run.last.servo.phase);
-  stage.drawing->set_tool(touch.tool_picture(run.last));
+  ToolPicture tool = touch.tool_picture(run.last);
+  tool.taxels = touch.taxels(run.last, stage.drawing->camera().right());
+  stage.drawing->set_tool(tool);
   std::array<char, 64> note{};
   std::snprintf(note.data(), note.size(), "%.1f mm deep",
                 std::max(0.0, -run.last.servo.distance_mm));

@@ -12,6 +12,7 @@
 #include "runtime/palpation/dent.h"
 #include "runtime/palpation/on_heart.h"
 #include "runtime/palpation/patch_model.h"
+#include "runtime/palpation/patch_stiffness.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -178,6 +179,7 @@ void Touch::set_model(const std::string& model) {
     settings_.model = before;
     throw;
   }
+  taxels_.reset();
 }
 
 // Circulation and the muscle under the tool alike.
@@ -185,6 +187,7 @@ void Touch::wish(const palpation::PalpationParameters& parameters) {
   trainer_->wish(parameters);
   wished_ = parameters;
   make_muscle();
+  taxels_.reset();
   if (settings_.model == "patch") servo_->offer(scene());
 }
 
@@ -268,6 +271,22 @@ ToolPicture Touch::tool_picture(const Felt& felt) const {
   picture.dent_place_mm = picture.proxy_mm - settings_.tool_radius_mm * picture.dent_normal;
   if (!felt.servo.touching) picture.dent_mm = 0;
   return picture;
+}
+
+haptics::TaxelMap Touch::taxels(const Felt& felt, const Vec3& right) {
+  if (settings_.tool_radius_mm < haptics::TaxelOptions::kLeastRadiusMm) return {};
+  if (!taxels_) {
+    haptics::TaxelOptions options;
+    options.radius_mm = settings_.tool_radius_mm;
+    if (settings_.model == "patch" && muscle_) {
+      options.map = std::make_shared<const palpation::PatchStiffness>(
+          muscle_, wished_, rr_interval_s_, end_diastole_ * rr_interval_s_);
+    }
+    taxels_ =
+        std::make_unique<haptics::Taxels>(std::make_shared<haptics::AtlasField>(field_), options);
+  }
+  return taxels_->under(haptics::ball_contact(felt.servo, right),
+                        felt.servo.phase * rr_interval_s_);
 }
 
 PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& direction,

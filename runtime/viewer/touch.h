@@ -109,6 +109,9 @@ class Touch {
   [[nodiscard]] std::optional<TouchedWall> touched_wall(const Felt& felt) const;
   /// What a picture shows of a tick.
   [[nodiscard]] ToolPicture tool_picture(const Felt& felt) const;
+  /// How the pressure of a tick is spread under the tool, columns along `right` (workspace); where
+  /// the muscle is known, harder where it is stiffer; a point has none. One thread, the picture's.
+  [[nodiscard]] haptics::TaxelMap taxels(const Felt& felt, const Vec3& right);
 
  private:
   [[nodiscard]] haptics::Scene scene() const;
@@ -125,6 +128,7 @@ class Touch {
   std::shared_ptr<const palpation::LvWall> wall_;
   std::shared_ptr<const palpation::AtlasMuscle> muscle_;  ///< of the preset; null without a wall
   double dent_radius_mm_ = 25;
+  std::unique_ptr<haptics::Taxels> taxels_;  ///< of the tool and the muscle; null: to be made
   std::unique_ptr<haptics::Servo> servo_;
   std::unique_ptr<palpation::Trainer> trainer_;
   double last_phase_ = 0;

@@ -17,6 +17,7 @@
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
 #include "runtime/haptics/shell.h"
+#include "runtime/haptics/taxels.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
 namespace beatlas {
@@ -247,6 +248,25 @@ BENCHMARK(full_tick_fingertip)
     ->Args({100, 8})
     ->MinTime(2)
     ->Unit(benchmark::kMicrosecond);
+
+// An 8 mm ball, 2 mm deep: 81 places of the field and 64 taxels.
+void taxels_under_a_ball(benchmark::State& state) {
+  haptics::Taxels taxels(std::make_shared<const haptics::AtlasField>(sphere()), {.radius_mm = 8});
+  std::vector<double> times_us;
+  double t = 0;
+  for (auto _ : state) {
+    t += 0.001;
+    const Vec3 out = sliding(t, 8, 0).normalized();
+    const haptics::BallContact contact{
+        .proxy_mm = (radius(t) + 8) * out, .normal = out, .force_n = 0.3 * out, .depth_mm = 2};
+    const double begin = thread_cpu_us();
+    benchmark::DoNotOptimize(taxels.under(contact, t));
+    const double end = thread_cpu_us();
+    times_us.push_back(end - begin);
+  }
+  report(state, times_us);
+}
+BENCHMARK(taxels_under_a_ball)->MinTime(2)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace beatlas

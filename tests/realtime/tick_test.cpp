@@ -12,6 +12,7 @@
 #include "runtime/device/simulated.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
+#include "runtime/haptics/taxels.h"
 #include "runtime/haptics/watchdog.h"
 #include "tests/realtime/allocations.h"
 #include "tests/unit/runtime_field/test_fields.h"
@@ -88,6 +89,22 @@ TEST(Tick, AllocatesNothingInEitherModeWhateverTheState) {
     EXPECT_TRUE(finite);
     EXPECT_LE(largest, 3 + 1e-12);
   }
+}
+
+TEST(Tick, TaxelsAllocateNothing) {
+  haptics::Taxels taxels(std::make_shared<const haptics::AtlasField>(sphere()), {.radius_mm = 4});
+  double most = 0;
+  allocations = 0;
+  counting = true;
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3 out = Vec3(std::sin(n), std::cos(n), std::sin(0.3 * n)).normalized();
+    const haptics::TaxelMap map = taxels.under(
+        {.proxy_mm = 17 * out, .normal = out, .force_n = out, .depth_mm = 2}, 0.001 * n);
+    most = std::max(most, map.peak_kpa);
+  }
+  counting = false;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(most, 0);
 }
 
 TEST(Tick, AllocatesNothingOnTheSimulatedDevicesLoop) {

@@ -295,6 +295,32 @@ TEST_F(Pictures, VolumesOfOneDrawingAfterAnotherAreTheSame) {
   }
 }
 
+// The hardest taxel, the only one that is touched, has the scale's last colour where it stands:
+// beside the marker of 110 pixels, 18 pixels off, 110 pixels for 8.
+TEST_F(Pictures, TaxelsStandBesideTheMarker) {
+  HeartDrawing heart(atlas_, nullptr, {});
+  ToolPicture tool;
+  tool.touching = true;
+  tool.taxels.area_mm2 = 4;
+  tool.taxels.peak_kpa = 20;
+  tool.taxels.pressure_kpa[1 * haptics::TaxelMap::kSide + 6] = 12;
+  heart.set_tool(tool);
+  const Picture shown = heart.picture(800, 600);
+  const auto colour = [&](const Picture& of, int column, int row) {
+    const double pitch = 110.0 / haptics::TaxelMap::kSide;
+    const auto x = static_cast<int>(110 + 18 + (column + 0.5) * pitch);
+    const auto y = static_cast<int>(600 - (18 + (row + 0.5) * pitch));
+    const auto at = static_cast<std::size_t>(3 * (y * 800 + x));
+    return Rgb{of.rgb[at], of.rgb[at + 1], of.rgb[at + 2]};
+  };
+  EXPECT_EQ(colour(shown, 6, 1), colour_of_share(1));
+  EXPECT_EQ(colour(shown, 1, 6), colour(shown, 5, 1));
+  EXPECT_NE(colour(shown, 1, 6), colour_of_share(1));
+  tool.touching = false;
+  heart.set_tool(tool);
+  EXPECT_NE(colour(heart.picture(800, 600), 6, 1), colour_of_share(1));
+}
+
 // A press on an atlas with a field: the line on the cut goes in by as much as the patch says.
 TEST_F(Pictures, TheDentIsAsDeepAsThePatchSays) {
   const std::filesystem::path file = folder_->path() / "field.beatlas";

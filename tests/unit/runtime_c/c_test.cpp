@@ -1,9 +1,11 @@
 // The C interface against the C++ one, and what C can do wrong.
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <string>
 #include <thread>
 
@@ -78,6 +80,43 @@ TEST(C, TicksAreThoseOfTheServoToTheBit) {
     ASSERT_EQ(seen.force_n[0], felt.force_n[0]);
   }
   EXPECT_TRUE(touched);
+}
+
+TEST(C, TaxelsHoldTheForceOfTheNewestTick) {
+  beatlas_options options = beatlas_default_options();
+  options.radius_mm = 3;
+  const Session c(&options);
+  ASSERT_NE(c.session, nullptr);
+  char message[256];
+  beatlas_taxel_map map{};
+  ASSERT_EQ(beatlas_taxels(c.session, nullptr, &map, message, sizeof message), 1) << message;
+  EXPECT_EQ(map.area_mm2, 0);
+  beatlas_felt felt{};
+  for (int n = 0; n < 2000; ++n) {  // 60 mm out to 5 mm out, through the surface
+    const beatlas_state state = state_at(c, 0.001 * n, 60 - 0.0275 * n);
+    felt = beatlas_tick(c.session, &state);
+    if (felt.touching != 0 && felt.distance_mm < -1) break;
+  }
+  ASSERT_NE(felt.touching, 0);
+  const double up[3] = {0, 0, 1};
+  ASSERT_EQ(beatlas_taxels(c.session, up, &map, message, sizeof message), 1) << message;
+  double force_n = 0;
+  for (const double kpa : map.pressure_kpa) force_n += kpa * map.pitch_mm * map.pitch_mm / 1000;
+  const Vec3 force(felt.force_n);
+  EXPECT_NEAR(force_n, force.dot(Vec3(felt.normal)), 0.01 * force.norm());
+  EXPECT_GT(force_n, 0);
+  EXPECT_GT(map.area_mm2, 0);
+  EXPECT_GE(map.peak_kpa,
+            *std::max_element(std::begin(map.pressure_kpa), std::end(map.pressure_kpa)));
+  EXPECT_GT(Vec3(map.right).z(), 0);
+  EXPECT_NEAR(Vec3(map.right).cross(Vec3(map.up)).dot(-Vec3(felt.normal)), -1, 1e-9);
+
+  EXPECT_EQ(beatlas_taxels(nullptr, nullptr, &map, message, sizeof message), 0);
+  EXPECT_EQ(beatlas_taxels(c.session, nullptr, nullptr, message, sizeof message), 0);
+  options.model = BEATLAS_TWO_STEP;
+  const Session two_step(&options);
+  EXPECT_EQ(beatlas_taxels(two_step.session, nullptr, &map, message, sizeof message), 0);
+  EXPECT_NE(std::string(message).find("BEATLAS_PROXY"), std::string::npos);
 }
 
 TEST(C, QueriesAreTheFields) {
