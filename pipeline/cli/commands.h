@@ -33,6 +33,7 @@ void add_report(CLI::App& app, Run& run);
 void add_status(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
 void add_identify(CLI::App& app, Run& run);
+void add_elastogram(CLI::App& app, Run& run);
 void add_seeds(CLI::App& app, Run& run);
 
 /// Words of the commands that take long.

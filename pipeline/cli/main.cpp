@@ -84,6 +84,7 @@ int run_command(int argc, char** argv) {
   add_status(app, run);
   add_seeds(app, run);
   add_identify(app, run);
+  add_elastogram(app, run);
   add_defaults(app, run);
   complete_help(app);
   try {

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kLeastKpa = 0.05;  // myocardium has 1 to some 100 kPa
-constexpr double kMostKpa = 5000;
+constexpr double kMostKpa = 1000;
 constexpr std::size_t kMostPoints = 100000;
 
 std::ifstream opened(const fs::path& file) {
@@ -80,7 +80,7 @@ std::vector<float> read_kpa(const fs::path& file, const palpation::LvWall& wall,
     const std::vector<double>& values = table.rows[row];
     if (!(values[0] >= kLeastKpa && values[0] <= kMostKpa)) {
       throw_invalid(file.string() + ": '" + table.lines[row] +
-                    "' must hold a stiffness from 0.05 to 5000 kPa; myocardium has 1 to some 100 "
+                    "' must hold a stiffness from 0.05 to 1000 kPa; myocardium has 1 to some 100 "
                     "kPa: is it in Pa or MPa?");
     }
     if (by_vertex) {
