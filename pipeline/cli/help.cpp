@@ -108,10 +108,11 @@ constexpr std::array kEntries{
     Entry{"identify", "beatlas identify samples/relaxation_middle.csv samples/press_middle.csv",
           "Least squares by equation (4) of Tokuyasu et al., Development of a training system for "
           "cardiac\nmuscle palpation, FIMH 2003"},
-    Entry{"elastogram",
-          "beatlas elastogram heart.beatlas stiffness.nii.gz -o stiffness.csv --unit pa --modulus "
-          "shear",
-          "Stiffness of myocardium by magnetic resonance: Kolipaka et al., Magn Reson Med 62, 2009"},
+    Entry{
+        "elastogram",
+        "beatlas elastogram heart.beatlas stiffness.nii.gz -o stiffness.csv --unit pa --modulus "
+        "shear",
+        "Stiffness of myocardium by magnetic resonance: Kolipaka et al., Magn Reson Med 62, 2009"},
     Entry{"defaults", "beatlas defaults\nbeatlas defaults --recipe samples/recipe.json --json", ""},
 };
 

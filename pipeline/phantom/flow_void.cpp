@@ -9,10 +9,10 @@ namespace beatlas::phantom {
 namespace {
 
 double highest_rate() {
-  constexpr int kTimes = 2000;
+  constexpr int kLossSteps = 2000;
   double out = 0.0;
-  for (int n = 0; n < kTimes; ++n) {
-    out = std::max(out, volume_loss_rate(static_cast<double>(n) / kTimes, 1.0));
+  for (int n = 0; n < kLossSteps; ++n) {
+    out = std::max(out, volume_loss_rate(static_cast<double>(n) / kLossSteps, 1.0));
   }
   return out;
 }

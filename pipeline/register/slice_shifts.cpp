@@ -129,7 +129,7 @@ Eigen::VectorXd shifts_of(const std::vector<double>& bend, const std::vector<dou
   return normal.ldlt().solve(right);
 }
 
-/// SincTaps of the windowed sinc that reads a row at `shift_px` beyond each pixel.
+/// Taps of the windowed sinc that reads a row at `shift_px` beyond each pixel.
 struct SincTaps {
   int first = 0;  ///< of six, relative to the pixel
   std::array<float, 6> weight{};

@@ -8,7 +8,7 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kDenoisings = 5;
+constexpr int kDenoiseRounds = 5;
 constexpr float kRate = 0.125F;  ///< of a round, for each of eight neighbours: stable
 constexpr double kWidth = 2.0;   ///< of the noise, in the first round; it falls with the noise
 constexpr double kFall = 0.8;    ///< of the width, a round
@@ -34,7 +34,7 @@ ImageCycle<float> denoised(const ImageCycle<float>& images, double noise, double
   ImageCycle<float> next{grid, std::vector<std::vector<float>>(n)};
   for (auto& phase : next.phases) phase.resize(grid.count());
   double width = kWidth * noise;
-  for (int round = 0; round < kDenoisings; ++round, width *= kFall) {
+  for (int round = 0; round < kDenoiseRounds; ++round, width *= kFall) {
     const auto inverse = static_cast<float>(1 / (width * width));
     const auto slices = static_cast<std::size_t>(grid.size[2]);
     parallel_for(n * slices, [&](std::size_t job) {

@@ -6,7 +6,7 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kSquarings = 4;
+constexpr int kSquareRounds = 4;
 
 /// Mean square of the magnitude is signal^2 + 2 noise^2; its variance grows from 0.43 noise^2
 /// without a signal to noise^2. This is the one less the other, of squares over noise^2.
@@ -24,7 +24,7 @@ float signal_of(float magnitude, float noise) {
   if (!(noise > 0)) return magnitude;
   const float mean = magnitude * magnitude / (noise * noise);
   float square = std::max(0.0F, mean - 1);
-  for (int n = 0; n < kSquarings; ++n) square = std::max(0.0F, mean - square_added(square));
+  for (int n = 0; n < kSquareRounds; ++n) square = std::max(0.0F, mean - square_added(square));
   return noise * std::sqrt(square);
 }
 

@@ -25,7 +25,7 @@ constexpr double kShiftByWidth = 0.75;   ///< Gaussian: places so near are shift
 constexpr double kWindowByWidth = 0.75;  ///< to each side in plane, and a slice: signs must agree
 constexpr double kReach = 4;             ///< of a Gaussian, in its widths
 constexpr double kRoom = 5;              ///< around a mask, likewise
-constexpr int kFairings = 12;
+constexpr int kFairRounds = 12;
 /// Share of the way to the middle of what signs leave open; above 1, for smoothing takes some back.
 constexpr float kToMiddle = 1.4F;
 constexpr float kLeastOpenMm = 0.3F;  ///< less counts no more than this
@@ -170,9 +170,9 @@ SmoothDistance smooth_distance(const Grid& grid, const Mask& inside) {
   smooth(grid, distance);
   std::vector<float> shift(n);
   std::vector<float> weight(n);
-  for (int round = 0; round <= kFairings; ++round) {
+  for (int round = 0; round <= kFairRounds; ++round) {
     const Shifts shifts = shifts_of(grid, inside, distance);
-    const bool last = round == kFairings;
+    const bool last = round == kFairRounds;
     for (std::size_t v = 0; v < n; ++v) {
       const float least = shifts.least[v];
       const float most = shifts.most[v];

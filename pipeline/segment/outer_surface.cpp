@@ -21,7 +21,7 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kPitchMm = 3;
-constexpr int kLooks = 2;            ///< the second from where the first one put the surface
+constexpr int kLookRounds = 2;       ///< the second from where the first one put the surface
 constexpr double kPatchMm = 3;       ///< voxels so far from a piece's normal tell of it
 constexpr double kPatchSigma = 1.8;  ///< [mm] Gaussian of their weights
 constexpr double kOthersMm = 3;      ///< so far out labels are of another piece
@@ -401,9 +401,9 @@ std::vector<std::vector<FatEdge>> fit_outer_surface(const ImageCycle<float>& ima
     std::transform(phase.begin(), phase.end(), coverage.begin(),
                    [](std::uint8_t label) { return label != 0 ? 1.0F : 0.0F; });
     Outside outside(images.grid, images.phases[p], levels, phase);
-    for (int round = 0; round < kLooks; ++round) {
+    for (int round = 0; round < kLookRounds; ++round) {
       outside.fit(coverage);
-      outside.cover(coverage, round + 1 == kLooks ? &edges[p] : nullptr);
+      outside.cover(coverage, round + 1 == kLookRounds ? &edges[p] : nullptr);
     }
     relabel(images.grid, images.phases[p], levels, edges[p], phase);
   });

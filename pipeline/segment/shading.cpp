@@ -19,7 +19,7 @@ constexpr double kSignalShare = 0.15;  ///< of the bright: less is air, lung or 
 constexpr double kRidge = 1e-3;        ///< of the mean diagonal: what nothing tells of stays flat
 constexpr double kStillShare = 0.03;   ///< of the mean, beside the noise: changes less
 constexpr std::size_t kFewestSamples = 2000;  ///< less may be one body, whose form feigns a field
-constexpr int kShadings = 60;
+constexpr int kShadeRounds = 60;
 constexpr double kWidest = 0.25;       ///< of the histogram's smoothing, in the first round
 constexpr double kNarrowest = 0.06;    ///< in the last ones
 constexpr double kNarrowing = 0.93;    ///< a round
@@ -148,7 +148,7 @@ Terms fit(const std::vector<Sample>& samples) {
   Terms found = Terms::Zero();
   std::vector<double> even(samples.size());
   double width = kWidest;
-  for (int round = 0; round < kShadings; ++round) {
+  for (int round = 0; round < kShadeRounds; ++round) {
     for (std::size_t n = 0; n < samples.size(); ++n) {
       even[n] = samples[n].logarithm - samples[n].terms.dot(found);
     }

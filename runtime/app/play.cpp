@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include "runtime/app/exercise_session.h"
+#include "runtime/app/fingers.h"
 #include "runtime/app/headless.h"
 #include "runtime/app/play_device.h"
 #include "runtime/app/play_options.h"
@@ -21,7 +22,7 @@
 #include "runtime/app/sensitivity.h"
 #include "runtime/app/text.h"
 #include "runtime/app/ticks.h"
-#include "runtime/app/touch.h"
+#include "runtime/app/touched_heart.h"
 #include "runtime/app/ventricle.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
@@ -48,58 +49,6 @@ struct ReplayArguments {
 
 [[noreturn]] void throw_usage(const std::string& message) {
   throw Error(ErrorCode::Usage, message);
-}
-
-bool is_patch(const PlayArguments& arguments) {
-  return arguments.model == "patch" && !arguments.published;
-}
-
-atlas::Needs needs_of_scene(const PlayArguments& arguments) {
-  if (arguments.scene == "palpation") {
-    if (is_patch(arguments)) {
-      return needs_of_press(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
-    }
-    return {.fields = {Structure::Heart}, .surfaces = {}};
-  }
-  atlas::Needs needs =
-      atlas::everything_in(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
-  needs.fields.insert(Structure::Heart);
-  needs.volume = false;  // nothing is drawn here
-  needs.levels = {0};
-  return needs;
-}
-
-TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest& manifest,
-                           const field::FieldQuery& field) {
-  TouchOptions touch;
-  touch.model = arguments.published ? "published" : arguments.model;
-  touch.stiffness_n_per_m = manifest.stiffness_n_per_m;
-  touch.radius_mm = arguments.tool_radius_mm;
-  if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
-  touch.half_length_mm = arguments.tool_half_length_mm;
-  touch.damping_n_s_per_m = arguments.damping_n_s_per_m;
-  touch.friction_static = arguments.friction_static;
-  touch.friction_dynamic = arguments.friction_dynamic;
-  touch.points = arguments.tool_points;
-  const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
-  touch.long_axis = arguments.long_axis;
-  touch.end_diastole_s = end_diastole_s;
-  if (arguments.held) touch.held_time_s = end_diastole_s;
-  return touch;
-}
-
-nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& touch,
-                           double rate_per_min, const SessionReport& report) {
-  nlohmann::json json = session_json(report);
-  json["scene"] = arguments.scene;
-  json["model"] = touch.model;
-  json["tool_radius_mm"] = touch.radius_mm;
-  json["heart_rate_per_min"] = rate_per_min;
-  json["time_mode"] = touch.model == "published" ? "published" : "continuous";
-  json["heart"] = arguments.held ? "held" : "beating";
-  json["pace"] = arguments.fast ? "fast" : "real_time";
-  json["stiffness_n_per_m"] = touch.stiffness_n_per_m;
-  return json;
 }
 
 void check_usage(const PlayArguments& arguments) {
@@ -130,6 +79,11 @@ void check_usage(const PlayArguments& arguments) {
   if (!is_patch(arguments) && !(press.parameters.empty() && press.preset.empty())) {
     throw_usage("--parameters and --preset are of paper B's muscle; use them with --model patch");
   }
+  if (!arguments.fingers.empty() &&
+      !(arguments.exercise.empty() && arguments.ticks.empty() && arguments.recording.empty())) {
+    throw_usage(
+        "each finger tells its own recording; leave --exercise, --ticks and --recording out");
+  }
   if (arguments.fast && is_hardware(arguments.device) && arguments.device != "trainee") {
     throw_usage("--fast is for simulated, replay and trainee; a real device keeps its own time");
   }
@@ -156,55 +110,35 @@ void run_scripted_press(const PlayArguments& arguments, std::ostream& out) {
   run_press_session(press, out);
 }
 
-// A session in which the force was taken off by a fault is none that went well, whoever reads it.
-std::string faults_told(const SessionReport& report, bool kept) {
-  return std::to_string(report.faults) + " of " + std::to_string(report.run.ticks) +
-         (report.faults == 1 ? " ticks was a fault and had no force; "
-                             : " ticks were faults and had no force; ") +
-         (kept ? "beatlas-play replay-ticks plays what led to the first of them"
-               : "--ticks FILE keeps what leads to the first of them");
-}
-
 void run_headless(const PlayArguments& arguments, std::ostream& out) {
   if (is_press(arguments)) return run_scripted_press(arguments, out);
   check_usage(arguments);
   if (!arguments.exercise.empty()) return run_exercise(arguments, out);
-  const atlas::Atlas atlas = atlas::Atlas::open(arguments.package, needs_of_scene(arguments));
-  const atlas::Manifest& manifest = atlas.manifest();
-  const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
-                                                               manifest.rr_interval_s);
-  TouchOptions touch = touch_options(arguments, manifest, *field);
-  std::shared_ptr<const palpation::LvWall> wall;
-  if (is_patch(arguments)) {
-    wall = take_muscle(told_muscle(arguments.press.parameters, arguments.press.preset), atlas,
-                       arguments.package, touch);
-  }
-  haptics::ServoOptions servo_options;
-  if (arguments.heart_rate_per_min > 0) {
-    servo_options.heart.rate_per_min = arguments.heart_rate_per_min;
-  }
-  if (!arguments.ticks.empty()) servo_options.recorded_ticks = kRecordedTicks;
-  haptics::Servo servo(make_scene(field, touch, wall), servo_options);
+  if (!arguments.fingers.empty()) return run_fingers(arguments, out);
+  const TouchedHeart heart(arguments);
+  const TouchingTool tool = heart.tool(arguments, arguments.ticks.empty() ? 0 : kRecordedTicks);
 
   SessionOptions options;
   std::stop_source interrupted;
   const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
   options.stop = interrupted.get_token();
-  std::unique_ptr<device::Device> device = open_device(arguments, *field, manifest, options);
+  std::unique_ptr<device::Device> device =
+      open_device(arguments, heart.field(), heart.manifest(), options);
   options.keep_trace = !arguments.trace.empty();
   options.watchdog = !arguments.fast;
   std::unique_ptr<TickKeeper> keeper;
   if (!arguments.ticks.empty()) {
-    keeper = std::make_unique<TickKeeper>(servo, arguments.ticks, ticks_about(manifest, touch));
+    keeper = std::make_unique<TickKeeper>(*tool.servo, arguments.ticks,
+                                          ticks_about(heart.manifest(), tool.touch));
   }
-  const Session session = run_session(*device, servo, options);
+  const Session session = run_session(*device, *tool.servo, options);
   device.reset();
   if (keeper) keeper->finish();
   if (!arguments.trace.empty()) write_file(arguments.trace, trace_csv(session.trace));
   if (arguments.json) {
-    const double own_rate = 60 / manifest.rr_interval_s;
-    const double rate = arguments.heart_rate_per_min > 0 ? arguments.heart_rate_per_min : own_rate;
-    out << json_text(report_json(arguments, touch, rate, session.report), 2) << '\n';
+    out << json_text(
+               report_json(arguments, tool.touch, heart.rate_per_min(arguments), session.report), 2)
+        << '\n';
   } else {
     out << session_text(session.report);
   }

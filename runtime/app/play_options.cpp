@@ -126,6 +126,8 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "JSON of muscle, circulation and disease, for --press or --model patch");
   app.add_option("--preset", arguments.press.preset, "of them, for --press or --model patch")
       ->check(CLI::IsMember(palpation::palpation_presets()));
+  app.add_option("--fingers", arguments.fingers,
+                 "JSON of two to eight devices that touch this heart at once, with --headless");
   app.add_option("--exercise", arguments.exercise,
                  "JSON of what is hidden in this heart to be found by touch, with --session");
   app.add_option("--session", arguments.session,

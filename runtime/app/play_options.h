@@ -45,6 +45,7 @@ struct PlayArguments {
   bool json = false;
   bool scene_named = false;
   PressArguments press;
+  std::string fingers;              ///< JSON after schemas/fingers.schema.json; or none
   std::string exercise;             ///< JSON after schemas/exercise.schema.json; or none
   std::string session;              ///< folder in which an exercise is kept
   std::int64_t seed = -1;           ///< of what an exercise hides; below 0: by chance

@@ -166,6 +166,20 @@ beatlas_session* beatlas_open(const char* package, const char* structure,
   return session.release();
 }
 
+beatlas_session* beatlas_open_beside(const beatlas_session* session, const beatlas_options* options,
+                                     char* message, size_t message_size) {
+  std::unique_ptr<beatlas_session> beside;
+  (void)guarded(
+      [&] {
+        if (session == nullptr) beatlas::throw_invalid("there is no session to open a tool beside");
+        beside = std::make_unique<beatlas_session>(
+            session->structure, options == nullptr ? beatlas_default_options() : *options,
+            session->opened);
+      },
+      message, message_size);
+  return beside.release();
+}
+
 void beatlas_close(beatlas_session* session) { delete session; }
 
 beatlas_info beatlas_get_info(const beatlas_session* session) {

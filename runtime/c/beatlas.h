@@ -69,6 +69,12 @@ typedef struct {
 BEATLAS_API beatlas_session* beatlas_open(const char* package, const char* structure,
                                           const beatlas_options* options, char* message,
                                           size_t message_size);
+/* Another tool on the heart of `session`, which is not read again: each tool is ticked by its own
+ * thread, and its heart begins to beat with its first tick, so begin all at one moment. A swap is
+ * of one session alone. To be closed as well, in any order. */
+BEATLAS_API beatlas_session* beatlas_open_beside(const beatlas_session* session,
+                                                 const beatlas_options* options, char* message,
+                                                 size_t message_size);
 /* After the last tick. NULL is passed over. */
 BEATLAS_API void beatlas_close(beatlas_session* session);
 

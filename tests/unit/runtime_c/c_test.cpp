@@ -119,6 +119,31 @@ TEST(C, TaxelsHoldTheForceOfTheNewestTick) {
   EXPECT_NE(std::string(message).find("BEATLAS_PROXY"), std::string::npos);
 }
 
+TEST(C, ToolsOnOneHeartFeelWhatEachFeelsAlone) {
+  const Session first;
+  char message[256];
+  beatlas_options options = beatlas_default_options();
+  options.radius_mm = 3;
+  beatlas_session* second = beatlas_open_beside(first.session, &options, message, sizeof message);
+  ASSERT_NE(second, nullptr) << message;
+  const Session alone(&options);
+  double most_n = 0;
+  for (int n = 0; n < 1500; ++n) {
+    const beatlas_state left = state_at(first, 0.001 * n, 60 - 0.03 * n);
+    const beatlas_state right = state_at(first, 0.001 * n, -60 + 0.03 * n);
+    (void)beatlas_tick(first.session, &left);
+    const beatlas_felt beside = beatlas_tick(second, &right);
+    const beatlas_felt by_itself = beatlas_tick(alone.session, &right);
+    for (int a = 0; a < 3; ++a) ASSERT_EQ(beside.force_n[a], by_itself.force_n[a]) << n;
+    most_n = std::max(most_n, Vec3(beside.force_n).norm());
+  }
+  EXPECT_GT(most_n, 0);
+  EXPECT_EQ(beatlas_look(first.session).phase, beatlas_look(second).phase);
+  beatlas_close(second);
+  EXPECT_EQ(beatlas_open_beside(nullptr, nullptr, message, sizeof message), nullptr);
+  EXPECT_NE(std::string(message).find("no session"), std::string::npos);
+}
+
 TEST(C, QueriesAreTheFields) {
   const Session c;
   const atlas::Atlas atlas =

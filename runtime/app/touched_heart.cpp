@@ -1,0 +1,97 @@
+#include "runtime/app/touched_heart.h"
+
+#include "runtime/app/ventricle.h"
+
+namespace beatlas::app {
+
+bool is_patch(const PlayArguments& arguments) {
+  return arguments.model == "patch" && !arguments.published;
+}
+
+namespace {
+
+atlas::Needs needs_of_scene(const PlayArguments& arguments) {
+  if (arguments.scene == "palpation") {
+    if (is_patch(arguments)) {
+      return needs_of_press(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
+    }
+    return {.fields = {Structure::Heart}, .surfaces = {}};
+  }
+  atlas::Needs needs =
+      atlas::everything_in(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
+  needs.fields.insert(Structure::Heart);
+  needs.volume = false;  // nothing is drawn here
+  needs.levels = {0};
+  return needs;
+}
+
+TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest& manifest,
+                           const field::FieldQuery& field) {
+  TouchOptions touch;
+  touch.model = arguments.published ? "published" : arguments.model;
+  touch.stiffness_n_per_m = manifest.stiffness_n_per_m;
+  touch.radius_mm = arguments.tool_radius_mm;
+  if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
+  touch.half_length_mm = arguments.tool_half_length_mm;
+  touch.damping_n_s_per_m = arguments.damping_n_s_per_m;
+  touch.friction_static = arguments.friction_static;
+  touch.friction_dynamic = arguments.friction_dynamic;
+  touch.points = arguments.tool_points;
+  const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
+  touch.long_axis = arguments.long_axis;
+  touch.end_diastole_s = end_diastole_s;
+  if (arguments.held) touch.held_time_s = end_diastole_s;
+  return touch;
+}
+
+}  // namespace
+
+TouchedHeart::TouchedHeart(const PlayArguments& arguments)
+    : atlas_(atlas::Atlas::open(arguments.package, needs_of_scene(arguments))),
+      field_(std::make_shared<const field::FieldQuery>(atlas_.field(Structure::Heart),
+                                                       manifest().rr_interval_s)) {}
+
+TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t recorded_ticks) const {
+  TouchingTool out;
+  out.touch = touch_options(arguments, manifest(), *field_);
+  std::shared_ptr<const palpation::LvWall> wall;
+  if (is_patch(arguments)) {
+    wall = take_muscle(told_muscle(arguments.press.parameters, arguments.press.preset), atlas_,
+                       arguments.package, out.touch);
+  }
+  haptics::ServoOptions options;
+  if (arguments.heart_rate_per_min > 0) options.heart.rate_per_min = arguments.heart_rate_per_min;
+  options.recorded_ticks = recorded_ticks;
+  out.servo = std::make_unique<haptics::Servo>(make_scene(field_, out.touch, wall), options);
+  return out;
+}
+
+double TouchedHeart::rate_per_min(const PlayArguments& arguments) const {
+  return arguments.heart_rate_per_min > 0 ? arguments.heart_rate_per_min
+                                          : 60 / manifest().rr_interval_s;
+}
+
+nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& touch,
+                           double rate_per_min, const SessionReport& report) {
+  nlohmann::json json = session_json(report);
+  json["scene"] = arguments.scene;
+  json["model"] = touch.model;
+  json["tool_radius_mm"] = touch.radius_mm;
+  json["heart_rate_per_min"] = rate_per_min;
+  json["time_mode"] = touch.model == "published" ? "published" : "continuous";
+  json["heart"] = arguments.held ? "held" : "beating";
+  json["pace"] = arguments.fast ? "fast" : "real_time";
+  json["stiffness_n_per_m"] = touch.stiffness_n_per_m;
+  return json;
+}
+
+// A session in which the force was taken off by a fault is none that went well, whoever reads it.
+std::string faults_told(const SessionReport& report, bool kept) {
+  return std::to_string(report.faults) + " of " + std::to_string(report.run.ticks) +
+         (report.faults == 1 ? " ticks was a fault and had no force; "
+                             : " ticks were faults and had no force; ") +
+         (kept ? "beatlas-play replay-ticks plays what led to the first of them"
+               : "--ticks FILE keeps what leads to the first of them");
+}
+
+}  // namespace beatlas::app

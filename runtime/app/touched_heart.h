@@ -1,0 +1,54 @@
+#pragma once
+/// The heart of a package as a session without a picture touches it.
+
+#include <memory>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/app/headless.h"
+#include "runtime/app/play_options.h"
+#include "runtime/app/touch.h"
+#include "runtime/atlas/atlas.h"
+#include "runtime/field/field_query.h"
+#include "runtime/haptics/servo.h"
+#include "runtime/palpation/lv_wall.h"
+
+namespace beatlas::app {
+
+/// Whether paper B's muscle is what is touched.
+[[nodiscard]] bool is_patch(const PlayArguments& arguments);
+
+/// One tool on the heart.
+struct TouchingTool {
+  TouchOptions touch;
+  std::unique_ptr<haptics::Servo> servo;
+};
+
+/// Opened once; any number of tools touch it.
+class TouchedHeart {
+ public:
+  /// @throws Error{InvalidInput} as atlas::Atlas
+  explicit TouchedHeart(const PlayArguments& arguments);
+
+  [[nodiscard]] const atlas::Manifest& manifest() const { return atlas_.manifest(); }
+  [[nodiscard]] const field::FieldQuery& field() const { return *field_; }
+  /// @param recorded_ticks as haptics::ServoOptions  @throws Error{InvalidInput} as its parts do
+  [[nodiscard]] TouchingTool tool(const PlayArguments& arguments, std::size_t recorded_ticks) const;
+  /// [1/min]
+  [[nodiscard]] double rate_per_min(const PlayArguments& arguments) const;
+
+ private:
+  atlas::Atlas atlas_;
+  std::shared_ptr<const field::FieldQuery> field_;
+};
+
+/// See schemas/play.schema.json.
+[[nodiscard]] nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& touch,
+                                         double rate_per_min, const SessionReport& report);
+
+/// A session in which the force was taken off by a fault is none that went well, whoever reads it.
+/// @param kept whether what led to the first one is in a file
+[[nodiscard]] std::string faults_told(const SessionReport& report, bool kept);
+
+}  // namespace beatlas::app
