@@ -128,9 +128,9 @@ TEST(C, ToolsOnOneHeartFeelWhatEachFeelsAlone) {
   ASSERT_NE(second, nullptr) << message;
   const Session alone(&options);
   double most_n = 0;
-  for (int n = 0; n < 1500; ++n) {
-    const beatlas_state left = state_at(first, 0.001 * n, 60 - 0.03 * n);
-    const beatlas_state right = state_at(first, 0.001 * n, -60 + 0.03 * n);
+  for (int n = 0; n < 2000; ++n) {
+    const beatlas_state left = state_at(first, 0.001 * n, 60 - 0.0275 * n);
+    const beatlas_state right = state_at(first, 0.001 * n, -60 + 0.0275 * n);
     (void)beatlas_tick(first.session, &left);
     const beatlas_felt beside = beatlas_tick(second, &right);
     const beatlas_felt by_itself = beatlas_tick(alone.session, &right);
