@@ -15,7 +15,7 @@ import jsonschema
 
 PROGRAM, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 SCHEMAS = {name: json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
-           for name in ("recipe", "scene", "seeds", "palpation", "exercise")}
+           for name in ("recipe", "scene", "seeds", "palpation", "exercise", "fingers")}
 problems = []
 
 

@@ -424,6 +424,15 @@ TEST(Fingers, HandsHoldAStiffHeartForSixtyBeats) {
   }
 }
 
+TEST(Fingers, TheSampleOfThreeRuns) {
+  const Result result = run({package(), "--headless", "--fast", "--seconds", "1", "--fingers",
+                             BEATLAS_SOURCE_DIR "/samples/fingers.json"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  for (const char* words : {"finger 1: simulated device: 1000 ticks", "finger 2:", "finger 3:"}) {
+    EXPECT_NE(result.out.find(words), std::string::npos) << result.out;
+  }
+}
+
 TEST(Fingers, WhatMakesNoSenseIsRefusedByItsPlace) {
   const auto refused = [](const nlohmann::json& fingers, const std::string& words,
                           std::vector<std::string> more = {"--fast"}) {
