@@ -7,14 +7,13 @@
 #include <string>
 
 #include "runtime/base/error.h"
+#include "runtime/palpation/measured.h"
 
 namespace beatlas::identify {
 namespace {
 
 constexpr double kBesideEdges = 0.125;  // of the thickness: there voxels hold blood and fat as well
-constexpr double kLeastKpa = 0.05;
-constexpr double kMostKpa = 1000;
-constexpr double kLeastShare = 0.05;  // of the wall; one slice of an elastogram is more
+constexpr double kLeastShare = 0.05;    // of the wall; one slice of an elastogram is more
 
 /// Trilinear between measured voxels alone; 0 where those count less than half.
 double measured_at(const Grid& grid, const std::vector<float>& image, const Vec3& index) {
@@ -81,7 +80,7 @@ std::vector<float> elastogram_of_wall(const palpation::LvWall& wall,
   }
   const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
   std::nth_element(all.begin(), middle, all.end());
-  if (!(*middle >= kLeastKpa && *middle <= kMostKpa)) {
+  if (!(*middle >= palpation::kLeastKpa && *middle <= palpation::kMostKpa)) {
     std::array<char, 32> median{};
     std::snprintf(median.data(), median.size(), "%.3g", static_cast<double>(*middle));
     throw_invalid(std::string("the median of the wall would be ") + median.data() +

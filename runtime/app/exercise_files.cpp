@@ -1,7 +1,6 @@
 #include "runtime/app/exercise_files.h"
 
 #include <fstream>
-#include <iterator>
 
 #include "runtime/app/exercise_trial.h"
 #include "runtime/app/text.h"
@@ -51,10 +50,7 @@ bool holds_session(const std::filesystem::path& folder) {
 
 KeptSession read_session(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "session.json";
-  std::ifstream stream = open_text(file.string());
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  const json document = parse_json(text);
-  if (document.is_discarded()) throw_invalid(file.string() + " is not valid JSON");
+  const json document = read_json_file(file.string(), JsonComments::Refuse);
   try {
     KeptSession out;
     JsonObject object(document, "");

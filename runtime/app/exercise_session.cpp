@@ -1,9 +1,7 @@
 #include "runtime/app/exercise_session.h"
 
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -38,10 +36,7 @@ constexpr std::uint64_t kTraineeStream = 0x7261696e;
 constexpr std::uint64_t kTrialStream = 0x74726961;
 
 Exercise read_exercise(const std::string& file) {
-  std::ifstream stream = open_text(file);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  const auto document = parse_json(text, JsonComments::Skip);
-  if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
+  const nlohmann::json document = read_json_file(file);
   try {
     return exercise::exercise_from_json(document);
   } catch (const Error& error) {

@@ -1,10 +1,8 @@
 #include "runtime/app/fingers.h"
 
-#include <array>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <functional>
 #include <latch>
 #include <memory>
 #include <ostream>
@@ -76,34 +74,35 @@ struct Finger {
   std::unique_ptr<device::Device> device;
   SessionOptions options;
   Session session;
-  std::exception_ptr failed;
+  std::exception_ptr failed = nullptr;
 };
 
 /// Runs every finger in a thread of its own, and waits for all.
 void run_together(std::vector<Finger>& fingers) {
-  std::latch begin(static_cast<std::ptrdiff_t>(fingers.size()));
+  std::latch begin(1);
   std::vector<std::jthread> threads;
-  for (Finger& finger : fingers) {
-    threads.emplace_back([&finger, &begin] {
-      begin.arrive_and_wait();
-      try {
-        finger.session = run_session(*finger.device, *finger.tool.servo, finger.options);
-      } catch (...) {
-        finger.failed = std::current_exception();
-      }
-      finger.device.reset();  // No force from here on.
-    });
+  const auto run = [&begin](Finger& finger) {
+    begin.wait();
+    try {
+      finger.session = run_session(*finger.device, *finger.tool.servo, finger.options);
+    } catch (...) {
+      finger.failed = std::current_exception();
+    }
+    finger.device.reset();  // No force from here on.
+  };
+  try {
+    for (Finger& finger : fingers) threads.emplace_back(run, std::ref(finger));
+  } catch (...) {  // No thread to be had: those that wait must not wait forever.
+    begin.count_down();
+    throw;
   }
+  begin.count_down();
 }
 
 }  // namespace
 
 std::vector<PlayArguments> read_fingers(const std::string& file, const PlayArguments& all) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  const nlohmann::json document = parse_json(text, JsonComments::Skip);
-  if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
+  const nlohmann::json document = read_json_file(file);
   std::vector<PlayArguments> out;
   try {
     JsonObject object(document, "");
@@ -151,9 +150,6 @@ void run_fingers(const PlayArguments& arguments, std::ostream& out) {
     fingers.push_back(std::move(finger));
   }
   run_together(fingers);
-  for (const Finger& finger : fingers) {
-    if (finger.failed) std::rethrow_exception(finger.failed);
-  }
   nlohmann::json reports = nlohmann::json::array();
   for (std::size_t n = 0; n < fingers.size(); ++n) {
     const Finger& finger = fingers[n];
@@ -167,18 +163,15 @@ void run_fingers(const PlayArguments& arguments, std::ostream& out) {
     }
   }
   if (arguments.json) out << json_text(nlohmann::json{{"fingers", reports}}, 2) << '\n';
+  const auto who = [](std::size_t n) { return "finger " + std::to_string(n + 1); };
   for (std::size_t n = 0; n < fingers.size(); ++n) {
-    const std::string who = "finger " + std::to_string(n + 1);
-    const Session& session = fingers[n].session;
-    if (session.lost) throw session.lost->with_context(who);
+    if (fingers[n].failed) std::rethrow_exception(fingers[n].failed);
+    if (fingers[n].session.lost) throw fingers[n].session.lost->with_context(who(n));
   }
   interrupts.check();
   for (std::size_t n = 0; n < fingers.size(); ++n) {
     const SessionReport& report = fingers[n].session.report;
-    if (report.faults == 0) continue;
-    throw Error(ErrorCode::Machine,
-                "finger " + std::to_string(n + 1) + ": " + std::to_string(report.faults) + " of " +
-                    std::to_string(report.run.ticks) + " ticks were faults and had no force");
+    if (report.faults > 0) throw Error(ErrorCode::Machine, who(n) + ": " + faults_told(report));
   }
 }
 

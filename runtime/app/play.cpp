@@ -145,7 +145,11 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   if (session.lost) throw Error(*session.lost);
   interrupts.check();
   if (session.report.faults > 0) {
-    throw Error(ErrorCode::Machine, faults_told(session.report, !arguments.ticks.empty()));
+    throw Error(ErrorCode::Machine,
+                faults_told(session.report) +
+                    (arguments.ticks.empty()
+                         ? "; --ticks FILE keeps what leads to the first of them"
+                         : "; beatlas-play replay-ticks plays what led to the first of them"));
   }
 }
 

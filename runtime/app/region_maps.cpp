@@ -3,6 +3,7 @@
 #include <fstream>
 #include <map>
 
+#include "runtime/app/text.h"
 #include "runtime/base/error.h"
 #include "runtime/base/within.h"
 #include "runtime/device/csv_table.h"
@@ -13,15 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLeastKpa = 0.05;  // myocardium has 1 to some 100 kPa
-constexpr double kMostKpa = 1000;
 constexpr std::size_t kMostPoints = 100000;
-
-std::ifstream opened(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw_invalid(file.string() + " cannot be read; check its name and rights");
-  return stream;
-}
 
 /// Whether the first line names a column so; the stream stands at its begin again.
 bool names_column(std::ifstream& stream, const std::string& name) {
@@ -44,7 +37,7 @@ std::size_t whole(const device::CsvTable& table, std::size_t row, std::size_t co
 }
 
 std::vector<std::uint8_t> read_labels(const fs::path& file, const palpation::LvWall& wall) {
-  std::ifstream stream = opened(file);
+  std::ifstream stream = open_text(file.string());
   const bool by_segment = names_column(stream, "segment");
   const device::CsvTable table =
       device::read_csv(stream, file.string(), {by_segment ? "segment" : "vertex", "label"});
@@ -66,7 +59,7 @@ std::vector<std::uint8_t> read_labels(const fs::path& file, const palpation::LvW
 
 std::vector<float> read_kpa(const fs::path& file, const palpation::LvWall& wall,
                             const Affine& workspace_from_lps, double reach_mm) {
-  std::ifstream stream = opened(file);
+  std::ifstream stream = open_text(file.string());
   const bool by_vertex = names_column(stream, "vertex");
   const device::CsvTable table =
       by_vertex ? device::read_csv(stream, file.string(), {"kpa", "vertex"})
@@ -78,7 +71,7 @@ std::vector<float> read_kpa(const fs::path& file, const palpation::LvWall& wall,
   std::vector<palpation::MeasuredPoint> points;
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const std::vector<double>& values = table.rows[row];
-    if (!(values[0] >= kLeastKpa && values[0] <= kMostKpa)) {
+    if (!(values[0] >= palpation::kLeastKpa && values[0] <= palpation::kMostKpa)) {
       throw_invalid(file.string() + ": '" + table.lines[row] +
                     "' must hold a stiffness from 0.05 to 1000 kPa; myocardium has 1 to some 100 "
                     "kPa: is it in Pa or MPa?");

@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "runtime/base/error.h"
@@ -21,6 +22,14 @@ std::ifstream open_text(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
   return stream;
+}
+
+nlohmann::json read_json_file(const std::string& file, JsonComments comments) {
+  std::ifstream stream = open_text(file);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  nlohmann::json document = parse_json(text, comments);
+  if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
+  return document;
 }
 
 void write_file(const std::filesystem::path& file, const std::string& text) {

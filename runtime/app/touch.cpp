@@ -56,12 +56,14 @@ palpation::TissueMap tissue_from_json(const json& document, const std::string& p
     if (out.of_vertex.size() + count > static_cast<std::size_t>(kMostVertices)) {
       throw_invalid(path + "/runs are of more vertices than any atlas has");
     }
-    out.of_vertex.resize(
-        out.of_vertex.size() + count,
-        {.scar = within(runs[n][1], where, 0, 1),
-         .thickness_ratio = within(runs[n][2], where, 0.3, 2),
-         .alpha = within(runs[n][3], where, 0, 1),
-         .stiffness_ratio = runs[n].size() == 5 ? within(runs[n][4], where, 0.1, 10) : 1});
+    out.of_vertex.resize(out.of_vertex.size() + count,
+                         {.scar = within(runs[n][1], where, 0, 1),
+                          .thickness_ratio = within(runs[n][2], where, 0.3, 2),
+                          .alpha = within(runs[n][3], where, 0, 1),
+                          .stiffness_ratio = runs[n].size() == 5 ? within(runs[n][4], where,
+                                                                          palpation::kSoftestRatio,
+                                                                          palpation::kStiffestRatio)
+                                                                 : 1});
   }
   if (!infarct.is_array() || infarct.size() != 2) {
     throw_invalid(path + "/infarct must be two numbers");

@@ -85,13 +85,10 @@ nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& t
   return json;
 }
 
-// A session in which the force was taken off by a fault is none that went well, whoever reads it.
-std::string faults_told(const SessionReport& report, bool kept) {
+std::string faults_told(const SessionReport& report) {
   return std::to_string(report.faults) + " of " + std::to_string(report.run.ticks) +
-         (report.faults == 1 ? " ticks was a fault and had no force; "
-                             : " ticks were faults and had no force; ") +
-         (kept ? "beatlas-play replay-ticks plays what led to the first of them"
-               : "--ticks FILE keeps what leads to the first of them");
+         (report.faults == 1 ? " ticks was a fault and had no force"
+                             : " ticks were faults and had no force");
 }
 
 }  // namespace beatlas::app

@@ -47,8 +47,8 @@ class TouchedHeart {
 [[nodiscard]] nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& touch,
                                          double rate_per_min, const SessionReport& report);
 
-/// A session in which the force was taken off by a fault is none that went well, whoever reads it.
-/// @param kept whether what led to the first one is in a file
-[[nodiscard]] std::string faults_told(const SessionReport& report, bool kept);
+/// How many of a session's ticks were faults: one in which the force was taken off by a fault is
+/// none that went well, whoever reads it.
+[[nodiscard]] std::string faults_told(const SessionReport& report);
 
 }  // namespace beatlas::app

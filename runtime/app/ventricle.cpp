@@ -1,15 +1,13 @@
 #include "runtime/app/ventricle.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "runtime/app/region_maps.h"
+#include "runtime/app/text.h"
 #include "runtime/base/error.h"
-#include "runtime/base/json_text.h"
 #include "runtime/palpation/on_heart.h"
 
 namespace beatlas::app {
@@ -34,11 +32,7 @@ ToldMuscle told_muscle(const std::string& file, const std::string& preset) {
   ToldMuscle out;
   if (!preset.empty()) out.parameters = palpation::palpation_preset(preset);
   if (file.empty()) return out;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  const auto document = parse_json(text, JsonComments::Skip);
-  if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
+  const nlohmann::json document = read_json_file(file);
   out.file = file;
   try {
     out.parameters = palpation::palpation_from_json(document);

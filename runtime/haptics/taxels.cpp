@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "runtime/base/error.h"
 #include "runtime/haptics/servo.h"
@@ -43,10 +42,9 @@ BallContact ball_contact(const Published& seen, const Vec3& right) noexcept {
 Taxels::Taxels(std::shared_ptr<const ContactField> field, const TaxelOptions& options)
     : field_(std::move(field)), options_(options) {
   if (!field_) throw_invalid("taxels need a field");
-  const double most_mm = std::min(TaxelOptions::kMostRadiusMm, field_->reach_mm());
-  if (!(options_.radius_mm >= TaxelOptions::kLeastRadiusMm && options_.radius_mm <= most_mm)) {
-    throw_invalid("the radius of a ball with taxels must be from 0.5 to " +
-                  std::to_string(static_cast<int>(most_mm)) + " mm");
+  if (!(options_.radius_mm >= TaxelOptions::kLeastRadiusMm &&
+        options_.radius_mm <= TaxelOptions::kMostRadiusMm)) {
+    throw_invalid("the radius of a ball with taxels must be from 0.5 to 50 mm");
   }
   if (options_.pitch_mm == 0) options_.pitch_mm = 2 * options_.radius_mm / TaxelMap::kSide;
   if (!(options_.pitch_mm >= 0.05 && options_.pitch_mm <= 20)) {

@@ -51,7 +51,7 @@ struct TaxelMap {
 struct TaxelOptions {
   static constexpr double kLeastRadiusMm = 0.5;
   static constexpr double kMostRadiusMm = 50;
-  double radius_mm = 8;  ///< [mm] within these, at most the field's reach: of the ball
+  double radius_mm = 8;  ///< [mm] within these: of the ball
   double pitch_mm = 0;   ///< [mm] 0.05..20; 0: a quarter of the radius, the ball's whole width
   std::shared_ptr<const StiffnessMap> map = nullptr;  ///< as the force model's
 };

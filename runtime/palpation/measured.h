@@ -7,6 +7,10 @@
 
 namespace beatlas::palpation {
 
+/// A modulus [kPa] beyond these is in another unit: myocardium has 1 to some 100.
+inline constexpr double kLeastKpa = 0.05;
+inline constexpr double kMostKpa = 1000;
+
 struct MeasuredPoint {
   Vec3 mm = Vec3::Zero();  ///< workspace, at end-diastole
   double kpa = 0;          ///< modulus of elasticity, > 0

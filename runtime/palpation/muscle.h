@@ -50,6 +50,9 @@ struct Tissue {
 
 inline constexpr double kScarStiffening = 0.53;  ///< 4.6 over 3.0 kPa, less 1 (PMC5628104)
 
+inline constexpr double kSoftestRatio = 0.1;  ///< of Tissue::stiffness_ratio
+inline constexpr double kStiffestRatio = 10;
+
 /// Scar is stiffer by 0.53 of its share (elastography of pigs, PMC5628104), but a plate bends by
 /// the square of its thickness: k_v (1 + 0.53 g) (h/h0)^2 and k_h2 (1 + 0.53 g) h/h0, both times
 /// the ratio of stiffness; c_v keeps the time c_v / k_v in which the dent recovers.

@@ -30,7 +30,7 @@ constexpr std::array<JsonNumber<Tissue>, 4> kTissue{{
     {"scar", &Tissue::scar, 0, 1},
     {"thickness_ratio", &Tissue::thickness_ratio, 0.3, 2},
     {"alpha", &Tissue::alpha, 0, 1},
-    {"stiffness_ratio", &Tissue::stiffness_ratio, 0.1, 10},
+    {"stiffness_ratio", &Tissue::stiffness_ratio, kSoftestRatio, kStiffestRatio},
 }};
 
 constexpr std::array<JsonNumber<Contractile>, 2> kContractile{{

@@ -17,8 +17,6 @@ using nlohmann::json;
 constexpr std::size_t kMostRegions = 100;
 constexpr double kThinnestRatio = 0.3;
 constexpr double kThickestRatio = 2;
-constexpr double kSoftest = 0.1;  ///< of Tissue::stiffness_ratio
-constexpr double kStiffest = 10;
 
 Region region_from_json(const json& entry, const std::string& path) {
   JsonObject object(entry, path);
@@ -29,7 +27,7 @@ Region region_from_json(const json& entry, const std::string& path) {
   object.read("scar", region.tissue.scar, 0, 1);
   object.read("thickness_ratio", region.tissue.thickness_ratio, kThinnestRatio, kThickestRatio);
   object.read("alpha", region.tissue.alpha, 0, 1);
-  object.read("stiffness_ratio", region.tissue.stiffness_ratio, kSoftest, kStiffest);
+  object.read("stiffness_ratio", region.tissue.stiffness_ratio, kSoftestRatio, kStiffestRatio);
   object.read("measured", region.measured);
   object.read("healthy_kpa", region.healthy_kpa, 0.1, 1000);
   object.read("reach_mm", region.reach_mm, 1, 50);
@@ -109,7 +107,7 @@ void take_measured(const Region& region, const RegionMaps& maps, std::vector<Tis
     if (!(kpa[v] > 0)) continue;
     Tissue& tissue = of_vertex[v];
     const double ratio = static_cast<double>(kpa[v]) / healthy;
-    if (!(ratio >= kSoftest && ratio <= kStiffest)) {
+    if (!(ratio >= kSoftestRatio && ratio <= kStiffestRatio)) {
       throw_invalid("the measured map " + region.measured + " has " + in_words(kpa[v]) +
                     " kPa where " + in_words(healthy) +
                     " kPa is healthy; a place may be 0.1 to 10 times as stiff: check its units and "

@@ -36,12 +36,7 @@ double ink_on(const Rgb& colour) {
 
 void HeartDrawing::Parts::make_legend() {
   legend.patches = vtkSmartPointer<vtkPolyData>::New();
-  vtkNew<vtkPolyDataMapper2D> mapper;
-  mapper->SetInputData(legend.patches);
-  legend.actor = vtkSmartPointer<vtkActor2D>::New();
-  legend.actor->SetMapper(mapper);
-  legend.actor->VisibilityOff();
-  renderer->AddViewProp(legend.actor);
+  legend.actor = patches_actor(*renderer, *legend.patches);
 }
 
 void HeartDrawing::Parts::set_legend_texts(std::size_t count) {

@@ -23,16 +23,6 @@ namespace {
 constexpr double kArrowMmPerN = 20;
 constexpr double kLongestArrowMm = 80;
 
-vtkSmartPointer<vtkTextActor> text_actor(vtkRenderer* renderer, int size) {
-  auto text = vtkSmartPointer<vtkTextActor>::New();
-  text->GetTextProperty()->SetFontSize(size);
-  text->GetTextProperty()->SetFontFamilyToArial();
-  text->GetTextProperty()->SetColor(0.93, 0.93, 0.93);
-  text->GetTextProperty()->SetShadow(1);  // images beneath are of any grey
-  renderer->AddViewProp(text);
-  return text;
-}
-
 // The longest of 1, 2, 5, 10, 20, 50, ... mm that is no longer than `most_mm`.
 double round_length_mm(double most_mm) {
   const double power = std::pow(10.0, std::floor(std::log10(most_mm)));
@@ -144,17 +134,14 @@ void HeartDrawing::Parts::make_overlay() {
   overlay.bar_actor->GetProperty()->SetLineWidth(2);
   renderer->AddViewProp(overlay.bar_actor);
   overlay.swatches = vtkSmartPointer<vtkPolyData>::New();
-  vtkNew<vtkPolyDataMapper2D> swatches_mapper;
-  swatches_mapper->SetInputData(overlay.swatches);
-  overlay.swatches_actor = vtkSmartPointer<vtkActor2D>::New();
-  overlay.swatches_actor->SetMapper(swatches_mapper);
-  renderer->AddViewProp(overlay.swatches_actor);
-  overlay.bar_text = text_actor(renderer, 16);
+  overlay.swatches_actor = patches_actor(*renderer, *overlay.swatches);
+  overlay.swatches_actor->VisibilityOn();
+  overlay.bar_text = text_actor(*renderer, 16);
   overlay.bar_text->GetTextProperty()->SetJustificationToCentered();
-  overlay.title = text_actor(renderer, 16);
+  overlay.title = text_actor(*renderer, 16);
   overlay.title->GetTextProperty()->SetVerticalJustificationToTop();
   for (SurfaceParts& part : surfaces) {
-    part.name = text_actor(renderer, 15);
+    part.name = text_actor(*renderer, 15);
     part.name->GetTextProperty()->SetVerticalJustificationToTop();
     part.name->SetInput(structure_title(part.structure).c_str());
   }

@@ -3,11 +3,17 @@
 
 #include <vector>
 
+#include <vtkActor2D.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
 
 #include "runtime/base/geometry.h"
@@ -47,5 +53,27 @@ class Patches {
   vtkNew<vtkCellArray> cells_;
   vtkNew<vtkUnsignedCharArray> colours_;
 };
+
+/// Draws what Patches give to `data`, over the picture, unseen at first.
+inline vtkSmartPointer<vtkActor2D> patches_actor(vtkRenderer& renderer, vtkPolyData& data) {
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(&data);
+  auto actor = vtkSmartPointer<vtkActor2D>::New();
+  actor->SetMapper(mapper);
+  actor->VisibilityOff();
+  renderer.AddViewProp(actor);
+  return actor;
+}
+
+/// Words over the picture.
+inline vtkSmartPointer<vtkTextActor> text_actor(vtkRenderer& renderer, int size) {
+  auto text = vtkSmartPointer<vtkTextActor>::New();
+  text->GetTextProperty()->SetFontSize(size);
+  text->GetTextProperty()->SetFontFamilyToArial();
+  text->GetTextProperty()->SetColor(0.93, 0.93, 0.93);
+  text->GetTextProperty()->SetShadow(1);  // images beneath are of any grey
+  renderer.AddViewProp(text);
+  return text;
+}
 
 }  // namespace beatlas::viewer

@@ -3,9 +3,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include <vtkPolyDataMapper2D.h>
-#include <vtkTextProperty.h>
-
 #include "runtime/viewer/drawing_parts.h"
 #include "runtime/viewer/drawing_patches.h"
 
@@ -21,18 +18,9 @@ constexpr Rgb kUntouched{46, 48, 54};
 
 void HeartDrawing::Parts::make_taxels() {
   taxels.patches = vtkSmartPointer<vtkPolyData>::New();
-  vtkNew<vtkPolyDataMapper2D> mapper;
-  mapper->SetInputData(taxels.patches);
-  taxels.actor = vtkSmartPointer<vtkActor2D>::New();
-  taxels.actor->SetMapper(mapper);
-  taxels.actor->VisibilityOff();
-  renderer->AddViewProp(taxels.actor);
-  taxels.text = vtkSmartPointer<vtkTextActor>::New();
-  taxels.text->GetTextProperty()->SetFontFamilyToArial();
-  taxels.text->GetTextProperty()->SetColor(0.93, 0.93, 0.93);
-  taxels.text->GetTextProperty()->SetShadow(1);
+  taxels.actor = patches_actor(*renderer, *taxels.patches);
+  taxels.text = text_actor(*renderer, 15);
   taxels.text->VisibilityOff();
-  renderer->AddViewProp(taxels.text);
 }
 
 void HeartDrawing::Parts::update_taxels() {

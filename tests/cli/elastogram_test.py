@@ -5,25 +5,13 @@ import array
 import csv
 import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 
+sys.dont_write_bytecode = True
+from checks import check, refused, run  # noqa: E402
+
 BEATLAS, PLAY, MAKE = sys.argv[1:4]
-
-
-def run(*words):
-    return subprocess.run([*map(str, words)], capture_output=True, text=True)
-
-
-def check(holds, told):
-    if not holds:
-        sys.exit(told)
-
-
-def refused(done, code, words):
-    check(done.returncode == code and words in done.stderr and "\n" not in done.stderr.strip(),
-          f"expected exit {code} and '{words}', got {done.returncode}: {done.stderr}")
 
 
 def write_image(file, value, origin=-300, frames=1):

@@ -15,6 +15,9 @@ import tempfile
 
 import jsonschema
 
+sys.dont_write_bytecode = True
+from checks import check, refused, run as run_words  # noqa: E402
+
 PLAY, MAKE, SOURCE = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 DEVICE = sys.argv[4] if len(sys.argv) > 4 else None
 SAMPLES = SOURCE / "samples" / "exercises"
@@ -26,22 +29,11 @@ def schema(name):
 
 
 def play(*words, **environment):
-    return subprocess.run([PLAY, *map(str, words)], capture_output=True, text=True,
-                          env={**os.environ, **environment})
+    return run_words(PLAY, *words, environment={**os.environ, **environment})
 
 
 def trained(package, exercise, session, *more):
     return play(package, "--exercise", exercise, "--session", session, "--device", "trainee", "--fast", *more)
-
-
-def check(holds, told):
-    if not holds:
-        sys.exit(told)
-
-
-def refused(run, code, words):
-    check(run.returncode == code and words in run.stderr and "\n" not in run.stderr.strip(),
-          f"expected exit {code} and '{words}', got {run.returncode}: {run.stderr}")
 
 
 def scored(session, package):
