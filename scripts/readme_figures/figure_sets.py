@@ -1,4 +1,4 @@
-"""The sets of figures, the cheapest first: how each is measured and how README.md states it."""
+"""The sets of figures, the cheapest first: how each is measured and how a page states it."""
 from dataclasses import dataclass
 from typing import Callable
 
@@ -15,7 +15,7 @@ class Set:
     what: str
     cost: str  # on two idle cores
     measure: Callable  # Tools -> values
-    text: Callable  # values -> the lines of README.md, without a newline at the end
+    text: Callable  # values -> the lines of a page, without a newline at the end
 
 
 SETS = {
@@ -24,7 +24,7 @@ SETS = {
     "bench": Set("ours beside paper A's method on the phantom small", "two minutes", bench_set.measure, bench_set.text),
     "phantoms": Set("Dice of the phantoms small and clinical", "three minutes", phantom_sets.measure_smaller,
                     phantom_sets.smaller_text),
-    "pictures": Set("the heart's pictures at the head of README.md", "seconds after phantoms", picture_set.measure,
+    "pictures": Set("the heart's pictures", "seconds after phantoms", picture_set.measure,
                     picture_set.text),
     "given": Set("mm of small from the truth's labels and coverage", "three minutes", phantom_sets.measure_given,
                  phantom_sets.given_text),
@@ -34,7 +34,7 @@ SETS = {
                  phantom_sets.adult_text),
 }
 
-# What README.md states beside these, and the commands that would make it.
+# What the pages state beside these, and the commands that would make it.
 LEFT = (
     "surfaces from the truth's labels and coverage, and adult's fields from them (beatlas phantom --coverage)",
     "docs/report.png, the report of the phantom hard, which is of an earlier tree (a browser)",

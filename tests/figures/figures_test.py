@@ -1,4 +1,4 @@
-"""scripts/figures: README.md and docs/figures.json cannot differ unnoticed, and a set that is measured anew changes
+"""scripts/figures: pages and docs/figures.json cannot differ unnoticed, and a set that is measured anew changes
 both and nothing else: figures_test.py SOURCE_FOLDER PROGRAMS_FOLDER"""
 import json
 import pathlib
@@ -9,6 +9,7 @@ import tempfile
 import unittest
 
 SOURCE, PROGRAMS = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+PAGES = ("README.md", "docs/accuracy.md", "docs/trainer.md")
 
 
 class Figures(unittest.TestCase):
@@ -16,12 +17,13 @@ class Figures(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
-        self.readme, self.file = self.folder / "README.md", self.folder / "figures.json"
-        shutil.copy(SOURCE / "README.md", self.readme)
+        self.file = self.folder / "figures.json"
+        self.readme, self.page, self.trainer = (pathlib.Path(shutil.copy(SOURCE / page, self.folder)) for page in PAGES)
         shutil.copy(SOURCE / "docs" / "figures.json", self.file)
 
     def call(self, *words):
-        return subprocess.run([sys.executable, "-B", SOURCE / "scripts" / "figures", *words, "--readme", self.readme,
+        pages = [word for page in (self.readme, self.page, self.trainer) for word in ("--page", page)]
+        return subprocess.run([sys.executable, "-B", SOURCE / "scripts" / "figures", *words, *pages,
                                "--file", self.file, "--bin", PROGRAMS], capture_output=True, text=True)
 
     def assert_noticed(self, *said):
@@ -35,20 +37,24 @@ class Figures(unittest.TestCase):
         self.assertIn(before, text)
         file.write_text(text.replace(before, after, 1))
 
-    def test_readme_and_file_agree(self):
+    def test_pages_and_file_agree(self):
         self.assertEqual(self.call("--check").returncode, 0)
 
     def test_a_figure_changed_by_hand_is_noticed(self):
-        self.change(self.readme, "| natural | 49.8 |", "| natural | 52.0 |")
+        self.change(self.page, "| natural | 49.8 |", "| natural | 52.0 |")
         self.assert_noticed("palpation", "52.0", "49.8")
 
+    def test_a_set_that_stands_on_two_pages_is_held_on_both(self):
+        self.change(self.readme, "<!-- figures: exams -->\n| exam |", "<!-- figures: exams -->\n| study |")
+        self.assert_noticed("README.md states of exams", "study")
+
     def test_a_line_that_is_missing_or_too_much_is_noticed(self):
-        self.change(self.readme, "| natural | 49.8 |", "| natural, no line |\n| natural | 49.8 |")
+        self.change(self.page, "| natural | 49.8 |", "| natural, no line |\n| natural | 49.8 |")
         self.assert_noticed("palpation", "no line")
-        shutil.copy(SOURCE / "README.md", self.readme)
-        text = self.readme.read_text()
+        shutil.copy(SOURCE / "docs" / "accuracy.md", self.page)
+        text = self.page.read_text()
         at = text.index("| natural | 49.8 |")
-        self.readme.write_text(text[:at] + text[text.index("\n", at) + 1:])
+        self.page.write_text(text[:at] + text[text.index("\n", at) + 1:])
         self.assert_noticed("palpation", "natural")
 
     def test_a_value_that_changed_in_the_file_is_noticed(self):
@@ -58,19 +64,19 @@ class Figures(unittest.TestCase):
         self.assert_noticed("palpation")
 
     def test_parts_and_sets_are_the_same(self):
-        self.change(self.readme, "<!-- figures: palpation -->", "<!-- figures: palpitation -->")
-        self.assert_noticed("no part for the set palpation", "palpitation that no set makes")
-        self.change(self.readme, "<!-- figures: end -->", "")
+        self.change(self.page, "<!-- figures: palpation -->", "<!-- figures: palpitation -->")
+        self.assert_noticed("no page has a part for the set palpation", "palpitation that no set makes")
+        self.change(self.page, "<!-- figures: end -->", "")
         self.assert_noticed("not in pairs")
 
     def test_a_set_measured_anew_mends_its_part_and_leaves_the_rest(self):
-        whole, kept = self.readme.read_text(), json.loads(self.file.read_text())
-        self.change(self.readme, "| natural | 49.8 |", "| natural | 52.0 |")
+        whole, kept = self.page.read_text(), json.loads(self.file.read_text())
+        self.change(self.page, "| natural | 49.8 |", "| natural | 52.0 |")
         kept["palpation"]["values"]["default"]["pressed"]["edv_ml"] = 1
         self.file.write_text(json.dumps(kept))
         done = self.call("--only", "palpation")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(self.readme.read_text(), whole)
+        self.assertEqual(self.page.read_text(), whole)
         self.assertEqual(self.call("--check").returncode, 0)
 
     def test_what_is_not_made_yet_is_told(self):

@@ -25,7 +25,7 @@ step("configuring another project" ${CMAKE_COMMAND} -S ${OUTSIDE} -B ${WORK}/out
      -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=${WORK}/moved -DEXAMPLE=${EXAMPLE}
      -DC_EXAMPLE=${C_EXAMPLE} -DCMAKE_CXX_FLAGS=-Wall\ -Wextra\ -Werror)
 step("building another project" ${CMAKE_COMMAND} --build ${WORK}/outside)
-step("the README's example" ${WORK}/outside/touch ${PACKAGE})
+step("the example of docs/trainer.md" ${WORK}/outside/touch ${PACKAGE})
 step("the C example" ${WORK}/outside/touch_c ${PACKAGE})
 # By pkg-config as its README tells, with the file that was installed.
 file(READ ${README_C} readme)
