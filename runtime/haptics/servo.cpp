@@ -10,11 +10,6 @@
 namespace beatlas::haptics {
 namespace {
 
-Scene two_step_scene(std::shared_ptr<const field::FieldQuery> field, const TwoStepOptions& model) {
-  const double period_s = field ? field->rr_interval_s() : 1;
-  return {.model = std::make_unique<TwoStepModel>(std::move(field), model), .period_s = period_s};
-}
-
 std::unique_ptr<Scene> checked(Scene scene) {
   if (!scene.model) throw_invalid("a servo needs a scene with a force model");
   if (!(scene.period_s > 0) || !std::isfinite(scene.period_s)) {
@@ -33,11 +28,6 @@ bool same_bits(const T& a, const T& b) {
 }
 
 }  // namespace
-
-Servo::Servo(std::shared_ptr<const field::FieldQuery> field, const TwoStepOptions& model,
-             const SafetyOptions& safety)
-    : Servo(two_step_scene(std::move(field), model),
-            {.safety = safety, .heart = {}, .recorded_ticks = 0}) {}
 
 Servo::Servo(Scene scene, const ServoOptions& options)
     : scene_(checked(std::move(scene))),

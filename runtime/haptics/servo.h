@@ -13,8 +13,8 @@
 #include "runtime/haptics/heart_clock.h"
 #include "runtime/haptics/recorder.h"
 #include "runtime/haptics/safety.h"
+#include "runtime/haptics/scene.h"
 #include "runtime/haptics/seqlock.h"
-#include "runtime/haptics/two_step.h"
 
 namespace beatlas::haptics {
 
@@ -22,12 +22,6 @@ struct Tick {
   TickStatus status = TickStatus::Fault;
   Vec3 force_n = Vec3::Zero();  ///< safe to send; workspace axes
   Contact contact;              ///< what the model said, before the safety stage
-};
-
-/// What is touched, and how. The model holds what it needs.
-struct Scene {
-  std::unique_ptr<ForceModel> model;
-  double period_s = 1;  ///< of the atlas's cycle [s] > 0
 };
 
 struct ServoOptions {
@@ -54,10 +48,6 @@ struct Published {
 /// One tool on one scene. `tick` allocates, locks, logs and reads nothing.
 class Servo {
  public:
-  /// The two-step model of the atlas's own heart rate, without a recording.
-  /// @throws Error{InvalidInput} as its parts do.
-  Servo(std::shared_ptr<const field::FieldQuery> field, const TwoStepOptions& model,
-        const SafetyOptions& safety);
   /// @throws Error{InvalidInput} as its parts do, and if there is no model.
   Servo(Scene scene, const ServoOptions& options);
   ~Servo();

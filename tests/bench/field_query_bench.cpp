@@ -120,7 +120,7 @@ BENCHMARK(shell_at_once)
 void servo_tick(benchmark::State& state) {
   haptics::TwoStepOptions options;
   if (state.range(0) == 1) options.time_mode = haptics::TimeMode::Published;
-  haptics::Servo servo(sphere(), options, {});
+  haptics::Servo servo(haptics::two_step_scene(sphere(), options), {});
   double t = 0;
   for (auto _ : state) {
     t += 0.001;

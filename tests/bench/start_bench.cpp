@@ -46,9 +46,8 @@ int first_force(const char* file, Clock::time_point start) {
       atlas::Atlas::open(file, {.fields = {Structure::Heart}, .surfaces = {}});
   const auto heart = std::make_shared<const field::FieldQuery>(package.field(Structure::Heart),
                                                                package.manifest().rr_interval_s);
-  haptics::TwoStepOptions model;
-  model.stiffness_n_per_m = package.manifest().stiffness_n_per_m;
-  haptics::Servo servo(heart, model, haptics::SafetyOptions{});
+  haptics::Servo servo(
+      haptics::proxy_scene(heart, {.stiffness_n_per_m = package.manifest().stiffness_n_per_m}), {});
   // From outside along x until the surface is 3 mm above.
   Vec3 at = heart->centre_mm() + Vec3(150, 0, 0);
   int ticks = 0;

@@ -74,7 +74,7 @@ TEST(Tick, TheCounterSeesAnAllocation) {
 
 TEST(Tick, AllocatesNothingInEitherModeWhateverTheState) {
   for (haptics::TimeMode mode : {haptics::TimeMode::Continuous, haptics::TimeMode::Published}) {
-    haptics::Servo servo(sphere(), {.time_mode = mode}, {});
+    haptics::Servo servo(haptics::two_step_scene(sphere(), {.time_mode = mode}), {});
     double largest = 0;
     bool finite = true;
     allocations = 0;
@@ -108,7 +108,7 @@ TEST(Tick, TaxelsAllocateNothing) {
 }
 
 TEST(Tick, AllocatesNothingOnTheSimulatedDevicesLoop) {
-  haptics::Servo servo(sphere(), {}, {});
+  haptics::Servo servo(haptics::two_step_scene(sphere(), {}), {});
   device::SimulatedOptions options;
   options.path = {.anchor_m = Vec3(0.013, 0, 0),
                   .direction = -Vec3::UnitX(),
@@ -210,7 +210,7 @@ TEST(Tick, OneFieldServesManyThreads) {
   std::vector<Vec3> sums(3, Vec3::Zero());
   for (Vec3& sum : sums) {
     threads.emplace_back([&sum, query = sphere()] {
-      haptics::Servo servo(query, {}, {});
+      haptics::Servo servo(haptics::two_step_scene(query, {}), {});
       for (int n = 0; n < 5000; ++n) sum += servo.tick(wander(n)).force_n;
     });
   }

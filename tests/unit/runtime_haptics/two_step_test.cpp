@@ -142,7 +142,7 @@ TEST(TwoStep, RefusesOptionsOutOfRange) {
 }
 
 TEST(Servo, BadStatesGiveZeroForceAndARampAfterwards) {
-  Servo servo(sphere(), {}, {});
+  Servo servo(two_step_scene(sphere(), {}), {});
   const Vec3 inside(0, 0, 14);
   double t = 0;
   const auto next = [&](const Vec3& x, bool valid) {
