@@ -22,9 +22,10 @@ namespace beatlas::mesh {
 namespace {
 
 constexpr double kNotThinDeg = 10;  ///< of a triangle that is not too thin
-/// Share of triangles, of all phases, that may be thinner and the mesh is sound: five of a
-/// surface's 25 000 are nothing to touch or to see, and to mesh another phase takes as long again.
-constexpr double kMostThin = 2e-4;
+/// Share of triangles, of all phases, that may be thinner and the mesh is sound. Force comes from
+/// the field and never from a triangle, and one in a thousand is not seen; to mesh another phase
+/// takes as long again.
+constexpr double kMostThin = 1e-3;
 /// Of triangles, pairs that pass through each other, above which another mesh is looked for whose
 /// shape may be farther off. A package is refused only at StructuralLimits::crossing_percent.
 constexpr double kManyCrossings = 0.01;

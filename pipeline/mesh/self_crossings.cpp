@@ -19,7 +19,9 @@ Point exact(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 // Triangles in the cells of a lattice that their boxes touch, cell by cell.
 class Cells {
  public:
-  Cells(std::span<const Vec3> points, std::span<const Triangle> triangles)
+  // Cells that none of those `among` touches stay empty; without such a list all are filled.
+  Cells(std::span<const Vec3> points, std::span<const Triangle> triangles,
+        const std::vector<bool>& among)
       : boxes_(triangles.size()) {
     Eigen::AlignedBox3d all;
     double edges = 0;
@@ -35,25 +37,33 @@ class Cells {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       size_[axis] = index(all.max(), axis) + 1;
     }
-    first_.assign(size_[0] * size_[1] * size_[2] + 1, 0);
-    for (const auto& box : boxes_) each_cell(box, [&](std::size_t cell) { ++first_[cell + 1]; });
+    const std::size_t cells = size_[0] * size_[1] * size_[2];
+    std::vector<char> asked(cells, among.empty() ? 1 : 0);
+    for (std::size_t n = 0; n < among.size(); ++n) {
+      if (among[n]) each_cell(boxes_[n], [&](std::size_t cell) { asked[cell] = 1; });
+    }
+    first_.assign(cells + 1, 0);
+    for (const auto& box : boxes_) {
+      each_cell(box, [&](std::size_t cell) { first_[cell + 1] += asked[cell] != 0 ? 1 : 0; });
+    }
     for (std::size_t n = 1; n < first_.size(); ++n) first_[n] += first_[n - 1];
     members_.resize(first_.back());
     std::vector<std::uint32_t> filled(first_.begin(), first_.end() - 1);
     for (std::uint32_t n = 0; n < boxes_.size(); ++n) {
-      each_cell(boxes_[n], [&](std::size_t cell) { members_[filled[cell]++] = n; });
+      each_cell(boxes_[n], [&](std::size_t cell) {
+        if (asked[cell] != 0) members_[filled[cell]++] = n;
+      });
     }
   }
 
-  // Calls visit(a, b), a < b, once for each two whose boxes touch, of which one is among those.
-  template <class Visit>
-  void each_pair(const std::vector<bool>& among, const Visit& visit) const {
+  // Calls visit(a, b), a < b, once for each two whose boxes touch and that are asked for.
+  template <class Asked, class Visit>
+  void each_pair(const Asked& asked, const Visit& visit) const {
     for (std::size_t cell = 0; cell + 1 < first_.size(); ++cell) {
       for (std::uint32_t n = first_[cell]; n < first_[cell + 1]; ++n) {
         const auto& one = boxes_[members_[n]];
-        const bool asked = among.empty() || among[members_[n]];
         for (std::uint32_t m = n + 1; m < first_[cell + 1]; ++m) {
-          if (!asked && !among[members_[m]]) continue;
+          if (!asked(members_[n], members_[m])) continue;
           const auto& other = boxes_[members_[m]];
           if (!one.intersects(other)) continue;
           // In the cell of the common box's lower corner alone.
@@ -196,9 +206,12 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> self_intersections(
     const std::vector<bool>& among) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> out;
   if (triangles.empty()) return out;
-  Cells(points, triangles).each_pair(among, [&](std::uint32_t a, std::uint32_t b) {
-    if (Pair(points, triangles[a], triangles[b]).crosses()) out.emplace_back(a, b);
-  });
+  Cells(points, triangles, among)
+      .each_pair(
+          [&](std::uint32_t a, std::uint32_t b) { return among.empty() || among[a] || among[b]; },
+          [&](std::uint32_t a, std::uint32_t b) {
+            if (Pair(points, triangles[a], triangles[b]).crosses()) out.emplace_back(a, b);
+          });
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -219,13 +232,13 @@ std::vector<std::pair<Triangle, Triangle>> crossings(std::span<const Vec3> point
   for (const Triangle& t : triangles) add(points, t);
   for (const Triangle& t : other_triangles) add(other_points, t);
   const auto own = static_cast<std::uint32_t>(triangles.size());
-  Cells(corners, all).each_pair({}, [&](std::uint32_t a, std::uint32_t b) {
-    const auto [low, high] = std::minmax(a, b);
-    if (low >= own || high < own) return;
-    if (Pair(corners, all[low], all[high]).crosses()) {
-      out.emplace_back(triangles[low], other_triangles[high - own]);
-    }
-  });
+  Cells(corners, all, {})
+      .each_pair([&](std::uint32_t a, std::uint32_t b) { return a < own && b >= own; },
+                 [&](std::uint32_t a, std::uint32_t b) {
+                   if (Pair(corners, all[a], all[b]).crosses()) {
+                     out.emplace_back(triangles[a], other_triangles[b - own]);
+                   }
+                 });
   return out;
 }
 
