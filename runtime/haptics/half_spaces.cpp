@@ -22,11 +22,13 @@ void HalfSpaces::add(const HalfSpace& half_space) noexcept {
   all_[at(size_++)] = half_space;
 }
 
-void HalfSpaces::drop_stale(const Vec3& point, const Vec3& normal, double tolerance_mm) noexcept {
+void HalfSpaces::drop_stale(const Vec3& point, const Vec3& from, const Vec3& normal,
+                            double tolerance_mm) noexcept {
   int kept = 0;
   for (int n = 0; n < size_; ++n) {
     const HalfSpace& one = all_[at(n)];
-    if (one.excess(point) < -tolerance_mm || one.normal.dot(normal) > kParallel) continue;
+    const bool forbids = one.excess(point) < std::min(0.0, one.excess(from)) - tolerance_mm;
+    if (forbids || one.normal.dot(normal) > kParallel) continue;
     all_[at(kept++)] = one;
   }
   size_ = kept;

@@ -125,7 +125,7 @@ ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
     if (slope >= kShortest) direction_ = out.sample.gradient / slope;
     if (slope >= kShortest || room < 0) {
       const double gap = room / std::max(slope, kNewtonShortest);
-      planes.drop_stale(proxy_mm_ - gap * direction_, direction_, kStaleMm);
+      planes.drop_stale(proxy_mm_ - gap * direction_, proxy_mm_, direction_, kStaleMm);
       planes.add({.normal = direction_, .offset = direction_.dot(proxy_mm_) - gap});
       out.allowed = planes.nearest(x, out.held);
     } else {
