@@ -79,6 +79,13 @@ void check_usage(const PlayArguments& arguments) {
   if (!is_patch(arguments) && !(press.parameters.empty() && press.preset.empty())) {
     throw_usage("--parameters and --preset are of paper B's muscle; use them with --model patch");
   }
+  if (!arguments.inside.empty() &&
+      (arguments.published || !arguments.exercise.empty() ||
+       (arguments.model != "proxy" && arguments.model != "fingertip"))) {
+    throw_usage(
+        "a cavity is felt from inside with --model proxy or fingertip, and not in an exercise; "
+        "leave --inside or the other out");
+  }
   if (!arguments.fingers.empty() &&
       !(arguments.exercise.empty() && arguments.ticks.empty() && arguments.recording.empty())) {
     throw_usage(

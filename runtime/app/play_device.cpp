@@ -40,7 +40,7 @@ std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
   const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
   device::SimulatedOptions options;
   options.path.anchor_m = 1e-3 * field::surface_point_mm(field, outward, end_diastole_s);
-  options.path.direction = -outward;
+  options.path.direction = arguments.inside.empty() ? Vec3(-outward) : outward;
   options.path.offset_m = 1e-3 * arguments.depth_mm;
   if (arguments.hand == "palpation") {
     options.path.amplitude_m = 1e-3 * arguments.amplitude_mm;
@@ -68,9 +68,12 @@ std::unique_ptr<device::Device> open_device(const PlayArguments& arguments,
     device = device::open_hardware(hardware);
     const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
     const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
-    options.workspace_from_device = device::workspace_from_hardware(
-        manifest.workspace_from_lps, field::surface_point_mm(field, outward, end_diastole_s),
-        outward, kHardwareClearMm);
+    const Vec3 surface_mm = field::surface_point_mm(field, outward, end_diastole_s);
+    // In a cavity a device's middle is the cavity's.
+    const double clear_mm =
+        arguments.inside.empty() ? kHardwareClearMm : -(surface_mm - field.centre_mm()).norm();
+    options.workspace_from_device =
+        device::workspace_from_hardware(manifest.workspace_from_lps, surface_mm, outward, clear_mm);
     options.seconds = seconds;
   } else {
     device = make_device(arguments, field, manifest, seconds);

@@ -17,7 +17,9 @@ namespace beatlas::app {
 
 /// Opens what `arguments.device` names, and sets in `options` where its point is, how long it plays
 /// and how many ticks to expect. A hardware device's middle lies 20 mm outside of the side that is
-/// told; a simulated hand moves about the surface there.
+/// told, or in the middle of the cavity that the tool is in; a simulated hand moves about the
+/// surface on that side, in a cavity from within.
+/// @param field of what is touched
 /// @throws Error{InvalidInput} of a recording that cannot be played or is longer than 10 hours,
 /// Error{Machine} as device::open_hardware
 [[nodiscard]] std::unique_ptr<device::Device> open_device(const PlayArguments& arguments,

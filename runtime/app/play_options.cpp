@@ -5,11 +5,21 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/atlas/structures.h"
 #include "runtime/palpation/parameters.h"
 #include "runtime/palpation/segments.h"
 
 namespace beatlas::app {
 namespace {
+
+std::vector<std::string> cavity_names() {
+  std::vector<std::string> out;
+  for (const Structure structure : {Structure::LvBlood, Structure::RvBlood, Structure::LaBlood,
+                                    Structure::RaBlood, Structure::Aorta}) {
+    out.emplace_back(structure_name(structure));
+  }
+  return out;
+}
 
 std::vector<std::string> segment_names() {
   std::vector<std::string> out;
@@ -79,6 +89,11 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "distance's gradient; fingertip: an area of points; patch: paper B's muscle")
       ->check(CLI::IsMember({"proxy", "two_step", "fingertip", "patch"}))
       ->capture_default_str();
+  app.add_option(
+         "--inside", arguments.inside,
+         "a cavity that the tool is in, with --model proxy or fingertip; without, the heart "
+         "is touched from outside")
+      ->check(CLI::IsMember(cavity_names()));
   app.add_option("--long-axis", arguments.long_axis,
                  "patch: 0 apex to 1 base, whose muscle it is where the package has no map")
       ->check(CLI::Range(0.0, 1.0))

@@ -29,6 +29,7 @@ struct PlayArguments {
   bool fast = false;
   bool published = false;
   bool held = false;
+  std::string inside;  ///< a cavity that the tool is in; none: the heart is touched from outside
   std::string model = "proxy";
   double tool_radius_mm = 0;
   double tool_half_length_mm = 0;

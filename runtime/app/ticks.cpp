@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/app/text.h"
+#include "runtime/app/touched_heart.h"
 #include "runtime/app/ventricle.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
@@ -16,8 +17,8 @@
 namespace beatlas::app {
 namespace {
 
-std::string field_sha256(const atlas::Manifest& manifest) {
-  const std::string path = atlas::item_path(atlas::kFieldKind, Structure::Heart);
+std::string field_sha256(const atlas::Manifest& manifest, const TouchOptions& options) {
+  const std::string path = atlas::item_path(atlas::kFieldKind, touched_structure(options.inside));
   for (const atlas::Item& item : manifest.items) {
     if (item.path == path) return item.sha256;
   }
@@ -27,7 +28,8 @@ std::string field_sha256(const atlas::Manifest& manifest) {
 }  // namespace
 
 std::string ticks_about(const atlas::Manifest& manifest, const TouchOptions& options) {
-  return json_text({{"field_sha256", field_sha256(manifest)}, {"touch", touch_to_json(options)}});
+  return json_text(
+      {{"field_sha256", field_sha256(manifest, options)}, {"touch", touch_to_json(options)}});
 }
 
 TickKeeper::TickKeeper(haptics::Servo& servo, std::filesystem::path file, std::string about)
@@ -74,16 +76,16 @@ void replay_ticks_file(const std::string& package, const std::string& file, std:
   object.read("field_sha256", sha256);
   const TouchOptions options = touch_from_json(object.at("touch"));
   object.finish();
+  const Structure structure = touched_structure(options.inside);
   const bool has_tissue = !options.tissue.of_vertex.empty();
-  const atlas::Needs needs = has_tissue
-                                 ? needs_of_press(atlas::Atlas::open(package, {}).manifest())
-                                 : atlas::Needs{.fields = {Structure::Heart}, .surfaces = {}};
+  const atlas::Needs needs = has_tissue ? needs_of_press(atlas::Atlas::open(package, {}).manifest())
+                                        : atlas::Needs{.fields = {structure}, .surfaces = {}};
   const atlas::Atlas atlas = atlas::Atlas::open(package, needs);
-  if (field_sha256(atlas.manifest()) != sha256) {
+  if (field_sha256(atlas.manifest(), options) != sha256) {
     throw_invalid(file + " was recorded on another package than " + package +
                   "; replay it on the one it was recorded on");
   }
-  const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
+  const auto field = std::make_shared<const field::FieldQuery>(atlas.field(structure),
                                                                atlas.manifest().rr_interval_s);
   haptics::Servo servo(
       make_scene(field, options, has_tissue ? palpation::lv_wall_of(atlas) : nullptr), {});

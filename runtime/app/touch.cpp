@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/base/json_object.h"
+#include "runtime/haptics/cavity_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/shell.h"
 #include "runtime/haptics/two_step.h"
@@ -88,7 +89,9 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
     scene.model = std::make_unique<haptics::TwoStepModel>(field, model);
     return scene;
   }
-  std::shared_ptr<const haptics::ContactField> body = std::make_shared<haptics::AtlasField>(field);
+  std::shared_ptr<const haptics::ContactField> body =
+      options.inside.empty() ? std::make_shared<const haptics::AtlasField>(field)
+                             : haptics::cavity_of(field);
   if (options.held_time_s) {
     body = std::make_shared<haptics::HeldField>(body, *options.held_time_s);
   }
@@ -152,6 +155,7 @@ nlohmann::json touch_to_json(const TouchOptions& options) {
     if (!options.tissue.of_vertex.empty()) json["tissue"] = tissue_to_json(options.tissue);
   }
   if (options.held_time_s) json["held_time_s"] = *options.held_time_s;
+  if (!options.inside.empty()) json["inside"] = options.inside;
   return json;
 }
 
@@ -159,6 +163,7 @@ TouchOptions touch_from_json(const nlohmann::json& json) {
   TouchOptions options;
   JsonObject object(json, "/touch");
   object.read("model", options.model);
+  object.read("inside", options.inside);
   object.read("stiffness_n_per_m", options.stiffness_n_per_m, 1, 5000);
   object.read("radius_mm", options.radius_mm, 0, 100);
   object.read("half_length_mm", options.half_length_mm, 0, 100);

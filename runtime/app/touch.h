@@ -15,6 +15,9 @@ namespace beatlas::app {
 struct TouchOptions {
   std::string model =
       "proxy";  ///< proxy, two_step, published (Nakao et al. 2001), fingertip or patch
+  /// proxy, fingertip: the structure whose wall is touched from within; none: the heart, from
+  /// outside
+  std::string inside;
   double stiffness_n_per_m = 150;
   double radius_mm = 0;                ///< proxy, patch: of a ball, 0 a point; fingertip: its own
   double half_length_mm = 0;           ///< proxy: of a capsule, 0 none
@@ -30,6 +33,7 @@ struct TouchOptions {
   std::optional<double> held_time_s = std::nullopt;  ///< the heart stands still at this time
 };
 
+/// @param field of what is touched: of the heart, or of options.inside
 /// @param wall whose vertices options.tissue is of; null without
 /// @throws Error{InvalidInput} as the models do.
 [[nodiscard]] haptics::Scene make_scene(

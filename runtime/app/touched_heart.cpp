@@ -1,6 +1,9 @@
 #include "runtime/app/touched_heart.h"
 
+#include <optional>
+
 #include "runtime/app/ventricle.h"
+#include "runtime/base/error.h"
 
 namespace beatlas::app {
 
@@ -11,6 +14,9 @@ bool is_patch(const PlayArguments& arguments) {
 namespace {
 
 atlas::Needs needs_of_scene(const PlayArguments& arguments) {
+  if (!arguments.inside.empty() && arguments.scene == "palpation") {
+    return {.fields = {touched_structure(arguments.inside)}, .surfaces = {}};
+  }
   if (arguments.scene == "palpation") {
     if (is_patch(arguments)) {
       return needs_of_press(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
@@ -19,7 +25,7 @@ atlas::Needs needs_of_scene(const PlayArguments& arguments) {
   }
   atlas::Needs needs =
       atlas::everything_in(atlas::Atlas::open(arguments.package, atlas::Needs{}).manifest());
-  needs.fields.insert(Structure::Heart);
+  needs.fields.insert(touched_structure(arguments.inside));
   needs.volume = false;  // nothing is drawn here
   needs.levels = {0};
   return needs;
@@ -29,6 +35,7 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
                            const field::FieldQuery& field) {
   TouchOptions touch;
   touch.model = arguments.published ? "published" : arguments.model;
+  touch.inside = arguments.inside;
   touch.stiffness_n_per_m = manifest.stiffness_n_per_m;
   touch.radius_mm = arguments.tool_radius_mm;
   if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
@@ -46,10 +53,17 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
 
 }  // namespace
 
+Structure touched_structure(const std::string& inside) {
+  if (inside.empty()) return Structure::Heart;
+  const std::optional<Structure> structure = structure_from_name(inside);
+  if (!structure) throw_invalid("there is no structure " + inside + " to be in");
+  return *structure;
+}
+
 TouchedHeart::TouchedHeart(const PlayArguments& arguments)
     : atlas_(atlas::Atlas::open(arguments.package, needs_of_scene(arguments))),
-      field_(std::make_shared<const field::FieldQuery>(atlas_.field(Structure::Heart),
-                                                       manifest().rr_interval_s)) {}
+      field_(std::make_shared<const field::FieldQuery>(
+          atlas_.field(touched_structure(arguments.inside)), manifest().rr_interval_s)) {}
 
 TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t recorded_ticks) const {
   TouchingTool out;
@@ -76,6 +90,7 @@ nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& t
   nlohmann::json json = session_json(report);
   json["scene"] = arguments.scene;
   json["model"] = touch.model;
+  if (!touch.inside.empty()) json["inside"] = touch.inside;
   json["tool_radius_mm"] = touch.radius_mm;
   json["heart_rate_per_min"] = rate_per_min;
   json["time_mode"] = touch.model == "published" ? "published" : "continuous";

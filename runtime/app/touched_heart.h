@@ -25,13 +25,18 @@ struct TouchingTool {
   std::unique_ptr<haptics::Servo> servo;
 };
 
+/// The structure that is touched: the heart, or the cavity that `inside` names.
+/// @throws Error{InvalidInput} if there is no such structure
+[[nodiscard]] Structure touched_structure(const std::string& inside);
+
 /// Opened once; any number of tools touch it.
 class TouchedHeart {
  public:
-  /// @throws Error{InvalidInput} as atlas::Atlas
+  /// @throws Error{InvalidInput} as atlas::Atlas, or if the package lacks the cavity
   explicit TouchedHeart(const PlayArguments& arguments);
 
   [[nodiscard]] const atlas::Manifest& manifest() const { return atlas_.manifest(); }
+  /// Of what is touched.
   [[nodiscard]] const field::FieldQuery& field() const { return *field_; }
   /// @param recorded_ticks as haptics::ServoOptions  @throws Error{InvalidInput} as its parts do
   [[nodiscard]] TouchingTool tool(const PlayArguments& arguments, std::size_t recorded_ticks) const;

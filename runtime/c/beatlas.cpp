@@ -10,6 +10,7 @@
 
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
+#include "runtime/haptics/cavity_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
 #include "runtime/haptics/shell.h"
@@ -49,6 +50,13 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
   const double stiffness = options.stiffness_n_per_m == 0 ? opened.manifest.stiffness_n_per_m
                                                           : options.stiffness_n_per_m;
   const int wanted = model_of(options);
+  if (options.inside != 0 && (wanted == BEATLAS_TWO_STEP || wanted == BEATLAS_PUBLISHED)) {
+    beatlas::throw_invalid("a cavity is felt from within by the proxy or a fingertip alone");
+  }
+  const auto body = [&]() -> std::shared_ptr<const haptics::ContactField> {
+    if (options.inside != 0) return haptics::cavity_of(opened.field);
+    return std::make_shared<const haptics::AtlasField>(opened.field);
+  };
   switch (wanted) {
     case BEATLAS_PROXY: {
       haptics::ProxyOptions model;
@@ -58,8 +66,7 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
       model.damping_n_s_per_m = options.damping_n_s_per_m;
       model.friction_static = options.friction_static;
       model.friction_dynamic = options.friction_dynamic;
-      scene.model = std::make_unique<haptics::ProxyModel>(
-          std::make_shared<haptics::AtlasField>(opened.field), model);
+      scene.model = std::make_unique<haptics::ProxyModel>(body(), model);
       break;
     }
     case BEATLAS_TWO_STEP:
@@ -72,7 +79,7 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
     }
     case BEATLAS_FINGERTIP:
       scene.model = std::make_unique<haptics::ShellModel>(
-          std::make_shared<haptics::AtlasField>(opened.field),
+          body(),
           haptics::fingertip(options.radius_mm == 0 ? 8 : options.radius_mm, options.points),
           haptics::ShellOptions{});
       break;
@@ -281,10 +288,11 @@ int beatlas_taxels(beatlas_session* session, const double* right, beatlas_taxel_
           beatlas::throw_invalid("taxels need a session, and a map to write into");
         }
         const beatlas_options& options = session->options;
-        if (model_of(options) != BEATLAS_PROXY || options.half_length_mm != 0) {
+        if (model_of(options) != BEATLAS_PROXY || options.half_length_mm != 0 ||
+            options.inside != 0) {
           beatlas::throw_invalid(
               "only a proxy's ball has taxels; open the session with "
-              "BEATLAS_PROXY and without half_length_mm");
+              "BEATLAS_PROXY from outside and without half_length_mm");
         }
         if (!session->taxels) {
           session->taxels = std::make_unique<haptics::Taxels>(

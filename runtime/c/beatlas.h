@@ -24,7 +24,7 @@ extern "C" {
 #endif
 
 /* Rises when a struct or the meaning of a function changes. */
-#define BEATLAS_C_VERSION 2
+#define BEATLAS_C_VERSION 3
 /* The version that the library was built with. */
 BEATLAS_API int beatlas_c_version(void);
 
@@ -51,6 +51,7 @@ typedef struct {
   double max_gap_s;          /* 0.001..1: a longer gap between ticks is a fault */
   double start_ramp_s;       /* 0..10: rise at the start and after a fault */
   double half_length_mm;     /* proxy: 0..100 of a capsule's axis, the tool's z; 0: none */
+  int inside; /* proxy, fingertip: not 0: in the structure, whose wall is felt from within */
 } beatlas_options;
 
 /* What stands in for options that are not given. */

@@ -91,4 +91,8 @@ double AtlasField::reach_mm() const noexcept {
   return field_->payload().outer_mm - field_->payload().voxel_mm;
 }
 
+double AtlasField::depth_mm() const noexcept {
+  return field_->payload().inner_mm - field_->payload().voxel_mm;
+}
+
 }  // namespace beatlas::haptics

@@ -64,6 +64,8 @@ class AtlasField final : public ContactField {
   [[nodiscard]] Vec3 outward(const Vec3& x) const noexcept override;
   [[nodiscard]] double resolution_mm() const noexcept override;
   [[nodiscard]] double reach_mm() const noexcept override;
+  /// Largest distance inside at which directions are known [mm].
+  [[nodiscard]] double depth_mm() const noexcept;
   [[nodiscard]] double period_s() const noexcept override { return field_->rr_interval_s(); }
 
  private:

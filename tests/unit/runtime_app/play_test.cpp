@@ -84,6 +84,13 @@ const std::filesystem::path& folder() {
       pack::write_package(path / "heart.beatlas", content);
       manifest.stiffness_n_per_m = 300;
       pack::write_package(path / "stiff.beatlas", content);
+      // The same ellipsoid as a cavity.
+      field.structure = Structure::LvBlood;
+      manifest.stiffness_n_per_m = 180;
+      manifest.scene = "full";
+      manifest.structures.push_back({"lv_blood", field.volume_ml});
+      content.fields.push_back(pack::encode_field(field, {}));
+      pack::write_package(path / "cavity.beatlas", content);
     }
     ~Folder() { std::filesystem::remove_all(path); }
   } folder;
@@ -261,6 +268,42 @@ TEST(Play, AStillHandFeelsTheClosedFormsForce) {
     ASSERT_NEAR(rows[r][2], 3 + growth(rows[r][0]), 0.02);
     ASSERT_NEAR(rows[r][3], -0.180 * rows[r][2], 1e-5);
   }
+}
+
+TEST(Play, ATipInACavityFeelsItsWallFromWithin) {
+  const std::string cavity = (folder() / "cavity.beatlas").string();
+  const std::string trace = (folder() / "inside.csv").string();
+  const std::string ticks = (folder() / "inside.ticks").string();
+  const Result result = run({cavity,     "--headless",       "--fast", "--seconds",
+                             "2",        "--hand",           "still",  "--side",
+                             "left",     "--depth-mm",       "3",      "--inside",
+                             "lv_blood", "--tool-radius-mm", "1",      "--trace",
+                             trace,      "--ticks",          ticks,    "--json"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("inside"), "lv_blood");
+  std::ifstream stream(trace);
+  const auto rows = device::read_csv(stream, "trace", {"t_s", "z_mm", "depth_mm", "fz_n"}).rows;
+  ASSERT_EQ(rows.size(), 2000U);
+  // The tip's centre is held 3 mm behind the wall of end-diastole, to the left, which is -z; the
+  // wall comes and goes by 1.5 mm, and pushes back to the right.
+  for (std::size_t r = 600; r < rows.size(); ++r) {
+    ASSERT_NEAR(rows[r][1], 96 - 33, 0.01);
+    ASSERT_NEAR(rows[r][2], 1 + 3 - growth(rows[r][0]), 0.02);
+    ASSERT_NEAR(rows[r][3], 0.180 * rows[r][2], 1e-5);
+  }
+  EXPECT_EQ(run({"replay-ticks", cavity, ticks}).code, 0);
+
+  // In the middle of the blood there is nothing to feel.
+  const Result free =
+      run({cavity, "--headless", "--fast", "--seconds", "1", "--hand", "still", "--side", "left",
+           "--depth-mm", "-20", "--inside", "lv_blood", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(free.out).at("max_model_force_n"), 0);
+
+  const Result lacks = run({package(), "--headless", "--fast", "--inside", "rv_blood"});
+  EXPECT_EQ(lacks.code, 3);
+  EXPECT_NE(lacks.err.find("rv_blood"), std::string::npos) << lacks.err;
+  EXPECT_EQ(run({cavity, "--headless", "--inside", "lv_blood", "--model", "patch"}).code, 2);
+  EXPECT_EQ(run({cavity, "--headless", "--inside", "heart"}).code, 2);
 }
 
 TEST(Play, AReplayedTraceGivesTheSameForces) {

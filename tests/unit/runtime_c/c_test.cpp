@@ -13,6 +13,7 @@
 
 #include "runtime/atlas/atlas.h"
 #include "runtime/c/beatlas.h"
+#include "runtime/haptics/cavity_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
 
@@ -38,6 +39,44 @@ beatlas_state state_at(const Session& c, double t, double out_mm) {
   state.position_mm[0] += out_mm;
   state.valid = 1;
   return state;
+}
+
+TEST(C, InsideAStructureItsWallIsFeltFromWithin) {
+  beatlas_options options = beatlas_default_options();
+  options.radius_mm = 1;
+  options.inside = 1;
+  const Session c(&options);
+  ASSERT_NE(c.session, nullptr);
+  const atlas::Atlas atlas =
+      atlas::Atlas::open(kGolden, {.fields = {Structure::Heart}, .surfaces = {}});
+  const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
+                                                               atlas.manifest().rr_interval_s);
+  haptics::ProxyOptions model;
+  model.stiffness_n_per_m = atlas.manifest().stiffness_n_per_m;
+  model.radius_mm = 1;
+  haptics::Servo servo(
+      {.model = std::make_unique<haptics::ProxyModel>(haptics::cavity_of(field), model),
+       .period_s = atlas.manifest().rr_interval_s},
+      {});
+  bool free = false;
+  bool touched = false;
+  for (int n = 0; n < 2000; ++n) {
+    const beatlas_state state = state_at(c, 0.001 * n, 0.02 * n);
+    const beatlas_felt felt = beatlas_tick(c.session, &state);
+    const haptics::Tick tick =
+        servo.tick({.time_s = state.time_s, .position_mm = Vec3(state.position_mm), .valid = true});
+    ASSERT_EQ(Vec3(felt.force_n), tick.force_n);
+    // Towards the middle, which lies on the other side of the tip.
+    ASSERT_LE(felt.force_n[0], 0);
+    free = free || (touched ? false : felt.touching == 0);
+    touched = touched || felt.force_n[0] < 0;
+  }
+  EXPECT_TRUE(free);
+  EXPECT_TRUE(touched);
+  options.model = BEATLAS_TWO_STEP;
+  char message[256];
+  EXPECT_EQ(beatlas_open(kGolden, nullptr, &options, message, sizeof message), nullptr);
+  EXPECT_NE(std::string(message).find("from within"), std::string::npos) << message;
 }
 
 TEST(C, TicksAreThoseOfTheServoToTheBit) {
