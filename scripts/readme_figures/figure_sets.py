@@ -6,6 +6,7 @@ import bench_set
 import draw_set
 import exam_set
 import palpation_set
+import patient_set
 import phantom_sets
 import picture_set
 
@@ -26,6 +27,8 @@ SETS = {
                     phantom_sets.smaller_text),
     "pictures": Set("the heart's pictures", "seconds after phantoms", picture_set.measure,
                     picture_set.text),
+    "patient": Set("pictures of a patient's heart; needs a real exam", "two minutes", patient_set.measure,
+                   patient_set.text),
     "given": Set("mm of small from the truth's labels and coverage", "three minutes", phantom_sets.measure_given,
                  phantom_sets.given_text),
     "exams": Set("real exams beside experts; needs them", "five minutes", exam_set.measure, exam_set.text),
