@@ -94,6 +94,8 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
          "a cavity that the tool is in, with --model proxy or fingertip; without, the heart "
          "is touched from outside")
       ->check(CLI::IsMember(cavity_names()));
+  app.add_flag("--valve", arguments.valve,
+               "with --inside lv_blood: the tool may come and go through the valve at its base");
   app.add_option("--long-axis", arguments.long_axis,
                  "patch: 0 apex to 1 base, whose muscle it is where the package has no map")
       ->check(CLI::Range(0.0, 1.0))

@@ -30,6 +30,7 @@ struct PlayArguments {
   bool published = false;
   bool held = false;
   std::string inside;  ///< a cavity that the tool is in; none: the heart is touched from outside
+  bool valve = false;  ///< inside lv_blood: the way through its valve is open
   std::string model = "proxy";
   double tool_radius_mm = 0;
   double tool_half_length_mm = 0;

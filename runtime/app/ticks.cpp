@@ -79,7 +79,7 @@ void replay_ticks_file(const std::string& package, const std::string& file, std:
   const Structure structure = touched_structure(options.inside);
   const bool has_tissue = !options.tissue.of_vertex.empty();
   const atlas::Needs needs = has_tissue ? needs_of_press(atlas::Atlas::open(package, {}).manifest())
-                                        : atlas::Needs{.fields = {structure}, .surfaces = {}};
+                                        : needs_of_inside(options.inside, options.valve);
   const atlas::Atlas atlas = atlas::Atlas::open(package, needs);
   if (field_sha256(atlas.manifest(), options) != sha256) {
     throw_invalid(file + " was recorded on another package than " + package +
@@ -88,7 +88,9 @@ void replay_ticks_file(const std::string& package, const std::string& file, std:
   const auto field = std::make_shared<const field::FieldQuery>(atlas.field(structure),
                                                                atlas.manifest().rr_interval_s);
   haptics::Servo servo(
-      make_scene(field, options, has_tissue ? palpation::lv_wall_of(atlas) : nullptr), {});
+      make_scene(field, options, has_tissue ? palpation::lv_wall_of(atlas) : nullptr,
+                 options.valve ? valve_of(atlas, package) : nullptr),
+      {});
   const haptics::ReplayReport report = haptics::replay_ticks(servo, recorded.ticks);
   if (report.different > 0) {
     const haptics::TickRecord& tick = recorded.ticks[report.first_different];

@@ -78,7 +78,8 @@ palpation::TissueMap tissue_from_json(const json& document, const std::string& p
 
 haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
                           const TouchOptions& options,
-                          const std::shared_ptr<const palpation::LvWall>& wall) {
+                          const std::shared_ptr<const palpation::LvWall>& wall,
+                          const std::shared_ptr<const haptics::TubeField>& valve) {
   haptics::Scene scene;
   scene.period_s = field->rr_interval_s();
   if (options.model == "two_step" || options.model == "published") {
@@ -91,7 +92,7 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
   }
   std::shared_ptr<const haptics::ContactField> body =
       options.inside.empty() ? std::make_shared<const haptics::AtlasField>(field)
-                             : haptics::cavity_of(field);
+                             : haptics::cavity_of(field, valve);
   if (options.held_time_s) {
     body = std::make_shared<haptics::HeldField>(body, *options.held_time_s);
   }
@@ -156,6 +157,7 @@ nlohmann::json touch_to_json(const TouchOptions& options) {
   }
   if (options.held_time_s) json["held_time_s"] = *options.held_time_s;
   if (!options.inside.empty()) json["inside"] = options.inside;
+  if (options.valve) json["valve"] = true;
   return json;
 }
 
@@ -164,6 +166,7 @@ TouchOptions touch_from_json(const nlohmann::json& json) {
   JsonObject object(json, "/touch");
   object.read("model", options.model);
   object.read("inside", options.inside);
+  object.read("valve", options.valve);
   object.read("stiffness_n_per_m", options.stiffness_n_per_m, 1, 5000);
   object.read("radius_mm", options.radius_mm, 0, 100);
   object.read("half_length_mm", options.half_length_mm, 0, 100);

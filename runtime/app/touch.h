@@ -8,6 +8,7 @@
 #include "runtime/app/ventricle.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/servo.h"
+#include "runtime/haptics/tube_field.h"
 
 namespace beatlas::app {
 
@@ -18,6 +19,7 @@ struct TouchOptions {
   /// proxy, fingertip: the structure whose wall is touched from within; none: the heart, from
   /// outside
   std::string inside;
+  bool valve = false;  ///< inside the LV: its valve is open to the tool
   double stiffness_n_per_m = 150;
   double radius_mm = 0;                ///< proxy, patch: of a ball, 0 a point; fingertip: its own
   double half_length_mm = 0;           ///< proxy: of a capsule, 0 none
@@ -35,10 +37,12 @@ struct TouchOptions {
 
 /// @param field of what is touched: of the heart, or of options.inside
 /// @param wall whose vertices options.tissue is of; null without
+/// @param valve the way out of the cavity that options.inside names; null without options.valve
 /// @throws Error{InvalidInput} as the models do.
 [[nodiscard]] haptics::Scene make_scene(
     const std::shared_ptr<const field::FieldQuery>& field, const TouchOptions& options,
-    const std::shared_ptr<const palpation::LvWall>& wall = nullptr);
+    const std::shared_ptr<const palpation::LvWall>& wall = nullptr,
+    const std::shared_ptr<const haptics::TubeField>& valve = nullptr);
 
 /// Puts the muscle of the package's own ventricle, as ill as it is told to be, into `options`.
 /// @param atlas opened with needs_of_press  @param package its name, for messages

@@ -4,6 +4,7 @@
 
 #include "runtime/app/ventricle.h"
 #include "runtime/base/error.h"
+#include "runtime/palpation/base_opening.h"
 
 namespace beatlas::app {
 
@@ -15,7 +16,7 @@ namespace {
 
 atlas::Needs needs_of_scene(const PlayArguments& arguments) {
   if (!arguments.inside.empty() && arguments.scene == "palpation") {
-    return {.fields = {touched_structure(arguments.inside)}, .surfaces = {}};
+    return needs_of_inside(arguments.inside, arguments.valve);
   }
   if (arguments.scene == "palpation") {
     if (is_patch(arguments)) {
@@ -36,6 +37,7 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
   TouchOptions touch;
   touch.model = arguments.published ? "published" : arguments.model;
   touch.inside = arguments.inside;
+  touch.valve = arguments.valve;
   touch.stiffness_n_per_m = manifest.stiffness_n_per_m;
   touch.radius_mm = arguments.tool_radius_mm;
   if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
@@ -60,6 +62,33 @@ Structure touched_structure(const std::string& inside) {
   return *structure;
 }
 
+atlas::Needs needs_of_inside(const std::string& inside, bool valve) {
+  atlas::Needs needs{.fields = {touched_structure(inside)}, .surfaces = {}};
+  if (valve) {
+    needs.surfaces.insert(Structure::LvBlood);
+    needs.maps.insert(Structure::LvBlood);
+    needs.levels = {0};
+  }
+  return needs;
+}
+
+std::shared_ptr<const haptics::TubeField> valve_of(const atlas::Atlas& atlas,
+                                                   const std::string& package) {
+  const auto map = atlas.surface_map(Structure::LvBlood);
+  if (!map) {
+    throw_invalid(package +
+                  " has no map of the LV's wall, which shows where its valve is; build it with the "
+                  "scene full, or leave --valve out");
+  }
+  try {
+    return std::make_shared<const haptics::TubeField>(
+        palpation::base_opening(*atlas.surface(Structure::LvBlood), *map),
+        atlas.manifest().rr_interval_s);
+  } catch (const Error& error) {
+    throw Error(error.code(), package + ": " + error.what());
+  }
+}
+
 TouchedHeart::TouchedHeart(const PlayArguments& arguments)
     : atlas_(atlas::Atlas::open(arguments.package, needs_of_scene(arguments))),
       field_(std::make_shared<const field::FieldQuery>(
@@ -76,7 +105,8 @@ TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t reco
   haptics::ServoOptions options;
   if (arguments.heart_rate_per_min > 0) options.heart.rate_per_min = arguments.heart_rate_per_min;
   options.recorded_ticks = recorded_ticks;
-  out.servo = std::make_unique<haptics::Servo>(make_scene(field_, out.touch, wall), options);
+  const auto valve = out.touch.valve ? valve_of(atlas_, arguments.package) : nullptr;
+  out.servo = std::make_unique<haptics::Servo>(make_scene(field_, out.touch, wall, valve), options);
   return out;
 }
 

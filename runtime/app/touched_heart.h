@@ -12,6 +12,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/servo.h"
+#include "runtime/haptics/tube_field.h"
 #include "runtime/palpation/lv_wall.h"
 
 namespace beatlas::app {
@@ -28,6 +29,15 @@ struct TouchingTool {
 /// The structure that is touched: the heart, or the cavity that `inside` names.
 /// @throws Error{InvalidInput} if there is no such structure
 [[nodiscard]] Structure touched_structure(const std::string& inside);
+
+/// What a tool in a cavity needs of a package. @param valve with the way through the LV's valve
+[[nodiscard]] atlas::Needs needs_of_inside(const std::string& inside, bool valve);
+
+/// The way through the LV's valve.
+/// @param atlas opened with needs_of_inside  @param package its name, for messages
+/// @throws Error{InvalidInput} if the package has no map of the LV's wall, or no opening in it
+[[nodiscard]] std::shared_ptr<const haptics::TubeField> valve_of(const atlas::Atlas& atlas,
+                                                                 const std::string& package);
 
 /// Opened once; any number of tools touch it.
 class TouchedHeart {

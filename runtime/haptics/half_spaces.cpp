@@ -22,12 +22,14 @@ void HalfSpaces::add(const HalfSpace& half_space) noexcept {
   all_[at(size_++)] = half_space;
 }
 
-void HalfSpaces::drop_stale(const Vec3& point, const Vec3& from, const Vec3& normal,
+void HalfSpaces::drop_stale(const Vec3& point, const Vec3& from, double free_mm, const Vec3& normal,
                             double tolerance_mm) noexcept {
   int kept = 0;
   for (int n = 0; n < size_; ++n) {
     const HalfSpace& one = all_[at(n)];
-    const bool forbids = one.excess(point) < std::min(0.0, one.excess(from)) - tolerance_mm;
+    const double room = one.excess(from);
+    const bool forbids = one.excess(point) < std::min(0.0, room) - tolerance_mm ||
+                         (free_mm > 0 && room < free_mm - tolerance_mm);
     if (forbids || one.normal.dot(normal) > kParallel) continue;
     all_[at(kept++)] = one;
   }

@@ -26,8 +26,10 @@ class HalfSpaces {
   void add(const HalfSpace& half_space) noexcept;
   /// Drops those that forbid `point`, which lies on the surface, by more than `tolerance_mm` more
   /// than they forbid `from`, where it was looked for: a step that was cut short has not come to a
-  /// plane, which is no reason to give it up. And those that are nearly parallel to `normal`.
-  void drop_stale(const Vec3& point, const Vec3& from, const Vec3& normal,
+  /// plane, which is no reason to give it up. And those that cut off a part of the ball of
+  /// `free_mm` about `from`, which is known to be allowed, and those that are nearly parallel to
+  /// `normal`.
+  void drop_stale(const Vec3& point, const Vec3& from, double free_mm, const Vec3& normal,
                   double tolerance_mm) noexcept;
   /// The allowed point nearest to x. Where the planes leave none, the newest alone is kept to.
   /// @param held set to whether a plane keeps the answer from x.

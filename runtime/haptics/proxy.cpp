@@ -125,7 +125,8 @@ ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
     if (slope >= kShortest) direction_ = out.sample.gradient / slope;
     if (slope >= kShortest || room < 0) {
       const double gap = room / std::max(slope, kNewtonShortest);
-      planes.drop_stale(proxy_mm_ - gap * direction_, proxy_mm_, direction_, kStaleMm);
+      planes.drop_stale(proxy_mm_ - gap * direction_, proxy_mm_, room / kSteepest, direction_,
+                        kStaleMm);
       planes.add({.normal = direction_, .offset = direction_.dot(proxy_mm_) - gap});
       out.allowed = planes.nearest(x, out.held);
     } else {
@@ -135,12 +136,16 @@ ProxyModel::Slide ProxyModel::slide(const Vec3& x, double t) noexcept {
     const Vec3 step = out.allowed - proxy_mm_;
     const double length = step.norm();
     const double longest = std::max(longest_step_mm_, room / kSteepest);
-    proxy_mm_ += length > longest ? Vec3(longest / length * step) : step;
+    const bool is_cut = length > longest;
+    proxy_mm_ += is_cut ? Vec3(longest / length * step) : step;
     one_plane_ = planes.size() == 1;
     // Steps shrink by the same share each: what is left is about the next one.
     const double share = n > 0 && one_plane_ ? std::min(1.0, length / last_length) : 1;
     if (out.held && length * share < kSettledMm) return out;
     last_length = length;
+    // What lies farther has not been looked at, as where a valve opens before a tool far behind it:
+    // the proxy goes on from here at the next tick.
+    if (out.held && is_cut && n + 1 == kMostSlides) out.allowed = proxy_mm_;
   }
   return out;
 }

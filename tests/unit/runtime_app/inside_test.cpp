@@ -1,0 +1,120 @@
+// A catheter's tip on an atlas: through the valve into the ventricle, to its far wall and back.
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "runtime/app/play.h"
+#include "runtime/device/csv_table.h"
+#include "tests/package/sample_package.h"
+
+namespace beatlas::app {
+namespace {
+
+using beatlas::test::TemporaryFolder;
+
+const Vec3 kMiddle(128, 128, 96);  // of the sample's heart; its ventricle's radius is 18 to 22 mm
+
+class Inside : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    pack::PackageContent content = beatlas::test::palpation_content();
+    content.manifest.scene = "full";
+    for (atlas::SurfaceMapPayload& map : content.maps) {
+      for (auto& phase : map.thickness_mm) {
+        for (std::size_t v = 0; v < phase.size(); ++v) {
+          if (map.long_axis[v] >= 0.9F) phase[v] = 0;
+        }
+      }
+    }
+    pack::write_package(file("open.beatlas"), content);
+    content.maps.clear();
+    pack::write_package(file("plain.beatlas"), content);
+    // Down the axis to the far wall, back up, and aside in the valve's tube.
+    std::ofstream path(file("path.csv"));
+    path << "t_s,x_mm,y_mm,z_mm\n";
+    for (int n = 0; n <= 3000; ++n) {
+      const double t = 0.001 * n;
+      const double z = t < 1     ? 40 - 40 * t
+                       : t < 1.5 ? -56 * (t - 1)
+                       : t < 2.5 ? -28 + 66 * (t - 1.5)
+                                 : 38;
+      const double x = t < 2.5 ? 0 : 24 * (t - 2.5);
+      path << t << ',' << kMiddle.x() + x << ',' << kMiddle.y() << ',' << kMiddle.z() + z << '\n';
+    }
+  }
+
+  [[nodiscard]] std::string file(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+
+  struct Done {
+    int code = 0;
+    std::string err;
+    std::vector<std::vector<double>> rows;  ///< t_s, fx_n, fz_n
+  };
+  [[nodiscard]] Done play_path(const std::string& package, bool valve) const {
+    std::vector<std::string> words{
+        "beatlas-play",     file(package), "--headless",     "--fast",         "--device",
+        "replay",           "--recording", file("path.csv"), "--inside",       "lv_blood",
+        "--tool-radius-mm", "1",           "--trace",        file("trace.csv")};
+    if (valve) words.emplace_back("--valve");
+    std::vector<const char*> argv;
+    for (const std::string& word : words) argv.push_back(word.c_str());
+    std::istringstream in;
+    std::ostringstream out;
+    std::ostringstream err;
+    Done done;
+    done.code = play(static_cast<int>(argv.size()), argv.data(), in, out, err);
+    done.err = err.str();
+    if (done.code == 0) {
+      std::ifstream trace(file("trace.csv"));
+      done.rows = device::read_csv(trace, "trace", {"t_s", "fx_n", "fz_n"}).rows;
+    }
+    return done;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Inside, ATipComesThroughTheValveAndGoesOutAgain) {
+  const Done done = play_path("open.beatlas", true);
+  ASSERT_EQ(done.code, 0) << done.err;
+  ASSERT_GE(done.rows.size(), 3000U);
+  double far_wall_n = 0;
+  double tube_n = 0;
+  for (const std::vector<double>& row : done.rows) {
+    const double t = row[0];
+    const bool in_the_blood = t < 1.2 || (t > 1.8 && t < 2.5);
+    if (in_the_blood) {
+      ASSERT_EQ(std::hypot(row[1], row[2]), 0) << t;
+    }
+    if (t > 1.4 && t < 1.5) far_wall_n = std::max(far_wall_n, row[2]);
+    if (t > 2.8) tube_n = std::min(tube_n, row[1]);
+  }
+  EXPECT_GT(far_wall_n, 0.5);
+  EXPECT_LT(tube_n, -0.3);
+}
+
+TEST_F(Inside, WithTheValveClosedATipOutsideIsDrawnIn) {
+  const Done done = play_path("open.beatlas", false);
+  ASSERT_EQ(done.code, 0) << done.err;
+  double held_n = 0;
+  for (const std::vector<double>& row : done.rows) {
+    if (row[0] > 0.2 && row[0] < 0.4) held_n = std::min(held_n, row[2]);
+  }
+  EXPECT_LT(held_n, -0.5);
+}
+
+TEST_F(Inside, AnAtlasThatDoesNotShowItsValveSaysSo) {
+  const Done done = play_path("plain.beatlas", true);
+  EXPECT_EQ(done.code, 3);
+  EXPECT_NE(done.err.find("map"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("lv_blood"), std::string::npos) << done.err;
+}
+
+}  // namespace
+}  // namespace beatlas::app
