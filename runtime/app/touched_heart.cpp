@@ -120,7 +120,10 @@ nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& t
   nlohmann::json json = session_json(report);
   json["scene"] = arguments.scene;
   json["model"] = touch.model;
-  if (!touch.inside.empty()) json["inside"] = touch.inside;
+  if (!touch.inside.empty()) {
+    json["inside"] = touch.inside;
+    json["valve"] = touch.valve ? "open" : "closed";
+  }
   json["tool_radius_mm"] = touch.radius_mm;
   json["heart_rate_per_min"] = rate_per_min;
   json["time_mode"] = touch.model == "published" ? "published" : "continuous";

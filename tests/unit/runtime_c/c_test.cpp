@@ -41,22 +41,27 @@ beatlas_state state_at(const Session& c, double t, double out_mm) {
   return state;
 }
 
+/// The heart of the golden package as C++ has it.
+struct GoldenHeart {
+  atlas::Atlas atlas = atlas::Atlas::open(kGolden, {.fields = {Structure::Heart}, .surfaces = {}});
+  std::shared_ptr<const field::FieldQuery> field = std::make_shared<const field::FieldQuery>(
+      atlas.field(Structure::Heart), atlas.manifest().rr_interval_s);
+
+  [[nodiscard]] double stiffness_n_per_m() const { return atlas.manifest().stiffness_n_per_m; }
+};
+
 TEST(C, InsideAStructureItsWallIsFeltFromWithin) {
   beatlas_options options = beatlas_default_options();
   options.radius_mm = 1;
   options.inside = 1;
   const Session c(&options);
   ASSERT_NE(c.session, nullptr);
-  const atlas::Atlas atlas =
-      atlas::Atlas::open(kGolden, {.fields = {Structure::Heart}, .surfaces = {}});
-  const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
-                                                               atlas.manifest().rr_interval_s);
-  haptics::ProxyOptions model;
-  model.stiffness_n_per_m = atlas.manifest().stiffness_n_per_m;
-  model.radius_mm = 1;
+  const GoldenHeart heart;
   haptics::Servo servo(
-      {.model = std::make_unique<haptics::ProxyModel>(haptics::cavity_of(field), model),
-       .period_s = atlas.manifest().rr_interval_s},
+      {.model = std::make_unique<haptics::ProxyModel>(
+           haptics::cavity_of(heart.field),
+           haptics::ProxyOptions{.stiffness_n_per_m = heart.stiffness_n_per_m(), .radius_mm = 1}),
+       .period_s = heart.field->rr_interval_s()},
       {});
   bool free = false;
   bool touched = false;
@@ -68,7 +73,7 @@ TEST(C, InsideAStructureItsWallIsFeltFromWithin) {
     ASSERT_EQ(Vec3(felt.force_n), tick.force_n);
     // Towards the middle, which lies on the other side of the tip.
     ASSERT_LE(felt.force_n[0], 0);
-    free = free || (touched ? false : felt.touching == 0);
+    free = free || (!touched && felt.touching == 0);
     touched = touched || felt.force_n[0] < 0;
   }
   EXPECT_TRUE(free);
@@ -88,22 +93,16 @@ TEST(C, TicksAreThoseOfTheServoToTheBit) {
   options.heart_rate_per_min = 100;
   const Session c(&options);
   ASSERT_NE(c.session, nullptr);
-  const atlas::Atlas atlas =
-      atlas::Atlas::open(kGolden, {.fields = {Structure::Heart}, .surfaces = {}});
-  const auto field = std::make_shared<const field::FieldQuery>(atlas.field(Structure::Heart),
-                                                               atlas.manifest().rr_interval_s);
+  const GoldenHeart heart;
   haptics::ProxyOptions model;
-  model.stiffness_n_per_m = atlas.manifest().stiffness_n_per_m;
+  model.stiffness_n_per_m = heart.stiffness_n_per_m();
   model.radius_mm = 2;
   model.damping_n_s_per_m = 1;
   model.friction_static = 0.5;
   model.friction_dynamic = 0.3;
   haptics::ServoOptions servo_options;
   servo_options.heart.rate_per_min = 100;
-  haptics::Servo servo({.model = std::make_unique<haptics::ProxyModel>(
-                            std::make_shared<haptics::AtlasField>(field), model),
-                        .period_s = atlas.manifest().rr_interval_s},
-                       servo_options);
+  haptics::Servo servo(haptics::proxy_scene(heart.field, model), servo_options);
   bool touched = false;
   for (int n = 0; n < 2000; ++n) {
     const beatlas_state state = state_at(c, 0.001 * n, 40 - 0.03 * n);

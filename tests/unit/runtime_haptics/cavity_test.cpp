@@ -69,6 +69,15 @@ Field packed(const Ventricle& ventricle) {
   return std::make_shared<const CavityField>(std::vector<Field>{atlas}, kDepthMm);
 }
 
+/// Where a tool is at each tick of a straight way, the end included.
+std::vector<Vec3> straight(const Vec3& from, const Vec3& to, double speed_mm_s) {
+  const int ticks =
+      std::max(1, static_cast<int>(std::ceil((to - from).norm() / speed_mm_s / kTick)));
+  std::vector<Vec3> out;
+  for (int n = 1; n <= ticks; ++n) out.emplace_back(from + n * (to - from) / ticks);
+  return out;
+}
+
 struct Worst {
   double contact_mm = 0;   ///< of the tip's surface from the wall while it touches
   double free_n = 0;       ///< force while the tip is free by more than `contact_mm` may be
@@ -92,11 +101,8 @@ Worst walk(const Field& field, const Ventricle& ventricle, int strokes, double l
     const Vec3 way = Vec3(normal(random), normal(random), normal(random)).normalized();
     const Vec3 to = Vec3(0, 0, 10 + 4 * u(random)) + (8 + 20 * u(random)) * way;
     const double speed_mm_s = 100 + 900 * u(random);
-    const int ticks =
-        std::max(1, static_cast<int>(std::ceil((to - x).norm() / speed_mm_s / kTick)));
-    const Vec3 step = (to - x) / ticks;
-    for (int n = 0; n < ticks; ++n) {
-      x += step;
+    for (const Vec3& place : straight(x, to, speed_mm_s)) {
+      x = place;
       t += kTick;
       const Contact contact = model.evaluate(x, t, kTick);
       worst.is_finite = worst.is_finite && contact.force_n.allFinite();
@@ -257,11 +263,8 @@ TEST(HardCase17, ATipGoesThroughABeatingValveAndIsNeverOutOfTheBlood) {
     const Vec3 to = stroke % 2 == 0 ? Vec3(2, 0, stroke % 4 == 0 ? 12 : Ventricle::base(t) + 25)
                                     : Vec3(x + (5 + 20 * u(random)) * way);
     const double speed_mm_s = 50 + 450 * u(random);
-    const int ticks =
-        std::max(1, static_cast<int>(std::ceil((to - x).norm() / speed_mm_s / kTick)));
-    const Vec3 step = (to - x) / ticks;
-    for (int n = 0; n < ticks; ++n) {
-      x += step;
+    for (const Vec3& place : straight(x, to, speed_mm_s)) {
+      x = place;
       t += kTick;
       const Contact contact = model.evaluate(x, t, kTick);
       ASSERT_TRUE(contact.force_n.allFinite());
