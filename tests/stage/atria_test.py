@@ -26,8 +26,10 @@ def main():
     folder = new_folder("atria")
     images, study = folder / "cine.nii.gz", folder / "exam.study"
     beatlas("phantom", "-o", folder, "--preset", "small", "--format", "nifti", "--phases", 5)
+    recipe = folder / "recipe.json"
+    recipe.write_text(json.dumps({"register": {"shape_mm": 2}, "field": {"voxel_mm": 2}, "mesh": {"edge_mm": 3}}))
     full = folder / "full.beatlas"
-    said = beatlas("build", images, "-o", full, "--study", study).stderr
+    said = beatlas("build", images, "-o", full, "--study", study, "--recipe", recipe).stderr
     surfaces, fields, volumes = shown(full)
     assert not fields & set(BEYOND), fields
     told = {name for name in BEYOND if f"warning: {name} " in said}
@@ -53,7 +55,7 @@ def main():
 
     # A scene that draws none of them goes without, from the segmentation on, or from this study.
     touch, packed = folder / "touch.beatlas", folder / "packed.beatlas"
-    said = beatlas("build", images, "-o", touch, "--scene", "palpation", "-v").stderr
+    said = beatlas("build", images, "-o", touch, "--scene", "palpation", "--recipe", recipe, "-v").stderr
     surfaces, _, volumes = shown(touch)
     assert not (surfaces | set(volumes)) & set(BEYOND), (surfaces, volumes)
     assert "aorta" not in said, said

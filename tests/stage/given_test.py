@@ -1,6 +1,6 @@
 """What was marked or segmented elsewhere: given_test.py BEATLAS WORK_FOLDER NAME
 
-WORK_FOLDER is that of stage_test.py, whose `prepare` made the phantom.
+WORK_FOLDER is that of stage_test.py, whose `prepare` empties it; the `prepare` of these tests makes the exam.
 """
 import json
 import shutil
@@ -9,10 +9,17 @@ import sys
 import nibabel
 import numpy
 
-from stage_test import EXAM, WORK, beatlas, digest, new_folder
+from stage_test import WORK, beatlas, digest, new_folder
 
-PHANTOM = WORK / "phantom"
+PHANTOM = WORK / "given_phantom"
+EXAM, IMPORTED = PHANTOM / "cine.nii.gz", WORK / "given_imported"
 RV, MUSCLE, LV, REST = 1, 2, 3, 4
+
+
+def prepare():
+    beatlas("phantom", "-o", new_folder(PHANTOM.name), "--preset", "small", "--without", "all", "--phases", 5,
+            "--format", "nifti", "--coverage")
+    beatlas("import", EXAM, "--study", new_folder(IMPORTED.name))
 
 
 def truth():
@@ -28,10 +35,8 @@ def save(name, labels, affine):
 
 def study_of(name):
     """A study that holds the exam alone."""
-    folder, imported = new_folder(name), WORK / "given_imported"
-    if not imported.exists():
-        beatlas("import", EXAM, "--study", imported)
-    shutil.copytree(imported, folder)
+    folder = new_folder(name)
+    shutil.copytree(IMPORTED, folder)
     return folder
 
 
@@ -222,11 +227,8 @@ def labels():
 def coverage():
     """Labels with the exact shares of voxels beside them: the surfaces lie where the shares say."""
     image, true = truth()
-    exact = WORK / "given_exact"
-    shutil.rmtree(exact, ignore_errors=True)
-    beatlas("phantom", "-o", exact, "--preset", "small", "--without", "all", "--format", "nifti",
-            "--coverage")
-    assert digest(exact / "truth_labels.nii.gz") == digest(PHANTOM / "truth_labels.nii.gz")
+    exact = new_folder("given_exact")
+    shutil.copytree(PHANTOM, exact)
     shares = exact / "truth_coverage"
     names = ("heart", "lv_blood", "lv_myocardium", "rv_blood")
     assert sorted(file.name for file in shares.iterdir()) == [f"coverage_{n}.nii.gz" for n in names]

@@ -30,6 +30,17 @@ def prepare():
             shutil.copyfile(file, EXAM / slice_folder.name / file.name)
     write_recipe(RECIPE)
     beatlas("build", EXAM, "-o", PACKAGE, "--recipe", RECIPE)
+    with_study = WORK / "quick_with_study.beatlas"
+    beatlas("build", EXAM, "-o", with_study, "--study", new_folder("quick_study"), "--recipe", RECIPE)
+    expect_same(PACKAGE, with_study)
+
+
+def threads():
+    """The same bytes for any number of threads."""
+    for count in (1, 3):
+        package = WORK / f"quick_threads{count}.beatlas"
+        beatlas("build", EXAM, "-o", package, "--recipe", RECIPE, "--threads", count)
+        expect_same(PACKAGE, package)
 
 
 def write_recipe(file, **sections):
@@ -39,12 +50,27 @@ def write_recipe(file, **sections):
     file.write_text(json.dumps(content))
 
 
-def built(name):
-    """A study of the exam and its package; the package is that of a build without a study."""
-    folder, package = new_folder(name), WORK / f"{name}.beatlas"
-    package.unlink(missing_ok=True)
-    beatlas("build", EXAM, "-o", package, "--study", folder, "--recipe", RECIPE)
+def stages():
+    """Stage by stage gives the same bytes as in one go."""
+    folder, package = new_folder("stages"), WORK / "stages.beatlas"
+    beatlas("import", EXAM, "--study", folder, "--recipe", RECIPE)
+    for stage in stage_test.STAGES:
+        beatlas(stage, "--study", folder, "--recipe", RECIPE)
+    beatlas("pack", "--study", folder, "-o", package, "--recipe", RECIPE)
     expect_same(PACKAGE, package)
+    # A stage that gives something else makes the later ones stale.
+    recipe = WORK / "stages.json"
+    write_recipe(recipe, segment={"outline_sigma_mm": 3})
+    beatlas("segment", "--study", folder, "--recipe", recipe)
+    said = beatlas("mesh", "--study", folder, "--recipe", recipe, code=3).stderr
+    assert "beatlas register --study" in said, said
+
+
+def built(name):
+    """A study of the exam, for this test alone, and its package."""
+    folder, package = new_folder(name), WORK / f"{name}.beatlas"
+    shutil.copytree(WORK / "quick_study", folder)
+    shutil.copyfile(PACKAGE, package)
     return folder, package
 
 

@@ -22,8 +22,13 @@ void make_noise(ImageCycle<float>& images, int phase, int first, int last) {
   }
 }
 
+made::ImagedPhantom clinical() {
+  static const made::ImagedPhantom made(made::clinical_part());
+  return made;
+}
+
 TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
-  made::ImagedPhantom made(made::clinical_part());
+  made::ImagedPhantom made = clinical();
   ASSERT_TRUE(bad_frames(made.exam.stack.images).empty());
   const Segmentation good = made::segmented(made.exam);
   const int slices = made.exam.stack.images.grid.size[2];
@@ -47,7 +52,7 @@ TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
 }
 
 TEST(BadFrames, of_one_slice_are_drawn_straight_between_their_neighbours_in_time) {
-  made::ImagedPhantom made(made::clinical_part());
+  made::ImagedPhantom made = clinical();
   ImageCycle<float>& images = made.exam.stack.images;
   const ImageCycle<float> before{images.grid, images.phases};
   make_noise(images, kBad, 5, 5);

@@ -15,14 +15,26 @@ namespace {
 
 using Case = made::ImagedPhantom;
 
-phantom::PhantomSpec small_ventricles() {
+// Of six phases: between end-diastole and end-systole, and back, lie two that are not known.
+phantom::PhantomSpec small_whole() {
   phantom::PhantomSpec spec = phantom::preset("small");
+  spec.phases = 6;
+  return spec;
+}
+
+phantom::PhantomSpec small_ventricles() {
+  phantom::PhantomSpec spec = small_whole();
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   return spec;
 }
 
 const Case& small_case() {
   static const Case made(small_ventricles());
+  return made;
+}
+
+const Case& whole_case() {
+  static const Case made(small_whole());
   return made;
 }
 
@@ -92,7 +104,7 @@ TEST(KnownLabels, of_end_diastole_and_end_systole_make_the_other_phases_better_t
 
 TEST(KnownLabels, part_ventricles_from_atria_in_the_phases_between) {
   // Thin slices and the whole heart: no edge parts the blood of ventricles and atria.
-  const Case made(phantom::preset("small"));
+  const Case& made = whole_case();
   const int es = end_systole(made);
   const Segmentation led = segmented(made, known_of(made.truth, {0, es}));
   // What networks reach on real cine, for chambers whose open side no image shows.
@@ -111,7 +123,7 @@ TEST(KnownLabels, part_ventricles_from_atria_in_the_phases_between) {
 TEST(KnownLabels, of_one_phase_make_no_other_worse) {
   // What an editor hands back of a phase, painted or not, must not cost the phases it left alone.
   for (const bool whole : {false, true}) {
-    const Case made(whole ? phantom::preset("small") : small_ventricles());
+    const Case& made = whole ? whole_case() : small_case();
     const Segmentation automatic = made.segmented();
     for (const int phase : {0, end_systole(made)}) {
       SCOPED_TRACE((whole ? "whole, phase " : "ventricles, phase ") + std::to_string(phase));
