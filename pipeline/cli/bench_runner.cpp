@@ -3,8 +3,9 @@
 #include <algorithm>
 
 #include "pipeline/assess/bench_phantom.h"
+#include "pipeline/build/build_atlas.h"
+#include "pipeline/build/learned_prior.h"
 #include "pipeline/cli/bench_settings.h"
-#include "pipeline/cli/prior_words.h"
 #include "pipeline/phantom/render.h"
 #include "runtime/base/error.h"
 
@@ -30,11 +31,32 @@ int extreme_phase(const std::vector<double>& volumes, bool largest) {
   return static_cast<int>(at - volumes.begin());
 }
 
-Segmentation segmented(const Exam& exam, const Recipe& recipe, StageContext& context) {
-  const std::optional<prior::PriorCycle> learned = prior_of(exam, recipe, context);
-  return segment::segment_exam(exam, {}, recipe.segment, context, {},
-                               learned ? &*learned : nullptr);
+Segmentation segmented(const Exam& exam, const build::Recipe& recipe, StageContext& context) {
+  const std::optional<prior::PriorCycle> learned = build::prior_of(exam, recipe, context);
+  return build::segment_with(exam, {}, recipe.segment, context, learned ? &*learned : nullptr);
 }
+
+/// Notes what each stage of a build takes, and passes on what it says.
+class Clocked : public build::Listener {
+ public:
+  explicit Clocked(const StageContext& context) : context_(context) {}
+
+  void stage(const std::string& name, const std::function<void(StageContext&)>& body) override {
+    context_.check_cancelled();
+    StageContext own = context_;
+    const double start = wall_clock_s();
+    body(own);
+    times_.push_back({name, wall_clock_s() - start, 0});
+  }
+  void warn(std::string_view line) override { context_.warn(line); }
+  void tell(std::string_view line) override { context_.log(line); }
+  void log(std::string_view line) override { context_.log(line); }
+  [[nodiscard]] const std::vector<report::StageTime>& times() const override { return times_; }
+
+ private:
+  const StageContext& context_;
+  std::vector<report::StageTime> times_;
+};
 
 }  // namespace
 
@@ -47,10 +69,10 @@ std::string key_of(const json& settings, const std::string& stage) {
   return out.dump();
 }
 
-Recipe recipe_of_settings(json settings) {
+build::Recipe recipe_of_settings(json settings) {
   settings.erase("phantom");
   settings.erase("query");
-  return recipe_from_json(settings);
+  return build::recipe_from_json(settings);
 }
 
 phantom::PhantomSpec spec_of(phantom::PhantomSpec spec, const json& settings) {
@@ -66,7 +88,7 @@ BenchRunner::BenchRunner(phantom::PhantomSpec spec, json defaults, int repeats, 
       work_(std::move(work)) {}
 
 json BenchRunner::default_settings(const phantom::PhantomSpec& spec) {
-  json out = recipe_to_json(Recipe{});
+  json out = build::recipe_to_json(build::Recipe{});
   out["phantom"] = {{"matrix", 1.0}, {"phases", spec.phases}};
   out["query"] = {{"space", "cubic"}, {"time", "cubic"}};
   return out;
@@ -191,7 +213,7 @@ atlas::Manifest BenchRunner::manifest(const Imaging& imaging, const Shapes& shap
 BenchRunner::Package BenchRunner::pack_fields(const json& settings, Sweep sweep,
                                               const std::vector<Structure>& structures,
                                               StageContext& context) {
-  const Recipe recipe = recipe_of_settings(settings);
+  const build::Recipe recipe = recipe_of_settings(settings);
   pack::PackageContent content;
   content.manifest =
       manifest(*imaging(settings, context).value, *shapes(settings, sweep, context).value,
@@ -222,7 +244,7 @@ BenchRunner::Package BenchRunner::pack_fields(const json& settings, Sweep sweep,
 BenchRunner::Package BenchRunner::pack_surfaces(const json& settings, Sweep sweep,
                                                 const std::vector<Structure>& structures,
                                                 StageContext& context) {
-  const Recipe recipe = recipe_of_settings(settings);
+  const build::Recipe recipe = recipe_of_settings(settings);
   pack::PackageContent content;
   content.manifest = manifest(*imaging(settings, context).value,
                               *shapes(settings, sweep, context).value, "anatomy");
@@ -248,58 +270,25 @@ BenchRunner::Package BenchRunner::pack_surfaces(const json& settings, Sweep swee
 
 assess::ScalingRow BenchRunner::build_all(const json& settings, StageContext& context) {
   assess::ScalingRow out;
-  const Recipe recipe = recipe_of_settings(settings);
   const MemoryMeter memory;
-  const auto clocked = [&](const std::string& stage, const auto& make) {
-    context.check_cancelled();
-    const double start = wall_clock_s();
-    auto made = make();
-    out.stage_s[stage] = wall_clock_s() - start;
-    if (stage != "phantom") out.total_s += out.stage_s[stage];
-    return made;
-  };
   const phantom::Phantom phantom(spec_of(spec_, settings));
-  Imaging images;
-  {
-    phantom::Rendering rendering =
-        clocked("phantom", [&] { return phantom::render(phantom, context); });
-    images.exam.stack = std::move(rendering.cine);
-  }
-  out.size = static_cast<double>(images.exam.stack.grid().count());
-  Shapes shapes;
-  pack::PackageContent content;
-  const fs::path file = work_ / "scaling.beatlas";
-  std::vector<FieldCycle> fields;
-  {
-    const Segmentation found =
-        clocked("segment", [&] { return segmented(images.exam, recipe, context); });
-    const std::vector<ShapeCycle> cycles = clocked("register", [&] {
-      shapes.workspace_from_lps = reg::workspace_from_lps(images.exam.stack.grid(), found.coverage);
-      return reg::shapes_in_workspace(found, shapes.workspace_from_lps, recipe.registration,
-                                      context);
-    });
-    fields = clocked("field", [&] {
-      std::vector<FieldCycle> made;
-      for (const ShapeCycle& shape : cycles) {
-        made.push_back(field::build_field(shape, recipe.field, context));
-      }
-      return made;
-    });
-  }
-  content.manifest = manifest(images, shapes, "palpation");
-  clocked("pack", [&] {
-    for (const FieldCycle& field : fields) {
-      content.manifest.structures.push_back(
-          {std::string(structure_name(field.structure)), field.volume_ml});
-      if (field.structure == Structure::Heart) {
-        content.fields.push_back(pack::encode_field(field, recipe.pack));
-      }
-    }
-    pack::write_package(file, content, recipe.pack);
-    return 0;
+  Clocked listener(context);
+  Exam exam;
+  listener.stage("phantom", [&](StageContext& own) {
+    exam.stack = phantom::render(phantom, own).cine;
+    exam.source_format = "nifti";
   });
-  out.package_bytes = fs::file_size(file);
+  out.size = static_cast<double>(exam.stack.grid().count());
+  const fs::path file = work_ / "scaling.beatlas";
+  build::Scene scene;
+  scene.content = "palpation";
+  build::build_atlas(std::move(exam), recipe_of_settings(settings), scene, file, listener);
   out.peak_memory_mb = memory.added_mb();
+  for (const report::StageTime& time : listener.times()) {
+    out.stage_s[time.stage] = time.wall_s;
+    if (time.stage != "phantom") out.total_s += time.wall_s;
+  }
+  out.package_bytes = fs::file_size(file);
   std::error_code ignored;
   fs::remove(file, ignored);
   return out;

@@ -11,7 +11,7 @@
 
 #include "pipeline/assess/bench_report.h"
 #include "pipeline/assess/truth_set.h"
-#include "pipeline/cli/recipe.h"
+#include "pipeline/build/recipe.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/phantom/phantom.h"

@@ -18,7 +18,7 @@ inline const std::vector<Structure> kBenchStructures{Structure::Heart, Structure
 
 /// What a stage and those before it obey, as a key.
 [[nodiscard]] std::string key_of(const nlohmann::json& settings, const std::string& stage);
-[[nodiscard]] Recipe recipe_of_settings(nlohmann::json settings);
+[[nodiscard]] build::Recipe recipe_of_settings(nlohmann::json settings);
 [[nodiscard]] phantom::PhantomSpec spec_of(phantom::PhantomSpec spec,
                                            const nlohmann::json& settings);
 

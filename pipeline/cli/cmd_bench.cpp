@@ -6,10 +6,10 @@
 
 #include "pipeline/assess/bench_plan.h"
 #include "pipeline/assess/bench_report.h"
+#include "pipeline/build/version.h"
 #include "pipeline/cli/bench_probe.h"
 #include "pipeline/cli/bench_runner.h"
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/version.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/report/scatter.h"
 #include "pipeline/study/files.h"
@@ -187,7 +187,7 @@ int bench(const BenchArguments& arguments) {
   BenchRunner runner(spec, defaults, arguments.repeats, work.path());
   BenchReport report;
   report.preset = arguments.preset;
-  report.version = kVersion;
+  report.version = build::kVersion;
   report.quick = arguments.quick;
   report.repeats = arguments.repeats;
   report.phases = spec.phases;

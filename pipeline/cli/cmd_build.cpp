@@ -1,9 +1,10 @@
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/learned_prior.h"
+#include "pipeline/build/made_package.h"
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/import_words.h"
-#include "pipeline/cli/made_package.h"
 #include "pipeline/cli/prior_words.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
@@ -33,28 +34,28 @@ int build(const BuildArguments& arguments) {
   if (arguments.output.empty() && arguments.study.empty()) {
     throw Error(ErrorCode::Usage, "-o is missing: name the package to write");
   }
-  Scene scene;
-  if (!arguments.scene.empty()) scene = read_scene(arguments.scene);
+  build::Scene scene;
+  if (!arguments.scene.empty()) scene = build::read_scene(arguments.scene);
   fs::path output = arguments.output;
   if (output.empty()) {
     const study::Study made = study::Study::open(arguments.study);
-    output = made_package(made);
-    if (arguments.scene.empty()) scene = made_scene(made);
+    output = build::made_package(made);
+    if (arguments.scene.empty()) scene = build::made_scene(made);
   }
   study::check_writable(output);
   if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
-  Orders orders;
+  build::Orders orders;
   // Bad words are told before a study is waited for or made.
-  if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
+  if (!arguments.common.recipe.empty()) orders.recipe = build::read_recipe(arguments.common.recipe);
   take_corrections(arguments.corrections, orders);
   if (arguments.prior) orders.recipe.segment.prior = *arguments.prior;
-  if (arguments.prior || !arguments.common.recipe.empty()) check_prior(orders.recipe);
+  if (arguments.prior || !arguments.common.recipe.empty()) build::check_prior(orders.recipe);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   std::optional<study::Study> study;
   if (!arguments.study.empty()) {
     study = study_to_write(arguments.study, console, arguments.sources.empty());
-    Orders before = orders_of(*study);
+    build::Orders before = build::orders_of(*study);
     if (arguments.common.recipe.empty()) {
       orders.recipe = before.recipe;
       if (!arguments.sources.empty()) {
@@ -77,36 +78,29 @@ int build(const BuildArguments& arguments) {
   }
   apply(arguments.words, orders.recipe.import);
   if (arguments.prior) orders.recipe.segment.prior = *arguments.prior;
-  note_prior(orders, study ? &*study : nullptr);
-  check_prior(orders, study ? &*study : nullptr);
+  build::note_prior(orders, study ? &*study : nullptr);
+  build::check_prior(orders, study ? &*study : nullptr);
   orders.discard_edits = arguments.discard_edits;
-  if (study) keep_orders(orders, *study);
+  if (study) build::keep_orders(orders, *study);
   // A study is packed again for other scenes: it has what any of them needs.
-  if (!study && !scene_has_atria(scene)) orders.recipe.segment.atria = false;
-  // A study keeps the surfaces too, so that it can be packed again for another scene.
-  const bool with_surfaces = study.has_value() || scene_has_surfaces(scene);
+  if (!study && !build::scene_has_atria(scene)) orders.recipe.segment.atria = false;
   const bool with_report = study.has_value() && !arguments.no_report;
-  Chain chain(console, std::move(orders), std::move(study));
-  chain.import({arguments.sources.begin(), arguments.sources.end()});
+  build::IncrementalBuild stages(console, std::move(orders), std::move(study));
+  stages.import({arguments.sources.begin(), arguments.sources.end()});
   try {
-    chain.segment();
-    chain.demand_heart(scene, output);
-    chain.registration(scene_has_volume(scene));
-    chain.fields();
-    if (with_surfaces) chain.surfaces();
-    chain.pack(scene, output);
+    stages.make(scene, output);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Quality && with_report) {
       try {
-        (void)chain.report({}, true);
+        (void)stages.report({}, true);
       } catch (const std::exception& trouble) {  // the refusal is what the user must hear of
         console.warn(std::string("the report was not written: ") + trouble.what());
       }
     }
     throw;
   }
-  if (with_report) (void)chain.report({}, false);
-  chain.tell_kept();
+  if (with_report) (void)stages.report({}, false);
+  stages.tell_kept();
   console.finish();
   if (!arguments.common.timing.empty()) {
     console.write_timing(arguments.common.timing, arguments.common.threads);

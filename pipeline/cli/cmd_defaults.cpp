@@ -20,8 +20,8 @@ void add_defaults(CLI::App& app, Run& run) {
   command->add_flag("--json", arguments->json, "As JSON without comments");
   command->callback([arguments, &run] {
     run = [arguments] {
-      const Recipe recipe = recipe_of(arguments->recipe);
-      print_data(arguments->json ? recipe_to_json(recipe).dump(2) + "\n"
+      const build::Recipe recipe = recipe_of(arguments->recipe);
+      print_data(arguments->json ? build::recipe_to_json(recipe).dump(2) + "\n"
                                  : commented_recipe(recipe));
       return 0;
     };

@@ -4,12 +4,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/study_status.h"
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/editor_files.h"
 #include "pipeline/cli/source_labels.h"
 #include "pipeline/cli/stored_distances.h"
 #include "pipeline/cli/stored_images.h"
-#include "pipeline/cli/study_status.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/field.h"
 #include "pipeline/formats/gltf.h"
@@ -86,7 +86,7 @@ Content from_package(const fs::path& file, const std::string& format) {
 }
 
 void require_done(const study::Study& study, study::Stage stage) {
-  for (const StageStatus& status : status_of(study).stages) {
+  for (const build::StageStatus& status : build::status_of(study).stages) {
     if (status.stage > stage || status.stage == study::Stage::Pictures) continue;
     if (status.state == "done" || status.state == "edited") continue;
     throw_invalid("in the study " + study.folder().string() + " the stage " +
@@ -112,7 +112,7 @@ Content from_study(const fs::path& folder, const std::string& format) {
     }
     return content;
   }
-  const Recipe recipe = orders_of(study).recipe;
+  const build::Recipe recipe = build::orders_of(study).recipe;
   for (const FieldCycle& cycle : study::read_fields(folder)) {
     check_stop_flag();
     content.fields.push_back(

@@ -11,7 +11,8 @@ void add_field(CLI::App& app, Run& run) {
   add_stage_arguments(*command, *arguments);
   command->callback([arguments, &run] {
     run = [arguments] {
-      return run_stage(*arguments, study::Stage::Register, [](Chain& chain) { chain.fields(); });
+      return run_stage(*arguments, study::Stage::Register,
+                       [](build::IncrementalBuild& stages) { stages.fields(); });
     };
   });
 }

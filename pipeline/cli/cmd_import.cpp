@@ -19,7 +19,7 @@ struct ImportArguments {
 
 // Images and labels of key surfaces; the labels stay the study's, for the stage segment.
 std::pair<Exam, std::vector<std::filesystem::path>> exam_of_surfaces(const std::string& file,
-                                                                     Orders& orders,
+                                                                     build::Orders& orders,
                                                                      Console& console) {
   KeySurfaces keys = read_key_surfaces(file);
   keyframes::SeenHeart seen;
@@ -49,11 +49,11 @@ int import_exam(const ImportArguments& arguments) {
   }
   Console console(common.verbose);
   study::Study study = study_to_write(arguments.stage.study, console, false);
-  Orders orders = orders_of(study);
+  build::Orders orders = build::orders_of(study);
   if (common.recipe.empty()) {
     warn_of_kept(arguments.words, orders.recipe.import, console);
   } else {
-    orders.recipe = read_recipe(common.recipe);
+    orders.recipe = build::read_recipe(common.recipe);
   }
   apply(arguments.words, orders.recipe.import);
   orders.discard_edits = arguments.stage.discard_edits;
@@ -61,14 +61,14 @@ int import_exam(const ImportArguments& arguments) {
   set_thread_count(common.threads);
   std::optional<std::pair<Exam, std::vector<std::filesystem::path>>> made;
   if (!arguments.surfaces.empty()) made = exam_of_surfaces(arguments.surfaces, orders, console);
-  keep_orders(orders, study);
-  Chain chain(console, std::move(orders), std::move(study));
+  build::keep_orders(orders, study);
+  build::IncrementalBuild stages(console, std::move(orders), std::move(study));
   if (made) {
-    chain.import_made(std::move(made->first), made->second);
+    stages.import_made(std::move(made->first), made->second);
   } else {
-    chain.import({arguments.sources.begin(), arguments.sources.end()});
+    stages.import({arguments.sources.begin(), arguments.sources.end()});
   }
-  chain.tell_kept();
+  stages.tell_kept();
   console.finish();
   if (!common.timing.empty()) console.write_timing(common.timing, common.threads);
   return 0;

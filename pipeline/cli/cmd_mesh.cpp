@@ -11,7 +11,8 @@ void add_mesh(CLI::App& app, Run& run) {
   add_stage_arguments(*command, *arguments);
   command->callback([arguments, &run] {
     run = [arguments] {
-      return run_stage(*arguments, study::Stage::Field, [](Chain& chain) { chain.surfaces(); });
+      return run_stage(*arguments, study::Stage::Field,
+                       [](build::IncrementalBuild& stages) { stages.surfaces(); });
     };
   });
 }

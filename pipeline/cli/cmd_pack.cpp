@@ -25,15 +25,15 @@ void add_pack(CLI::App& app, Run& run) {
       ->capture_default_str();
   command->callback([arguments, &run] {
     run = [arguments] {
-      const Scene scene = read_scene(arguments->scene);
+      const build::Scene scene = build::read_scene(arguments->scene);
       const std::filesystem::path file =
           arguments->output.empty()
               ? std::filesystem::path(arguments->stage.study) / "heart.beatlas"
               : std::filesystem::path(arguments->output);
       if (!arguments->output.empty()) study::check_writable(file);
-      const bool surfaces = scene_has_surfaces(scene);
+      const bool surfaces = build::scene_has_surfaces(scene);
       return run_stage(arguments->stage, surfaces ? study::Stage::Mesh : study::Stage::Field,
-                       [&](Chain& chain) { chain.pack(scene, file); });
+                       [&](build::IncrementalBuild& stages) { stages.pack(scene, file); });
     };
   });
 }

@@ -12,7 +12,7 @@ void add_register(CLI::App& app, Run& run) {
   command->callback([arguments, &run] {
     run = [arguments] {
       return run_stage(*arguments, study::Stage::Segment,
-                       [](Chain& chain) { chain.registration(); });
+                       [](build::IncrementalBuild& stages) { stages.registration(); });
     };
   });
 }

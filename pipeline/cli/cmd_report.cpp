@@ -3,10 +3,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/report_facts.h"
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/no_package.h"
 #include "pipeline/cli/package_report.h"
-#include "pipeline/cli/report_facts.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -59,15 +59,15 @@ void add_report(CLI::App& app, Run& run) {
         console.stage("report", [&](StageContext& context) {
           summary = report_package(arguments->source, arguments->output, context);
         });
-        console.tell(told_report(summary, arguments->output));
+        console.tell(build::told_report(summary, arguments->output));
         if (arguments->common.json) print_data(summary.dump(2) + "\n");
         console.finish();
         return 0;
       }
       study::Study study = study_to_write(arguments->source, console, true);
-      Orders orders = orders_of(study);
-      Chain chain(console, std::move(orders), std::move(study));
-      const nlohmann::json summary = chain.report(arguments->output, true);
+      build::Orders orders = build::orders_of(study);
+      build::IncrementalBuild stages(console, std::move(orders), std::move(study));
+      const nlohmann::json summary = stages.report(arguments->output, true);
       if (arguments->common.json) print_data(summary.dump(2) + "\n");
       console.finish();
       return 0;

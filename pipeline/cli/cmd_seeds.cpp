@@ -5,10 +5,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/seeds.h"
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/label_names.h"
 #include "pipeline/cli/markups.h"
-#include "pipeline/cli/seeds.h"
 #include "pipeline/core/words.h"
 #include "pipeline/study/stage_files.h"
 #include "runtime/base/error.h"
@@ -123,10 +123,11 @@ std::string seed_text(const segment::Seed& seed, const Grid& grid) {
 
 int list(const SeedsArguments& arguments) {
   const study::Study study = study::Study::open(arguments.study);
-  const Orders orders = orders_of(study);
+  const build::Orders orders = build::orders_of(study);
   if (arguments.json || arguments.slicer) {
     print_data(
-        (arguments.json ? seeds_to_json(orders.seeds) : seeds_to_markups(orders.seeds)).dump(2) +
+        (arguments.json ? build::seeds_to_json(orders.seeds) : seeds_to_markups(orders.seeds))
+            .dump(2) +
         "\n");
     return 0;
   }
@@ -145,12 +146,12 @@ int list(const SeedsArguments& arguments) {
 
 /// Changes the seeds that the study is built with, and says what the next build does.
 int change(const SeedsArguments& arguments,
-           const std::function<std::string(study::Study&, Orders&)>& body) {
+           const std::function<std::string(study::Study&, build::Orders&)>& body) {
   Console console(false);
   study::Study study = study_to_write(arguments.study, console, true);
-  Orders orders = orders_of(study);
+  build::Orders orders = build::orders_of(study);
   const std::string said = body(study, orders);
-  keep_orders(orders, study);
+  build::keep_orders(orders, study);
   study.save();
   print_data(said + "; build again: beatlas build --study " + arguments.study + "\n");
   return 0;
@@ -162,7 +163,7 @@ int add(const SeedsArguments& arguments) {
     refuse_words("--label: " + shown_word(arguments.label) + " is no known label; " +
                  what_it_may_be(arguments.label));
   }
-  return change(arguments, [&](study::Study& study, Orders& orders) {
+  return change(arguments, [&](study::Study& study, build::Orders& orders) {
     if (study.find(study::Stage::Import) == nullptr) {
       throw_invalid("the study " + arguments.study + " holds no images yet; run: beatlas import " +
                     "SOURCE... --study " + arguments.study);
@@ -181,7 +182,7 @@ int add(const SeedsArguments& arguments) {
 }
 
 int remove(const SeedsArguments& arguments) {
-  return change(arguments, [&](study::Study&, Orders& orders) {
+  return change(arguments, [&](study::Study&, build::Orders& orders) {
     std::set<std::size_t> gone;
     for (const std::string& word : arguments.numbers) {
       std::size_t number = 0;

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/learned_prior.h"
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/prior_words.h"
@@ -24,12 +25,13 @@ void add_segment(CLI::App& app, Run& run) {
   command->callback([arguments, &run] {
     run = [arguments] {
       return run_stage(
-          arguments->stage, study::Stage::Import, [](Chain& chain) { chain.segment(); },
-          [&](Orders& orders) {
+          arguments->stage, study::Stage::Import,
+          [](build::IncrementalBuild& stages) { stages.segment(); },
+          [&](build::Orders& orders) {
             take_corrections(arguments->corrections, orders);
             if (!arguments->prior) return;
             orders.recipe.segment.prior = *arguments->prior;
-            check_prior(orders.recipe);
+            build::check_prior(orders.recipe);
           });
     };
   });

@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/study_status.h"
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/study_status.h"
 #include "pipeline/study/study.h"
 
 namespace beatlas::cli {
@@ -28,7 +28,7 @@ void add_status(CLI::App& app, Run& run) {
   command->add_flag("--json", arguments->json, "As JSON, see status.schema.json");
   command->callback([arguments, &run] {
     run = [arguments] {
-      const StudyStatus status = status_of(study::Study::open(arguments->study));
+      const build::StudyStatus status = build::status_of(study::Study::open(arguments->study));
       print_data(arguments->json ? to_json(status).dump(2) + "\n" : to_text(status));
       return 0;
     };

@@ -6,7 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "pipeline/cli/chain.h"
+#include "pipeline/build/incremental_build.h"
+#include "pipeline/cli/console.h"
 
 namespace CLI {
 class App;
@@ -65,14 +66,14 @@ void add_discard_edits(CLI::App& command, bool& discard_edits);
 [[nodiscard]] study::Study study_to_write(const std::string& folder, Console& console,
                                           bool must_be_there);
 
-/// Opens the study and runs `body` with a chain whose recipe is --recipe's, else the study's.
+/// Opens the study and runs `body` with a build of it whose recipe is --recipe's, else the study's.
 /// `before` is the last stage that must be up to date.
 /// @param change called with the orders of the study before they are used; may be empty
 int run_stage(const StageArguments& arguments, study::Stage before,
-              const std::function<void(Chain&)>& body,
-              const std::function<void(Orders&)>& change = {});
+              const std::function<void(build::IncrementalBuild&)>& body,
+              const std::function<void(build::Orders&)>& change = {});
 
 /// The recipe of a new build: that of the file, or the defaults without one.
-[[nodiscard]] Recipe recipe_of(const std::string& file);
+[[nodiscard]] build::Recipe recipe_of(const std::string& file);
 
 }  // namespace beatlas::cli

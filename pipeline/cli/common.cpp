@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/learned_prior.h"
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/prior_words.h"
 #include "pipeline/cli/progress.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
@@ -61,26 +61,29 @@ study::Study study_to_write(const std::string& folder, Console& console, bool mu
                        : study::Study::create(folder, waiting);
 }
 
-Recipe recipe_of(const std::string& file) { return file.empty() ? Recipe{} : read_recipe(file); }
+build::Recipe recipe_of(const std::string& file) {
+  return file.empty() ? build::Recipe{} : build::read_recipe(file);
+}
 
 int run_stage(const StageArguments& arguments, study::Stage before,
-              const std::function<void(Chain&)>& body, const std::function<void(Orders&)>& change) {
+              const std::function<void(build::IncrementalBuild&)>& body,
+              const std::function<void(build::Orders&)>& change) {
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   study::Study study = study_to_write(arguments.study, console, true);
-  Orders orders = orders_of(study);
-  if (!arguments.common.recipe.empty()) orders.recipe = read_recipe(arguments.common.recipe);
+  build::Orders orders = build::orders_of(study);
+  if (!arguments.common.recipe.empty()) orders.recipe = build::read_recipe(arguments.common.recipe);
   if (change) change(orders);
-  note_prior(orders, &study);
+  build::note_prior(orders, &study);
   orders.discard_edits = arguments.discard_edits;
-  keep_orders(orders, study);
+  build::keep_orders(orders, study);
   if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
-  Chain chain(console, std::move(orders), std::move(study));
+  build::IncrementalBuild stages(console, std::move(orders), std::move(study));
   for (const study::Stage stage : study::kAllStages) {
-    if (stage <= before && stage != study::Stage::Pictures) chain.require(stage);
+    if (stage <= before && stage != study::Stage::Pictures) stages.require(stage);
   }
-  body(chain);
-  chain.tell_kept();
+  body(stages);
+  stages.tell_kept();
   console.finish();
   if (!arguments.common.timing.empty()) {
     console.write_timing(arguments.common.timing, arguments.common.threads);

@@ -9,7 +9,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "pipeline/cli/version.h"
+#include "pipeline/build/version.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -128,7 +128,7 @@ void Console::write_timing(const std::filesystem::path& file, int threads) const
                            {"wall_s", total},
                            {"peak_memory_mb", peak_memory_mb()},
                            {"threads", threads},
-                           {"version", kVersion}});
+                           {"version", build::kVersion}});
 }
 
 }  // namespace beatlas::cli

@@ -9,13 +9,12 @@
 #include <string_view>
 #include <vector>
 
+#include "pipeline/build/listener.h"
 #include "pipeline/cli/progress.h"
-#include "pipeline/core/stage_context.h"
-#include "pipeline/report/speed_table.h"
 
 namespace beatlas::cli {
 
-class Console {
+class Console : public build::Listener {
  public:
   /// @param verbose log lines also where stderr is no terminal, and the speed table at the end
   /// Says its lines as JSON where speaks_json().
@@ -23,20 +22,20 @@ class Console {
 
   /// Runs one stage with a context of its own and notes its wall and CPU time. On a terminal, or as
   /// JSON lines, its progress is shown. Interrupting sets the context's cancel flag.
-  void stage(const std::string& name, const std::function<void(StageContext&)>& body);
+  void stage(const std::string& name, const std::function<void(StageContext&)>& body) override;
 
   /// Always printed.
-  void warn(std::string_view line);
+  void warn(std::string_view line) override;
   /// What the user must know that is no warning. Always printed.
-  void tell(std::string_view line);
+  void tell(std::string_view line) override;
   /// Printed on a terminal or if verbose.
-  void log(std::string_view line);
+  void log(std::string_view line) override;
 
   /// The speed table on stderr, if verbose.
   void finish();
 
   /// Of the stages that have ended, in their order.
-  [[nodiscard]] const std::vector<report::StageTime>& times() const { return times_; }
+  [[nodiscard]] const std::vector<report::StageTime>& times() const override { return times_; }
 
   /// {"stages": [{"name", "wall_s", "cpu_s"}], "wall_s", "peak_memory_mb", "threads", "version"}
   /// @throws Error{Machine}

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
-#include <numeric>
 #include <string_view>
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/seeds.h"
 #include "pipeline/cli/coverage_words.h"
 #include "pipeline/cli/label_names.h"
 #include "pipeline/cli/markups.h"
-#include "pipeline/cli/seeds.h"
 #include "pipeline/formats/image_file.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/ingest/shown_path.h"
@@ -82,7 +81,7 @@ std::vector<int> phases_from_word(const std::string& word) {
   }
 }
 
-void take_seeds(const CorrectionWords& words, Orders& orders) {
+void take_seeds(const CorrectionWords& words, build::Orders& orders) {
   orders.seeds.clear();
   orders.painted.reset();
   orders.seeds_from = words.seeds;
@@ -114,13 +113,13 @@ void take_seeds(const CorrectionWords& words, Orders& orders) {
         "says its own");
   }
   try {
-    orders.seeds = markups ? seeds_from_markups(content, marking) : seeds_from_json(content);
+    orders.seeds = markups ? seeds_from_markups(content, marking) : build::seeds_from_json(content);
   } catch (const Error& error) {
     throw error.with_context(orders.seeds_from);
   }
 }
 
-void take_labels(const CorrectionWords& words, Orders& orders) {
+void take_labels(const CorrectionWords& words, build::Orders& orders) {
   orders.labels.reset();
   orders.labels_from = words.labels;
   if (words.labels == kNone) return;
@@ -139,66 +138,6 @@ void take_labels(const CorrectionWords& words, Orders& orders) {
   }
   labels.sha256 = study::given_sha256(labels.images, labels.phases);
   orders.labels = std::move(labels);
-}
-
-/// What the phases of given images are in a study of `count`.
-/// @param otherwise what helps if they are not as many
-std::vector<int> phases_of(const study::GivenLabels& given, int count,
-                           const std::string& otherwise) {
-  if (!given.phases.empty()) {
-    if (given.phases.back() >= count) {
-      throw_invalid("phase " + std::to_string(given.phases.back()) +
-                    " is not known; the images have 0 to " + std::to_string(count - 1));
-    }
-    return given.phases;
-  }
-  if (given.images.phase_count() != count) {
-    throw_invalid("it holds " + std::to_string(given.images.phase_count()) +
-                  (given.images.phase_count() == 1 ? " image" : " images") + ", but the exam has " +
-                  std::to_string(count) + " phases; save one for each, or " + otherwise);
-  }
-  std::vector<int> all(static_cast<std::size_t>(count));
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
-
-std::vector<segment::Seed> painted_seeds(const study::GivenLabels& painted, const Cine& stack) {
-  std::vector<segment::Seed> seeds;
-  const std::vector<int> phases =
-      phases_of(painted, stack.phase_count(), "one alone, whose phase --seeds-phase tells");
-  for (std::size_t image = 0; image < phases.size(); ++image) {
-    const std::vector<segment::Seed> more = segment::seeds_of_painting(
-        painted.images.grid, painted.images.phases[image], phases[image], stack.grid());
-    seeds.insert(seeds.end(), more.begin(), more.end());
-  }
-  if (seeds.empty()) {
-    throw_invalid("what it has painted lies outside the images; paint on an image of this exam");
-  }
-  return seeds;
-}
-
-segment::KnownLabels known_labels(const study::GivenLabels& given, const Cine& stack,
-                                  const std::vector<Vec2>& drawn_shifted_mm) {
-  segment::KnownLabels known{
-      segment::labels_on_grid(given.images, stack.grid(), drawn_shifted_mm),
-      phases_of(given, stack.phase_count(), "name the phases that they are with --labels-phases")};
-  const auto heart_ml = [](const LabelCycle& labels) {
-    double voxels = 0;
-    for (const std::vector<std::uint8_t>& image : labels.phases) {
-      voxels += static_cast<double>(image.size()) -
-                static_cast<double>(std::count(image.begin(), image.end(), kLabelBackground)) -
-                static_cast<double>(std::count(image.begin(), image.end(), kLabelUnknown));
-    }
-    return voxels * labels.grid.voxel_ml();
-  };
-  const double share = heart_ml(known.labels) / heart_ml(given.images);
-  if (!(share >= 0.5)) {
-    throw_invalid(std::string(share > 0 ? "most of its heart lies" : "its heart lies") +
-                  " outside the images in the patient's space; it belongs to another exam, or was "
-                  "moved or mirrored");
-  }
-  segment::check_known(known, stack.grid(), stack.phase_count());
-  return known;
 }
 
 }  // namespace
@@ -247,7 +186,7 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
       ->type_name("MAP");
 }
 
-void take_corrections(const CorrectionWords& words, Orders& orders) {
+void take_corrections(const CorrectionWords& words, build::Orders& orders) {
   const auto image_named = [](const std::string& word) { return !word.empty() && word != kNone; };
   const bool seeds = image_named(words.seeds);
   const bool labels = image_named(words.labels);
@@ -279,64 +218,6 @@ void take_corrections(const CorrectionWords& words, Orders& orders) {
   if (!coverage) return;
   orders.coverage_from = ingest::shown_to({words.coverage}, words.coverage);
   orders.coverage = read_coverage(words.coverage);
-}
-
-Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext& context) {
-  const Cine& stack = exam.stack;
-  Corrections out{orders.seeds, {}, {}};
-  try {
-    segment::check_seeds(out.seeds, stack.grid(), stack.phase_count());
-    if (orders.painted) {
-      const std::vector<segment::Seed> painted = painted_seeds(*orders.painted, stack);
-      out.seeds.insert(out.seeds.end(), painted.begin(), painted.end());
-    }
-  } catch (const Error& error) {
-    throw error.with_context(orders.seeds_from);
-  }
-  if (!orders.labels) return out;
-  const bool move = orders.recipe.segment.labels_drawn_on == segment::LabelsDrawnOn::Imaged &&
-                    !exam.slice_shifts_mm.empty();
-  if (move) {
-    context.warn(
-        "the labels given were moved with the slices that lay shifted, as drawn on the images as "
-        "they came; if they were drawn on the study's own, say so: /segment/labels_drawn_on "
-        "aligned in a recipe");
-  }
-  try {
-    out.known =
-        known_labels(*orders.labels, stack, move ? exam.slice_shifts_mm : std::vector<Vec2>());
-  } catch (const Error& error) {
-    throw error.with_context(orders.labels_from);
-  }
-  if (orders.coverage.empty()) return out;
-  try {
-    if (move) {
-      throw_invalid(
-          "coverage cannot be moved with slices that import moved back; give what was drawn on the "
-          "study's own images, and say so: /segment/labels_drawn_on aligned in a recipe");
-    }
-    for (const auto& [structure, given] : orders.coverage) {
-      out.coverage[structure] = on_voxels_of(given.images, structure, stack.grid());
-    }
-  } catch (const Error& error) {
-    throw error.with_context(orders.coverage_from);
-  }
-  return out;
-}
-
-Segmentation segment_with(const Exam& exam, const Corrections& corrections,
-                          const segment::SegmentOptions& options, StageContext& context,
-                          const prior::PriorCycle* prior) {
-  if (corrections.known.phases.empty()) {
-    return segment::segment_exam(exam, corrections.seeds, options, context, {}, prior);
-  }
-  const bool all =
-      corrections.known.phases.size() == static_cast<std::size_t>(exam.stack.phase_count());
-  if (all && !corrections.seeds.empty()) {
-    context.warn("the seeds are not used: the labels given are of every phase");
-  }
-  return segment::segment_with_labels(exam, corrections.known, corrections.seeds, options, context,
-                                      corrections.coverage, prior);
 }
 
 }  // namespace beatlas::cli

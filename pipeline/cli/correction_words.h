@@ -6,10 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/cli/orders.h"
-#include "pipeline/core/exam.h"
-#include "pipeline/core/stage_context.h"
-#include "pipeline/segment/given_coverage.h"
+#include "pipeline/build/orders.h"
 
 namespace CLI {
 class App;
@@ -32,24 +29,6 @@ void add_correction_words(CLI::App& command, CorrectionWords& words);
 
 /// Reads what the words name into `orders`; what they do not name stays as it is.
 /// @throws Error{Usage} for words that cannot be meant; Error{InvalidInput} for their files
-void take_corrections(const CorrectionWords& words, Orders& orders);
-
-/// The same on the grid and in the phases of an exam.
-struct Corrections {
-  std::vector<segment::Seed> seeds;  ///< drawn and painted
-  segment::KnownLabels known;
-  segment::GivenCoverage coverage;
-};
-/// Labels are moved with the exam's slices unless the recipe says otherwise; seeds lie where the
-/// study's images show them.
-/// @throws Error{InvalidInput} naming the user's file that does not fit
-[[nodiscard]] Corrections corrections_for(const Exam& exam, const Orders& orders,
-                                          StageContext& context);
-
-/// Segments an exam with what was made by hand, if anything was.
-/// @param prior see segment_exam
-[[nodiscard]] Segmentation segment_with(const Exam& exam, const Corrections& corrections,
-                                        const segment::SegmentOptions& options,
-                                        StageContext& context, const prior::PriorCycle* prior);
+void take_corrections(const CorrectionWords& words, build::Orders& orders);
 
 }  // namespace beatlas::cli

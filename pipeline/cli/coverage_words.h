@@ -5,7 +5,6 @@
 #include <map>
 #include <string>
 
-#include "pipeline/segment/given_coverage.h"
 #include "pipeline/study/given_files.h"
 
 namespace beatlas::cli {
@@ -18,10 +17,5 @@ namespace beatlas::cli {
 /// holds values beyond 0..1 or covers nothing.
 [[nodiscard]] std::map<Structure, study::GivenImages> read_coverage(
     const std::filesystem::path& folder);
-
-/// The images as a part of a grid, whose voxels they must be, in whatever order.
-/// @throws Error{InvalidInput} if they lie between its voxels or beyond it.
-[[nodiscard]] segment::PartCoverage on_voxels_of(const ImageCycle<float>& images,
-                                                 Structure structure, const Grid& grid);
 
 }  // namespace beatlas::cli

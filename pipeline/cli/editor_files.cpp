@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdio>
 
+#include "pipeline/build/orders.h"
 #include "pipeline/cli/markups.h"
-#include "pipeline/cli/orders.h"
 #include "pipeline/formats/label_table.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
@@ -49,7 +49,7 @@ void export_for_editor(const fs::path& study, int phase, const fs::path& folder)
     study::write_text(folder / "labels.txt", formats::itk_snap_labels());
     study::write_text(folder / "labels.ctbl", formats::slicer_colour_table());
   }
-  std::vector<segment::Seed> seeds = orders_of(opened).seeds;
+  std::vector<segment::Seed> seeds = build::orders_of(opened).seeds;
   std::erase_if(seeds,
                 [&](const segment::Seed& seed) { return seed.phase >= 0 && seed.phase != phase; });
   if (!seeds.empty()) {

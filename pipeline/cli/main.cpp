@@ -9,11 +9,12 @@
 #include <CLI/CLI.hpp>
 #include <malloc.h>
 
+#include "pipeline/build/version.h"
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/console.h"
 #include "pipeline/cli/help.h"
+#include "pipeline/cli/prior_words.h"
 #include "pipeline/cli/progress.h"
-#include "pipeline/cli/version.h"
 #include "runtime/base/error.h"
 #include "runtime/base/nearest_name.h"
 
@@ -63,7 +64,7 @@ void keep_freed_memory() {
 int run_command(int argc, char** argv) {
   using namespace beatlas::cli;
   CLI::App app("From ECG-gated cardiac MRI to a beating heart that can be touched.", "beatlas");
-  app.set_version_flag("--version", std::string("beatlas ") + kVersion);
+  app.set_version_flag("--version", std::string("beatlas ") + beatlas::build::kVersion);
   app.require_subcommand(1);
   app.footer(
       "Exit codes: 0 done, 2 usage, 3 bad input, 4 quality below demand, 5 machine trouble.");
@@ -107,6 +108,7 @@ int run_command(int argc, char** argv) {
     return fail((told + "; see: beatlas" + command + " --help").c_str(), beatlas::ErrorCode::Usage);
   }
   catch_interrupts();
+  take_prior_of_environment();
   const int code = run();
   if (speaks_json()) say_end(code, "");
   return code;

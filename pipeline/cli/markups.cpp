@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "pipeline/build/seeds.h"
 #include "pipeline/cli/label_names.h"
-#include "pipeline/cli/seeds.h"
 #include "pipeline/study/json_values.h"
 #include "runtime/base/error.h"
 
@@ -123,7 +123,7 @@ struct Markup {
     const std::vector<double> numbers = study::numbers_from_json(*found, where + "/position");
     if (numbers.size() != 3) throw_invalid(where + "/position must be 3 numbers");
     Vec3 lps_mm = Vec3(numbers[0], numbers[1], numbers[2]).cwiseProduct(lps_from_numbers);
-    if (!(lps_mm.cwiseAbs().maxCoeff() <= kFarthestMm)) {
+    if (!(lps_mm.cwiseAbs().maxCoeff() <= build::kFarthestMm)) {
       throw_invalid(where + "/position must lie within -5000 to 5000 mm");
     }
     return lps_mm;

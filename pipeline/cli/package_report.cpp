@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "pipeline/assess/structural_checks.h"
-#include "pipeline/cli/report_facts.h"
+#include "pipeline/build/report_facts.h"
+#include "pipeline/build/version.h"
 #include "pipeline/cli/stored_images.h"
-#include "pipeline/cli/version.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/report/report_data.h"
 #include "pipeline/study/files.h"
@@ -180,7 +180,8 @@ json report_package(const fs::path& file, const fs::path& page, StageContext& co
   StageContext checking = context.part(0.1, 0.5, "checks");
   const std::vector<assess::Check> checks = assess::check_structure(package, {}, checking);
   try {
-    input.package = package_facts(pack_contents(manifest, fs::file_size(file), checks), sha256);
+    input.package =
+        build::package_facts(build::pack_contents(manifest, fs::file_size(file), checks), sha256);
   } catch (const json::exception&) {
     throw_invalid(file.string() + ": its provenance is not what 'beatlas pack' writes");
   }
@@ -203,7 +204,7 @@ json report_package(const fs::path& file, const fs::path& page, StageContext& co
     if (!surface) continue;
     context.check_cancelled();
     input.surfaces.push_back({structure, surface->triangles, surface->positions});
-    input.surface_figures.push_back(surface_figures(input.surfaces.back()));
+    input.surface_figures.push_back(build::surface_figures(input.surfaces.back()));
   }
   context.progress(0.85, "the page");
   input.workspace_from_lps = manifest.workspace_from_lps;
@@ -212,7 +213,7 @@ json report_package(const fs::path& file, const fs::path& page, StageContext& co
   }
   input.stages = stages_of(manifest.provenance);
   input.input_sha256 = told_text(manifest.provenance, "input_sha256");
-  input.program = std::string("beatlas ") + kVersion;
+  input.program = std::string("beatlas ") + build::kVersion;
   input.made_from = sha256;
   const std::string html = report::report_html(report::report_json(input));
   context.check_cancelled();

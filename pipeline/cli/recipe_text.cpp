@@ -59,10 +59,10 @@ std::string comment(const std::string& text, const std::string& indent) {
 
 }  // namespace
 
-std::string commented_recipe(const Recipe& recipe) {
+std::string commented_recipe(const build::Recipe& recipe) {
   const json schema = json::parse(recipe_schema());
-  const json values = recipe_to_json(recipe);
-  const json defaults = recipe_to_json(Recipe{});
+  const json values = build::recipe_to_json(recipe);
+  const json defaults = build::recipe_to_json(build::Recipe{});
   std::string out = "// " + schema.at("description").get<std::string>() + "\n{\n";
   for (auto section = values.begin(); section != values.end(); ++section) {
     const json& content = schema.at("properties").at(section.key());

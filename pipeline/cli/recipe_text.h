@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "pipeline/cli/recipe.h"
+#include "pipeline/build/recipe.h"
 
 namespace beatlas::cli {
 
@@ -13,6 +13,6 @@ namespace beatlas::cli {
 
 /// The recipe as JSON with a line of comment above every option: what it is, its unit and range,
 /// and its default where the recipe has another value. read_recipe reads it back.
-[[nodiscard]] std::string commented_recipe(const Recipe& recipe);
+[[nodiscard]] std::string commented_recipe(const build::Recipe& recipe);
 
 }  // namespace beatlas::cli

@@ -14,6 +14,11 @@ struct PartCoverage {
 };
 using GivenCoverage = std::map<Structure, PartCoverage>;
 
+/// Images of shares as a part of an exam's grid, whose voxels they must be, in whatever order.
+/// @throws Error{InvalidInput} if they lie between its voxels or beyond it.
+[[nodiscard]] PartCoverage on_voxels_of(const ImageCycle<float>& images, Structure structure,
+                                        const Grid& grid);
+
 /// Puts given coverage in place of what was made of the labels; structures without keep that.
 /// @param segmentation whose coverage holds all that is given
 /// @throws Error{InvalidInput} where coverage and labels are of different segmentations: a

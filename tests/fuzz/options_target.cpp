@@ -1,8 +1,8 @@
 // JSON that users write: recipes, seeds, scenes. The first byte says which.
+#include "pipeline/build/recipe.h"
+#include "pipeline/build/scene.h"
+#include "pipeline/build/seeds.h"
 #include "pipeline/cli/markups.h"
-#include "pipeline/cli/recipe.h"
-#include "pipeline/cli/scene.h"
-#include "pipeline/cli/seeds.h"
 #include "pipeline/study/files.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -21,11 +21,11 @@ std::vector<std::string> seeds() {
                                           "positionStatus": "defined"}]}]})");
   const auto scene =
       nlohmann::json::parse(R"({"content": "palpation", "material": {"stiffness_n_per_m": 200}})");
-  (void)cli::seeds_from_json(drawn);  // they must be sound, or most of a reader is never reached
+  (void)build::seeds_from_json(drawn);  // they must be sound, or most of a reader is never reached
   (void)cli::seeds_from_markups(markups, {});
-  (void)cli::scene_from_json(scene);
-  return {"r" + cli::recipe_to_json({}).dump(1), "r{}", "s" + drawn.dump(1), "s" + markups.dump(1),
-          "c" + scene.dump(1)};
+  (void)build::scene_from_json(scene);
+  return {"r" + build::recipe_to_json({}).dump(1), "r{}", "s" + drawn.dump(1),
+          "s" + markups.dump(1), "c" + scene.dump(1)};
 }
 std::vector<std::string> tokens() {
   return {"{", "}", "[", "]", "\"", ":", ",", "null", "1e400", "-0", "[[[[[[[[", "\\ud800"};
@@ -39,15 +39,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto file = folder.write("a.json", fuzz::text(data + 1, size - 1));
   fuzz::only_errors([&] {
     if (data[0] == 'r') {
-      const cli::Recipe recipe = cli::read_recipe(file);
-      (void)cli::recipe_from_json(cli::recipe_to_json(recipe));
+      const build::Recipe recipe = build::read_recipe(file);
+      (void)build::recipe_from_json(build::recipe_to_json(recipe));
     } else if (data[0] == 's') {
       const nlohmann::json marks = study::read_json(file);
-      (void)cli::seeds_from_json(cli::seeds_to_json(cli::holds_markups(marks)
-                                                        ? cli::seeds_from_markups(marks, {})
-                                                        : cli::seeds_from_json(marks)));
+      (void)build::seeds_from_json(build::seeds_to_json(cli::holds_markups(marks)
+                                                            ? cli::seeds_from_markups(marks, {})
+                                                            : build::seeds_from_json(marks)));
     } else {
-      (void)cli::read_scene(file.string());
+      (void)build::read_scene(file.string());
     }
   });
   return 0;

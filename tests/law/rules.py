@@ -39,14 +39,19 @@ ROOMS = {
     "pipeline/report": _CORE + ("runtime/plot",),
     "pipeline/identify": _CORE + ("runtime/palpation",),
     "pipeline/study": _CORE + ("pipeline/formats", "pipeline/field"),
+    # The order of the stages, with a study and without.
+    "pipeline/build": _CORE + ("pipeline/study", "pipeline/ingest", "pipeline/register",
+                               "pipeline/prior", "pipeline/segment", "pipeline/field",
+                               "pipeline/mesh", "pipeline/pack", "pipeline/assess",
+                               "pipeline/report"),
     # Joins all; and what `validate` measures is what a user of the package feels.
     "pipeline/cli": _CORE + ("runtime/field", "runtime/haptics", "runtime/palpation",
-                             "runtime/plot", "runtime/device", "pipeline/study",
-                             "pipeline/formats", "pipeline/ingest", "pipeline/phantom",
-                             "pipeline/register", "pipeline/segment", "pipeline/field",
-                             "pipeline/mesh", "pipeline/pack", "pipeline/assess",
-                             "pipeline/report", "pipeline/identify", "pipeline/keyframes",
-                             "pipeline/prior"),
+                             "runtime/plot", "runtime/device", "pipeline/build",
+                             "pipeline/study", "pipeline/formats", "pipeline/ingest",
+                             "pipeline/phantom", "pipeline/register", "pipeline/segment",
+                             "pipeline/field", "pipeline/mesh", "pipeline/pack",
+                             "pipeline/assess", "pipeline/report", "pipeline/identify",
+                             "pipeline/keyframes"),
 }
 
 

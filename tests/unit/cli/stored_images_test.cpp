@@ -4,11 +4,15 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/cli/heart_images.h"
+#include "pipeline/build/heart_images.h"
 #include "pipeline/pack/volume_encoder.h"
 #include "runtime/atlas/volume_payload.h"
 
 namespace beatlas::cli {
+using build::box_around;
+using build::cut_images;
+using build::HeartImages;
+using build::StackBox;
 namespace {
 
 /// An oblique stack of 40 x 36 x 12 voxels of 1.5 x 1.5 x 6 mm; every voxel's value tells its

@@ -1,0 +1,32 @@
+#pragma once
+/// What was made by hand, as segmentation takes it.
+
+#include <vector>
+
+#include "pipeline/build/orders.h"
+#include "pipeline/core/exam.h"
+#include "pipeline/core/stage_context.h"
+#include "pipeline/prior/prior.h"
+#include "pipeline/segment/given_coverage.h"
+
+namespace beatlas::build {
+
+/// What was marked and segmented by hand, on the grid and in the phases of an exam.
+struct Corrections {
+  std::vector<segment::Seed> seeds;  ///< drawn and painted
+  segment::KnownLabels known;
+  segment::GivenCoverage coverage;
+};
+/// Labels are moved with the exam's slices unless the recipe says otherwise; seeds lie where the
+/// study's images show them.
+/// @throws Error{InvalidInput} naming the user's file that does not fit
+[[nodiscard]] Corrections corrections_for(const Exam& exam, const Orders& orders,
+                                          StageContext& context);
+
+/// Segments an exam with what was made by hand, if anything was.
+/// @param prior see segment_exam
+[[nodiscard]] Segmentation segment_with(const Exam& exam, const Corrections& corrections,
+                                        const segment::SegmentOptions& options,
+                                        StageContext& context, const prior::PriorCycle* prior);
+
+}  // namespace beatlas::build

@@ -1,0 +1,112 @@
+// The build's package: what it holds, written, and looked at as `validate` looks at it.
+
+#include <algorithm>
+#include <utility>
+
+#include "pipeline/assess/structural_checks.h"
+#include "pipeline/build/incremental_build.h"
+#include "pipeline/build/package_content.h"
+#include "pipeline/build/report_facts.h"
+#include "pipeline/pack/volume_encoder.h"
+#include "pipeline/segment/tissue.h"
+#include "pipeline/study/files.h"
+#include "pipeline/study/stage_files.h"
+#include "runtime/atlas/atlas.h"
+#include "runtime/atlas/scene.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::build {
+namespace fs = std::filesystem;
+using study::Stage;
+namespace {
+
+constexpr auto kVolumeFigures = "pack/volume.json";
+
+/// Of the package as it was written.
+std::vector<assess::Check> checks_of(const fs::path& file, StageContext context) {
+  const atlas::Needs all = atlas::everything_in(atlas::Atlas::open(file, {}).manifest());
+  return assess::check_structure(atlas::Atlas::open(file, all), {}, context);
+}
+
+}  // namespace
+
+pack::PackedVolume IncrementalBuild::packed_volume(const FieldCycle& heart) {
+  const StackBox box =
+      box_around(facts_.source, *facts_.workspace_from_lps, heart.distance_mm.grid, 0);
+  HeartImages around =
+      heart_images_ && heart_images_->box.holds(box)
+          ? cut_images(*heart_images_, box)
+          : cut_images(exam().stack.images, segment::noise_level(exam().stack.images), box);
+  around.images.grid.mm_from_index = *facts_.workspace_from_lps * around.images.grid.mm_from_index;
+  return pack::pack_volume(around.images, around.noise, heart, orders_.recipe.pack);
+}
+
+study::Wanted IncrementalBuild::wanted_pack(const Scene& scene) {
+  study::Wanted with = wanted_of(Stage::Pack, orders_);
+  with.with_surfaces = scene_has_surfaces(scene);
+  with.options["scene"] = scene_to_json(scene);
+  with.options["quality"] = recipe_to_json(orders_.recipe).at("quality");
+  with.options["needs"] = names_of(needed(scene));
+  return with;
+}
+
+bool IncrementalBuild::is_packed(const study::Wanted& with, const fs::path& file) const {
+  return study_ && study::state_of(*study_, Stage::Pack, with).up_to_date() &&
+         study::holds(file, study_->find(Stage::Pack)->package_sha256);
+}
+
+void IncrementalBuild::pack(const Scene& scene, const fs::path& file) {
+  scene_ = scene;
+  const study::Wanted with = wanted_pack(scene);
+  if (is_packed(with, file)) {
+    kept_.push_back(Stage::Pack);
+    forget_refusal();
+    return;
+  }
+  run(Stage::Pack, [&](StageContext& context) {
+    note_for_package();
+    segmentation_.reset();
+    demand_usable(scene, with.with_surfaces ? surface_cycles() : std::vector<SurfaceCycle>());
+    const std::vector<FieldCycle>& fields = field_cycles();
+    std::optional<pack::PackedVolume> volume;
+    const auto heart = std::find_if(fields.begin(), fields.end(), [](const FieldCycle& field) {
+      return field.structure == Structure::Heart;
+    });
+    if (scene_has_volume(scene) && heart != fields.end()) {
+      context.progress(0, "images around the heart");
+      volume = packed_volume(*heart);
+    }
+    exam_.reset();
+    heart_images_.reset();
+    const std::vector<SurfaceCycle> no_surfaces;
+    const std::vector<SurfaceMap> no_maps;
+    const MadeOfExam made{fields, with.with_surfaces ? surface_cycles() : no_surfaces,
+                          with.with_surfaces ? surface_maps() : no_maps, axis()};
+    StageContext making = context.part(0.1, 0.75);
+    pack::PackageContent content =
+        package_content(scene, orders_.recipe, facts_, needed(scene), made, making);
+    const bool has_volume = volume.has_value();
+    if (has_volume) add_volume(std::move(*volume), content);
+    context.check_cancelled();
+    context.progress(0.75, "the package's file");
+    pack::write_package(file, content, orders_.recipe.pack);
+    const std::vector<assess::Check> checks = checks_of(file, context.part(0.8, 1, "checks"));
+    for (const std::string& failure : assess::failures_of(checks)) context.warn(failure);
+    study::StageRecord record{with.version, with.options, {}, {}, {}, {}};
+    if (study_) {
+      record.inputs = study_->inputs_now(Stage::Pack, with.with_surfaces);
+      record.package_sha256 = study::sha256_of_file(file);
+    }
+    leave(Stage::Pack, std::move(record), [&] {
+      study::make_folder(study_->folder() / "pack");
+      study::write_json(
+          study_->folder() / kPackContents,
+          pack_contents(atlas::Atlas::open(file, {}).manifest(), fs::file_size(file), checks));
+      if (!has_volume) return study::FileList{kPackContents};
+      study::write_json(study_->folder() / kVolumeFigures, volume_figures(*content.volume));
+      return study::FileList{kPackContents, kVolumeFigures};
+    });
+  });
+}
+
+}  // namespace beatlas::build

@@ -1,0 +1,164 @@
+// The report of a study that is built, gathered for the room `report`.
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <utility>
+
+#include "pipeline/build/incremental_build.h"
+#include "pipeline/build/report_facts.h"
+#include "pipeline/build/study_status.h"
+#include "pipeline/build/version.h"
+#include "pipeline/report/report_data.h"
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+#include "runtime/base/sha256.h"
+
+namespace beatlas::build {
+namespace fs = std::filesystem;
+using nlohmann::json;
+using study::Stage;
+namespace {
+
+constexpr auto kReportPage = "report.html";
+constexpr auto kReportSummary = "report.json";
+
+/// Of all that the report tells.
+std::string made_from(const study::Study& study) {
+  const auto& refusal = study.refusal();
+  json all{{"program", kVersion},
+           {"refused", refusal ? refusal->reason : std::string()},
+           {"given", study.given()}};
+  for (const Stage stage : study::kAllStages) {
+    const study::StageRecord* record = study.find(stage);
+    if (record == nullptr) continue;
+    json outputs = record->outputs;
+    for (const std::string& edited : study::edited_outputs(study, stage)) {
+      const fs::path file = study.folder() / edited;
+      outputs[edited] = fs::exists(file) ? study::sha256_of_file(file) : "gone";
+    }
+    all[std::string(study::stage_name(stage))] = {
+        {"options", record->options}, {"outputs", outputs}, {"package", record->package_sha256}};
+  }
+  const std::string text = all.dump();
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+/// report.json of the build before; null if there is none that can be read.
+json former_summary(const fs::path& file) {
+  try {
+    json former = study::read_json(file);
+    return former.is_object() ? former : json();
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+/// What of `former` stands beside a new report: nothing older than the last one that differs.
+json before_of(json former, const json& now) {
+  if (former.is_null()) return {};
+  json older = former.contains("before") ? former["before"] : json();
+  for (const char* key : {"verdict", "figures", "places", "volumes_ml"}) {
+    if (former.contains(key) && former[key] == now.at(key)) continue;
+    former.erase("before");
+    return former;
+  }
+  return older;
+}
+
+/// Whether a stage would run again.
+bool is_behind(const report::ReportInput& input, Stage stage) {
+  return std::any_of(input.stages.begin(), input.stages.end(),
+                     [&](const report::ReportStage& known) {
+                       return known.name == study::stage_name(stage) &&
+                              (known.state == "stale" || known.state == "waits");
+                     });
+}
+
+}  // namespace
+
+json IncrementalBuild::report(const fs::path& page, bool anew) {
+  if (!study_->find(Stage::Import)) require(Stage::Import);
+  // What is looked at here, painted labels, replaces no build's refusal.
+  refused_ = refused_ || study_->refusal().has_value();
+  const fs::path summary_file = study_->folder() / kReportSummary;
+  const fs::path file = page.empty() ? study_->folder() / kReportPage : page;
+  const std::string from = made_from(*study_);
+  json former = former_summary(summary_file);
+  const bool same = former.is_object() && former.value("made_from", "") == from;
+  std::error_code ignored;
+  if (!anew && same && fs::exists(file, ignored)) {
+    listener_.tell(told_report(former, file));
+    return former;
+  }
+
+  json summary;
+  listener_.stage("report", [&](StageContext& context) {
+    report::ReportInput input;
+    reads_uncertainty_ = true;
+    if (segmentation_ && segmentation_->uncertainty.empty()) segmentation_.reset();
+    const bool segmented = segmentation_ || study_->find(Stage::Segment) != nullptr;
+    try {
+      if (segmented) (void)segmentation();
+    } catch (const Error& error) {
+      // A leak that the recipe refuses: it is what the report has to show.
+      if (error.code() != ErrorCode::Quality) throw;
+    }
+    input.exam = &exam();
+    if (segmentation_) {
+      input.segmentation = &*segmentation_;
+      input.uncertainty = segmentation_->uncertainty;
+    }
+    context.progress(0.3);
+    context.check_cancelled();
+    if (study_->find(Stage::Register) != nullptr) {
+      input.workspace_from_lps = study::read_workspace_from_lps(study_->folder());
+    }
+    input.stages = stage_facts(*study_, listener_.times());
+    // A build that was refused by its labels leaves the surfaces of those before, which the page
+    // would show beside them.
+    if (study_->find(Stage::Mesh) != nullptr &&
+        !(study_->refusal() && is_behind(input, Stage::Mesh))) {
+      input.surfaces = surface_cycles();
+      for (const SurfaceCycle& surface : input.surfaces) {
+        context.check_cancelled();
+        input.surface_figures.push_back(surface_figures(surface));
+      }
+    }
+    context.progress(0.6);
+    input.needed = needed(told_scene());
+    const study::StageRecord* packed = study_->find(Stage::Pack);
+    input.has_made_package = packed != nullptr && !packed->package_sha256.empty();
+    // What lies there from before a refusal is of other labels or options.
+    if (study_->refusal()) {
+      input.refused = study_->refusal()->reason;
+    } else {
+      input.package = packed_facts(*study_);
+    }
+    const auto& inputs = study_->find(Stage::Import)->inputs;
+    if (inputs.count(study::kSourceStack) != 0) {
+      input.input_sha256 = inputs.at(study::kSourceStack);
+    }
+    input.program = std::string("beatlas ") + kVersion;
+    input.made_from = from;
+    input.drawn_seeds = orders_.seeds.size();
+    if (orders_.labels) {
+      const std::vector<int>& given = orders_.labels->phases;
+      input.given_phases = {given.begin(), given.end()};
+      for (int p = 0; given.empty() && p < input.exam->stack.phase_count(); ++p) {
+        input.given_phases.insert(p);
+      }
+    }
+    summary = report::report_summary(input);
+    input.before = before_of(std::move(former), summary);
+    summary["before"] = input.before;
+    const std::string html = report::report_html(report::report_json(input));
+    context.check_cancelled();
+    study::write_text(file, html);
+    study::write_json(summary_file, summary);
+  });
+  listener_.tell(told_report(summary, file));
+  return summary;
+}
+
+}  // namespace beatlas::build

@@ -1,0 +1,76 @@
+#include "pipeline/build/made_package.h"
+
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "pipeline/build/report_facts.h"
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::build {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+constexpr auto kEnding = ".beatlas";
+
+const study::StageRecord* record_of(const study::Study& study) {
+  const study::StageRecord* record = study.find(study::Stage::Pack);
+  return record == nullptr || record->package_sha256.empty() ? nullptr : record;
+}
+
+[[noreturn]] void ask_for_name(const std::string& why) {
+  throw Error(ErrorCode::Usage, why + "; name the package to write with -o X.beatlas");
+}
+
+}  // namespace
+
+fs::path made_package(const study::Study& study) {
+  const study::StageRecord* record = record_of(study);
+  const std::string named = "the study " + study.folder().string();
+  if (record == nullptr) ask_for_name(named + " has made no package yet");
+  std::error_code ignored;
+  const fs::path folder = fs::weakly_canonical(study.folder(), ignored);
+  std::set<fs::path> found;
+  for (const fs::path& place : {folder, folder.parent_path(), fs::current_path(ignored)}) {
+    for (auto it = fs::directory_iterator(place, ignored); it != fs::directory_iterator();
+         it.increment(ignored)) {
+      const fs::path& file = it->path();
+      if (file.extension() != kEnding || !it->is_regular_file(ignored)) continue;
+      if (study::holds(file, record->package_sha256)) {
+        found.insert(fs::weakly_canonical(file, ignored));
+      }
+    }
+  }
+  if (found.empty()) {
+    ask_for_name("the package that " + named + " made last lies neither in it nor beside it");
+  }
+  if (found.size() > 1) {
+    ask_for_name("there are " + std::to_string(found.size()) + " copies of the package that " +
+                 named + " made last, " + found.begin()->string() + " and " +
+                 std::next(found.begin())->string());
+  }
+  return *found.begin();
+}
+
+Scene made_scene(const study::Study& study) {
+  try {
+    const json& told = record_of(study)->options.at("scene");
+    Scene scene{told.at("content").get<std::string>(),
+                told.at("stiffness_n_per_m").get<double>(),
+                told.value("surface_edges_mm", std::vector<double>()),
+                {}};
+    for (const json& name : told.value("structures", json::array())) {
+      if (const auto known = structure_from_name(name.get<std::string>())) {
+        scene.structures.push_back(*known);
+      }
+    }
+    return scene;
+  } catch (const json::exception&) {
+    throw_invalid((study.folder() / "study.json").string() +
+                  ": /stages/pack/options/scene is not what it was made as; name the scene");
+  }
+}
+
+}  // namespace beatlas::build

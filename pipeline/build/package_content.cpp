@@ -1,0 +1,186 @@
+#include "pipeline/build/package_content.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "pipeline/build/quality.h"
+#include "pipeline/build/surfaces.h"
+#include "pipeline/build/version.h"
+#include "pipeline/mesh/levels.h"
+#include "runtime/atlas/scene.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::build {
+using nlohmann::json;
+using study::Stage;
+namespace {
+
+/// @pre `structure` is among them
+template <class Cycle>
+const Cycle& of(const std::vector<Cycle>& cycles, Structure structure) {
+  return *std::find_if(cycles.begin(), cycles.end(),
+                       [&](const Cycle& each) { return each.structure == structure; });
+}
+
+json error_figures(const FieldCycle& field, const SurfaceCycle& surface, int level) {
+  const mesh::SurfaceError error = mesh::error_against(field, surface);
+  return {{"structure", structure_name(surface.structure)}, {"level", level},
+          {"vertices", surface.positions.front().size()},   {"mean_mm", error.mean_mm},
+          {"worst_phase_mm", error.worst_phase_mm},         {"bias_mm", error.bias_mm}};
+}
+
+/// A package is the same from a study that knows atria and from a build that had no use for them.
+bool is_told(const Scene& scene, Structure structure) {
+  return scene_has_atria(scene) || !is_beyond_base(structure);
+}
+
+/// Maps of `surface`, which stands in place of the one that was made; the wall's other side stays.
+std::vector<SurfaceMap> maps_beside(const SurfaceCycle& surface, const Facts& facts,
+                                    const MadeOfExam& made) {
+  std::vector<SurfaceCycle> around = made.surfaces;
+  for (SurfaceCycle& each : around) {
+    if (each.structure == surface.structure) each = surface;
+  }
+  return make_maps(made.fields, around, made.axis, *facts.workspace_from_lps);
+}
+
+/// Surfaces of the scene in its levels of detail, with their maps and errors.
+void add_surfaces(const Scene& scene, const Recipe& recipe, const Facts& facts,
+                  const MadeOfExam& made, const std::vector<SurfaceCycle>& used,
+                  pack::PackageContent& content, const StageContext& context) {
+  if (used.empty()) return;
+  const double made_mm = recipe.mesh.edge_mm;
+  content.manifest.surface_edges_mm = surface_edges_mm(scene, made_mm);
+  const std::vector<double>& edges_mm = content.manifest.surface_edges_mm;
+  json figures = json::array();
+  for (std::size_t n = 0; n < edges_mm.size(); ++n) {
+    const auto each = static_cast<double>(edges_mm.size());
+    const auto before = static_cast<double>(n);
+    const StageContext part = context.part(before / each, (before + 1) / each);
+    const bool as_made = edges_mm[n] == made_mm;
+    std::vector<SurfaceCycle> level =
+        as_made ? used
+                : surfaces_at_level(used, made.fields, recipe.mesh, edges_mm[n], n == 0, part);
+    for (SurfaceCycle& surface : level) {
+      std::vector<SurfaceMap> maps;
+      if (atlas::kind_exists(atlas::kMapKind, surface.structure)) {
+        maps = as_made ? made.maps : maps_beside(surface, facts, made);
+      }
+      figures.push_back(
+          error_figures(of(made.fields, surface.structure), surface, static_cast<int>(n)));
+      for (SurfaceMap& map : maps) {
+        if (map.structure != surface.structure) continue;
+        content.maps.push_back({map.structure, std::move(map.long_axis), std::move(map.angle_rad),
+                                std::move(map.segment), std::move(map.thickness_mm),
+                                static_cast<int>(n)});
+      }
+      content.surfaces.push_back({surface.structure, std::move(surface.triangles),
+                                  std::move(surface.positions), static_cast<int>(n)});
+    }
+  }
+  content.manifest.provenance["surfaces"] = std::move(figures);
+}
+
+json provenance(const Scene& scene, const Recipe& recipe, const Facts& facts,
+                const std::vector<Structure>& needed, bool with_surfaces,
+                const std::vector<StructureQuality>& quality) {
+  json stages = json::object();
+  for (const auto& [stage, fact] : facts.stages) {
+    if (stage == Stage::Mesh && !with_surfaces) continue;
+    stages[std::string(study::stage_name(stage))] = {{"version", fact.version},
+                                                     {"options", fact.options}};
+  }
+  if (!scene_has_atria(scene) && stages.contains("segment")) {
+    stages["segment"]["options"]["atria"] = false;
+  }
+  stages["pack"] = {{"version", kVersion}, {"options", stage_options(recipe, Stage::Pack)}};
+  json out{{"program", "beatlas"},
+           {"version", kVersion},
+           {"stages", stages},
+           {"input_sha256", facts.input_sha256},
+           {"source_format", facts.source_format},
+           {"decisions", facts.decisions},
+           {"warnings", facts.warnings},
+           {"quality", quality_to_json(quality)},
+           {"needs", names_of(needed)}};
+  if (!facts.phantom_identity.empty()) out["phantom_identity"] = facts.phantom_identity;
+  return out;
+}
+
+}  // namespace
+
+json names_of(const std::vector<Structure>& structures) {
+  json out = json::array();
+  for (const Structure structure : structures) out.push_back(structure_name(structure));
+  return out;
+}
+
+json volume_figures(const pack::PackedVolume& volume) {
+  return {{"noise", volume.noise},
+          {"quantum", volume.quantum},
+          {"rms_error", volume.rms_error},
+          {"psnr_db", volume.psnr_db}};
+}
+
+void add_volume(pack::PackedVolume volume, pack::PackageContent& content) {
+  content.manifest.provenance["volume"] = volume_figures(volume);
+  content.volume = std::move(volume);
+}
+
+std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
+                                            const std::vector<FieldCycle>& fields,
+                                            const std::vector<SurfaceCycle>& made) {
+  std::vector<SurfaceCycle> out;
+  for (const FieldCycle& field : fields) {
+    if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, field.structure)) continue;
+    const auto surface = std::find_if(made.begin(), made.end(), [&](const SurfaceCycle& candidate) {
+      return candidate.structure == field.structure;
+    });
+    if (surface == made.end()) {
+      throw_invalid("there is no surface of " + std::string(structure_name(field.structure)) +
+                    ", which the scene " + scene.content + " needs; run the stage mesh again");
+    }
+    out.push_back(*surface);
+  }
+  return out;
+}
+
+pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, const Facts& facts,
+                                     const std::vector<Structure>& needed, const MadeOfExam& made,
+                                     StageContext& context) {
+  const std::vector<SurfaceCycle> used = surfaces_of_scene(scene, made.fields, made.surfaces);
+  std::vector<StructureQuality> quality = measure_quality(facts.volumes, made.fields, used);
+  std::erase_if(quality,
+                [&](const StructureQuality& each) { return !is_told(scene, each.structure); });
+  demand_quality(quality, recipe.quality);
+
+  pack::PackageContent content;
+  atlas::Manifest& manifest = content.manifest;
+  manifest.scene = scene.content;
+  manifest.stiffness_n_per_m = scene.stiffness_n_per_m;
+  manifest.rr_interval_s = facts.rr_interval_s;
+  manifest.frame_times_s = facts.frame_times_s;
+  manifest.workspace_from_lps = *facts.workspace_from_lps;
+  manifest.source_size = facts.source.size;
+  manifest.source_lps_from_index = facts.source.mm_from_index;
+  manifest.end_diastole = facts.end_diastole;
+  manifest.end_systole = facts.end_systole;
+  for (const FieldCycle& field : made.fields) {
+    if (!is_told(scene, field.structure)) continue;
+    manifest.structures.push_back({std::string(structure_name(field.structure)), field.volume_ml});
+  }
+  manifest.provenance = provenance(scene, recipe, facts, needed, !used.empty(), quality);
+  for (const FieldCycle& field : made.fields) {
+    context.check_cancelled();
+    if (!atlas::scene_holds(scene.content, atlas::kFieldKind, field.structure)) continue;
+    const double share =
+        static_cast<double>(content.fields.size()) / static_cast<double>(made.fields.size());
+    context.progress(0.6 * share, std::string(structure_name(field.structure)) + ", distances");
+    content.fields.push_back(pack::encode_field(field, recipe.pack));
+  }
+  add_surfaces(scene, recipe, facts, made, used, content, context.part(0.6, 1));
+  return content;
+}
+
+}  // namespace beatlas::build

@@ -1,0 +1,115 @@
+#include "pipeline/build/surfaces.h"
+
+#include <algorithm>
+#include <atomic>
+#include <string>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/mesh/beyond_base.h"
+#include "pipeline/mesh/levels.h"
+#include "pipeline/mesh/nested.h"
+#include "pipeline/mesh/surface_map.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::build {
+namespace {
+
+/// What `make` makes of the field that a structure is meshed by.
+template <class Make>
+SurfaceCycle on_meshed(const FieldCycle& field, const std::vector<FieldCycle>& all, double edge_mm,
+                       const Make& make) {
+  return is_beyond_base(field.structure) ? make(mesh::without_ventricles(field, all, edge_mm))
+                                         : make(field);
+}
+
+/// Makes the surface of each structure, several at a time, for parts of the work on one are a
+/// single thread's. What they say comes structure by structure.
+template <class Of, class Make>
+std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<Of>& all,
+                                                 const StageContext& context, const Make& make) {
+  struct Making {
+    std::optional<SurfaceCycle> surface;
+    std::vector<std::string> warnings;
+    std::atomic<double> done{0};
+  };
+  std::vector<Making> making(all.size());
+  parallel_for(all.size(), [&](std::size_t n) {
+    StageContext own = context;
+    own.warn_sink = [&](std::string_view line) { making[n].warnings.emplace_back(line); };
+    own.progress_sink = [&](double done, std::string_view step) {
+      making[n].done = done;
+      double sum = 0;
+      for (const Making& each : making) sum += each.done;
+      context.part(0, 1, structure_name(all[n].structure))
+          .progress(sum / static_cast<double>(all.size()), step);
+    };
+    own.check_cancelled();
+    making[n].surface = make(all[n], own);
+  });
+  std::vector<std::optional<SurfaceCycle>> out;
+  for (Making& each : making) {
+    for (const std::string& line : each.warnings) context.warn(line);
+    out.push_back(std::move(each.surface));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<SurfaceCycle> make_surfaces(const std::vector<FieldCycle>& fields,
+                                        const mesh::MeshOptions& options,
+                                        const StageContext& context) {
+  const auto make = [&](const FieldCycle& field, StageContext& own) {
+    return on_meshed(field, fields, options.edge_mm, [&](const FieldCycle& meshed) {
+      return mesh::mesh_cycle(meshed, options, own);
+    });
+  };
+  std::vector<SurfaceCycle> made;
+  for (auto& surface : made_of(fields, context, make)) made.push_back(std::move(*surface));
+  mesh::part_structures(made, fields);
+  return made;
+}
+
+std::vector<SurfaceCycle> surfaces_at_level(const std::vector<SurfaceCycle>& made,
+                                            const std::vector<FieldCycle>& fields,
+                                            mesh::MeshOptions options, double edge_mm, bool finest,
+                                            const StageContext& context) {
+  options.edge_mm = edge_mm;
+  const auto make = [&](const SurfaceCycle& each,
+                        StageContext& own) -> std::optional<SurfaceCycle> {
+    const auto field = std::find_if(fields.begin(), fields.end(), [&](const FieldCycle& candidate) {
+      return candidate.structure == each.structure;
+    });
+    try {
+      return on_meshed(*field, fields, edge_mm, [&](const FieldCycle& meshed) {
+        return mesh::level_of_detail(each, meshed, options, own);
+      });
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Quality || finest) throw;
+      own.warn(std::string(error.what()) + "; the package has no such level of it");
+      return std::nullopt;
+    }
+  };
+  std::vector<SurfaceCycle> out;
+  for (auto& surface : made_of(made, context, make)) {
+    if (surface) out.push_back(std::move(*surface));
+  }
+  mesh::part_structures(out, fields);
+  return out;
+}
+
+std::vector<SurfaceMap> make_maps(const std::vector<FieldCycle>& fields,
+                                  const std::vector<SurfaceCycle>& surfaces,
+                                  const std::optional<LongAxis>& axis,
+                                  const Affine& workspace_from_lps) {
+  const auto rv = std::find_if(surfaces.begin(), surfaces.end(), [](const SurfaceCycle& surface) {
+    return surface.structure == Structure::RvBlood;
+  });
+  if (!axis || rv == surfaces.end()) return {};
+  Vec3 centre = Vec3::Zero();
+  for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
+  centre /= static_cast<double>(rv->positions.front().size());
+  return mesh::surface_maps(fields, surfaces, mesh::lv_frame(*axis, workspace_from_lps, centre));
+}
+
+}  // namespace beatlas::build

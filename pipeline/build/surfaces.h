@@ -1,0 +1,38 @@
+#pragma once
+/// Distance fields -> surfaces of all structures beside each other, their levels of detail and
+/// maps.
+
+#include <optional>
+#include <vector>
+
+#include "pipeline/core/long_axis.h"
+#include "pipeline/core/shapes.h"
+#include "pipeline/core/stage_context.h"
+#include "pipeline/core/surface_map.h"
+#include "pipeline/mesh/mesh.h"
+
+namespace beatlas::build {
+
+/// One surface a field, in their order; those of structures that touch do not cross each other.
+/// @throws as mesh::mesh_cycle
+[[nodiscard]] std::vector<SurfaceCycle> make_surfaces(const std::vector<FieldCycle>& fields,
+                                                      const mesh::MeshOptions& options,
+                                                      const StageContext& context);
+
+/// The same surfaces with edges of `edge_mm`.
+/// @param fields of at least the structures that have a surface
+/// @param finest what cannot be made is refused; else it is left out, and warned of
+/// @throws Error{Quality} for the finest level
+[[nodiscard]] std::vector<SurfaceCycle> surfaces_at_level(const std::vector<SurfaceCycle>& made,
+                                                          const std::vector<FieldCycle>& fields,
+                                                          mesh::MeshOptions options, double edge_mm,
+                                                          bool finest, const StageContext& context);
+
+/// Of the LV's surfaces; none without its long axis or without a right ventricle, from which its
+/// segments are counted.
+[[nodiscard]] std::vector<SurfaceMap> make_maps(const std::vector<FieldCycle>& fields,
+                                                const std::vector<SurfaceCycle>& surfaces,
+                                                const std::optional<LongAxis>& axis,
+                                                const Affine& workspace_from_lps);
+
+}  // namespace beatlas::build
