@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assess/self_test.h"
 #include "pipeline/build/facts.h"
 #include "pipeline/build/heart_images.h"
 #include "pipeline/build/listener.h"
@@ -54,6 +55,9 @@ class IncrementalBuild {
   /// refused.
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
   void pack(const Scene& scene, const std::filesystem::path& file);
+
+  /// How well the exam's slices and phases foretell each other. The study keeps it for its report.
+  assess::SelfTest self_test();
 
   /// Writes the study's report: the page, and report.json into the study; gives the latter and says
   /// its verdict.

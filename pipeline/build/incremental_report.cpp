@@ -22,26 +22,53 @@ namespace {
 
 constexpr auto kReportPage = "report.html";
 constexpr auto kReportSummary = "report.json";
+constexpr auto kSelfTest = "self_test.json";
+constexpr auto kOfSegmentation = "of_segmentation";  ///< of it: what it was measured of
+
+/// Hashes of a stage's outputs as they lie there, edited or not.
+json outputs_now(const study::Study& study, Stage stage) {
+  json outputs = study.find(stage)->outputs;
+  for (const std::string& edited : study::edited_outputs(study, stage)) {
+    const fs::path file = study.folder() / edited;
+    outputs[edited] = fs::exists(file) ? study::sha256_of_file(file) : "gone";
+  }
+  return outputs;
+}
+
+std::string sha256_of(const json& value) {
+  const std::string text = value.dump();
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+/// What the study was last tested with; null if its labels are others since.
+json self_test_of(const study::Study& study) {
+  const fs::path file = study.folder() / kSelfTest;
+  if (!fs::exists(file) || study.find(Stage::Segment) == nullptr) return {};
+  try {
+    json kept = study::read_json(file);
+    const bool same = kept.is_object() && kept.value(kOfSegmentation, "") ==
+                                              sha256_of(outputs_now(study, Stage::Segment));
+    return same ? kept : json();
+  } catch (const Error&) {
+    return {};
+  }
+}
 
 /// Of all that the report tells.
 std::string made_from(const study::Study& study) {
   const auto& refusal = study.refusal();
   json all{{"program", kVersion},
            {"refused", refusal ? refusal->reason : std::string()},
-           {"given", study.given()}};
+           {"given", study.given()},
+           {"self_test", self_test_of(study)}};
   for (const Stage stage : study::kAllStages) {
     const study::StageRecord* record = study.find(stage);
     if (record == nullptr) continue;
-    json outputs = record->outputs;
-    for (const std::string& edited : study::edited_outputs(study, stage)) {
-      const fs::path file = study.folder() / edited;
-      outputs[edited] = fs::exists(file) ? study::sha256_of_file(file) : "gone";
-    }
-    all[std::string(study::stage_name(stage))] = {
-        {"options", record->options}, {"outputs", outputs}, {"package", record->package_sha256}};
+    all[std::string(study::stage_name(stage))] = {{"options", record->options},
+                                                  {"outputs", outputs_now(study, stage)},
+                                                  {"package", record->package_sha256}};
   }
-  const std::string text = all.dump();
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_of(all);
 }
 
 /// report.json of the build before; null if there is none that can be read.
@@ -76,6 +103,19 @@ bool is_behind(const report::ReportInput& input, Stage stage) {
 }
 
 }  // namespace
+
+assess::SelfTest IncrementalBuild::self_test() {
+  const Grid grid = exam().stack.grid();
+  assess::SelfTest out;
+  listener_.stage("assess", [&](StageContext& context) {
+    out = assess::self_test(segmentation(), grid, facts_.rr_interval_s, orders_.recipe.registration,
+                            context);
+    json kept = to_json(out);
+    kept[kOfSegmentation] = sha256_of(outputs_now(*study_, Stage::Segment));
+    study::write_json(study_->folder() / kSelfTest, kept);
+  });
+  return out;
+}
 
 json IncrementalBuild::report(const fs::path& page, bool anew) {
   if (!study_->find(Stage::Import)) require(Stage::Import);
@@ -141,6 +181,7 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
     }
     input.program = std::string("beatlas ") + kVersion;
     input.made_from = from;
+    input.self_test = self_test_of(*study_);
     input.drawn_seeds = orders_.seeds.size();
     if (orders_.labels) {
       const std::vector<int>& given = orders_.labels->phases;

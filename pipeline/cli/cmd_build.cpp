@@ -25,6 +25,7 @@ struct BuildArguments {
   std::string study;
   bool discard_edits = false;
   bool no_report = false;
+  bool self_test = false;
 };
 
 int build(const BuildArguments& arguments) {
@@ -99,6 +100,14 @@ int build(const BuildArguments& arguments) {
     }
     throw;
   }
+  if (arguments.self_test) {
+    try {
+      (void)stages.self_test();
+    } catch (const Error& error) {  // the atlas stands all the same
+      if (error.code() != ErrorCode::InvalidInput) throw;
+      console.warn(std::string("no self-test: ") + error.what());
+    }
+  }
   if (with_report) (void)stages.report({}, false);
   stages.tell_kept();
   console.finish();
@@ -139,6 +148,11 @@ void add_build(CLI::App& app, Run& run) {
   add_discard_edits(*command, arguments->discard_edits);
   command->add_flag("--no-report", arguments->no_report,
                     "Leave report.html and report.json out of the study");
+  command
+      ->add_flag("--self-test", arguments->self_test,
+                 "Measure how well slices and phases foretell each other, for the study's report; "
+                 "see 'beatlas assess'")
+      ->needs("--study");
   add_building(*command, arguments->common);
   command->callback([arguments, &run] { run = [arguments] { return build(*arguments); }; });
 }

@@ -31,6 +31,7 @@ void add_validate(CLI::App& app, Run& run);
 void add_export(CLI::App& app, Run& run);
 void add_defaults(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
+void add_assess(CLI::App& app, Run& run);
 void add_status(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
 void add_identify(CLI::App& app, Run& run);

@@ -98,6 +98,9 @@ constexpr std::array kEntries{
         "beatlas report exam.study -o exam.html --json",
         "Normal ranges: Petersen et al., JCMR 19, 2017; Hudsmith et al., JCMR 7, 2005;\n"
         "Kawel-Boehm et al., JCMR 17, 2015; how far readers lie apart: Bai et al., JCMR 20, 2018"},
+    Entry{"assess", "beatlas assess exam.study",
+          "Shapes between slices: Raya and Udupa, IEEE TMI 9, 1990; slices left out to test what "
+          "lies\nbetween them: Grevera and Udupa, IEEE TMI 17, 1998"},
     Entry{"status", "beatlas status exam.study", ""},
     Entry{"seeds",
           "beatlas seeds exam.study list\n"

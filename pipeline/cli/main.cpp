@@ -82,6 +82,7 @@ int run_command(int argc, char** argv) {
   add_bench(app, run);
   add_export(app, run);
   add_report(app, run);
+  add_assess(app, run);
   add_status(app, run);
   add_seeds(app, run);
   add_identify(app, run);

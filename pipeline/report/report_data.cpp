@@ -368,6 +368,7 @@ json report_summary(const ReportInput& input) {
            {"package", nullptr},
            {"input_sha256", input.input_sha256},
            {"made_from", input.made_from},
+           {"self_test", input.self_test},
            {"before", input.before}};
   if (input.segmentation != nullptr) {
     const std::vector<VolumeCurve> volumes = volumes_of(input);

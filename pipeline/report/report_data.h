@@ -71,6 +71,7 @@ struct ReportInput {
   std::string made_from;  ///< hash of all that the report shows
   std::size_t drawn_seeds = 0;
   std::set<int> given_phases;  ///< whose labels came from elsewhere: they stay as they are
+  nlohmann::json self_test = nlohmann::json::value_t::null;  ///< see schemas/assess.schema.json
   nlohmann::json before = nlohmann::json::value_t::null;  ///< report_summary of the build before,
                                                           ///< null if there was none
 };

@@ -35,7 +35,7 @@ ROOMS = {
     "pipeline/keyframes": _CORE + ("pipeline/field",),
     "pipeline/mesh": _CORE + ("pipeline/field", "runtime/palpation"),
     "pipeline/pack": _CORE,
-    "pipeline/assess": _CORE + ("pipeline/phantom", "runtime/field", "runtime/haptics"),
+    "pipeline/assess": _CORE + ("pipeline/phantom", "pipeline/register", "runtime/field", "runtime/haptics"),
     "pipeline/report": _CORE + ("runtime/plot",),
     "pipeline/identify": _CORE + ("runtime/palpation",),
     "pipeline/study": _CORE + ("pipeline/formats", "pipeline/field"),

@@ -357,6 +357,36 @@ def edit_of_another():
     assert ["register/labels.nii.gz"] in [stage["unused_edits"] for stage in told], told
 
 
+def foretold():
+    """Slices and phases that foretell each other: told, kept for the report, and given up with other labels."""
+    folder, package = built("foretold")
+    told = json.loads(beatlas("assess", folder, "--json").stdout)
+    jsonschema.validate(told, json.loads((SCHEMAS / "assess.schema.json").read_text()))
+    assert told["slices_apart_mm"] == 8 and told["phases_apart_s"] == 0, "five phases foretell nothing"
+    rows = {row["structure"]: row for row in told["between_slices"]}
+    assert {"heart", "lv_blood", "rv_blood", "lv_myocardium"} <= set(rows), rows
+    # Slices of 4 mm hold an LV whose radius changes by 2 mm and less from one to the next.
+    assert 0.05 < rows["lv_blood"]["mean_mm"] < 1 and rows["lv_blood"]["contours"] > 20, rows
+    assert [place["mean_mm"] for place in told["worst"]] == sorted(
+        (place["mean_mm"] for place in told["worst"]), reverse=True)
+    text = beatlas("assess", folder).stdout
+    assert "lv_blood" in text and all(len(line) <= 100 for line in text.splitlines()), text
+    assert "Hidden phases" not in text
+
+    def reported():
+        summary = json.loads(beatlas("report", folder, "--json").stdout)
+        jsonschema.validate(summary, json.loads((SCHEMAS / "report.schema.json").read_text()))
+        return summary["self_test"]
+
+    kept = reported()
+    assert {key: kept[key] for key in told} == told
+    paint(folder / "segment" / "labels.nii.gz", add_block)
+    assert reported() is None, "it was of other labels"
+    again(folder, package, "--self-test")
+    after = json.loads((folder / "report.json").read_text())["self_test"]
+    assert after["worst"] != told["worst"] or after["between_slices"] != told["between_slices"]
+
+
 def axis():
     """The long axis and the boundaries' uncertainty: files that others can read; an edited axis."""
     folder, package = built("axis")
