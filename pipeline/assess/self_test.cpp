@@ -331,6 +331,7 @@ SelfTest self_test(const Segmentation& found, const Grid& stack, double rr_inter
     out.between_phases = pooled(of_phases, false);
   }
   for (const Compared& each : of_slices) {
+    if (each.at_end) continue;
     out.worst.push_back({each.structure, each.slice + found.coverage.first[2], each.phase,
                          pooled_statistics(each.errors, {})});
   }

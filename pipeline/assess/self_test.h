@@ -41,7 +41,7 @@ struct SelfTest {
   std::vector<HiddenError> at_ends;
   double phases_apart_s = 0;  ///< those that foretell: twice the exam's own; 0: none was hidden
   std::vector<HiddenError> between_phases;
-  std::vector<HiddenPlace> worst;  ///< of all hidden slices, the worst first, at most five
+  std::vector<HiddenPlace> worst;  ///< slices between two others, the worst first, at most five
 };
 
 /// Every slice is hidden once: every other one foretells those between. Every phase is hidden once,

@@ -34,7 +34,7 @@ std::string self_test_to_text(const assess::SelfTest& found) {
   text += table("Hidden phases, foretold by those beside them, " +
                     number("%.0f ms", 1e3 * found.phases_apart_s) + " apart",
                 found.between_phases);
-  if (!found.worst.empty()) text += "Foretold worst\n";
+  if (!found.worst.empty()) text += "Foretold worst, between two others\n";
   for (const assess::HiddenPlace& place : found.worst) {
     text += std::string(structure_name(place.structure)) + " in slice " +
             std::to_string(place.slice) + ", phase " + std::to_string(place.phase) + ": " +

@@ -6,10 +6,10 @@
 #include <string>
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/report/encoded_picture.h"
 #include "pipeline/report/slice_view.h"
 #include "runtime/atlas/structure_colours.h"
 #include "runtime/base/error.h"
@@ -65,10 +65,7 @@ cv::Size tile_size(const cv::Rect& rectangle, const Vec3& spacing, int longest_p
 }
 
 std::vector<std::byte> encoded(const cv::Mat& picture) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", picture, bytes)) {
-    throw Error(ErrorCode::Machine, "the overlay picture could not be encoded as PNG");
-  }
+  const std::vector<std::uint8_t> bytes = png_of(picture);
   const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
   return {first, first + bytes.size()};
 }

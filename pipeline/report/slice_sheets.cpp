@@ -7,12 +7,12 @@
 #include <utility>
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/base64.h"
+#include "pipeline/report/encoded_picture.h"
 #include "pipeline/report/slice_view.h"
 #include "runtime/base/error.h"
 
@@ -54,11 +54,7 @@ std::vector<std::uint8_t> sheet_of(const Cine& cine, int k, const cv::Rect& part
         sheet({(p % sheets.columns) * sheets.tile_width, (p / sheets.columns) * sheets.tile_height,
                sheets.tile_width, sheets.tile_height}));
   }
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".jpg", sheet, bytes, {cv::IMWRITE_JPEG_QUALITY, sheets.quality})) {
-    throw Error(ErrorCode::Machine, "the images of the report could not be encoded as JPEG");
-  }
-  return bytes;
+  return jpeg_of(sheet, sheets.quality);
 }
 
 /// The corners of a cell of four voxels are numbered 0 (i, j), 1 (i+1, j), 2 (i+1, j+1), 3 (i,

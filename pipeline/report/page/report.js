@@ -192,10 +192,10 @@
     const kinds = [["between_slices", `Slices between two others, foretold over ${test.slices_apart_mm.toFixed(1)} mm`], ["at_ends", "Slices beside apex or base"],
                    ["between_phases", `Phases, foretold over ${(1000 * test.phases_apart_s).toFixed(0)} ms`]].filter(([key]) => test[key].length);
     const rows = kinds.flatMap(([key, title]) => test[key].map((row, n) => make("tr", {}, make("td", {}, n ? "" : title), make("th", {scope: "row"}, names[row.structure]),
-      make("td", {class: "number"}, row.mean_mm.toFixed(1)), make("td", {class: "number"}, row.p95_mm.toFixed(1)), make("td", {class: "number"}, (row.bias_mm >= 0 ? "+" : "−") + Math.abs(row.bias_mm).toFixed(1)))));
+      make("td", {class: "number"}, row.mean_mm.toFixed(1)), make("td", {class: "number"}, row.p95_mm.toFixed(1)), make("td", {class: "number"}, Math.abs(row.bias_mm) < 0.05 ? "0.0" : (row.bias_mm > 0 ? "+" : "−") + Math.abs(row.bias_mm).toFixed(1)))));
     at("foretold").append(make("p", {}, "Every other slice was hidden, and foretold by the others as the atlas is made of them; phases likewise. How far that lies from their own outlines, in mm; outward is +, and 6 stands for 6 and more. The atlas lies closer than that between its slices, which are half as far apart."),
       make("div", {class: "scroll"}, make("table", {}, make("thead", {}, make("tr", {}, ["Hidden", "", "Mean mm", "95 % within", "Outward"].map((text, n) => make("th", {scope: "col", class: n > 1 ? "number" : ""}, text)))), make("tbody", {}, rows))),
-      make("p", {class: "small"}, "Foretold worst: " + test.worst.map((place) => `${names[place.structure]} in slice ${place.slice}, phase ${place.phase} (${place.mean_mm.toFixed(1)} mm)`).join("; ") + "."));
+      make("p", {class: "small"}, "Foretold worst, between two others: " + test.worst.map((place) => `${names[place.structure]} in slice ${place.slice}, phase ${place.phase} (${place.mean_mm.toFixed(1)} mm)`).join("; ") + "."));
   }
 
   function record() {
