@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "pipeline/assess/lattice_of_field.h"
 #include "pipeline/assess/statistics.h"
 #include "pipeline/core/parallel.h"
 
@@ -12,14 +13,6 @@ namespace {
 
 double phase_time_s(const field::FieldQuery& query, std::size_t phase, std::size_t phases) {
   return query.rr_interval_s() * static_cast<double>(phase) / static_cast<double>(phases);
-}
-
-Index3 lattice_size(const atlas::FieldPayload& payload) {
-  Index3 size{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    size[axis] = payload.block_count[axis] * atlas::FieldPayload::kBlockEdge;
-  }
-  return size;
 }
 
 /// Samples of the pieces of inside (or outside) that are not the largest one. Neighbours share a
@@ -77,38 +70,28 @@ std::vector<Vec3> vertex_normals(const atlas::SurfacePayload& surface,
 
 }  // namespace
 
-std::vector<PhaseOfField> look_at_phases(const field::FieldQuery& query) {
-  const atlas::FieldPayload& payload = query.payload();
-  const auto phases = static_cast<std::size_t>(payload.phases);
-  const Index3 size = lattice_size(payload);
-  const double voxel_ml = std::pow(payload.voxel_mm, 3) * 1e-3;
+std::vector<PhaseOfField> look_at_phases(const atlas::FieldPayload& field) {
+  const auto phases = static_cast<std::size_t>(field.phases);
+  const double voxel_ml = std::pow(field.voxel_mm, 3) * 1e-3;
   std::vector<PhaseOfField> out(phases);
   parallel_for(phases, [&](std::size_t phase) {
-    const double t_s = phase_time_s(query, phase, phases);
-    std::vector<char> inside;
-    std::vector<Weighted> slopes;
+    const LatticeOfField lattice = lattice_of_field(field, phase);
+    std::vector<char> inside(lattice.distance_mm.size());
     double voxels_inside = 0;
     std::size_t count = 0;
-    for (int k = 0; k < size[2]; ++k) {
-      for (int j = 0; j < size[1]; ++j) {
-        for (int i = 0; i < size[0]; ++i) {
-          const Vec3 at = payload.origin_mm + payload.voxel_mm * Vec3(i, j, k);
-          const field::FieldSample sample = query.sample(at, t_s);
-          const double distance = sample.distance_mm;
-          if (std::abs(distance) < 0.5 * payload.voxel_mm) {
-            slopes.push_back({sample.gradient.norm() - 1.0});
-          }
-          voxels_inside += std::clamp(0.5 - distance / payload.voxel_mm, 0.0, 1.0);
-          inside.push_back(distance < 0.0 ? 1 : 0);
-          if (distance < 0.0) ++count;
-        }
-      }
+    for (std::size_t n = 0; n < inside.size(); ++n) {
+      const double distance = lattice.distance_mm[n];
+      voxels_inside += std::clamp(0.5 - distance / field.voxel_mm, 0.0, 1.0);
+      inside[n] = distance < 0.0 ? 1 : 0;
+      if (distance < 0.0) ++count;
     }
+    std::vector<Weighted> slopes;
+    for (const float slope : lattice.slopes) slopes.push_back({slope - 1.0});
     out[phase].volume_ml = voxels_inside * voxel_ml;
     out[phase].slope_error = pooled_statistics(slopes, {}).p95;
     if (count > 0) {
-      const std::size_t stray =
-          beside_the_largest(inside, size, true) + beside_the_largest(inside, size, false);
+      const std::size_t stray = beside_the_largest(inside, lattice.size, true) +
+                                beside_the_largest(inside, lattice.size, false);
       out[phase].stray_percent = 100.0 * static_cast<double>(stray) / static_cast<double>(count);
     }
   });

@@ -21,7 +21,7 @@ struct PhaseOfField {
 };
 
 /// One entry a phase.
-[[nodiscard]] std::vector<PhaseOfField> look_at_phases(const field::FieldQuery& query);
+[[nodiscard]] std::vector<PhaseOfField> look_at_phases(const atlas::FieldPayload& field);
 
 /// Largest RMS over the phases of the distance that the field has at a surface's vertices [mm].
 [[nodiscard]] double vertex_distance_mm(const field::FieldQuery& query,

@@ -91,7 +91,7 @@ std::vector<Check> check_field(const atlas::StructureEntry& entry, const field::
   std::vector<double> volumes;
   double stray = 0;
   double slope = 0;
-  for (const PhaseOfField& phase : look_at_phases(query)) {
+  for (const PhaseOfField& phase : look_at_phases(query.payload())) {
     volumes.push_back(phase.volume_ml);
     stray = std::max(stray, phase.stray_percent);
     slope = std::max(slope, phase.slope_error);
