@@ -57,10 +57,11 @@ class IncrementalBuild {
   void pack(const Scene& scene, const std::filesystem::path& file);
 
   /// How well the exam's slices and phases foretell each other. The study keeps it for its report.
+  /// @pre a study  @throws as assess::self_test
   assess::SelfTest self_test();
 
-  /// Writes the study's report: the page, and report.json into the study; gives the latter and says
-  /// its verdict.
+  /// @pre a study. Writes its report: the page, and report.json into the study; gives the latter
+  /// and says its verdict.
   /// @param page where; empty: report.html in the study
   /// @param anew also where the report stands for what the study holds
   nlohmann::json report(const std::filesystem::path& page, bool anew);
@@ -75,7 +76,7 @@ class IncrementalBuild {
  private:
   /// Whether the study's result of the stage stays as it is; takes note of it if so.
   bool keeps(study::Stage stage, const study::Wanted& wanted);
-  /// Runs a stage on the console, and takes note of its warnings for the study's record.
+  /// Runs a stage with the listener, and takes note of its warnings for the study's record.
   void run(study::Stage stage, const std::function<void(StageContext&)>& body);
   /// Notes in the study that the recipe refuses what a stage gave; only the first counts.
   void note_refusal(study::Stage stage, const std::string& reason);

@@ -15,17 +15,13 @@ void add_assess(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand(
       "assess", "Measure on this patient how well slices and phases foretell each other");
   command->footer(
-      "Every other slice is hidden, and foretold by the others as the atlas is made of them; so "
-      "is\n"
-      "every phase, up to twelve. What is foretold is compared with the slice's own contours, in "
-      "mm\n"
-      "along the surface's normal: no expert and no truth is asked. Slices foretell here over "
-      "twice\n"
-      "their distance, so between them the atlas is better than that: of a smooth wall the error\n"
-      "falls with the square of the distance. Where the contours themselves are wrong it does not\n"
-      "tell; the report does. The study keeps the figures as self_test.json for its report, until "
-      "its\n"
-      "labels are others; 'build --self-test' does all of this after a build.");
+      "Every other slice is hidden and foretold by the others, as the atlas is made; so is every\n"
+      "phase, up to twelve. What is foretold is compared with the slice's own contours, in\n"
+      "mm along the surface's normal: no expert and no truth is asked. Slices foretell here over\n"
+      "twice their distance, so the atlas lies closer between them: of a smooth wall the error\n"
+      "falls with the square of the distance. Whether the contours themselves are right it does\n"
+      "not tell; the report does. The study keeps the figures for its report, in self_test.json,\n"
+      "as long as its labels are those. 'build --self-test' does the same after a build.");
   command->add_option("STUDY", arguments->study, "The study's folder")->required();
   add_json_lines(*command, arguments->common.json,
                  "Print it as JSON, see assess.schema.json; progress as JSON lines on stderr");
