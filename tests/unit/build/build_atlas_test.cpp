@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "pipeline/phantom/render.h"
 #include "runtime/atlas/atlas.h"
@@ -64,8 +65,12 @@ Recipe coarse() {
   return recipe;
 }
 
+/// Of this test alone: others run beside it.
 struct Folder {
-  fs::path path = fs::path(testing::TempDir()) / "build_atlas";
+  fs::path path =
+      fs::path(testing::TempDir()) /
+      (std::string("build_atlas_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
+       "_" + std::to_string(getpid()));
   Folder() {
     fs::remove_all(path);
     fs::create_directories(path);
