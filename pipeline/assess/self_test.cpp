@@ -121,6 +121,7 @@ std::vector<HiddenError> pooled(const std::vector<Compared>& all, bool at_end) {
     errors.insert(errors.end(), each.errors.begin(), each.errors.end());
   }
   std::vector<HiddenError> out;
+  out.reserve(by_structure.size());
   for (const auto& [structure, found] : by_structure) {
     out.push_back({structure, found.first, pooled_statistics(found.second, {})});
   }
@@ -226,8 +227,8 @@ void hide_phases(const Segmentation& found, const std::vector<int>& hidden,
 /// So many of the phases, evenly over the beat.
 std::vector<int> evenly(int phases, int most) {
   const int count = std::min(phases, most);
-  std::vector<int> out;
-  for (int n = 0; n < count; ++n) out.push_back(n * phases / count);
+  std::vector<int> out(static_cast<std::size_t>(count));
+  for (int n = 0; n < count; ++n) out[static_cast<std::size_t>(n)] = n * phases / count;
   return out;
 }
 
