@@ -1,6 +1,6 @@
 #pragma once
 /// A stored field at the samples of its own lattice, all of a phase at once: what
-/// FieldQuery::sample gives there, for a twentieth of the time.
+/// FieldQuery::sample gives there, without looking every sample's neighbours up anew.
 
 #include <vector>
 

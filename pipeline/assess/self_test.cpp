@@ -16,8 +16,8 @@ constexpr int kFewestSlices = 4;
 constexpr int kFewestPhases = 8;
 constexpr int kMostHiddenPhases = 12;
 constexpr std::size_t kMostWorst = 5;
-constexpr int kFewestPoints = 12;  ///< of a contour: fewer are a pixel or two
-constexpr double kFarMm = 6;       ///< levels are clamped there (reg::shapes_in_workspace)
+constexpr int kFewestPoints = 12;              ///< of a contour: fewer are a pixel or two
+constexpr double kFarMm = reg::kLevelReachMm;  ///< farther off is as far
 
 using Phase = std::vector<float>;
 

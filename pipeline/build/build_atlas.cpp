@@ -11,7 +11,6 @@ void build_atlas(Exam exam, const Recipe& recipe, const Scene& scene,
                  const std::filesystem::path& file, Listener& listener) {
   Orders orders;
   orders.recipe = recipe;
-  if (!scene_has_atria(scene)) orders.recipe.segment.atria = false;
   note_prior(orders, nullptr);
   IncrementalBuild stages(listener, std::move(orders), std::nullopt);
   stages.import_made(std::move(exam), {});

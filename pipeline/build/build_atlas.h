@@ -11,10 +11,12 @@
 namespace beatlas::build {
 
 /// Exam -> the package of a scene, with no study and no correction by hand: `beatlas build` without
-/// its words. What the scene does not show is not made. The same bytes for any number of threads.
+/// its words. Atria, surfaces and images that the scene does not show are not made. The same bytes
+/// for any number of threads.
 /// @param file is replaced when the package is complete, and left alone otherwise
-/// @throws Error{InvalidInput} if no heart is found; Error{Quality} below what the recipe demands;
-/// Error{Machine} if the listener's context is cancelled or the file cannot be written
+/// @throws Error{InvalidInput} if no heart is found or the recipe's model cannot be read;
+/// Error{Quality} below what the recipe demands; Error{Machine} if the listener's context is
+/// cancelled or the file cannot be written
 void build_atlas(Exam exam, const Recipe& recipe, const Scene& scene,
                  const std::filesystem::path& file, Listener& listener);
 

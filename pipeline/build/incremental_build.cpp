@@ -49,6 +49,7 @@ IncrementalBuild::IncrementalBuild(Listener& listener, Orders orders,
     : listener_(listener), orders_(std::move(orders)), study_(std::move(study)) {}
 
 void IncrementalBuild::make(const Scene& scene, const fs::path& file) {
+  if (!study_ && !scene_has_atria(scene)) orders_.recipe.segment.atria = false;
   segment();
   demand_heart(scene, file);
   registration(scene_has_volume(scene));

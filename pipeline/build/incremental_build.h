@@ -37,8 +37,8 @@ class IncrementalBuild {
   /// An exam that was made, not read; @param files it was made from, of which a study keeps the
   /// hash
   void import_made(Exam exam, const std::vector<std::filesystem::path>& files);
-  /// What was imported -> the package of a scene: all that follows, in order. A study gets the
-  /// surfaces whatever the scene, so that it can be packed again for another one.
+  /// What was imported -> the package of a scene: all that follows, in order. A study gets atria
+  /// and surfaces whatever the scene, so that it can be packed again for another one.
   /// @throws as the stages
   void make(const Scene& scene, const std::filesystem::path& file);
 

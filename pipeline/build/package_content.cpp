@@ -35,6 +35,25 @@ bool is_told(const Scene& scene, Structure structure) {
   return scene_has_atria(scene) || !is_beyond_base(structure);
 }
 
+/// Of the surfaces that were made those that a package of the scene holds, in order of the fields.
+std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
+                                            const std::vector<FieldCycle>& fields,
+                                            const std::vector<SurfaceCycle>& made) {
+  std::vector<SurfaceCycle> out;
+  for (const FieldCycle& field : fields) {
+    if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, field.structure)) continue;
+    const auto surface = std::find_if(made.begin(), made.end(), [&](const SurfaceCycle& candidate) {
+      return candidate.structure == field.structure;
+    });
+    if (surface == made.end()) {
+      throw_invalid("there is no surface of " + std::string(structure_name(field.structure)) +
+                    ", which the scene " + scene.content + " needs; run the stage mesh again");
+    }
+    out.push_back(*surface);
+  }
+  return out;
+}
+
 /// Maps of `surface`, which stands in place of the one that was made; the wall's other side stays.
 std::vector<SurfaceMap> maps_beside(const SurfaceCycle& surface, const Facts& facts,
                                     const MadeOfExam& made) {
@@ -126,24 +145,6 @@ json volume_figures(const pack::PackedVolume& volume) {
 void add_volume(pack::PackedVolume volume, pack::PackageContent& content) {
   content.manifest.provenance["volume"] = volume_figures(volume);
   content.volume = std::move(volume);
-}
-
-std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
-                                            const std::vector<FieldCycle>& fields,
-                                            const std::vector<SurfaceCycle>& made) {
-  std::vector<SurfaceCycle> out;
-  for (const FieldCycle& field : fields) {
-    if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, field.structure)) continue;
-    const auto surface = std::find_if(made.begin(), made.end(), [&](const SurfaceCycle& candidate) {
-      return candidate.structure == field.structure;
-    });
-    if (surface == made.end()) {
-      throw_invalid("there is no surface of " + std::string(structure_name(field.structure)) +
-                    ", which the scene " + scene.content + " needs; run the stage mesh again");
-    }
-    out.push_back(*surface);
-  }
-  return out;
 }
 
 pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, const Facts& facts,

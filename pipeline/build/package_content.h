@@ -20,18 +20,12 @@ struct MadeOfExam {
   std::optional<LongAxis> axis;               ///< the LV's
 };
 
-/// Of the surfaces that were made those that a package of the scene holds, in order of the fields.
-/// @throws Error{InvalidInput} if one is missing
-[[nodiscard]] std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
-                                                          const std::vector<FieldCycle>& fields,
-                                                          const std::vector<SurfaceCycle>& made);
-
 /// The package of a scene, but for the images around the heart, which whoever has them packs.
 /// Volume curves are those of all fields, whatever the scene.
 /// @param needed see structures_needed
 /// @pre facts.workspace_from_lps
 /// @throws Error{Quality} if volumes are farther from the segmentation's than the recipe allows;
-/// Error{InvalidInput} as surfaces_of_scene
+/// Error{InvalidInput} if a surface of the scene is missing
 [[nodiscard]] pack::PackageContent package_content(const Scene& scene, const Recipe& recipe,
                                                    const Facts& facts,
                                                    const std::vector<Structure>& needed,

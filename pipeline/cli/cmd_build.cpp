@@ -83,8 +83,6 @@ int build(const BuildArguments& arguments) {
   build::check_prior(orders, study ? &*study : nullptr);
   orders.discard_edits = arguments.discard_edits;
   if (study) build::keep_orders(orders, *study);
-  // A study is packed again for other scenes: it has what any of them needs.
-  if (!study && !build::scene_has_atria(scene)) orders.recipe.segment.atria = false;
   const bool with_report = study.has_value() && !arguments.no_report;
   build::IncrementalBuild stages(console, std::move(orders), std::move(study));
   stages.import({arguments.sources.begin(), arguments.sources.end()});

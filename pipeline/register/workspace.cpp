@@ -14,8 +14,6 @@
 namespace beatlas::reg {
 namespace {
 
-constexpr float kNearMm = 6.0F;  ///< levels are kept this far from the surface: files stay small
-
 /// Lattice that holds every voxel with coverage, with a margin, aligned to multiples of the step.
 Grid lattice_around(const Grid& source, const std::vector<Phase>& phases,
                     const Affine& workspace_from_lps, const RegisterOptions& options) {
@@ -183,7 +181,7 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
       // Where the stack ends, so does the heart: half a gap beyond its last slice.
       cut_flat(level, lattice, map, slice_mm, -0.5 - first_k, -1);
       cut_flat(level, lattice, map, slice_mm, last_k + 0.5 - first_k, +1);
-      for (float& value : level) value = std::clamp(value, -kNearMm, kNearMm);
+      for (float& value : level) value = std::clamp(value, -kLevelReachMm, kLevelReachMm);
       shape.level.phases[p] = std::move(level);
       if (done_with) filled[p] = Phase();
     });

@@ -23,6 +23,9 @@ struct RegisterOptions {
 /// @throws Error{InvalidInput} if the centroid is asked for and there is no heart.
 [[nodiscard]] Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage);
 
+/// [mm] Levels of shapes are kept this far from the surface and clamped there: files stay small.
+inline constexpr float kLevelReachMm = 6;
+
 /// One shape per structure of the coverage.
 /// @param segmentation let go of as its shapes are made: whoever hands it over needs that much less
 ///        memory

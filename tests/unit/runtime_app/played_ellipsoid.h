@@ -5,14 +5,13 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <unistd.h>
 
 #include "pipeline/pack/pack.h"
-#include "runtime/app/play.h"
+#include "tests/unit/runtime_app/played.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
 namespace beatlas::app::test {
@@ -92,25 +91,5 @@ inline const std::filesystem::path& folder() {
 }
 
 inline std::string package() { return (folder() / "heart.beatlas").string(); }
-
-struct Result {
-  int code = 0;
-  std::string out;
-  std::string err;
-};
-
-inline Result run(std::vector<std::string> words, const std::string& input = "") {
-  words.insert(words.begin(), "beatlas-play");
-  std::vector<const char*> argv;
-  for (const std::string& word : words) argv.push_back(word.c_str());
-  std::istringstream in(input);
-  std::ostringstream out;
-  std::ostringstream err;
-  Result result;
-  result.code = play(static_cast<int>(argv.size()), argv.data(), in, out, err);
-  result.out = out.str();
-  result.err = err.str();
-  return result;
-}
 
 }  // namespace beatlas::app::test

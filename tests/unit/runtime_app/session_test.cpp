@@ -16,38 +16,20 @@
 #include <unistd.h>
 
 #include "runtime/app/headless.h"
-#include "runtime/app/play.h"
 #include "runtime/app/ticks.h"
 #include "runtime/app/touch.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
 #include "runtime/device/csv_table.h"
 #include "runtime/field/surface_point.h"
+#include "tests/unit/runtime_app/played.h"
 
 namespace beatlas::app {
+using test::Result;
+using test::run;
 namespace {
 
 const std::string kGolden = BEATLAS_GOLDEN_PACKAGE;
-
-struct Result {
-  int code = 0;
-  std::string out;
-  std::string err;
-};
-
-Result run(std::vector<std::string> words) {
-  words.insert(words.begin(), "beatlas-play");
-  std::vector<const char*> argv;
-  for (const std::string& word : words) argv.push_back(word.c_str());
-  std::istringstream in;
-  std::ostringstream out;
-  std::ostringstream err;
-  Result result;
-  result.code = play(static_cast<int>(argv.size()), argv.data(), in, out, err);
-  result.out = out.str();
-  result.err = err.str();
-  return result;
-}
 
 // A file of this process's own, removed at the end.
 class TemporaryFile {
