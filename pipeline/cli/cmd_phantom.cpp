@@ -30,11 +30,39 @@ struct PhantomArguments {
   bool coverage = false;
   std::optional<std::uint32_t> draw;
   int most_voxels = phantom::DrawnExamOptions().most_voxels;
+  int views = 0;
 };
 
+/// One cine of an exam as DICOM.
+void write_dicom_as(const std::string& format, const fs::path& folder, const Cine& cine,
+                    const formats::DicomWriteOptions& options) {
+  if (format == "dicom-enhanced") {
+    formats::write_enhanced_dicom(folder, cine, options);
+  } else {
+    formats::write_dicom(folder, cine, options);
+  }
+}
+
+/// Views beside the stack, as series of the same study that come after the stack's own.
+void write_views(const fs::path& folder, const std::string& format,
+                 const phantom::DrawnExam& exam) {
+  formats::DicomWriteOptions options;
+  options.comment = phantom_mark(exam.identity);
+  options.exam = exam.identity;
+  options.slice_thickness_mm = exam.view_thickness_mm;
+  options.first_series = format == "dicom" ? exam.cine.grid().size[2] + 1 : 2;
+  for (std::size_t n = 0; n < exam.views.size(); ++n, ++options.first_series) {
+    const fs::path place = folder / "dicom" / ("view_" + std::to_string(n + 1));
+    study::make_folder(place);
+    write_dicom_as(format, place, exam.views[n], options);
+  }
+}
+
 /// Writes the images and tells their place.
+/// @param study what they have in common with views beside them; empty: there are none
 fs::path write_images(const fs::path& folder, const std::string& format,
-                      const std::string& identity, double slice_thickness_mm, const Cine& cine) {
+                      const std::string& identity, double slice_thickness_mm, const Cine& cine,
+                      const std::string& study = {}) {
   const std::string mark = phantom_mark(identity);
   if (format == "nifti") {
     const fs::path file = folder / "cine.nii.gz";
@@ -44,13 +72,10 @@ fs::path write_images(const fs::path& folder, const std::string& format,
   }
   formats::DicomWriteOptions options;
   options.comment = mark;
+  options.exam = study;
   options.series_per_slice = format == "dicom";
   options.slice_thickness_mm = slice_thickness_mm;
-  if (format == "dicom-enhanced") {
-    formats::write_enhanced_dicom(folder / "dicom", cine, options);
-  } else {
-    formats::write_dicom(folder / "dicom", cine, options);
-  }
+  write_dicom_as(format, folder / "dicom", cine, options);
   return folder / "dicom";
 }
 
@@ -76,18 +101,25 @@ fs::path new_folder(const std::string& named) {
 }
 
 int make_draw(const PhantomArguments& arguments) {
+  if (arguments.views > 0 && arguments.format == "nifti") {
+    throw Error(
+        ErrorCode::Usage,
+        "--views needs DICOM, since one NIfTI file holds one stack; leave --format nifti out");
+  }
   const fs::path folder = new_folder(arguments.output);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   phantom::DrawnExam exam;
   console.stage("phantom", [&](StageContext& context) {
-    exam = phantom::drawn_exam(*arguments.draw, {.most_voxels = arguments.most_voxels}, context);
+    exam = phantom::drawn_exam(
+        *arguments.draw, {.most_voxels = arguments.most_voxels, .views = arguments.views}, context);
   });
   const double interval_s = exam.cine.frame_interval_s();
   fs::path images;
   console.stage("write", [&](StageContext&) {
-    images =
-        write_images(folder, arguments.format, exam.identity, exam.slice_thickness_mm, exam.cine);
+    images = write_images(folder, arguments.format, exam.identity, exam.slice_thickness_mm,
+                          exam.cine, exam.views.empty() ? std::string() : exam.identity);
+    write_views(folder, arguments.format, exam);
     formats::write_nifti_labels(folder / "truth_labels.nii.gz", exam.labels, interval_s);
     formats::write_nifti_labels(folder / "truth_labels_source.nii.gz", exam.source_labels,
                                 interval_s);
@@ -151,6 +183,13 @@ void add_draw(CLI::App& command, const std::shared_ptr<PhantomArguments>& argume
           "Of the drawn exam, all slices and phases together: fewer frames or larger pixels, "
           "then a smaller field of view")
       ->check(CLI::Range(1100000, 200000000))
+      ->needs(draw)
+      ->capture_default_str();
+  command
+      .add_option("--views", arguments->views,
+                  "Long-axis views beside the drawn stack, evenly turned about the left "
+                  "ventricle's axis: of two a four- and a two-chamber view")
+      ->check(CLI::Range(0, phantom::kMostDrawnViews))
       ->needs(draw)
       ->capture_default_str();
 }

@@ -113,11 +113,12 @@ vtkDICOMItem dimension(const std::string& organization, vtkDICOMTag index, vtkDI
   return out;
 }
 
-void set_enhanced(vtkDICOMMetaData& meta, const Cine& cine, const std::string& content) {
+void set_enhanced(vtkDICOMMetaData& meta, const Cine& cine, const DicomWriteOptions& options,
+                  const std::string& content) {
   meta.Set(DC::SOPClassUID, kEnhancedMrStorage);
   meta.Set(DC::SOPInstanceUID, uid_of("enhanced " + content));
   meta.Set(DC::SeriesInstanceUID, uid_of("series enhanced " + content));
-  meta.Set(DC::SeriesNumber, "1");
+  meta.Set(DC::SeriesNumber, std::to_string(options.first_series));
   meta.Set(DC::InstanceNumber, "1");
   meta.Set(DC::ManufacturerModelName, "beatlas");
   meta.Set(DC::DeviceSerialNumber, "0");
@@ -164,7 +165,7 @@ void write_enhanced_dicom(const fs::path& folder, const Cine& cine,
   vtkNew<vtkDICOMMetaData> meta;
   meta->SetNumberOfInstances(1);
   set_common(*meta, cine, range, options, content);
-  set_enhanced(*meta, cine, content);
+  set_enhanced(*meta, cine, options, content);
   meta->Set(DC::NumberOfFrames, std::to_string(frames));
   const double thickness_mm =
       options.slice_thickness_mm > 0.0 ? options.slice_thickness_mm : grid.spacing_mm()[2];

@@ -163,8 +163,9 @@ void set_common(vtkDICOMMetaData& meta, const Cine& cine, const Range& range,
   meta.Set(DC::BitsStored, 16);
   meta.Set(DC::HighBit, 15);
   meta.Set(DC::PixelRepresentation, range.low < 0 ? 1 : 0);
-  meta.Set(DC::StudyInstanceUID, uid_of("study " + content));
-  meta.Set(DC::FrameOfReferenceUID, uid_of("frame " + content));
+  const std::string& exam = options.exam.empty() ? content : options.exam;
+  meta.Set(DC::StudyInstanceUID, uid_of("study " + exam));
+  meta.Set(DC::FrameOfReferenceUID, uid_of("frame " + exam));
 }
 
 void write_object(const std::filesystem::path& file, vtkDICOMMetaData& meta, int frames,

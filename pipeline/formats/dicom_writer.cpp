@@ -79,7 +79,7 @@ void write_dicom(const fs::path& folder, const Cine& cine, const DicomWriteOptio
 
     const int series = options.series_per_slice ? k + 1 : 1;
     meta->Set(DC::SeriesInstanceUID, uid_of("series " + std::to_string(series) + ' ' + content));
-    meta->Set(DC::SeriesNumber, std::to_string(series));
+    meta->Set(DC::SeriesNumber, std::to_string(options.first_series + series - 1));
     meta->Set(DC::ImagePositionPatient, position_of(grid, k));
     for (int p = 0; p < phases; ++p) {
       const int instance = (options.series_per_slice ? 0 : k * phases) + p + 1;

@@ -360,6 +360,11 @@ DrawnExam drawn_exam(std::uint32_t seed, const DrawnExamOptions& options, StageC
       out.source_labels.phases.push_back(labels_of(draw, contraction, true));
     }
     out.cine = imaged_stack(draw.family, draw.scene(), draw.stack, draw.shape(), context);
+    for (const DrawnStack& view :
+         drawn_views(draw.family, draw.heart, draw.axes, draw.stack, options.views)) {
+      out.view_thickness_mm = view.thickness_mm;
+      out.views.push_back(imaged_stack(draw.family, draw.scene(), view, draw.shape(), context));
+    }
     return out;
   }
   throw std::logic_error("no draw of seed " + std::to_string(seed) +

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -18,15 +19,19 @@ namespace beatlas::phantom {
 /// Seeds below it are for training and tuning; those who judge take others.
 inline constexpr std::uint32_t kFirstJudgingSeed = 10000;
 inline constexpr std::uint32_t kMostDrawSeed = 99999999;
+inline constexpr int kMostDrawnViews = 6;
 inline constexpr const char* kDrawnTruthFormat = "beatlas-drawn-truth";
 
 struct DrawnExamOptions {
   int most_voxels = 2000000;  ///< of all slices and phases together; 1100000 or more
+  int views = 0;              ///< 0..kMostDrawnViews long-axis views beside the stack
 };
 
 struct DrawnExam {
   Cine cine;
+  std::vector<Cine> views;  ///< of one slice each; what they show is no part of `identity`
   double slice_thickness_mm = 0;
+  double view_thickness_mm = 0;
   LabelCycle labels;         ///< truth, by the centre of each voxel, of the slices' nominal places
   LabelCycle source_labels;  ///< the same where the slices were as acquired: moved by breath-holds
   std::string identity;      ///< SHA-256 of what was drawn

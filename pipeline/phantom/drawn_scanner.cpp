@@ -236,7 +236,7 @@ class StackScanner {
   void add_noise(int k, std::uint32_t phase, Image& image) const {
     Image real(count());
     Image imaginary(count());
-    const std::size_t first = static_cast<std::size_t>(k) * count();
+    const std::size_t first = static_cast<std::size_t>(stack_.before + k) * count();
     for (std::size_t at = 0; at < count(); ++at) {
       const auto drawn = normal_pair(first + at, phase, family_.seed());
       real[at] = static_cast<float>(drawn[0]);

@@ -88,6 +88,16 @@ Sampling sampled(const Family& family, int slices, int most) {
   return out;
 }
 
+/// [mm] Of a slice of the exam along its axes, as its breath was held.
+Eigen::Vector2f drawn_shift(const Family& family, int slice) {
+  const float spread = family.number("shift");
+  const float longest = family.number("exam_shift_limit");
+  const auto n = static_cast<std::uint32_t>(slice);
+  Eigen::Vector2f shift(spread * family.normal("shift_u", n), spread * family.normal("shift_v", n));
+  if (shift.norm() > longest) shift *= longest / shift.norm();
+  return shift;
+}
+
 }  // namespace
 
 Grid DrawnStack::grid() const {
@@ -165,14 +175,41 @@ DrawnStack drawn_stack(const Family& family, const DrawnHeart& heart, const Eige
     out.normal = -out.normal;
     out.v = -out.v;
   }
-  const float spread = family.number("shift");
-  const float longest = family.number("exam_shift_limit");
-  for (int k = 0; k < out.slices; ++k) {
-    const auto n = static_cast<std::uint32_t>(k);
-    Eigen::Vector2f shift(spread * family.normal("shift_u", n),
-                          spread * family.normal("shift_v", n));
-    if (shift.norm() > longest) shift *= longest / shift.norm();
-    out.shifts.push_back(shift);
+  for (int k = 0; k < out.slices; ++k) out.shifts.push_back(drawn_shift(family, k));
+  return out;
+}
+
+std::vector<DrawnStack> drawn_views(const Family& family, const DrawnHeart& heart,
+                                    const Eigen::Matrix3f& axes, const DrawnStack& stack,
+                                    int count) {
+  const float tilt = family.number("view_tilt") * kPi / 180;
+  const float off = family.number("view_off");
+  const Vec3F apex_to_base = -Vec3F::UnitZ();
+  std::vector<DrawnStack> out;
+  for (int view = 0; view < count; ++view) {
+    const auto n = static_cast<std::uint32_t>(view);
+    const float turn = kPi * static_cast<float>(view) / static_cast<float>(count);
+    const Vec3F along(std::cos(turn), std::sin(turn), 0);
+    const Vec3F across = along.cross(apex_to_base);
+    DrawnStack slice = stack;
+    slice.plane = "long_axis";
+    slice.normal = (axes * (across + tilt * family.normal("view_tilt_axis", n) * apex_to_base +
+                            tilt * family.normal("view_tilt_turn", n) * along))
+                       .normalized();
+    slice.u = (axes * along - (axes * along).dot(slice.normal) * slice.normal).normalized();
+    slice.v = slice.normal.cross(slice.u);
+    slice.middle =
+        axes * (Vec3F(0.5F * heart.middle().x(), 0, 0.5F * heart.length()).dot(along) * along +
+                0.4F * heart.length() * Vec3F::UnitZ() - heart.middle()) +
+        off * family.normal("view_off_way", n) * slice.normal;
+    slice.columns =
+        std::max(stack.columns, static_cast<int>(std::ceil(2 * heart.reach() / stack.pixel_mm)));
+    slice.slices = 1;
+    slice.before = stack.slices + view;
+    slice.thickness_mm = family.number("exam_slice");
+    slice.distance_mm = slice.thickness_mm;
+    slice.shifts = {drawn_shift(family, slice.before)};
+    out.push_back(slice);
   }
   return out;
 }

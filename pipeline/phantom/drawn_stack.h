@@ -1,6 +1,6 @@
 #pragma once
-/// Where an exam of a heart of the family has its slices and when its frames: drawn, and held to a
-/// number of voxels.
+/// Where an exam of a heart of the family has its slices and views and when its frames: drawn, and
+/// held to a number of voxels.
 ///
 /// Patient frame LPS [mm], origin at the heart's middle, as of drawn_body.h.
 
@@ -13,13 +13,15 @@
 namespace beatlas::phantom {
 
 struct DrawnStack {
-  std::string plane;  ///< "short_axis", "axial" or "oblique"
+  std::string plane;  ///< "short_axis", "axial", "oblique" or "long_axis"
   Vec3F u = Vec3F::UnitX();
   Vec3F v = Vec3F::UnitY();
   Vec3F normal = Vec3F::UnitZ();
   Vec3F middle = Vec3F::Zero();  ///< of the stack's box
   int columns = 0;               ///< and rows
   int slices = 0;
+  int before =
+      0;  ///< slices of the exam that come before these: noise is a function of which it is
   float pixel_mm = 0;
   float distance_mm = 0;   ///< from slice to slice
   float thickness_mm = 0;  ///< of a slice, at most the distance
@@ -39,5 +41,12 @@ struct DrawnStack {
 /// then the field of view shrinks to what holds the ventricles
 [[nodiscard]] DrawnStack drawn_stack(const Family& family, const DrawnHeart& heart,
                                      const Eigen::Matrix3f& axes, int most_voxels);
+
+/// Long-axis views beside a stack: planes of one slice through the LV's axis, evenly turned about
+/// it, the first through the middle of the RV (of two the four- and the two-chamber view), laid by
+/// hand and moved by breath-holds. Pixels and times are the stack's.
+[[nodiscard]] std::vector<DrawnStack> drawn_views(const Family& family, const DrawnHeart& heart,
+                                                  const Eigen::Matrix3f& axes,
+                                                  const DrawnStack& stack, int count);
 
 }  // namespace beatlas::phantom

@@ -3,6 +3,7 @@
 #include "pipeline/phantom/drawn_exam.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -104,6 +105,30 @@ TEST(DrawnExam, StaysWithinTheLimitsOfTheFamily) {
     EXPECT_NEAR(in_labels, full * truth["measured"]["in_view"].get<double>(), 0.08 * full + 2)
         << "seed " << seed;
   }
+}
+
+TEST(DrawnExam, HasViewsAlongTheVentricleThatChangeNothingOfItsStack) {
+  constexpr std::uint32_t kAcross = 10004;  // a short-axis stack
+  StageContext context;
+  const DrawnExam without = draw(kAcross);
+  ASSERT_EQ(without.truth["stack"]["plane"], "short_axis");
+  const DrawnExam with = drawn_exam(kAcross, {.most_voxels = 1100000, .views = 2}, context);
+  EXPECT_EQ(with.cine.images.phases, without.cine.images.phases);
+  EXPECT_EQ(with.identity, without.identity);
+  ASSERT_EQ(with.views.size(), 2U);
+  const auto normal = [](const Cine& cine) -> Vec3 {
+    return cine.grid().mm_from_index.linear().col(2).normalized();
+  };
+  const double degrees_30 = std::sqrt(0.75);
+  for (const Cine& view : with.views) {
+    EXPECT_EQ(view.grid().size[2], 1);
+    EXPECT_EQ(view.phase_count(), with.cine.phase_count());
+    EXPECT_EQ(view.rr_interval_s, with.cine.rr_interval_s);
+    // Along the LV, whose axis the stack's normal is but for its tilt.
+    EXPECT_LT(std::abs(normal(view).dot(normal(with.cine))), 0.5);
+    EXPECT_NE(view.images.phases.front(), view.images.phases[view.images.phases.size() / 2]);
+  }
+  EXPECT_LT(std::abs(normal(with.views[0]).dot(normal(with.views[1]))), 1 - degrees_30);
 }
 
 }  // namespace
