@@ -4,6 +4,8 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/prior/across.h"
+#include "pipeline/prior/courses.h"
+#include "pipeline/prior/crossing_views.h"
 #include "pipeline/prior/network.h"
 #include "pipeline/prior/orientations.h"
 #include "pipeline/prior/prior.h"
@@ -89,10 +91,8 @@ PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& mod
   return out;
 }
 
-}  // namespace
-
-PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
-  const Cine& stack = exam.stack;
+/// As heart_prior, of one stack or one view.
+PriorCycle prior_of(const Cine& stack, const Model& model, const StageContext& context) {
   const int phases = stack.phase_count();
   if (stack.grid().count() == 0 || phases == 0) {
     throw_invalid("the stack has no images, so nothing in it can be told");
@@ -122,6 +122,27 @@ PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& conte
   }
   reader.read(all, window, 1, context.part(kLooked, kCutAnew), out);
   mix_in(seen_across(stack, *anew, model, all, context.part(kCutAnew, 1)), anew->window, out);
+  return out;
+}
+
+}  // namespace
+
+PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
+  std::vector<const Cine*> views;
+  for (const Cine& view : exam.views) {
+    const bool beats_alike = view.phase_count() == exam.stack.phase_count();
+    if (beats_alike && view.grid().size[2] == 1) views.push_back(&view);
+  }
+  const double images = exam.stack.grid().size[2] + static_cast<double>(views.size());
+  double done = exam.stack.grid().size[2] / std::max(images, 1.0);
+  PriorCycle out = prior_of(exam.stack, model, context.part(0, done));
+  std::vector<PriorCycle> told;
+  for (const Cine* view : views) {
+    told.push_back(prior_of(*view, model, context.part(done, done + 1 / images)));
+    hold_courses(told.back());
+    done += 1 / images;
+  }
+  if (!told.empty()) out.unknown = heed_views(told, out);
   return out;
 }
 

@@ -20,6 +20,9 @@ struct PriorCycle {
   std::vector<std::uint8_t> labels;  ///< atlas Label of each output, e.g. {0,1,2,3,4,5,6,7}
   /// [phase][output * grid.count() + voxel]: natural log-probability times kUnits, -128..0.
   std::vector<std::vector<std::int8_t>> phases;
+  /// [slice] in which share of the places where views cross it the network did not know the slice
+  /// by itself (crossing_views.h); empty without views.
+  std::vector<double> unknown = {};
 
   [[nodiscard]] int phase_count() const { return static_cast<int>(phases.size()); }
   /// Label of the likeliest output; of those as likely the first.
@@ -34,8 +37,8 @@ struct PriorCycle {
   }
 };
 
-/// What the network says of each phase by itself (see courses.h). The same for any number of
-/// threads.
+/// What the network says of each phase by itself (see courses.h), of the stack and of the views
+/// that cross it (see crossing_views.h). The same for any number of threads.
 /// @throws Error{InvalidInput} if the exam has no voxels; as Model::load if the network cannot be
 /// run on slices of this size; as StageContext::check_cancelled
 [[nodiscard]] PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context);

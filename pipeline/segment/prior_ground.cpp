@@ -90,6 +90,18 @@ Box box_of_heart(const Grid& stack, const LabelCycle& likeliest) {
   return out;
 }
 
+std::vector<std::string> labelled_after_views(const prior::PriorCycle& prior) {
+  constexpr double kMost = 0.5;
+  std::vector<std::string> out;
+  for (std::size_t k = 0; k < prior.unknown.size(); ++k) {
+    if (prior.unknown[k] <= kMost) continue;
+    out.push_back("slice " + std::to_string(k) +
+                  " is labelled after the long-axis views that cross it, which show something else "
+                  "there than the prior sees in the slice; look whether its outlines are right");
+  }
+  return out;
+}
+
 Ground lay_prior_ground(const ImageCycle<float>& images, const prior::PriorCycle& prior,
                         const LabelCycle& likeliest) {
   const Grid& grid = images.grid;

@@ -1,6 +1,9 @@
 #pragma once
 /// What the prior says before anything grows: where the heart is, seeds, and what a label costs.
 
+#include <string>
+#include <vector>
+
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/prior/prior.h"
@@ -21,6 +24,10 @@ namespace beatlas::segment {
 /// volume of the smallest of the family at the end of its systole, and a wall. Blood that beats
 /// without muscle about it is none.
 [[nodiscard]] bool holds_heart(const LabelCycle& likeliest);
+
+/// A sentence for each slice that is labelled after views across it rather than by what the prior
+/// sees in itself.
+[[nodiscard]] std::vector<std::string> labelled_after_views(const prior::PriorCycle& prior);
 
 /// Seeds, prices and levels of the part of the stack that `images` are.
 /// @param images evenly lit, of a part of the stack's grid

@@ -1,0 +1,315 @@
+#include "pipeline/prior/crossing_views.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "pipeline/core/parallel.h"
+#include "pipeline/prior/stored.h"
+#include "pipeline/prior/window.h"
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::prior {
+namespace {
+
+/// [mm] Standard deviation of how far a breath-hold moves a slice; McLeish 2002,
+/// doi:10.1109/TMI.2002.804427, the largest of phantom/family.json.
+constexpr double kShiftMm = 4;
+/// [mm] Half of a view's thickness; Schulz-Menger 2020, doi:10.1186/s12968-020-00610-6: 6 to 10 mm.
+constexpr double kHalfViewMm = 4;
+/// Sine of the least angle between a view and the slices that it crosses.
+constexpr double kLeastSine = 0.5;
+/// Of the mixture's weight: it has settled to .001 by then.
+constexpr int kRounds = 50;
+constexpr double kFirstUnknown = 0.1;
+/// A view that weighs less changes no stored probability.
+constexpr double kLeastHeed = 1e-3;
+
+/// What a view is asked for.
+enum Kind : std::size_t { kOther, kMuscle, kLeftBlood, kRightBlood, kKinds };
+using Kinds = std::array<double, kKinds>;
+constexpr double kEven = 1 / static_cast<double>(kKinds);
+
+Kind kind_of(std::uint8_t label) {
+  switch (label) {
+    case kLabelLvMyocardium:
+      return kMuscle;
+    case kLabelLvBlood:
+    case kLabelLaBlood:
+    case kLabelAorta:
+      return kLeftBlood;
+    case kLabelRvBlood:
+    case kLabelRaBlood:
+      return kRightBlood;
+    default:
+      return kOther;
+  }
+}
+
+/// [output] probabilities of a place, 1 in sum.
+using Likely = std::vector<double>;
+
+void likely_at(const PriorCycle& prior, std::size_t phase, std::size_t voxel, Likely& out) {
+  const std::size_t count = prior.grid.count();
+  out.resize(prior.labels.size());
+  for (std::size_t o = 0; o < out.size(); ++o) {
+    const std::int8_t log = prior.phases[phase][o * count + voxel];
+    out[o] = static_cast<double>(stored_probabilities()[static_cast<std::size_t>(-log)]);
+  }
+  const double all = std::accumulate(out.begin(), out.end(), 0.0);
+  for (double& p : out) p /= all;
+}
+
+Kinds kinds_of(const std::vector<std::uint8_t>& labels, const Likely& likely) {
+  Kinds out{};
+  for (std::size_t o = 0; o < labels.size(); ++o) out[kind_of(labels[o])] += likely[o];
+  return out;
+}
+
+using Image = std::vector<Likely>;
+
+/// One way of a Gaussian blur; beyond the image is nothing to be told.
+Image blurred_along(const Image& image, const Grid& grid, const Index3& step, double sigma_pixels) {
+  const int reach = static_cast<int>(std::ceil(3 * sigma_pixels));
+  Image out(image.size(), Likely(image.front().size(), 0));
+  for (int j = 0; j < grid.size[1]; ++j) {
+    for (int i = 0; i < grid.size[0]; ++i) {
+      Likely& sum = out[grid.offset(i, j, 0)];
+      double weights = 0;
+      for (int n = -reach; n <= reach; ++n) {
+        const int a = i + n * step[0];
+        const int b = j + n * step[1];
+        if (!grid.contains(a, b, 0)) continue;
+        const double weight = std::exp(-0.5 * n * n / (sigma_pixels * sigma_pixels));
+        const Likely& from = image[grid.offset(a, b, 0)];
+        for (std::size_t o = 0; o < sum.size(); ++o) sum[o] += weight * from[o];
+        weights += weight;
+      }
+      for (double& s : sum) s /= weights;
+    }
+  }
+  return out;
+}
+
+/// [phase] what a view says, as far as shifts leave it sure.
+std::vector<Image> told_by(const PriorCycle& view) {
+  std::vector<Image> out(view.phases.size());
+  const double sigma = kShiftMm / view.grid.spacing_mm()[0];
+  parallel_for(out.size(), [&](std::size_t p) {
+    Image image(view.grid.slice_count());
+    for (std::size_t v = 0; v < image.size(); ++v) likely_at(view, p, v, image[v]);
+    const Image along = blurred_along(image, view.grid, {1, 0, 0}, sigma);
+    out[p] = blurred_along(along, view.grid, {0, 1, 0}, sigma);
+  });
+  return out;
+}
+
+/// A view, and the lines in which it meets the slices.
+struct Crossing {
+  Grid view;
+  std::vector<Image> told;                      ///< [phase]
+  Affine view_from_stack = Affine::Identity();  ///< indices
+  Vec3 across = Vec3::Zero();   ///< [index of the stack] 1 mm across the line, within a slice
+  double mm_of_view_index = 1;  ///< within a slice, to where the view's third index is 1 more
+
+  /// Distance of a place of a slice from the line [mm], with a sign.
+  [[nodiscard]] double distance_mm(const Vec3& index) const {
+    return (view_from_stack * index)[2] * mm_of_view_index;
+  }
+  /// The view's pixel beside a place of a slice; none beyond the view.
+  [[nodiscard]] std::optional<std::size_t> beside(const Vec3& index) const {
+    const Vec3 at = view_from_stack * Vec3(index - distance_mm(index) * across);
+    const int i = static_cast<int>(std::lround(at[0]));
+    const int j = static_cast<int>(std::lround(at[1]));
+    if (!view.contains(i, j, 0)) return {};
+    return view.offset(i, j, 0);
+  }
+};
+
+std::optional<Crossing> crossing(const PriorCycle& view, const Grid& stack) {
+  const Eigen::Matrix3d axes = stack.mm_from_index.linear();
+  const Eigen::Matrix3d view_axes = view.grid.mm_from_index.linear();
+  const Vec3 normal = view_axes.col(0).cross(view_axes.col(1)).normalized();
+  const Vec3 of_slices = axes.col(0).cross(axes.col(1)).normalized();
+  const Vec3 within = normal - normal.dot(of_slices) * of_slices;
+  if (within.norm() < kLeastSine) return {};
+  Crossing out{.view = view.grid, .told = told_by(view)};
+  out.view_from_stack = view.grid.mm_from_index.inverse() * stack.mm_from_index;
+  out.across = axes.inverse() * within.normalized();
+  out.mm_of_view_index = 1 / (out.view_from_stack.linear() * out.across)[2];
+  return out;
+}
+
+/// How far what a place of the heart is tells what places beside it are.
+class Sameness {
+ public:
+  /// Measured in the slices themselves, along their rows and columns.
+  explicit Sameness(const PriorCycle& stack) : pixel_mm_(stack.grid.spacing_mm()[0]) {
+    std::array<double, kPixels> same{};
+    std::array<double, kPixels> pairs{};
+    const Grid& grid = stack.grid;
+    for (const int p : looked_at(stack.phase_count())) {
+      std::vector<Kind> kinds(grid.count());
+      for (std::size_t v = 0; v < kinds.size(); ++v) {
+        kinds[v] = kind_of(stack.likeliest(static_cast<std::size_t>(p), v));
+      }
+      for (int k = 0; k < grid.size[2]; ++k) {
+        for (int j = 0; j < grid.size[1]; ++j) {
+          for (int i = 0; i < grid.size[0]; ++i) {
+            const Kind here = kinds[grid.offset(i, j, k)];
+            if (here == kOther) continue;
+            for (int d = 0; d < kPixels; ++d) {
+              for (const auto& [a, b] : {std::pair{i + d, j}, std::pair{i, j + d}}) {
+                if (!grid.contains(a, b, k)) continue;
+                ++pairs[static_cast<std::size_t>(d)];
+                if (kinds[grid.offset(a, b, k)] == here) ++same[static_cast<std::size_t>(d)];
+              }
+            }
+          }
+        }
+      }
+    }
+    for (std::size_t d = 0; d < kPixels; ++d) share_[d] = pairs[d] > 0 ? same[d] / pairs[d] : 0;
+  }
+
+  /// 1 at the place itself, 0 from where it tells no more than chance does.
+  [[nodiscard]] double at(double mm) const {
+    const double pixels = std::min(std::abs(mm) / pixel_mm_, kPixels - 1.0);
+    const auto below = static_cast<std::size_t>(pixels);
+    const std::size_t above = std::min<std::size_t>(below + 1, kPixels - 1);
+    const double part = pixels - static_cast<double>(below);
+    const double share = (1 - part) * share_[below] + part * share_[above];
+    return std::max(0.0, (share - kEven) / (1 - kEven));
+  }
+
+ private:
+  static constexpr int kPixels = 25;
+  double pixel_mm_;
+  std::array<double, kPixels> share_{};
+};
+
+/// Adds, of the places of a line in a slice, how much likelier what slice and view say is if both
+/// know than if one of them does not. Where both say that nothing is there, nothing is compared.
+void compare(const Crossing& line, const PriorCycle& stack, int k, std::vector<double>& out) {
+  const Grid& grid = stack.grid;
+  const double on_line = 0.5 * grid.spacing_mm()[0];
+  Likely likely;
+  for (int j = 0; j < grid.size[1]; ++j) {
+    for (int i = 0; i < grid.size[0]; ++i) {
+      const Vec3 index(i, j, k);
+      if (std::abs(line.distance_mm(index)) > on_line) continue;
+      const auto beside = line.beside(index);
+      if (!beside) continue;
+      for (std::size_t p = 0; p < stack.phases.size(); ++p) {
+        likely_at(stack, p, grid.offset(i, j, k), likely);
+        const Kinds said = kinds_of(stack.labels, likely);
+        const Kinds told = kinds_of(stack.labels, line.told[p][*beside]);
+        if (told[kOther] > 0.5 && said[kOther] > 0.5) continue;
+        out.push_back(std::inner_product(told.begin(), told.end(), said.begin(), 0.0) / kEven);
+      }
+    }
+  }
+}
+
+/// The likeliest share of places at which one of them does not know.
+double unknown_share(const std::vector<double>& agreement) {
+  if (agreement.empty()) return 0;
+  double unknown = kFirstUnknown;
+  for (int round = 0; round < kRounds; ++round) {
+    double sum = 0;
+    for (const double known : agreement) sum += unknown / (unknown + (1 - unknown) * known);
+    unknown = sum / static_cast<double>(agreement.size());
+  }
+  return unknown;
+}
+
+/// A view in which the network knows less than in the slices tells less by as much.
+void temper(const PriorCycle& stack, Crossing& line) {
+  std::vector<double> agreement;
+  for (int k = 0; k < stack.grid.size[2]; ++k) compare(line, stack, k, agreement);
+  const double unknown = unknown_share(agreement);
+  Kinds outputs{};
+  for (const std::uint8_t label : stack.labels) ++outputs[kind_of(label)];
+  for (Image& image : line.told) {
+    for (Likely& likely : image) {
+      for (std::size_t o = 0; o < likely.size(); ++o) {
+        likely[o] += unknown * (kEven / outputs[kind_of(stack.labels[o])] - likely[o]);
+      }
+    }
+  }
+}
+
+/// The view that is nearest to a place of a slice.
+struct Nearest {
+  const Crossing* line = nullptr;
+  std::size_t beside = 0;
+  double mm = 0;
+};
+
+std::optional<Nearest> nearest_view(const std::vector<Crossing>& crossings, const Vec3& index) {
+  std::optional<Nearest> out;
+  for (const Crossing& line : crossings) {
+    const double mm = std::abs(line.distance_mm(index));
+    if (out && mm >= out->mm) continue;
+    if (const auto beside = line.beside(index)) out = Nearest{&line, *beside, mm};
+  }
+  return out;
+}
+
+void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& sameness, double unknown,
+                   int k, PriorCycle& stack) {
+  const Grid& grid = stack.grid;
+  Likely likely;
+  for (int j = 0; j < grid.size[1]; ++j) {
+    for (int i = 0; i < grid.size[0]; ++i) {
+      const auto nearest = nearest_view(crossings, Vec3(i, j, k));
+      if (!nearest) continue;
+      const double within = std::exp(-0.5 * std::pow(nearest->mm / kHalfViewMm, 2));
+      const double alone = unknown * sameness.at(nearest->mm);
+      if (std::max(within, alone) < kLeastHeed) continue;
+      const std::size_t voxel = grid.offset(i, j, k);
+      for (std::size_t p = 0; p < stack.phases.size(); ++p) {
+        likely_at(stack, p, voxel, likely);
+        const Kinds said = kinds_of(stack.labels, likely);
+        const Likely& view = nearest->line->told[p][nearest->beside];
+        const Kinds told = kinds_of(stack.labels, view);
+        Kinds both{};
+        for (std::size_t c = 0; c < kKinds; ++c) {
+          both[c] = said[c] * (within * told[c] / kEven + 1 - within);
+        }
+        const double sum = std::accumulate(both.begin(), both.end(), 0.0);
+        for (std::size_t o = 0; o < likely.size(); ++o) {
+          const Kind c = kind_of(stack.labels[o]);
+          const double known = likely[o] / said[c] * both[c] / sum;
+          stack.phases[p][o * grid.count() + voxel] =
+              stored_log(static_cast<float>((1 - alone) * known + alone * view[o]));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<double> heed_views(const std::vector<PriorCycle>& views, PriorCycle& stack) {
+  std::vector<Crossing> crossings;
+  for (const PriorCycle& view : views) {
+    if (auto line = crossing(view, stack.grid)) crossings.push_back(std::move(*line));
+  }
+  std::vector<double> unknown(static_cast<std::size_t>(stack.grid.size[2]), 0);
+  if (crossings.empty()) return unknown;
+  parallel_for(crossings.size(), [&](std::size_t n) { temper(stack, crossings[n]); });
+  const Sameness sameness(stack);
+  parallel_for(unknown.size(), [&](std::size_t k) {
+    const int slice = static_cast<int>(k);
+    std::vector<double> agreement;
+    for (const Crossing& line : crossings) compare(line, stack, slice, agreement);
+    unknown[k] = unknown_share(agreement);
+    heed_in_slice(crossings, sameness, unknown[k], slice, stack);
+  });
+  return unknown;
+}
+
+}  // namespace beatlas::prior
