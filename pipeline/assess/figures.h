@@ -133,6 +133,19 @@ struct PhaseErrors {
   int points = 0;                 ///< points of both ways
 };
 
+/// One structure in one phase that is drawn and has no field; see drawn_errors.h. Nothing bounds
+/// it: limits and promises are of what is felt.
+struct DrawnErrors {
+  double volume_error_ml = 0;       ///< the surface's volume minus the truth
+  double volume_error_percent = 0;  ///< the same, of the true volume
+  double mean_mm = 0;               ///< distances both ways, as of PhaseErrors
+  double rms_mm = 0;
+  double p95_mm = 0;
+  double hausdorff_mm = 0;
+  double bias_mm = 0;  ///< signed mean, + where the package is larger
+  int points = 0;      ///< of both ways; 0: the truth has no such part
+};
+
 /// Wall thickness of the LV in one phase: package minus truth along the same rays.
 struct ThicknessErrors {
   double mean_mm = 0;       ///< of magnitudes
@@ -217,6 +230,16 @@ inline constexpr std::array kPhaseFigures{
                         &Limits::max_velocity_mean_mm_s},
     Figure<PhaseErrors>{"velocity_p95_mm_s", &PhaseErrors::velocity_p95_mm_s,
                         &Limits::max_velocity_p95_mm_s},
+};
+
+inline constexpr std::array kDrawnFigures{
+    Figure<DrawnErrors>{"volume_error_ml", &DrawnErrors::volume_error_ml},
+    Figure<DrawnErrors>{"volume_error_percent", &DrawnErrors::volume_error_percent},
+    Figure<DrawnErrors>{"mean_mm", &DrawnErrors::mean_mm},
+    Figure<DrawnErrors>{"rms_mm", &DrawnErrors::rms_mm},
+    Figure<DrawnErrors>{"p95_mm", &DrawnErrors::p95_mm},
+    Figure<DrawnErrors>{"hausdorff_mm", &DrawnErrors::hausdorff_mm},
+    Figure<DrawnErrors>{"bias_mm", &DrawnErrors::bias_mm},
 };
 
 inline constexpr std::array kThicknessFigures{

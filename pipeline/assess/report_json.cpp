@@ -44,6 +44,15 @@ nlohmann::json structure_to_json(const StructureErrors& structure) {
   return out;
 }
 
+nlohmann::json drawn_to_json(const DrawnStructure& drawn) {
+  nlohmann::json phases = nlohmann::json::array();
+  for (const DrawnErrors& errors : drawn.phases) {
+    phases.push_back(figures_to_json(kDrawnFigures, errors));
+    phases.back()["points"] = errors.points;
+  }
+  return {{"name", std::string(structure_name(drawn.structure))}, {"phases", phases}};
+}
+
 nlohmann::json force_to_json(const FeltErrors& force) {
   nlohmann::json out = figures_to_json(kForceFigures, force.errors);
   out["structure"] = std::string(structure_name(force.structure));
@@ -62,7 +71,10 @@ nlohmann::json report_to_json(const ValidationReport& report) {
   for (const StructureErrors& structure : report.structures) {
     structures.push_back(structure_to_json(structure));
   }
+  nlohmann::json drawn = nlohmann::json::array();
+  for (const DrawnStructure& each : report.drawn) drawn.push_back(drawn_to_json(each));
   nlohmann::json out{{"structures", structures},
+                     {"drawn", drawn},
                      {"held_to", std::string(report.held_to)},
                      {"passed", report.passed},
                      {"failures", report.failures}};

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "pipeline/assess/drawn_errors.h"
 #include "pipeline/assess/force_error.h"
 #include "pipeline/assess/same_phantom.h"
 #include "runtime/base/error.h"
@@ -98,6 +99,17 @@ StructureErrors structure_errors(const Candidate& candidate, const Queries& quer
   }
   if (out.structure == Structure::LvBlood || out.structure == Structure::RvBlood) {
     out.ejection_fraction_error = ejection_fraction(curve) - ejection_fraction(true_curve);
+  }
+  return out;
+}
+
+DrawnStructure drawn_structure(const Candidate& candidate, const atlas::SurfacePayload& surface,
+                               const phantom::Phantom& truth, const ValidateOptions& options) {
+  DrawnStructure out{surface.structure, {}};
+  if (!truth.frame(0)->has(surface.structure)) return out;
+  for (int p = 0; p < static_cast<int>(surface.positions.size()); ++p) {
+    out.phases.push_back(
+        drawn_errors(surface, candidate.manifest.workspace_from_lps, truth, p, options.compare));
   }
   return out;
 }
@@ -245,6 +257,11 @@ ValidationReport validate(const Candidate& candidate, const phantom::Phantom& tr
       done += 1.0 / query->phases();
       context.progress(done / all);
     }));
+  }
+  for (const auto& surface : candidate.surfaces) {
+    if (query_of(queries, surface->structure) || surface->level != 0) continue;
+    context.check_cancelled();
+    report.drawn.push_back(drawn_structure(candidate, *surface, truth, options));
   }
   if (felt) {
     report.force =

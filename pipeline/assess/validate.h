@@ -51,6 +51,12 @@ struct StructureErrors {
   std::optional<double> ejection_fraction_error;
 };
 
+/// Of a structure that has a surface and no field.
+struct DrawnStructure {
+  Structure structure{};
+  std::vector<DrawnErrors> phases;  ///< empty: the truth has no such part
+};
+
 struct FeltErrors {
   Structure structure{};
   double stiffness_n_per_m = 0;
@@ -59,6 +65,7 @@ struct FeltErrors {
 
 struct ValidationReport {
   std::vector<StructureErrors> structures;
+  std::vector<DrawnStructure> drawn;
   std::optional<FeltErrors> force;
   std::string_view held_to = "none";  ///< name of the promises
   bool passed = false;
@@ -66,8 +73,8 @@ struct ValidationReport {
   std::vector<std::string> failures;
 };
 
-/// Every structure of the package whose field was opened. Without limits `passed` says that each
-/// has a surface in every phase that overlaps the truth.
+/// Every structure of the package whose field was opened, or whose surface alone was. Without
+/// limits `passed` says that each has a surface in every phase that overlaps the truth.
 /// @throws Error{InvalidInput} if the package was not made from images of this phantom (see
 /// same_phantom.h), none of its fields was opened, or an option is out of range.
 [[nodiscard]] ValidationReport validate(const atlas::Atlas& atlas, const phantom::Phantom& truth,
@@ -93,7 +100,8 @@ void hold_to(const PromiseSet& promises, ValidationReport& report);
 /// {"structures": [{"name", "phases": [{figures of kPhaseFigures, "points", "wall_thickness"?:
 /// {figures of kThicknessFigures, "points", "missing"}}], "motion"?: {figures of kMotionFigures,
 /// "points"}, "map"?: {figures of kMapFigures, "points", "missing", "named"},
-/// "ejection_fraction_error"?}],
+/// "ejection_fraction_error"?}], "drawn": [{"name", "phases": [{figures of kDrawnFigures,
+/// "points"}]}],
 /// "force"?: {"structure", "stiffness_n_per_m", figures of kForceFigures, "ticks", ...}, "held_to",
 /// "passed", "failures"}. See schemas/validate.schema.json.
 [[nodiscard]] nlohmann::json report_to_json(const ValidationReport& report);

@@ -65,7 +65,7 @@ fs::path write_images(const fs::path& folder, const std::string& format,
                       const std::string& study = {}) {
   const std::string mark = phantom_mark(identity);
   if (format == "nifti") {
-    const fs::path file = folder / "cine.nii.gz";
+    fs::path file = folder / "cine.nii.gz";
     formats::write_nifti(file, cine.images, cine.frame_interval_s(), formats::NiftiStorage::Int16,
                          mark);
     return file;

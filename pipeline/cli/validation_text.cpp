@@ -51,6 +51,27 @@ std::string shapes(const assess::ValidationReport& report) {
   return text;
 }
 
+/// What has a surface alone, in the columns of `shapes`.
+std::string drawn_alone(const assess::ValidationReport& report) {
+  using assess::DrawnErrors;
+  std::string text;
+  for (const assess::DrawnStructure& entry : report.drawn) {
+    const std::string name(structure_name(entry.structure));
+    if (entry.phases.empty()) {
+      text += name + ": the truth has none\n";
+      continue;
+    }
+    text += line(
+        "%-15s %11s %8.3f %8.3f %8.3f %13.3f %+8.3f %+6.2f ml %+5.1f %%\n", name.c_str(),
+        "drawn alone", mean(entry.phases, &DrawnErrors::mean_mm),
+        worst(entry.phases, &DrawnErrors::rms_mm), worst(entry.phases, &DrawnErrors::p95_mm),
+        worst(entry.phases, &DrawnErrors::hausdorff_mm), mean(entry.phases, &DrawnErrors::bias_mm),
+        worst(entry.phases, &DrawnErrors::volume_error_ml),
+        worst(entry.phases, &DrawnErrors::volume_error_percent));
+  }
+  return text;
+}
+
 std::string motions(const assess::ValidationReport& report) {
   using assess::PhaseErrors;
   std::string text = "structure       normal, mean deg  p95 deg   velocity, mean mm/s  p95 mm/s\n";
@@ -133,7 +154,7 @@ std::string force(const assess::FeltErrors& felt) {
 }  // namespace
 
 std::string validation_to_text(const assess::ValidationReport& report) {
-  std::string text = shapes(report);
+  std::string text = shapes(report) + drawn_alone(report);
   text += '\n';
   text += motions(report) + walls(report) + maps(report) + muscle(report) +
           "means and biases are means over the phases, the others the worst phase\n";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -224,6 +225,82 @@ TEST_F(Validate, JsonHasTheKeysOthersRelyOn) {
     EXPECT_TRUE(json["structures"][0]["phases"][3][key].is_number()) << key;
   }
   EXPECT_FALSE(json.contains("force")) << "there is no field of the heart";
+}
+
+/// The truth's left atrium as a surface of triangles, larger by `grown_mm` all about; it is seen as
+/// a whole from its middle.
+std::shared_ptr<const atlas::SurfacePayload> left_atrium(const test::Made& made, double grown_mm) {
+  constexpr int kRings = 48;
+  constexpr int kSpokes = 96;
+  auto out = std::make_shared<atlas::SurfacePayload>();
+  out->structure = Structure::LaBlood;
+  const int phases = made.truth.spec().phases;
+  for (int p = 0; p < phases; ++p) {
+    const double share = p / static_cast<double>(phases);
+    const auto frame = made.truth.frame(share * made.truth.spec().rr_interval_s);
+    Vec3 middle = Vec3::Zero();
+    const std::vector<Vec3> samples = frame->sample_surface(Structure::LaBlood, 2);
+    for (const Vec3& lps : samples) middle += lps / static_cast<double>(samples.size());
+    const auto vertex = [&](double polar, double turn) {
+      const Vec3 way(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn),
+                     std::cos(polar));
+      double low = 0;
+      double high = 80;
+      while (high - low > 1e-6) {
+        const double half = 0.5 * (low + high);
+        const bool in = frame->distance_mm(Structure::LaBlood, middle + half * way) < grown_mm;
+        (in ? low : high) = half;
+      }
+      return (made.workspace_from_lps * Vec3(middle + low * way)).cast<float>().eval();
+    };
+    std::vector<Vec3f> positions{vertex(0, 0), vertex(std::numbers::pi, 0)};
+    for (int ring = 1; ring < kRings; ++ring) {
+      for (int spoke = 0; spoke < kSpokes; ++spoke) {
+        positions.push_back(
+            vertex(std::numbers::pi * ring / kRings, 2 * std::numbers::pi * spoke / kSpokes));
+      }
+    }
+    out->positions.push_back(positions);
+  }
+  const auto at = [](int ring, int spoke) {
+    if (ring == 0) return 0U;
+    if (ring == kRings) return 1U;
+    return static_cast<unsigned>(2 + (ring - 1) * kSpokes + spoke % kSpokes);
+  };
+  for (int ring = 0; ring < kRings; ++ring) {
+    for (int spoke = 0; spoke < kSpokes; ++spoke) {
+      if (ring + 1 < kRings) {
+        out->triangles.push_back({at(ring, spoke), at(ring + 1, spoke), at(ring + 1, spoke + 1)});
+      }
+      if (ring > 0) {
+        out->triangles.push_back({at(ring, spoke), at(ring + 1, spoke + 1), at(ring, spoke + 1)});
+      }
+    }
+  }
+  return out;
+}
+
+TEST_F(Validate, WhatIsDrawnAndNotFeltIsMeasuredByItsSurface) {
+  for (const double grown_mm : {0.0, 1.5}) {
+    Candidate with_atrium = candidate(0.0);
+    with_atrium.surfaces = {left_atrium(made_, grown_mm)};
+    StageContext context;
+    const ValidationReport report = validate(with_atrium, truth_, {}, context);
+    ASSERT_EQ(report.drawn.size(), 1U);
+    EXPECT_EQ(report.drawn[0].structure, Structure::LaBlood);
+    ASSERT_EQ(report.drawn[0].phases.size(), 4U);
+    for (const DrawnErrors& phase : report.drawn[0].phases) {
+      EXPECT_GT(phase.points, 1000);
+      EXPECT_NEAR(phase.bias_mm, grown_mm, 0.05);
+      EXPECT_NEAR(phase.mean_mm, grown_mm, 0.06);
+      EXPECT_LT(phase.hausdorff_mm, grown_mm + 0.5);
+      // A surface that is larger by so much all about is larger by its area times that, and more.
+      const double added_ml = phase.volume_error_ml;
+      EXPECT_GT(added_ml, grown_mm == 0 ? -1 : 8);
+      EXPECT_LT(added_ml, grown_mm == 0 ? 0.1 : 25);
+    }
+    EXPECT_EQ(report_to_json(report)["drawn"][0]["name"], "la_blood");
+  }
 }
 
 TEST(ZeroLevel, PointsOfASphereLieOnItAndAddUpToItsArea) {
