@@ -34,8 +34,10 @@ std::vector<float> frame_times(const Family& family, int phases) {
   if (phases == 1) return {family.uniform("exam_only_moment") < 0.5F ? 0.0F : 0.75F};
   // Two images are those of the fullest and of the emptiest heart.
   if (phases == 2) return {0.0F, kEndSystole};
-  for (int p = 0; p < phases; ++p)
+  out.reserve(static_cast<std::size_t>(phases));
+  for (int p = 0; p < phases; ++p) {
     out.push_back(static_cast<float>(p) / static_cast<float>(phases));
+  }
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/prior/stored.h"
@@ -21,13 +22,14 @@ constexpr double kShiftMm = 4;
 constexpr double kHalfViewMm = 4;
 /// Sine of the least angle between a view and the slices that it crosses.
 constexpr double kLeastSine = 0.5;
-/// Of the mixture's weight: it has settled to .001 by then.
-constexpr int kRounds = 50;
+/// Where the search for a mixture's weight begins, and the step at which it ends.
 constexpr double kFirstUnknown = 0.1;
+constexpr double kSettled = 1e-5;
+constexpr int kMostRounds = 1000;
 /// A view that weighs less changes no stored probability.
 constexpr double kLeastHeed = 1e-3;
 
-/// What a view is asked for.
+/// What views and slices are compared by.
 enum Kind : std::size_t { kOther, kMuscle, kLeftBlood, kRightBlood, kKinds };
 using Kinds = std::array<double, kKinds>;
 constexpr double kEven = 1 / static_cast<double>(kKinds);
@@ -147,31 +149,14 @@ class Sameness {
  public:
   /// Measured in the slices themselves, along their rows and columns.
   explicit Sameness(const PriorCycle& stack) : pixel_mm_(stack.grid.spacing_mm()[0]) {
-    std::array<double, kPixels> same{};
-    std::array<double, kPixels> pairs{};
     const Grid& grid = stack.grid;
     for (const int p : looked_at(stack.phase_count())) {
       std::vector<Kind> kinds(grid.count());
       for (std::size_t v = 0; v < kinds.size(); ++v) {
         kinds[v] = kind_of(stack.likeliest(static_cast<std::size_t>(p), v));
       }
-      for (int k = 0; k < grid.size[2]; ++k) {
-        for (int j = 0; j < grid.size[1]; ++j) {
-          for (int i = 0; i < grid.size[0]; ++i) {
-            const Kind here = kinds[grid.offset(i, j, k)];
-            if (here == kOther) continue;
-            for (int d = 0; d < kPixels; ++d) {
-              for (const auto& [a, b] : {std::pair{i + d, j}, std::pair{i, j + d}}) {
-                if (!grid.contains(a, b, k)) continue;
-                ++pairs[static_cast<std::size_t>(d)];
-                if (kinds[grid.offset(a, b, k)] == here) ++same[static_cast<std::size_t>(d)];
-              }
-            }
-          }
-        }
-      }
+      for (int k = 0; k < grid.size[2]; ++k) count_pairs(grid, kinds, k);
     }
-    for (std::size_t d = 0; d < kPixels; ++d) share_[d] = pairs[d] > 0 ? same[d] / pairs[d] : 0;
   }
 
   /// 1 at the place itself, 0 from where it tells no more than chance does.
@@ -180,14 +165,39 @@ class Sameness {
     const auto below = static_cast<std::size_t>(pixels);
     const std::size_t above = std::min<std::size_t>(below + 1, kPixels - 1);
     const double part = pixels - static_cast<double>(below);
-    const double share = (1 - part) * share_[below] + part * share_[above];
+    const double share = (1 - part) * share_at(below) + part * share_at(above);
     return std::max(0.0, (share - kEven) / (1 - kEven));
   }
 
  private:
   static constexpr int kPixels = 25;
+
+  void count_pairs(const Grid& grid, const std::vector<Kind>& kinds, int k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Kind here = kinds[grid.offset(i, j, k)];
+        if (here == kOther) continue;
+        for (int d = 0; d < kPixels; ++d) {
+          if (i + d < grid.size[0]) count_pair(d, here == kinds[grid.offset(i + d, j, k)]);
+          if (j + d < grid.size[1]) count_pair(d, here == kinds[grid.offset(i, j + d, k)]);
+        }
+      }
+    }
+  }
+
+  void count_pair(int pixels, bool same) {
+    const auto d = static_cast<std::size_t>(pixels);
+    ++pairs_[d];
+    if (same) ++same_[d];
+  }
+
+  [[nodiscard]] double share_at(std::size_t pixels) const {
+    return pairs_[pixels] > 0 ? same_[pixels] / pairs_[pixels] : 0;
+  }
+
   double pixel_mm_;
-  std::array<double, kPixels> share_{};
+  std::array<double, kPixels> pairs_{};  ///< places of the heart, and others so many pixels away
+  std::array<double, kPixels> same_{};   ///< of them, of one kind
 };
 
 /// Adds, of the places of a line in a slice, how much likelier what slice and view say is if both
@@ -217,10 +227,11 @@ void compare(const Crossing& line, const PriorCycle& stack, int k, std::vector<d
 double unknown_share(const std::vector<double>& agreement) {
   if (agreement.empty()) return 0;
   double unknown = kFirstUnknown;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMostRounds; ++round) {
     double sum = 0;
     for (const double known : agreement) sum += unknown / (unknown + (1 - unknown) * known);
-    unknown = sum / static_cast<double>(agreement.size());
+    const double before = std::exchange(unknown, sum / static_cast<double>(agreement.size()));
+    if (std::abs(unknown - before) < kSettled) break;
   }
   return unknown;
 }
@@ -258,6 +269,23 @@ std::optional<Nearest> nearest_view(const std::vector<Crossing>& crossings, cons
   return out;
 }
 
+/// Makes one of what a slice says of a place and what the view beside it tells.
+/// @param within,alone weights of the view: where the slice knows, and where it does not
+void heed(const std::vector<std::uint8_t>& labels, const Likely& view, double within, double alone,
+          Likely& likely) {
+  const Kinds said = kinds_of(labels, likely);
+  const Kinds told = kinds_of(labels, view);
+  Kinds both{};
+  for (std::size_t c = 0; c < kKinds; ++c) {
+    both[c] = said[c] * (within * told[c] / kEven + 1 - within);
+  }
+  const double sum = std::accumulate(both.begin(), both.end(), 0.0);
+  for (std::size_t o = 0; o < likely.size(); ++o) {
+    const Kind c = kind_of(labels[o]);
+    likely[o] = (1 - alone) * likely[o] / said[c] * both[c] / sum + alone * view[o];
+  }
+}
+
 void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& sameness, double unknown,
                    int k, PriorCycle& stack) {
   const Grid& grid = stack.grid;
@@ -272,19 +300,9 @@ void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& samen
       const std::size_t voxel = grid.offset(i, j, k);
       for (std::size_t p = 0; p < stack.phases.size(); ++p) {
         likely_at(stack, p, voxel, likely);
-        const Kinds said = kinds_of(stack.labels, likely);
-        const Likely& view = nearest->line->told[p][nearest->beside];
-        const Kinds told = kinds_of(stack.labels, view);
-        Kinds both{};
-        for (std::size_t c = 0; c < kKinds; ++c) {
-          both[c] = said[c] * (within * told[c] / kEven + 1 - within);
-        }
-        const double sum = std::accumulate(both.begin(), both.end(), 0.0);
+        heed(stack.labels, nearest->line->told[p][nearest->beside], within, alone, likely);
         for (std::size_t o = 0; o < likely.size(); ++o) {
-          const Kind c = kind_of(stack.labels[o]);
-          const double known = likely[o] / said[c] * both[c] / sum;
-          stack.phases[p][o * grid.count() + voxel] =
-              stored_log(static_cast<float>((1 - alone) * known + alone * view[o]));
+          stack.phases[p][o * grid.count() + voxel] = stored_log(static_cast<float>(likely[o]));
         }
       }
     }

@@ -26,15 +26,17 @@ constexpr double kCutAnew = 0.6;
 /// Runs networks on slices of phases and keeps what they say.
 class Reader {
  public:
-  Reader(const SeenSlices& seen, const Model& model)
-      : seen_(seen), card_(model.card()), networks_(model) {}
+  /// @param beside images of the exam that are looked at beside these: the more there are in all,
+  /// the fewer ways round each is shown
+  Reader(const SeenSlices& seen, const Model& model, std::size_t beside = 0)
+      : seen_(seen), card_(model.card()), networks_(model), beside_(beside) {}
 
   void read(const std::vector<int>& phases, const Window& window, int orientations,
             const StageContext& context, PriorCycle& out) {
     const PaddedSize padded = padded_size(window, card_.multiple);
     const auto slices = static_cast<std::size_t>(window.size[2]);
     const std::size_t voxels = seen_.grid.count();
-    const TurnsOfImages turns(orientations, phases.size() * slices);
+    const TurnsOfImages turns(orientations, beside_ + phases.size() * slices);
     const std::size_t plane =
         static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height);
     with_quiet_opencv([&] {
@@ -68,6 +70,7 @@ class Reader {
   const SeenSlices& seen_;
   const ModelCard& card_;
   NetworkPool networks_;
+  std::size_t beside_;
 };
 
 /// Nothing but background.
@@ -91,8 +94,9 @@ PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& mod
   return out;
 }
 
-/// As heart_prior, of one stack or one view.
-PriorCycle prior_of(const Cine& stack, const Model& model, const StageContext& context) {
+/// As heart_prior, of one stack or one view. @param beside see Reader
+PriorCycle prior_of(const Cine& stack, const Model& model, const StageContext& context,
+                    std::size_t beside = 0) {
   const int phases = stack.phase_count();
   if (stack.grid().count() == 0 || phases == 0) {
     throw_invalid("the stack has no images, so nothing in it can be told");
@@ -107,7 +111,7 @@ PriorCycle prior_of(const Cine& stack, const Model& model, const StageContext& c
   for (const int p : looked) {
     out.phases[static_cast<std::size_t>(p)] = no_heart(out.labels, out.grid.count());
   }
-  Reader reader(seen, model);
+  Reader reader(seen, model, beside);
   reader.read(looked, {{0, 0, 0}, seen.grid.size}, 1, context.part(kSeen, kLooked), out);
   const Window window = window_of_heart(out, card.multiple);
   std::vector<int> all(out.phases.size());
@@ -137,8 +141,10 @@ PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& conte
   double done = exam.stack.grid().size[2] / std::max(images, 1.0);
   PriorCycle out = prior_of(exam.stack, model, context.part(0, done));
   std::vector<PriorCycle> told;
+  const auto of_stack = static_cast<std::size_t>(exam.stack.grid().size[2]) *
+                        static_cast<std::size_t>(exam.stack.phase_count());
   for (const Cine* view : views) {
-    told.push_back(prior_of(*view, model, context.part(done, done + 1 / images)));
+    told.push_back(prior_of(*view, model, context.part(done, done + 1 / images), of_stack));
     hold_courses(told.back());
     done += 1 / images;
   }

@@ -24,7 +24,6 @@ class LikeliestAt {
  public:
   LikeliestAt(const LabelCycle& likeliest, const Grid& part)
       : labels_(likeliest),
-        part_(part),
         to_prior_(likeliest.grid.mm_from_index.inverse(Eigen::Affine) * part.mm_from_index) {}
 
   [[nodiscard]] std::uint8_t operator()(std::size_t phase, int i, int j, int k) const {
@@ -37,7 +36,6 @@ class LikeliestAt {
 
  private:
   const LabelCycle& labels_;
-  const Grid& part_;
   Affine to_prior_;
 };
 
