@@ -26,6 +26,10 @@ constexpr double kLeastSine = 0.5;
 constexpr double kFirstUnknown = 0.1;
 constexpr double kSettled = 1e-5;
 constexpr int kMostRounds = 1000;
+/// [mm] Of a line, see unknown_share.
+constexpr double kKnownMm = 10;
+/// A view that does not know as often as it knows is none.
+constexpr double kMostUnknown = 0.5;
 /// A view that weighs less changes no stored probability.
 constexpr double kLeastHeed = 1e-3;
 
@@ -70,26 +74,30 @@ Kinds kinds_of(const std::vector<std::uint8_t>& labels, const Likely& likely) {
   return out;
 }
 
-using Image = std::vector<Likely>;
+/// [pixel][output]
+using Image = std::vector<float>;
 
 /// One way of a Gaussian blur; beyond the image is nothing to be told.
-Image blurred_along(const Image& image, const Grid& grid, const Index3& step, double sigma_pixels) {
+Image blurred_along(const Image& image, const Grid& grid, std::size_t outputs, const Index3& step,
+                    double sigma_pixels) {
   const int reach = static_cast<int>(std::ceil(3 * sigma_pixels));
-  Image out(image.size(), Likely(image.front().size(), 0));
+  Image out(image.size());
+  Likely sum(outputs);
   for (int j = 0; j < grid.size[1]; ++j) {
     for (int i = 0; i < grid.size[0]; ++i) {
-      Likely& sum = out[grid.offset(i, j, 0)];
+      std::fill(sum.begin(), sum.end(), 0.0);
       double weights = 0;
       for (int n = -reach; n <= reach; ++n) {
         const int a = i + n * step[0];
         const int b = j + n * step[1];
         if (!grid.contains(a, b, 0)) continue;
         const double weight = std::exp(-0.5 * n * n / (sigma_pixels * sigma_pixels));
-        const Likely& from = image[grid.offset(a, b, 0)];
-        for (std::size_t o = 0; o < sum.size(); ++o) sum[o] += weight * from[o];
+        const float* from = image.data() + grid.offset(a, b, 0) * outputs;
+        for (std::size_t o = 0; o < outputs; ++o) sum[o] += weight * static_cast<double>(from[o]);
         weights += weight;
       }
-      for (double& s : sum) s /= weights;
+      float* to = out.data() + grid.offset(i, j, 0) * outputs;
+      for (std::size_t o = 0; o < outputs; ++o) to[o] = static_cast<float>(sum[o] / weights);
     }
   }
   return out;
@@ -98,12 +106,19 @@ Image blurred_along(const Image& image, const Grid& grid, const Index3& step, do
 /// [phase] what a view says, as far as shifts leave it sure.
 std::vector<Image> told_by(const PriorCycle& view) {
   std::vector<Image> out(view.phases.size());
+  const std::size_t outputs = view.labels.size();
   const double sigma = kShiftMm / view.grid.spacing_mm()[0];
   parallel_for(out.size(), [&](std::size_t p) {
-    Image image(view.grid.slice_count());
-    for (std::size_t v = 0; v < image.size(); ++v) likely_at(view, p, v, image[v]);
-    const Image along = blurred_along(image, view.grid, {1, 0, 0}, sigma);
-    out[p] = blurred_along(along, view.grid, {0, 1, 0}, sigma);
+    Image image(view.grid.slice_count() * outputs);
+    Likely likely;
+    for (std::size_t v = 0; v < view.grid.slice_count(); ++v) {
+      likely_at(view, p, v, likely);
+      std::transform(likely.begin(), likely.end(),
+                     image.begin() + static_cast<std::ptrdiff_t>(v * outputs),
+                     [](double share) { return static_cast<float>(share); });
+    }
+    const Image along = blurred_along(image, view.grid, outputs, {1, 0, 0}, sigma);
+    out[p] = blurred_along(along, view.grid, outputs, {0, 1, 0}, sigma);
   });
   return out;
 }
@@ -112,9 +127,10 @@ std::vector<Image> told_by(const PriorCycle& view) {
 struct Crossing {
   Grid view;
   std::vector<Image> told;                      ///< [phase]
+  double unknown = 0;                           ///< how often it does not know, over all slices
   Affine view_from_stack = Affine::Identity();  ///< indices
-  Vec3 across = Vec3::Zero();   ///< [index of the stack] 1 mm across the line, within a slice
-  double mm_of_view_index = 1;  ///< within a slice, to where the view's third index is 1 more
+  Vec3 across = Vec3::Zero();   ///< step of the stack's index: 1 mm across the line, in the slice
+  double mm_of_view_index = 1;  ///< such millimetres to the plane beside the view's own
 
   /// Distance of a place of a slice from the line [mm], with a sign.
   [[nodiscard]] double distance_mm(const Vec3& index) const {
@@ -128,18 +144,24 @@ struct Crossing {
     if (!view.contains(i, j, 0)) return {};
     return view.offset(i, j, 0);
   }
+  void told_at(std::size_t phase, std::size_t pixel, Likely& out) const {
+    const auto from = told[phase].begin() + static_cast<std::ptrdiff_t>(pixel * out.size());
+    std::copy(from, from + static_cast<std::ptrdiff_t>(out.size()), out.begin());
+  }
 };
 
-std::optional<Crossing> crossing(const PriorCycle& view, const Grid& stack) {
-  const Eigen::Matrix3d axes = stack.mm_from_index.linear();
-  const Eigen::Matrix3d view_axes = view.grid.mm_from_index.linear();
-  const Vec3 normal = view_axes.col(0).cross(view_axes.col(1)).normalized();
-  const Vec3 of_slices = axes.col(0).cross(axes.col(1)).normalized();
-  const Vec3 within = normal - normal.dot(of_slices) * of_slices;
-  if (within.norm() < kLeastSine) return {};
+Vec3 normal_of(const Grid& grid) {
+  const Eigen::Matrix3d axes = grid.mm_from_index.linear();
+  return axes.col(0).cross(axes.col(1)).normalized();
+}
+
+Crossing crossing(const PriorCycle& view, const Grid& stack) {
+  const Vec3 normal = normal_of(view.grid);
+  const Vec3 of_slices = normal_of(stack);
+  const Vec3 within = (normal - normal.dot(of_slices) * of_slices).normalized();
   Crossing out{.view = view.grid, .told = told_by(view)};
   out.view_from_stack = view.grid.mm_from_index.inverse() * stack.mm_from_index;
-  out.across = axes.inverse() * within.normalized();
+  out.across = stack.mm_from_index.linear().inverse() * within;
   out.mm_of_view_index = 1 / (out.view_from_stack.linear() * out.across)[2];
   return out;
 }
@@ -206,6 +228,7 @@ void compare(const Crossing& line, const PriorCycle& stack, int k, std::vector<d
   const Grid& grid = stack.grid;
   const double on_line = 0.5 * grid.spacing_mm()[0];
   Likely likely;
+  Likely view(stack.labels.size());
   for (int j = 0; j < grid.size[1]; ++j) {
     for (int i = 0; i < grid.size[0]; ++i) {
       const Vec3 index(i, j, k);
@@ -214,42 +237,43 @@ void compare(const Crossing& line, const PriorCycle& stack, int k, std::vector<d
       if (!beside) continue;
       for (std::size_t p = 0; p < stack.phases.size(); ++p) {
         likely_at(stack, p, grid.offset(i, j, k), likely);
+        line.told_at(p, *beside, view);
         const Kinds said = kinds_of(stack.labels, likely);
-        const Kinds told = kinds_of(stack.labels, line.told[p][*beside]);
+        const Kinds told = kinds_of(stack.labels, view);
         if (told[kOther] > 0.5 && said[kOther] > 0.5) continue;
-        out.push_back(std::inner_product(told.begin(), told.end(), said.begin(), 0.0) / kEven);
+        const double both = std::inner_product(told.begin(), told.end(), said.begin(), 0.0);
+        out.push_back(line.unknown + (1 - line.unknown) * both / kEven);
       }
     }
   }
 }
 
-/// The likeliest share of places at which one of them does not know.
-double unknown_share(const std::vector<double>& agreement) {
+/// The likeliest share of places at which one of them does not know. Both are taken to know until
+/// places of one centimetre of a line speak against it, in all phases.
+double unknown_share(const std::vector<double>& agreement, const PriorCycle& stack) {
   if (agreement.empty()) return 0;
+  const double known_before = kKnownMm / stack.grid.spacing_mm()[0] * stack.phase_count();
+  const double all = known_before + static_cast<double>(agreement.size());
   double unknown = kFirstUnknown;
   for (int round = 0; round < kMostRounds; ++round) {
     double sum = 0;
     for (const double known : agreement) sum += unknown / (unknown + (1 - unknown) * known);
-    const double before = std::exchange(unknown, sum / static_cast<double>(agreement.size()));
+    const double before = std::exchange(unknown, sum / all);
     if (std::abs(unknown - before) < kSettled) break;
   }
   return unknown;
 }
 
-/// A view in which the network knows less than in the slices tells less by as much.
-void temper(const PriorCycle& stack, Crossing& line) {
+double unknown_in_view(const Crossing& line, const PriorCycle& stack) {
   std::vector<double> agreement;
   for (int k = 0; k < stack.grid.size[2]; ++k) compare(line, stack, k, agreement);
-  const double unknown = unknown_share(agreement);
-  Kinds outputs{};
-  for (const std::uint8_t label : stack.labels) ++outputs[kind_of(label)];
-  for (Image& image : line.told) {
-    for (Likely& likely : image) {
-      for (std::size_t o = 0; o < likely.size(); ++o) {
-        likely[o] += unknown * (kEven / outputs[kind_of(stack.labels[o])] - likely[o]);
-      }
-    }
-  }
+  return unknown_share(agreement, stack);
+}
+
+double unknown_in_slice(const std::vector<Crossing>& crossings, const PriorCycle& stack, int k) {
+  std::vector<double> agreement;
+  for (const Crossing& line : crossings) compare(line, stack, k, agreement);
+  return unknown_share(agreement, stack);
 }
 
 /// The view that is nearest to a place of a slice.
@@ -290,17 +314,20 @@ void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& samen
                    int k, PriorCycle& stack) {
   const Grid& grid = stack.grid;
   Likely likely;
+  Likely view(stack.labels.size());
   for (int j = 0; j < grid.size[1]; ++j) {
     for (int i = 0; i < grid.size[0]; ++i) {
       const auto nearest = nearest_view(crossings, Vec3(i, j, k));
       if (!nearest) continue;
-      const double within = std::exp(-0.5 * std::pow(nearest->mm / kHalfViewMm, 2));
-      const double alone = unknown * sameness.at(nearest->mm);
+      const double sure = 1 - nearest->line->unknown;
+      const double within = sure * std::exp(-0.5 * std::pow(nearest->mm / kHalfViewMm, 2));
+      const double alone = sure * unknown * sameness.at(nearest->mm);
       if (std::max(within, alone) < kLeastHeed) continue;
       const std::size_t voxel = grid.offset(i, j, k);
       for (std::size_t p = 0; p < stack.phases.size(); ++p) {
         likely_at(stack, p, voxel, likely);
-        heed(stack.labels, nearest->line->told[p][nearest->beside], within, alone, likely);
+        nearest->line->told_at(p, nearest->beside, view);
+        heed(stack.labels, view, within, alone, likely);
         for (std::size_t o = 0; o < likely.size(); ++o) {
           stack.phases[p][o * grid.count() + voxel] = stored_log(static_cast<float>(likely[o]));
         }
@@ -311,23 +338,29 @@ void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& samen
 
 }  // namespace
 
-std::vector<double> heed_views(const std::vector<PriorCycle>& views, PriorCycle& stack) {
+bool crosses(const Grid& view, const Grid& stack) {
+  return normal_of(view).cross(normal_of(stack)).norm() >= kLeastSine;
+}
+
+HeededViews heed_views(const std::vector<PriorCycle>& views, PriorCycle& stack) {
+  HeededViews out;
+  out.unknown.assign(static_cast<std::size_t>(stack.grid.size[2]), 0);
   std::vector<Crossing> crossings;
   for (const PriorCycle& view : views) {
-    if (auto line = crossing(view, stack.grid)) crossings.push_back(std::move(*line));
+    if (!crosses(view.grid, stack.grid)) continue;
+    Crossing line = crossing(view, stack.grid);
+    line.unknown = unknown_in_view(line, stack);
+    if (line.unknown < kMostUnknown) crossings.push_back(std::move(line));
   }
-  std::vector<double> unknown(static_cast<std::size_t>(stack.grid.size[2]), 0);
-  if (crossings.empty()) return unknown;
-  parallel_for(crossings.size(), [&](std::size_t n) { temper(stack, crossings[n]); });
+  out.views = static_cast<int>(crossings.size());
+  if (crossings.empty()) return out;
   const Sameness sameness(stack);
-  parallel_for(unknown.size(), [&](std::size_t k) {
+  parallel_for(out.unknown.size(), [&](std::size_t k) {
     const int slice = static_cast<int>(k);
-    std::vector<double> agreement;
-    for (const Crossing& line : crossings) compare(line, stack, slice, agreement);
-    unknown[k] = unknown_share(agreement);
-    heed_in_slice(crossings, sameness, unknown[k], slice, stack);
+    out.unknown[k] = unknown_in_slice(crossings, stack, slice);
+    heed_in_slice(crossings, sameness, out.unknown[k], slice, stack);
   });
-  return unknown;
+  return out;
 }
 
 }  // namespace beatlas::prior

@@ -7,6 +7,15 @@
 
 namespace beatlas::prior {
 
+/// What came of asking views.
+struct HeededViews {
+  int views = 0;                ///< how many of them cross the slices and know
+  std::vector<double> unknown;  ///< [slice] u, see heed_views; 0 where no view crosses it
+};
+
+/// Whether a view lies 30 degrees or more across the slices of a stack; others tell nothing.
+[[nodiscard]] bool crosses(const Grid& view, const Grid& stack);
+
 /// Makes one prior of the network's word on the stack and its word on views that cross it.
 ///
 /// In each slice either the network knows what it sees, or, with a probability u, it does not.
@@ -16,14 +25,12 @@ namespace beatlas::prior {
 /// lines in which they meet, in all phases together (expectation maximisation of the mixture's
 /// weight, Dempster 1977). Breath-holds move slices against views: a view is blurred by as much, so
 /// that it tells what is where and leaves to the slice where exactly it ends. A view that, over all
-/// the slices, does not know is heeded by so much less.
+/// the slices, does not know is heeded by so much less, and from a half on not at all.
 ///
 /// Compared and multiplied are blood of the left heart, blood of the right, muscle of the LV, and
-/// none of them. Which part of the left or right heart it is the slice knows better: in views of
-/// real exams the network takes an atrium for its ventricle at end-diastole.
-/// @param views of one slice each, of the stack's phases and outputs; those that lie within 30
-/// degrees of the slices' own direction tell nothing
-/// @return [slice] u; 0 where no view crosses it
-std::vector<double> heed_views(const std::vector<PriorCycle>& views, PriorCycle& stack);
+/// none of them. Which part of the left or right heart it is the slice knows better, where it
+/// knows: in views of real exams the network takes an atrium for its ventricle at end-diastole.
+/// @param views of one slice each, of the stack's phases and outputs
+HeededViews heed_views(const std::vector<PriorCycle>& views, PriorCycle& stack);
 
 }  // namespace beatlas::prior

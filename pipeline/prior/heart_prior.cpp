@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/prior/across.h"
@@ -135,7 +137,8 @@ PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& conte
   std::vector<const Cine*> views;
   for (const Cine& view : exam.views) {
     const bool beats_alike = view.phase_count() == exam.stack.phase_count();
-    if (beats_alike && view.grid().size[2] == 1) views.push_back(&view);
+    const bool usable = beats_alike && view.grid().size[2] == 1;
+    if (usable && crosses(view.grid(), exam.stack.grid())) views.push_back(&view);
   }
   const double images = exam.stack.grid().size[2] + static_cast<double>(views.size());
   double done = exam.stack.grid().size[2] / std::max(images, 1.0);
@@ -148,7 +151,11 @@ PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& conte
     hold_courses(told.back());
     done += 1 / images;
   }
-  if (!told.empty()) out.unknown = heed_views(told, out);
+  if (exam.views.empty()) return out;
+  HeededViews heeded = heed_views(told, out);
+  context.log(std::to_string(heeded.views) + " of " + std::to_string(exam.views.size()) +
+              " views beside the stack cross it and tell what its slices show.");
+  if (heeded.views > 0) out.unknown = std::move(heeded.unknown);
   return out;
 }
 

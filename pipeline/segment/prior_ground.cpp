@@ -88,16 +88,21 @@ Box box_of_heart(const Grid& stack, const LabelCycle& likeliest) {
   return out;
 }
 
-std::vector<std::string> labelled_after_views(const prior::PriorCycle& prior) {
+std::optional<std::string> labelled_after_views(const prior::PriorCycle& prior) {
   constexpr double kMost = 0.5;
-  std::vector<std::string> out;
+  std::vector<std::string> slices;
   for (std::size_t k = 0; k < prior.unknown.size(); ++k) {
-    if (prior.unknown[k] <= kMost) continue;
-    out.push_back("slice " + std::to_string(k) +
-                  " is labelled after the long-axis views that cross it, which show something else "
-                  "there than the prior sees in the slice; look whether its outlines are right");
+    if (prior.unknown[k] > kMost) slices.push_back(std::to_string(k));
   }
-  return out;
+  if (slices.empty()) return {};
+  std::string list = slices.front();
+  for (std::size_t n = 1; n < slices.size(); ++n) {
+    list += (n + 1 < slices.size() ? ", " : " and ") + slices[n];
+  }
+  return (slices.size() == 1 ? "slice " + list + " is" : "slices " + list + " are") +
+         " labelled after the long-axis views across the stack, which show something else there "
+         "than the prior sees in the slice; look whether the outlines are right, and if not paint "
+         "them or give seeds";
 }
 
 Ground lay_prior_ground(const ImageCycle<float>& images, const prior::PriorCycle& prior,

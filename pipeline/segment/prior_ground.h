@@ -1,8 +1,8 @@
 #pragma once
 /// What the prior says before anything grows: where the heart is, seeds, and what a label costs.
 
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
@@ -25,9 +25,9 @@ namespace beatlas::segment {
 /// without muscle about it is none.
 [[nodiscard]] bool holds_heart(const LabelCycle& likeliest);
 
-/// A sentence for each slice that is labelled after views across it rather than by what the prior
-/// sees in itself.
-[[nodiscard]] std::vector<std::string> labelled_after_views(const prior::PriorCycle& prior);
+/// A sentence that names the slices that are labelled after views across them rather than by what
+/// the prior sees in themselves; none if there are none.
+[[nodiscard]] std::optional<std::string> labelled_after_views(const prior::PriorCycle& prior);
 
 /// Seeds, prices and levels of the part of the stack that `images` are.
 /// @param images evenly lit, of a part of the stack's grid

@@ -342,7 +342,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     out.warnings.insert(out.warnings.end(), sentences.begin(), sentences.end());
   };
   tell(doubts);
-  if (task.by_prior) tell(labelled_after_views(*prior));
+  if (task.by_prior) {
+    if (const auto sentence = labelled_after_views(*prior)) tell({*sentence});
+  }
   // One or two thick slices of an atrium are no body that could be drawn. In thin ones ventricles
   // come out the same whether a scene draws atria or not.
   const bool atria = !task.thick();
