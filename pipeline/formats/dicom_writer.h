@@ -9,8 +9,8 @@ struct DicomWriteOptions {
   bool series_per_slice = true;   ///< each slice its own series, as scanners often export cine
   double slice_thickness_mm = 0;  ///< SliceThickness; 0 = the distance of slices
   int first_series = 1;           ///< SeriesNumber of the first series
-  std::string exam = {};  ///< of what cines of one study and frame of reference have in common;
-                          ///< empty: the cine is all of it
+  /// What cines of one study and frame of reference have in common; empty: the cine stands alone.
+  std::string exam = {};
   std::string description = "beatlas phantom";  ///< SeriesDescription; ASCII, at most 64 characters
   std::string comment = {};                     ///< ImageComments; ASCII; empty: none
 };

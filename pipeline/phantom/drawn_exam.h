@@ -31,7 +31,7 @@ struct DrawnExam {
   Cine cine;
   std::vector<Cine> views;  ///< of one slice each; what they show is no part of `identity`
   double slice_thickness_mm = 0;
-  double view_thickness_mm = 0;
+  double view_thickness_mm = 0;  ///< 0 without views
   LabelCycle labels;         ///< truth, by the centre of each voxel, of the slices' nominal places
   LabelCycle source_labels;  ///< the same where the slices were as acquired: moved by breath-holds
   std::string identity;      ///< SHA-256 of what was drawn

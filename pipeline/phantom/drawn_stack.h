@@ -20,8 +20,8 @@ struct DrawnStack {
   Vec3F middle = Vec3F::Zero();  ///< of the stack's box
   int columns = 0;               ///< and rows
   int slices = 0;
-  int before =
-      0;  ///< slices of the exam that come before these: noise is a function of which it is
+  /// Slices of the exam before these; noise and shift are functions of which slice it is of all.
+  int before = 0;
   float pixel_mm = 0;
   float distance_mm = 0;   ///< from slice to slice
   float thickness_mm = 0;  ///< of a slice, at most the distance
