@@ -276,6 +276,18 @@ double unknown_in_slice(const std::vector<Crossing>& crossings, const PriorCycle
   return unknown_share(agreement, stack);
 }
 
+/// Whether the network sees an atrium in a slice, in any phase.
+bool holds_atrium(const PriorCycle& stack, int k) {
+  const std::size_t first = stack.grid.offset(0, 0, k);
+  for (std::size_t p = 0; p < stack.phases.size(); ++p) {
+    for (std::size_t v = first; v < first + stack.grid.slice_count(); ++v) {
+      const std::uint8_t label = stack.likeliest(p, v);
+      if (label == kLabelLaBlood || label == kLabelRaBlood) return true;
+    }
+  }
+  return false;
+}
+
 /// The view that is nearest to a place of a slice.
 struct Nearest {
   const Crossing* line = nullptr;
@@ -293,12 +305,25 @@ std::optional<Nearest> nearest_view(const std::vector<Crossing>& crossings, cons
   return out;
 }
 
+/// What is known of a slice.
+struct Known {
+  double unknown = 0;  ///< how often it does not know
+  bool base = false;   ///< it shows an atrium
+};
+
+/// Where ventricles end a view is asked for blood of the right heart alone.
+void leave_left_heart(Kinds& told) {
+  const double even = (told[kOther] + told[kMuscle] + told[kLeftBlood]) / 3;
+  told[kOther] = told[kMuscle] = told[kLeftBlood] = even;
+}
+
 /// Makes one of what a slice says of a place and what the view beside it tells.
 /// @param within,alone weights of the view: where the slice knows, and where it does not
-void heed(const std::vector<std::uint8_t>& labels, const Likely& view, double within, double alone,
-          Likely& likely) {
+void heed(const std::vector<std::uint8_t>& labels, const Likely& view, bool base, double within,
+          double alone, Likely& likely) {
   const Kinds said = kinds_of(labels, likely);
-  const Kinds told = kinds_of(labels, view);
+  Kinds told = kinds_of(labels, view);
+  if (base) leave_left_heart(told);
   Kinds both{};
   for (std::size_t c = 0; c < kKinds; ++c) {
     both[c] = said[c] * (within * told[c] / kEven + 1 - within);
@@ -310,8 +335,8 @@ void heed(const std::vector<std::uint8_t>& labels, const Likely& view, double wi
   }
 }
 
-void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& sameness, double unknown,
-                   int k, PriorCycle& stack) {
+void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& sameness,
+                   const Known& known, int k, PriorCycle& stack) {
   const Grid& grid = stack.grid;
   Likely likely;
   Likely view(stack.labels.size());
@@ -321,13 +346,13 @@ void heed_in_slice(const std::vector<Crossing>& crossings, const Sameness& samen
       if (!nearest) continue;
       const double sure = 1 - nearest->line->unknown;
       const double within = sure * std::exp(-0.5 * std::pow(nearest->mm / kHalfViewMm, 2));
-      const double alone = sure * unknown * sameness.at(nearest->mm);
+      const double alone = sure * known.unknown * sameness.at(nearest->mm);
       if (std::max(within, alone) < kLeastHeed) continue;
       const std::size_t voxel = grid.offset(i, j, k);
       for (std::size_t p = 0; p < stack.phases.size(); ++p) {
         likely_at(stack, p, voxel, likely);
         nearest->line->told_at(p, nearest->beside, view);
-        heed(stack.labels, view, within, alone, likely);
+        heed(stack.labels, view, known.base, within, alone, likely);
         for (std::size_t o = 0; o < likely.size(); ++o) {
           stack.phases[p][o * grid.count() + voxel] = stored_log(static_cast<float>(likely[o]));
         }
@@ -357,8 +382,9 @@ HeededViews heed_views(const std::vector<PriorCycle>& views, PriorCycle& stack) 
   const Sameness sameness(stack);
   parallel_for(out.unknown.size(), [&](std::size_t k) {
     const int slice = static_cast<int>(k);
-    out.unknown[k] = unknown_in_slice(crossings, stack, slice);
-    heed_in_slice(crossings, sameness, out.unknown[k], slice, stack);
+    const bool base = holds_atrium(stack, slice);
+    if (!base) out.unknown[k] = unknown_in_slice(crossings, stack, slice);
+    heed_in_slice(crossings, sameness, {out.unknown[k], base}, slice, stack);
   });
   return out;
 }

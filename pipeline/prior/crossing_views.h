@@ -29,7 +29,8 @@ struct HeededViews {
 ///
 /// Compared and multiplied are blood of the left heart, blood of the right, muscle of the LV, and
 /// none of them. Which part of the left or right heart it is the slice knows better, where it
-/// knows: in views of real exams the network takes an atrium for its ventricle at end-diastole.
+/// knows: in views of real exams the network takes an atrium for its ventricle at end-diastole. In
+/// slices in which it sees an atrium in any phase, views are asked for the right heart alone.
 /// @param views of one slice each, of the stack's phases and outputs
 HeededViews heed_views(const std::vector<PriorCycle>& views, PriorCycle& stack);
 

@@ -110,7 +110,10 @@ TEST(RealExam, of_distant_slices_has_nearly_the_volumes_of_an_independent_fit) {
   StageContext context;
   const Exam exam = ingest::read_exam({real_exam("cine-exam")}, {}, context);
   const Segmentation result = made::segmented(exam);
-  EXPECT_TRUE(result.warnings.empty());
+  // By itself the network takes the LV's apex, in the last slice, for RV.
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_NE(result.warnings[0].find("slice 0 is labelled after the long-axis views"),
+            std::string::npos);
   // Of a fit of biventricular surfaces, whose own doubt is a tenth. Slices lie 17.7 mm apart, and
   // what the most basal one holds of the RV at end-diastole is not seen.
   const auto expect_volumes = [&](Structure structure, double end_diastolic_ml, double off,
@@ -131,7 +134,7 @@ TEST(RealExam, of_distant_slices_has_nearly_the_volumes_of_an_independent_fit) {
     EXPECT_NEAR(*least / end_systolic_ml, 1, off_end) << structure_name(structure);
   };
   expect_volumes(Structure::LvBlood, 179, 0.1, 72, 0.1);
-  expect_volumes(Structure::RvBlood, 211, 0.26, 99, 0.15);
+  expect_volumes(Structure::RvBlood, 211, 0.20, 99, 0.15);
   // The mitral plane descends by what a healthy heart's does [mm].
   const BaseCut& base = result.base_cuts.at(Structure::LvBlood);
   const auto [low, high] = std::minmax_element(base.k.begin(), base.k.end());
