@@ -63,12 +63,7 @@ class Comparison {
       angles.push_back({at.angle_deg});
       velocities.push_back({at.velocity_mm_s});
     }
-    const DistanceStatistics statistics = pooled_statistics(one, other);
-    out.mean_mm = statistics.mean;
-    out.rms_mm = statistics.rms;
-    out.p95_mm = statistics.p95;
-    out.hausdorff_mm = statistics.maximum;
-    out.bias_mm = statistics.bias;
+    set_distances(pooled_statistics(one, other), out);
     const DistanceStatistics normal = pooled_statistics(angles, {});
     out.normal_mean_deg = normal.mean;
     out.normal_p95_deg = normal.p95;

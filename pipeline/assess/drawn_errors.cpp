@@ -1,12 +1,16 @@
 #include "pipeline/assess/drawn_errors.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>
 
 #include "pipeline/assess/statistics.h"
+#include "pipeline/assess/surface_checks.h"
 #include "pipeline/core/parallel.h"
+#include "runtime/base/triangle.h"
 
 namespace beatlas::assess {
 namespace {
@@ -38,29 +42,6 @@ std::vector<Triangle> triangles_of(const atlas::SurfacePayload& surface, std::si
   return out;
 }
 
-Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& x) {
-  const Vec3 along = b - a;
-  const double length = along.squaredNorm();
-  const double share = length > 0 ? std::clamp((x - a).dot(along) / length, 0.0, 1.0) : 0;
-  return a + share * along;
-}
-
-Vec3 nearest_on(const Triangle& triangle, const Vec3& x) {
-  const Vec3 normal = triangle.area_normal();
-  const auto& corners = triangle.corners;
-  bool within = normal.squaredNorm() > 0;
-  Vec3 best = corners[0];
-  for (std::size_t c = 0; c < 3; ++c) {
-    const Vec3& a = corners[c];
-    const Vec3& b = corners[(c + 1) % 3];
-    if ((b - a).cross(x - a).dot(normal) < 0) within = false;
-    const Vec3 on_edge = nearest_on_segment(a, b, x);
-    if ((x - on_edge).squaredNorm() < (x - best).squaredNorm()) best = on_edge;
-  }
-  if (!within) return best;
-  return x - (x - corners[0]).dot(normal) / normal.squaredNorm() * normal;
-}
-
 /// [mm] + outside; none where there is no triangle.
 std::optional<double> signed_distance(const std::vector<Triangle>& triangles, const Vec3& x) {
   double least = std::numeric_limits<double>::infinity();
@@ -68,7 +49,9 @@ std::optional<double> signed_distance(const std::vector<Triangle>& triangles, co
   for (const Triangle& triangle : triangles) {
     const double least_possible = (triangle.middle - x).norm() - triangle.reach;
     if (least_possible >= least) continue;
-    const Vec3 off = x - nearest_on(triangle, x);
+    const auto& [a, b, c] = triangle.corners;
+    const Vec3 weights = nearest_of_triangle(x, a, b, c);
+    const Vec3 off = x - weights[0] * a - weights[1] * b - weights[2] * c;
     if (off.norm() >= least) continue;
     least = off.norm();
     side = off.dot(triangle.area_normal());
@@ -88,11 +71,9 @@ DrawnErrors drawn_errors(const atlas::SurfacePayload& surface, const Affine& wor
   if (!frame->has(surface.structure)) return out;
   const std::vector<Triangle> triangles = triangles_of(surface, phase);
   std::vector<double> area(surface.positions[phase].size(), 0);
-  double volume_mm3 = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const double third = triangles[t].area_normal().norm() / 3;
     for (const std::uint32_t corner : surface.triangles[t]) area[corner] += third;
-    volume_mm3 += triangles[t].area_normal().dot(triangles[t].middle) / 3;
   }
   const Affine lps_from_workspace = workspace_from_lps.inverse();
   const auto on_crease = [&](const Vec3& lps) {
@@ -115,14 +96,9 @@ DrawnErrors drawn_errors(const atlas::SurfacePayload& surface, const Affine& wor
   for (const std::optional<double>& distance : distances) {
     if (distance) to_package.push_back({-*distance});
   }
-  const DistanceStatistics statistics = pooled_statistics(to_truth, to_package);
-  out.mean_mm = statistics.mean;
-  out.rms_mm = statistics.rms;
-  out.p95_mm = statistics.p95;
-  out.hausdorff_mm = statistics.maximum;
-  out.bias_mm = statistics.bias;
+  set_distances(pooled_statistics(to_truth, to_package), out);
   const double true_ml = frame->volume_ml(surface.structure);
-  out.volume_error_ml = volume_mm3 / 1000 - true_ml;
+  out.volume_error_ml = enclosed_volume_ml(surface.triangles, surface.positions[phase]) - true_ml;
   out.volume_error_percent = 100 * out.volume_error_ml / true_ml;
   out.points = static_cast<int>(to_truth.size() + to_package.size());
   return out;

@@ -24,6 +24,16 @@ struct DistanceStatistics {
 [[nodiscard]] DistanceStatistics pooled_statistics(const std::vector<Weighted>& one,
                                                    const std::vector<Weighted>& other);
 
+/// Gives figures that have a distance's names its values, as PhaseErrors and DrawnErrors.
+template <class Errors>
+void set_distances(const DistanceStatistics& statistics, Errors& errors) {
+  errors.mean_mm = statistics.mean;
+  errors.rms_mm = statistics.rms;
+  errors.p95_mm = statistics.p95;
+  errors.hausdorff_mm = statistics.maximum;
+  errors.bias_mm = statistics.bias;
+}
+
 /// Angle between two directions [degrees], also where it is too small for its cosine; 180 where
 /// either has no length, as a normal that is missing is as wrong as one can be.
 [[nodiscard]] double angle_deg(const Vec3& a, const Vec3& b);

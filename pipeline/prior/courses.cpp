@@ -1,10 +1,12 @@
 #include "pipeline/prior/courses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/prior/hearts.h"
 #include "pipeline/prior/stored.h"
 #include "runtime/atlas/structures.h"
 
@@ -22,15 +24,12 @@ struct Sides {
   [[nodiscard]] bool known() const { return !one.empty() && !other.empty(); }
 };
 
-Sides sides_of(const std::vector<std::uint8_t>& labels, const std::vector<std::uint8_t>& one,
-               const std::vector<std::uint8_t>& other) {
+template <class One, class Other>
+Sides sides_of(const std::vector<std::uint8_t>& labels, const One& one, const Other& other) {
   Sides out;
-  const auto holds = [](const std::vector<std::uint8_t>& those, std::uint8_t label) {
-    return std::find(those.begin(), those.end(), label) != those.end();
-  };
   for (std::size_t o = 0; o < labels.size(); ++o) {
-    const bool either = holds(one, labels[o]);
-    (either ? out.one : holds(other, labels[o]) ? out.other : out.neither).push_back(o);
+    const bool either = is_among(one, labels[o]);
+    (either ? out.one : is_among(other, labels[o]) ? out.other : out.neither).push_back(o);
   }
   return out;
 }
@@ -149,10 +148,10 @@ std::vector<std::size_t> by_volume(const PriorCycle& prior) {
 void hold_courses(PriorCycle& prior) {
   const std::size_t phases = prior.phases.size();
   if (phases < 2) return;
-  const Sides hearts = sides_of(prior.labels, {kLabelLvBlood, kLabelLaBlood, kLabelAorta},
-                                {kLabelRvBlood, kLabelRaBlood});
-  const Sides ends = sides_of(prior.labels, {kLabelRvBlood, kLabelLvMyocardium, kLabelLvBlood},
-                              {kLabelRestOfHeart, kLabelLaBlood, kLabelRaBlood, kLabelAorta});
+  const Sides hearts = sides_of(prior.labels, kLeftBloodLabels, kRightBloodLabels);
+  const Sides ends =
+      sides_of(prior.labels, std::array{kLabelRvBlood, kLabelLvMyocardium, kLabelLvBlood},
+               std::array{kLabelRestOfHeart, kLabelLaBlood, kLabelRaBlood, kLabelAorta});
   const std::vector<std::size_t> order = by_volume(prior);
   const auto row = static_cast<std::size_t>(prior.grid.size[0]);
   parallel_for(prior.grid.count() / row, [&](std::size_t r) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "pipeline/core/words.h"
+
 namespace beatlas::report {
 namespace {
 
@@ -55,19 +57,17 @@ std::vector<Doubt> doubts_of(const Segmentation& segmentation) {
 }
 
 std::string slices_in_words(const Doubt& doubt) {
-  std::string out;
-  for (std::size_t n = 0; n < doubt.slices.size(); ++n) {
-    const SliceDoubt& slice = doubt.slices[n];
+  std::vector<std::string> out;
+  for (const SliceDoubt& slice : doubt.slices) {
     const double either =
         slice.belief.labelled_mm2 + slice.belief.expected_mm2 - slice.belief.agreed_mm2;
     char text[128];
     std::snprintf(text, sizeof text, "slice %d (%.0f mm2 labelled, %.0f likely, %.0f %% in common)",
                   slice.slice, slice.belief.labelled_mm2, slice.belief.expected_mm2,
                   either > 0 ? 100 * slice.belief.agreed_mm2 / either : 100);
-    if (n > 0) out += n + 1 == doubt.slices.size() ? " and " : ", ";
-    out += text;
+    out.emplace_back(text);
   }
-  return out;
+  return listed(out);
 }
 
 std::string figures_in_words(const Doubt& doubt) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/words.h"
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/looks.h"
 #include "runtime/atlas/structures.h"
@@ -95,10 +96,7 @@ std::optional<std::string> labelled_after_views(const prior::PriorCycle& prior) 
     if (prior.unknown[k] > kMost) slices.push_back(std::to_string(k));
   }
   if (slices.empty()) return {};
-  std::string list = slices.front();
-  for (std::size_t n = 1; n < slices.size(); ++n) {
-    list += (n + 1 < slices.size() ? ", " : " and ") + slices[n];
-  }
+  const std::string list = listed(slices);
   return (slices.size() == 1 ? "slice " + list + " is" : "slices " + list + " are") +
          " labelled after the long-axis views across the stack, which show something else there "
          "than the prior sees in the slice; look whether the outlines are right, and if not paint "
