@@ -20,7 +20,7 @@ namespace {
 /// doi:10.1109/TMI.2002.804427, the largest of phantom/family.json.
 constexpr double kShiftMm = 4;
 /// [mm] Half of a view's thickness; Schulz-Menger 2020, doi:10.1186/s12968-020-00610-6: 6 to 10 mm.
-/// With 8 mm draws lose .002 to .003.
+/// With 8 mm draws lose up to .003.
 constexpr double kHalfViewMm = 4;
 /// Sine of the least angle between a view and the slices that it crosses.
 constexpr double kLeastSine = 0.5;
