@@ -108,7 +108,7 @@ std::vector<Repair> make_balls(const Grid& grid, std::vector<std::vector<float>>
     out[p].before = topology_of(grid, phases[p]);
     wanted[p].samples = &phases[p];
     wanted[p].body = inside_of(phases[p]);
-    if (!out[p].before.is_ball()) keep_one_body(lattice, wanted[p].body);
+    if (!out[p].before.is_ball()) make_one_body(grid, phases[p], wanted[p].body);
   });
   if (std::all_of(out.begin(), out.end(), [](const Repair& r) { return r.before.is_ball(); })) {
     return out;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <queue>
 
 namespace beatlas::mesh {
 namespace {
@@ -82,14 +84,116 @@ std::vector<Piece> pieces_of(const Lattice& lattice, const Mask& inside, std::ui
   return out;
 }
 
-void keep_one_body(const Lattice& lattice, Mask& inside) {
-  const std::vector<Piece> pieces = pieces_of(lattice, inside, 1);
+namespace {
+
+/// The cheapest way from the body to another piece, ends included.
+struct Way {
+  std::vector<std::size_t> samples;
+  std::size_t piece = 0;
+
+  [[nodiscard]] double length_mm(const Lattice& lattice, double voxel_mm) const {
+    double out = 0;
+    for (std::size_t n = 1; n < samples.size(); ++n) {
+      const Index3 from = lattice.at(samples[n - 1]);
+      const Index3 to = lattice.at(samples[n]);
+      out += voxel_mm * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    }
+    return out;
+  }
+};
+
+/// @param piece_of [sample] 0 outside, 1 the body, above that pieces apart; one of them at least
+Way way_to_next_piece(const Lattice& lattice, const std::vector<float>& samples,
+                      const std::vector<std::uint32_t>& piece_of) {
+  struct Next {
+    double cost;
+    std::uint64_t turn;
+    std::size_t index;
+    bool operator<(const Next& other) const {
+      return cost != other.cost ? cost > other.cost : turn > other.turn;
+    }
+  };
+  std::priority_queue<Next> queue;
+  std::vector<double> least(samples.size(), std::numeric_limits<double>::infinity());
+  std::vector<std::size_t> from(samples.size(), samples.size());
+  std::uint64_t turn = 0;
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (piece_of[n] != 1) continue;
+    least[n] = 0;
+    queue.push({0, turn++, n});
+  }
+  while (!queue.empty()) {
+    const Next next = queue.top();
+    queue.pop();
+    if (next.cost > least[next.index]) continue;
+    if (piece_of[next.index] > 1) {
+      Way out;
+      out.piece = piece_of[next.index];
+      for (std::size_t n = next.index; n < samples.size(); n = from[n]) out.samples.push_back(n);
+      return out;
+    }
+    lattice.around(next.index, [&](std::size_t, std::size_t to) {
+      if (piece_of[to] == 1 || lattice.on_border(lattice.at(to))) return;
+      // A step that costs nothing else is not free, or ways would be longer than they need be.
+      constexpr double kStep = 1e-3;
+      const double cost = next.cost + kStep + std::max(0.0, static_cast<double>(samples[to]));
+      if (!(cost < least[to])) return;
+      least[to] = cost;
+      from[to] = next.index;
+      queue.push({cost, turn++, to});
+    });
+  }
+  return {};  // What lies on the border alone has no way.
+}
+
+/// The samples of a way and those around them that are outside.
+std::vector<std::size_t> bridge_of(const Lattice& lattice, const Way& way,
+                                   const std::vector<std::uint32_t>& piece_of) {
+  std::vector<std::size_t> out;
+  const auto add = [&](std::size_t n) {
+    if (piece_of[n] == 0 && !lattice.on_border(lattice.at(n))) out.push_back(n);
+  };
+  for (const std::size_t n : way.samples) {
+    add(n);
+    lattice.around(n, [&](std::size_t, std::size_t to) { add(to); });
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+void join_pieces(const Grid& grid, const std::vector<float>& samples,
+                 const std::vector<Piece>& pieces, Mask& inside) {
+  const Lattice lattice(grid);
   const auto largest = std::max_element(
       pieces.begin(), pieces.end(),
       [](const Piece& a, const Piece& b) { return a.samples.size() < b.samples.size(); });
+  std::vector<std::uint32_t> piece_of(samples.size(), 0);
   for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
-    if (piece != largest) flip(inside, piece->samples);
+    const auto name =
+        piece == largest ? 1U : static_cast<std::uint32_t>(piece - pieces.begin()) + 2;
+    for (const std::size_t n : piece->samples) piece_of[n] = name;
   }
+  for (std::size_t left = pieces.size() - 1; left > 0; --left) {
+    const Way way = way_to_next_piece(lattice, samples, piece_of);
+    if (way.samples.empty()) break;
+    const Piece& piece = pieces[way.piece - 2];
+    float deepest = 0;
+    for (const std::size_t n : piece.samples) deepest = std::min(deepest, samples[n]);
+    const bool is_joined = way.length_mm(lattice, grid.spacing_mm().x()) < -deepest;
+    for (const std::size_t n : piece.samples) piece_of[n] = is_joined ? 1 : 0;
+    if (!is_joined) continue;
+    for (const std::size_t n : bridge_of(lattice, way, piece_of)) piece_of[n] = 1;
+  }
+  for (std::size_t n = 0; n < inside.size(); ++n) inside[n] = piece_of[n] == 1 ? 1 : 0;
+}
+
+}  // namespace
+
+void make_one_body(const Grid& grid, const std::vector<float>& samples, Mask& inside) {
+  const Lattice lattice(grid);
+  const std::vector<Piece> pieces = pieces_of(lattice, inside, 1);
+  if (pieces.size() > 1) join_pieces(grid, samples, pieces, inside);
   for (const Piece& piece : pieces_of(lattice, inside, 0)) {
     if (!piece.at_border) flip(inside, piece.samples);
   }

@@ -87,8 +87,14 @@ struct Piece {
 [[nodiscard]] std::vector<Piece> pieces_of(const Lattice& lattice, const Mask& inside,
                                            std::uint8_t side);
 
-/// Leaves the piece of the most samples and fills its hollows.
-void keep_one_body(const Lattice& lattice, Mask& inside);
+/// Makes the inside one piece without hollows. Beside the piece of the most samples each other, the
+/// nearest first, is joined to it where it is deeper than the way to it is long, and goes where it
+/// is not. Labels of slices far apart lose the neck by which a part hangs on, as the outflow tract
+/// on the right ventricle, and the part is there all the same; what is farther away than it is
+/// deep is a slip of the labels. The way is that over the least sum of samples, with the samples
+/// around it, so that triangles have room there.
+/// @param samples distances [mm] on `grid`
+void make_one_body(const Grid& grid, const std::vector<float>& samples, Mask& inside);
 
 /// Gives samples the side that they have in the mask and eases those around, so that a cut is about
 /// 0.6 of a sample wide.

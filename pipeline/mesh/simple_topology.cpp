@@ -162,7 +162,7 @@ Repair make_ball(const Grid& grid, std::vector<float>& samples) {
   out.before = topology_of(grid, lattice, inside);
   if (out.before.is_ball() || out.before.pieces == 0) return out;
 
-  keep_one_body(lattice, inside);
+  make_one_body(grid, samples, inside);
   BodyTopology now = topology_of(grid, lattice, inside);
   while (now.handles > 0) {
     std::vector<Change> changes;

@@ -25,8 +25,8 @@ struct Repair {
   int left_handles = 0;     ///< that could not be closed; 0 but for samples that are mere noise
 };
 
-/// Changes samples so that their zero surface is one sphere: keeps the piece of the most samples,
-/// fills hollows, and closes each handle where that changes least, by cutting the loop through or
+/// Changes samples so that their zero surface is one sphere: makes one piece without hollows, see
+/// make_one_body, and closes each handle where that changes least, by cutting the loop through or
 /// by filling its hole; least is the sum of |samples| that change side. Where to cut and what to
 /// fill come from growing the inside from its depth, or the outside from the border, by points that
 /// leave the topology as it is (simple points: the inside and the outside each in one piece around

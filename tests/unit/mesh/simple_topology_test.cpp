@@ -97,6 +97,30 @@ TEST(SimpleTopology, SmallPiecesGoAndHollowsAreFilled) {
   EXPECT_GT(inside.value({17, 0, 0}), 0);
 }
 
+TEST(SimpleTopology, ALargePieceIsJoinedWhereItIsNearestAndASpeckGoes) {
+  // An outflow tract whose neck no slice shows, and a speck farther away than it is deep.
+  std::vector<float> samples = of([](const Vec3& x) {
+    const double parts = std::min(ball(x, {-8, 0, 0}, 11), ball(x, {13, 0, 0}, 8));
+    return std::min(parts, ball(x, {-6, 19, 0}, 1.6));
+  });
+  const std::vector<float> before = samples;
+  const Repair repair = make_ball(kGrid, samples);
+  EXPECT_EQ(repair.before.pieces, 3);
+  expect_ball(kGrid, samples);
+  const field::Interpolant inside(kGrid, samples);
+  EXPECT_LT(inside.value({13, 0, 0}), 0);
+  EXPECT_LT(inside.value({4, 0, 0}), 0) << "the bridge, where both are nearest";
+  EXPECT_GT(inside.value({-6, 19, 0}), 0);
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    // Beside the bridge and the speck nothing changes side.
+    const Vec3 x =
+        kGrid.mm_from_index * Vec3(static_cast<double>(n % 33), static_cast<double>(n / 33 % 33),
+                                   static_cast<double>(n / 1089));
+    if ((x - Vec3(4, 0, 0)).norm() < 5 || (x - Vec3(-6, 19, 0)).norm() < 5) continue;
+    ASSERT_EQ(samples[n] < 0, before[n] < 0);
+  }
+}
+
 TEST(SimpleTopology, AHoleInAThinPlaceIsFilled) {
   // A plate with a hole much smaller than the way around it.
   std::vector<float> samples = of([](const Vec3& x) {
