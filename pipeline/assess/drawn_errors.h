@@ -1,22 +1,49 @@
 #pragma once
-/// A structure that is drawn and not felt, an atrium or the aorta, against the truth: the package
-/// has a surface of it and no field, so its triangles are asked.
+/// The triangles of a structure's surface against a truth: of what is drawn and not felt, an atrium
+/// or the aorta, of which a package has no field; and of all structures where the truth is a drawn
+/// exam's, which knows no distances but where it is inside.
+
+#include <functional>
+#include <optional>
+#include <vector>
 
 #include "pipeline/assess/compare.h"
 #include "pipeline/assess/figures.h"
+#include "pipeline/core/grid.h"
+#include "pipeline/phantom/drawn_truth.h"
 #include "pipeline/phantom/phantom.h"
 #include "runtime/atlas/payloads.h"
 
 namespace beatlas::assess {
 
-/// One phase: vertices of the surface to the exact truth, each with a third of its triangles, and
-/// points of the true surface to the triangles; creases of the truth left out. Distances of the
-/// truth's points have the sign of the nearest triangle's side.
-/// @param p 0 to the surface's number of phases - 1; stands for that share of the R-R interval
-/// @return without points where the truth has no such part
+/// A true surface in one phase, as far as one asks of it. LPS [mm].
+struct TrueSurface {
+  struct Point {
+    Vec3 lps = Vec3::Zero();
+    double area = 1;  ///< that it stands for, in any unit
+  };
+  std::vector<Point> points;
+  /// [mm] From the true surface, + outside; none where nothing is asked.
+  std::function<std::optional<double>(const Vec3& lps)> distance_mm;
+};
+
+/// Creases of the truth are left out. @param p 0 to `phases` - 1; stands for that share of the R-R
+/// interval @pre the truth has such a part
+[[nodiscard]] TrueSurface true_surface(const phantom::Phantom& truth, Structure structure, int p,
+                                       int phases, const CompareOptions& options);
+
+/// Of a drawn exam. Places are left out that lie more than half a voxel beyond the images, and of
+/// the heart those beyond the LV's base. A distance is that from the plane of the nearest point of
+/// frame.surface(structure), on the side that frame.contains tells.
+/// @param frame of phase p, with a lattice of spacing_mm  @param seen grid of the images
+[[nodiscard]] TrueSurface true_surface(const phantom::DrawnTruth::Frame& frame, Structure structure,
+                                       double spacing_mm, const Grid& seen);
+
+/// One phase: vertices of the surface to the truth, each with a third of its triangles, and points
+/// of the truth to the triangles, with the sign of the nearest triangle's side.
+/// @param true_ml of the whole structure
 [[nodiscard]] DrawnErrors drawn_errors(const atlas::SurfacePayload& surface,
-                                       const Affine& workspace_from_lps,
-                                       const phantom::Phantom& truth, int p,
-                                       const CompareOptions& options);
+                                       const Affine& workspace_from_lps, int p,
+                                       const TrueSurface& truth, double true_ml);
 
 }  // namespace beatlas::assess

@@ -162,4 +162,19 @@ void demand_same_phantom(const atlas::Manifest& manifest,
   demand_like_place(manifest, fields, truth);
 }
 
+void demand_same_draw(const atlas::Manifest& manifest, const phantom::DrawnTruth& truth) {
+  const auto found = manifest.provenance.find("phantom_identity");
+  if (found == manifest.provenance.end() || !found->is_string() ||
+      found->get<std::string>() != truth.identity()) {
+    throw_invalid(
+        "the truth is that of another draw: the package's images do not carry its identity; give "
+        "the truth written with the images this package was made from");
+  }
+  if (manifest.frame_times_s.size() != static_cast<std::size_t>(truth.phases())) {
+    throw_invalid("the truth has " + std::to_string(truth.phases()) + " phases and the package " +
+                  std::to_string(manifest.frame_times_s.size()) +
+                  ": only phases that are the images' own can be compared");
+  }
+}
+
 }  // namespace beatlas::assess

@@ -2,6 +2,7 @@
 #include <memory>
 #include <vector>
 
+#include "pipeline/phantom/drawn_truth.h"
 #include "pipeline/phantom/phantom.h"
 #include "runtime/atlas/manifest.h"
 #include "runtime/atlas/payloads.h"
@@ -18,5 +19,9 @@ namespace beatlas::assess {
 void demand_same_phantom(const atlas::Manifest& manifest,
                          const std::vector<std::shared_ptr<const atlas::FieldPayload>>& fields,
                          const phantom::Phantom& truth);
+
+/// Whether a package was made from the images of this draw, by the identity that they carried.
+/// @throws Error{InvalidInput} if it was not, or has other phases
+void demand_same_draw(const atlas::Manifest& manifest, const phantom::DrawnTruth& truth);
 
 }  // namespace beatlas::assess

@@ -108,8 +108,12 @@ DrawnStructure drawn_structure(const Candidate& candidate, const atlas::SurfaceP
   DrawnStructure out{surface.structure, {}};
   if (!truth.frame(0)->has(surface.structure)) return out;
   for (int p = 0; p < static_cast<int>(surface.positions.size()); ++p) {
+    const auto phases = static_cast<int>(surface.positions.size());
+    const double true_ml =
+        truth.volume_ml(surface.structure, truth.spec().rr_interval_s * p / phases);
     out.phases.push_back(
-        drawn_errors(surface, candidate.manifest.workspace_from_lps, truth, p, options.compare));
+        drawn_errors(surface, candidate.manifest.workspace_from_lps, p,
+                     true_surface(truth, surface.structure, p, phases, options.compare), true_ml));
   }
   return out;
 }
@@ -194,6 +198,20 @@ void judge_structure(const Limits& limits, const StructureErrors& structure, Ver
   }
 }
 
+/// Nothing is promised of what is beyond the base, and no limit bounds it: it is drawn, not felt.
+void judge_drawn(const Limits& limits, const DrawnStructure& structure, Verdict& verdict) {
+  if (is_beyond_base(structure.structure)) return;
+  for (std::size_t p = 0; p < structure.phases.size(); ++p) {
+    const std::string where =
+        std::string(structure_name(structure.structure)) + " in phase " + std::to_string(p);
+    if (structure.phases[p].points == 0) {
+      verdict.failures.push_back(where + ": nothing of it could be compared");
+      continue;
+    }
+    Judge(limits, where, verdict).figures(kDrawnFigures, structure.phases[p]);
+  }
+}
+
 /// A limit that met no figure is not kept: what it bounds could not be measured.
 void judge_unmet(const Limits& limits, const std::string& of, Verdict& verdict) {
   for (const LimitName& limit : kLimitNames) {
@@ -211,6 +229,9 @@ void judge(const LimitSet& limits, ValidationReport& report) {
   std::map<Structure, Verdict> each;
   for (const StructureErrors& structure : report.structures) {
     judge_structure(limits.of(structure.structure), structure, each[structure.structure]);
+  }
+  for (const DrawnStructure& structure : report.drawn) {
+    judge_drawn(limits.of(structure.structure), structure, each[structure.structure]);
   }
   if (report.force) {
     const Limits bounds = limits.of(report.force->structure);
@@ -273,15 +294,46 @@ ValidationReport validate(const Candidate& candidate, const phantom::Phantom& tr
   return report;
 }
 
-ValidationReport validate(const atlas::Atlas& atlas, const phantom::Phantom& truth,
+ValidationReport validate(const Candidate& candidate, const phantom::DrawnTruth& truth,
                           const ValidateOptions& options, StageContext& context) {
-  Candidate candidate{atlas.manifest(), {}};
-  for (Structure structure : kAllStructures) {
-    if (auto field = atlas.field(structure)) candidate.fields.push_back(std::move(field));
-    if (auto surface = atlas.surface(structure)) candidate.surfaces.push_back(std::move(surface));
-    if (auto map = atlas.surface_map(structure)) candidate.maps.push_back(std::move(map));
+  check(options);
+  const atlas::Manifest& manifest = candidate.manifest;
+  demand_same_draw(manifest, truth);
+  const Grid seen = source_grid(manifest);
+  const double spacing_mm = options.compare.sample_spacing_mm;
+  ValidationReport report;
+  std::vector<const atlas::SurfacePayload*> surfaces;
+  for (const auto& surface : candidate.surfaces) {
+    if (surface->level != 0) continue;
+    surfaces.push_back(surface.get());
+    report.drawn.push_back({surface->structure, {}});
   }
-  return validate(candidate, truth, options, context);
+  if (surfaces.empty()) throw_invalid("the package holds no surface that could be compared");
+  for (int p = 0; p < truth.phases(); ++p) {
+    context.check_cancelled();
+    context.progress(static_cast<double>(p) / truth.phases());
+    const phantom::DrawnTruth::Frame frame = truth.frame(p, spacing_mm);
+    for (std::size_t n = 0; n < surfaces.size(); ++n) {
+      const Structure structure = surfaces[n]->structure;
+      const double true_ml = truth.volume_ml(structure, p);
+      if (!(true_ml > 0)) continue;
+      report.drawn[n].phases.push_back(
+          drawn_errors(*surfaces[n], manifest.workspace_from_lps, p,
+                       true_surface(frame, structure, spacing_mm, seen), true_ml));
+    }
+  }
+  judge(options.limits, report);
+  return report;
+}
+
+Candidate candidate_of(const atlas::Atlas& atlas) {
+  Candidate out{atlas.manifest(), {}};
+  for (Structure structure : kAllStructures) {
+    if (auto field = atlas.field(structure)) out.fields.push_back(std::move(field));
+    if (auto surface = atlas.surface(structure)) out.surfaces.push_back(std::move(surface));
+    if (auto map = atlas.surface_map(structure)) out.maps.push_back(std::move(map));
+  }
+  return out;
 }
 
 }  // namespace beatlas::assess

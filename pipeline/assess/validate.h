@@ -18,6 +18,7 @@
 #include "pipeline/assess/promises.h"
 #include "pipeline/assess/wall_thickness.h"
 #include "pipeline/core/stage_context.h"
+#include "pipeline/phantom/drawn_truth.h"
 #include "pipeline/phantom/phantom.h"
 #include "runtime/atlas/atlas.h"
 
@@ -51,7 +52,7 @@ struct StructureErrors {
   std::optional<double> ejection_fraction_error;
 };
 
-/// Of a structure that has a surface and no field.
+/// Of a structure by its surface alone; see drawn_errors.h.
 struct DrawnStructure {
   Structure structure{};
   std::vector<DrawnErrors> phases;  ///< empty: the truth has no such part
@@ -73,13 +74,6 @@ struct ValidationReport {
   std::vector<std::string> failures;
 };
 
-/// Every structure of the package whose field was opened, or whose surface alone was. Without
-/// limits `passed` says that each has a surface in every phase that overlaps the truth.
-/// @throws Error{InvalidInput} if the package was not made from images of this phantom (see
-/// same_phantom.h), none of its fields was opened, or an option is out of range.
-[[nodiscard]] ValidationReport validate(const atlas::Atlas& atlas, const phantom::Phantom& truth,
-                                        const ValidateOptions& options, StageContext& context);
-
 /// What `validate` needs of an opened package: for tests and for fields not yet packed.
 struct Candidate {
   atlas::Manifest manifest;
@@ -87,7 +81,21 @@ struct Candidate {
   std::vector<std::shared_ptr<const atlas::SurfacePayload>> surfaces = {};
   std::vector<std::shared_ptr<const atlas::SurfaceMapPayload>> maps = {};
 };
+[[nodiscard]] Candidate candidate_of(const atlas::Atlas& atlas);
+
+/// Every structure of the package whose field was opened, or whose surface alone was. Without
+/// limits `passed` says that each has a surface in every phase that overlaps the truth.
+/// @throws Error{InvalidInput} if the package was not made from images of this phantom (see
+/// same_phantom.h), none of its fields was opened, or an option is out of range.
 [[nodiscard]] ValidationReport validate(const Candidate& candidate, const phantom::Phantom& truth,
+                                        const ValidateOptions& options, StageContext& context);
+
+/// Of the package of a drawn exam: every structure by its surface, in `drawn` alone; limits of
+/// distance and volume hold for those of the ventricles and the heart.
+/// @throws Error{InvalidInput} if the package was not made from the images of this draw, has other
+/// phases or no surface, or an option is out of range.
+[[nodiscard]] ValidationReport validate(const Candidate& candidate,
+                                        const phantom::DrawnTruth& truth,
                                         const ValidateOptions& options, StageContext& context);
 
 /// Appends to report.failures what breaks a limit, and sets `passed`.

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <variant>
 
 #include <CLI/CLI.hpp>
 
@@ -12,6 +13,7 @@
 #include "pipeline/cli/no_package.h"
 #include "pipeline/cli/validation_text.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/phantom/drawn_truth.h"
 #include "pipeline/phantom/truth.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -37,11 +39,14 @@ struct Outcome {
   bool passed = false;
 };
 
-phantom::Phantom read_truth(const fs::path& truth) {
+using Truth = std::variant<phantom::Phantom, phantom::DrawnTruth>;
+
+Truth read_truth(const fs::path& truth) {
   std::error_code ignored;
   const fs::path file = fs::is_directory(truth, ignored) ? truth / "truth.json" : truth;
   const nlohmann::json content = study::read_json(file);
   try {
+    if (phantom::is_drawn_truth(content)) return phantom::DrawnTruth(content);
     return phantom::phantom_from_truth(content);
   } catch (const Error& error) {
     throw error.with_context(file.string());
@@ -69,12 +74,23 @@ bool has_any(const assess::Limits& limits) {
 /// Without a word and without limits of one's own a package is held to what is promised of the
 /// phantom that it is of, by the name of that. Of others nothing is.
 const assess::PromiseSet* promises_of(const ValidateArguments& arguments,
-                                      const assess::LimitSet& own, const phantom::Phantom& truth) {
+                                      const assess::LimitSet& own, const Truth& truth) {
   if (!arguments.promises.empty()) return assess::promise_set(arguments.promises);
   const bool has_own =
       has_any(own.all) || std::any_of(own.structures.begin(), own.structures.end(),
                                       [](const auto& each) { return has_any(each.second); });
-  return has_own ? nullptr : assess::promise_set(truth.spec().name);
+  const auto* phantom = std::get_if<phantom::Phantom>(&truth);
+  return has_own || phantom == nullptr ? nullptr : assess::promise_set(phantom->spec().name);
+}
+
+/// A draw knows where its surfaces lie and nothing of forces, and nothing is promised of one draw.
+void refuse_what_a_draw_lacks(const ValidateArguments& arguments) {
+  if (!arguments.force_structure.empty()) {
+    throw_invalid("the truth is a drawn exam's, which tells no force: leave --force-structure out");
+  }
+  if (!arguments.promises.empty() && arguments.promises != kNoPromises) {
+    throw_invalid("the truth is a drawn exam's, of which nothing is promised: leave --limits out");
+  }
 }
 
 Outcome against_truth(const ValidateArguments& arguments, StageContext& context) {
@@ -84,11 +100,14 @@ Outcome against_truth(const ValidateArguments& arguments, StageContext& context)
     options.palpations.structure = *structure_from_name(arguments.force_structure);
     options.demand_force = true;
   }
-  const phantom::Phantom truth = read_truth(arguments.truth);
+  const Truth truth = read_truth(arguments.truth);
+  if (std::holds_alternative<phantom::DrawnTruth>(truth)) refuse_what_a_draw_lacks(arguments);
   options.promises = promises_of(arguments, options.limits, truth);
   atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
-  const assess::ValidationReport report =
-      assess::validate(atlas::Atlas::open(arguments.package, needs), truth, options, context);
+  const assess::Candidate package =
+      assess::candidate_of(atlas::Atlas::open(arguments.package, needs));
+  const assess::ValidationReport report = std::visit(
+      [&](const auto& of) { return assess::validate(package, of, options, context); }, truth);
   return {arguments.common.json ? assess::report_to_json(report).dump(2) + "\n"
                                 : validation_to_text(report),
           report.passed};
@@ -160,7 +179,8 @@ void add_validate(CLI::App& app, Run& run) {
   command->footer(
       "Without --truth: hashes, content, surfaces, fields, and that they agree.\n"
       "With it: errors of every structure in every phase, and of the force that is felt; held to\n"
-      "1.3 times what is promised of phantoms, see --limits.\n"
+      "1.3 times what is promised of phantoms, see --limits. Of a drawn exam, errors of every\n"
+      "surface, between slices too.\n"
       "Exit code 4 if it does not pass.");
   command->add_option("PACKAGE", arguments->package, "The package")->required();
   command->add_option("--truth", arguments->truth, "The folder that 'beatlas phantom' wrote")

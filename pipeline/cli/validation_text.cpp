@@ -62,10 +62,10 @@ std::string drawn_alone(const assess::ValidationReport& report) {
       continue;
     }
     text += line(
-        "%-15s %11s %8.3f %8.3f %8.3f %13.3f %+8.3f %+6.2f ml %+5.1f %%\n", name.c_str(),
-        "drawn alone", mean(entry.phases, &DrawnErrors::mean_mm),
-        worst(entry.phases, &DrawnErrors::rms_mm), worst(entry.phases, &DrawnErrors::p95_mm),
-        worst(entry.phases, &DrawnErrors::hausdorff_mm), mean(entry.phases, &DrawnErrors::bias_mm),
+        "%-15s %11s %8.3f %8.3f %8.3f %13.3f %+8.3f %+6.2f ml %+5.1f %%\n", name.c_str(), "surface",
+        mean(entry.phases, &DrawnErrors::mean_mm), worst(entry.phases, &DrawnErrors::rms_mm),
+        worst(entry.phases, &DrawnErrors::p95_mm), worst(entry.phases, &DrawnErrors::hausdorff_mm),
+        mean(entry.phases, &DrawnErrors::bias_mm),
         worst(entry.phases, &DrawnErrors::volume_error_ml),
         worst(entry.phases, &DrawnErrors::volume_error_percent));
   }
@@ -155,9 +155,11 @@ std::string force(const assess::FeltErrors& felt) {
 
 std::string validation_to_text(const assess::ValidationReport& report) {
   std::string text = shapes(report) + drawn_alone(report);
-  text += '\n';
-  text += motions(report) + walls(report) + maps(report) + muscle(report) +
-          "means and biases are means over the phases, the others the worst phase\n";
+  if (!report.structures.empty()) {
+    text += '\n';
+    text += motions(report) + walls(report) + maps(report) + muscle(report);
+  }
+  text += "means and biases are means over the phases, the others the worst phase\n";
   if (report.force) {
     text += '\n';
     text += force(*report.force);

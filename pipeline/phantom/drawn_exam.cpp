@@ -17,10 +17,8 @@
 namespace beatlas::phantom {
 namespace {
 
-constexpr int kVersion = 1;
 constexpr float kLatticeMm = 2;
 constexpr double kVolumeErrorMl = 0.5;
-constexpr std::uint32_t kAttempts = 40;
 constexpr std::uint32_t kAttemptStep = kMostDrawSeed + 1;
 
 /// Cubes about the heart in its frame, of which none beside them holds any of it at any time of the
@@ -118,8 +116,8 @@ struct ExamDraw {
   Eigen::Matrix3f axes;
   DrawnStack stack;
 
-  ExamDraw(std::uint32_t seed, Purpose purpose, int most_voxels)
-      : family(seed, purpose),
+  ExamDraw(const Family& drawn, int most_voxels)
+      : family(drawn),
         heart(family),
         has_heart(!family.happens("no_heart")),
         body(family, heart.reach()),
@@ -312,7 +310,7 @@ nlohmann::json truth_of(const ExamDraw& draw, std::uint32_t seed, std::uint32_t 
   }
   nlohmann::json out{
       {"format", kDrawnTruthFormat},
-      {"version", kVersion},
+      {"version", kDrawnTruthVersion},
       {"seed", seed},
       {"attempt", attempt},
       {"purpose", draw.family.purpose() == Purpose::Judging ? "judging" : "training"},
@@ -337,15 +335,19 @@ nlohmann::json truth_of(const ExamDraw& draw, std::uint32_t seed, std::uint32_t 
 
 }  // namespace
 
+Family exam_family(std::uint32_t seed, std::uint32_t attempt) {
+  return {seed + attempt * kAttemptStep,
+          seed < kFirstJudgingSeed ? Purpose::Training : Purpose::Judging};
+}
+
 std::array<double, 8> drawn_volumes_ml(const DrawnHeart& heart, float contraction, int per_edge) {
   return volumes_ml(heart, cells_of(heart), contraction, per_edge);
 }
 
 DrawnExam drawn_exam(std::uint32_t seed, const DrawnExamOptions& options, StageContext& context) {
-  const Purpose purpose = seed < kFirstJudgingSeed ? Purpose::Training : Purpose::Judging;
-  for (std::uint32_t attempt = 0; attempt < kAttempts; ++attempt) {
+  for (std::uint32_t attempt = 0; attempt < kMostDrawAttempts; ++attempt) {
     context.check_cancelled();
-    const ExamDraw draw(seed + attempt * kAttemptStep, purpose, options.most_voxels);
+    const ExamDraw draw(exam_family(seed, attempt), options.most_voxels);
     const Measured measured = draw.has_heart ? measure(draw) : Measured();
     if (draw.has_heart && !is_sound(measured)) continue;
     DrawnExam out;

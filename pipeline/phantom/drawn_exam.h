@@ -21,6 +21,8 @@ inline constexpr std::uint32_t kFirstJudgingSeed = 10000;
 inline constexpr std::uint32_t kMostDrawSeed = 99999999;
 inline constexpr int kMostDrawnViews = 6;
 inline constexpr const char* kDrawnTruthFormat = "beatlas-drawn-truth";
+inline constexpr int kDrawnTruthVersion = 1;
+inline constexpr std::uint32_t kMostDrawAttempts = 40;
 
 struct DrawnExamOptions {
   int most_voxels = 2000000;  ///< of all slices and phases together; 1100000 or more
@@ -50,6 +52,9 @@ struct DrawnExam {
 /// @param seed at most kMostDrawSeed
 [[nodiscard]] DrawnExam drawn_exam(std::uint32_t seed, const DrawnExamOptions& options,
                                    StageContext& context);
+
+/// What drawn_exam draws from a seed at an attempt.
+[[nodiscard]] Family exam_family(std::uint32_t seed, std::uint32_t attempt);
 
 /// [label][ml] of a heart at a moment, by points of a lattice of 8 mm / per_edge in its frame;
 /// truth.json's volumes are of 2 mm. How far that is off the implicit body is "volume_error_ml":

@@ -73,8 +73,9 @@ Phantom phantom_from_truth(const nlohmann::json& truth) {
   object.read("format", format);
   if (format == kDrawnTruthFormat) {
     throw_invalid(
-        "this is the truth of a drawn exam, which has labels and volumes but no distances: compare "
-        "labels with its truth_labels.nii.gz, as scripts/score_draws does");
+        "this is the truth of a drawn exam, which is no closed form: only 'beatlas validate "
+        "--truth' "
+        "takes it");
   }
   if (format != kFormat)
     throw_invalid("/format must be \"beatlas-phantom-truth\": this is no truth of a phantom");

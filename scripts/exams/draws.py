@@ -15,7 +15,9 @@ ENDS = ("ed", "es")
 FIGURES = [f"{name}_{end}" for end in ENDS for name in (*SHORT.values(), "heart")]
 VOLUMES = [f"{name}_{end}_ml{whose}" for end in ENDS for name in SHORT.values() for whose in ("", "_truth")]
 EXPECTED = [f"{name}_{end}_expected" for end in ENDS for name in SHORT.values()]
-COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, "exit", "told", "seconds", "rendering",
+# Of surfaces, over the phases: the mean distance, the mean of the 95th percentiles, the mean signed distance.
+SURFACES = [f"{name}_{what}" for name in (*SHORT.values(), "heart") for what in ("mm", "p95_mm", "bias_mm")]
+COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, *SURFACES, "surfaces_told", "exit", "told", "seconds", "rendering",
            "plane", "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt",
            "in_view", "wall_mm", "contrast_to_noise", "picture", "complete"]
 GOOD = {"lv_ed": 0.85, "lv_es": 0.8, "rv_ed": 0.75, "rv_es": 0.65}  # Dice; of others 0.75
@@ -107,6 +109,17 @@ def compared(study, drawn, truth):
     return row
 
 
+def surface_errors(report):
+    """Of what `beatlas validate --json` says of a drawn exam."""
+    row = {}
+    for entry in report["drawn"]:
+        name = SHORT.get(entry["name"], entry["name"])
+        for figure, what in (("mean_mm", "mm"), ("p95_mm", "p95_mm"), ("bias_mm", "bias_mm")):
+            if f"{name}_{what}" in SURFACES and entry["phases"]:
+                row[f"{name}_{what}"] = round(float(numpy.mean([phase[figure] for phase in entry["phases"]])), 3)
+    return row
+
+
 def line_of(row):
     """One draw in a line."""
     said = f"draw {row['seed']}: {row['outcome']}"
@@ -114,6 +127,9 @@ def line_of(row):
         said += ", Dice " + ", ".join(f"{name} {float(row[f'{name}_ed']):.2f} {float(row[f'{name}_es']):.2f}"
                                       for name in SHORT.values())
         said += f", EF {row['ef']} for {row['ef_truth']}"
+    if row.get("heart_mm") not in (None, ""):
+        said += ", mm " + ", ".join(f"{name} {float(row[f'{name}_mm']):.2f}" for name in (*SHORT.values(), "heart")
+                                    if row.get(f"{name}_mm") not in (None, ""))
     if row.get("plane"):
         said += (f" ({row['plane'].replace('_', ' ')}, {row['rendering']}, {row['slices']} slices {row['distance_mm']} "
                  f"mm apart, {row['phases']} phases)")
@@ -132,6 +148,14 @@ def summary(rows, gate):
         values = [float(row.get(figure) or 0) for row in hearts]
         if values:
             lines.append(f"  {figure:10s} {min(values):.3f} {numpy.median(values):.3f} {numpy.mean(values):.3f}")
+    measured = [row for row in hearts if row.get("heart_mm") not in (None, "")]
+    if measured:
+        lines.append(f"  surfaces of {len(measured)} [mm]: median, mean, most")
+        for figure in SURFACES:
+            values = [float(row[figure]) for row in measured if row.get(figure) not in (None, "")]
+            if values:
+                lines.append(f"  {figure:14s} {numpy.median(values):.2f} {numpy.mean(values):.2f} "
+                             f"{max(values, key=abs):.2f}")
     lines.append("  expected Dice with the true one, r; quantile .05 of those whose Dice is good; how many of "
                  "the others lie below")
     for figure in EXPECTED:

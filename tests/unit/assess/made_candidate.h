@@ -6,7 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <string>
+#include <vector>
 
 #include "pipeline/assess/validate.h"
 #include "pipeline/core/parallel.h"
@@ -47,6 +49,54 @@ inline std::shared_ptr<const atlas::FieldPayload> encoded(Structure structure, c
   });
   field.volume_ml.assign(static_cast<std::size_t>(phases), 1.0);
   return std::make_shared<const atlas::FieldPayload>(pack::encode_field(field, {0.002}));
+}
+
+/// Triangles about a middle from which all of a body is seen, in every phase.
+/// @param inside whether a place, LPS [mm], lies in the body in a phase
+inline std::shared_ptr<const atlas::SurfacePayload> seen_from_within(
+    Structure structure, const std::vector<Vec3>& middles, const Affine& workspace_from_lps,
+    const std::function<bool(std::size_t phase, const Vec3& lps)>& inside) {
+  constexpr int kRings = 48;
+  constexpr int kSpokes = 96;
+  auto out = std::make_shared<atlas::SurfacePayload>();
+  out->structure = structure;
+  for (std::size_t p = 0; p < middles.size(); ++p) {
+    const auto vertex = [&](double polar, double turn) {
+      const Vec3 way(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn),
+                     std::cos(polar));
+      double low = 0;
+      double high = 80;
+      while (high - low > 1e-6) {
+        const double half = 0.5 * (low + high);
+        (inside(p, middles[p] + half * way) ? low : high) = half;
+      }
+      return (workspace_from_lps * Vec3(middles[p] + low * way)).cast<float>().eval();
+    };
+    std::vector<Vec3f> positions{vertex(0, 0), vertex(std::numbers::pi, 0)};
+    for (int ring = 1; ring < kRings; ++ring) {
+      for (int spoke = 0; spoke < kSpokes; ++spoke) {
+        positions.push_back(
+            vertex(std::numbers::pi * ring / kRings, 2 * std::numbers::pi * spoke / kSpokes));
+      }
+    }
+    out->positions.push_back(positions);
+  }
+  const auto at = [](int ring, int spoke) {
+    if (ring == 0) return 0U;
+    if (ring == kRings) return 1U;
+    return static_cast<unsigned>(2 + (ring - 1) * kSpokes + spoke % kSpokes);
+  };
+  for (int ring = 0; ring < kRings; ++ring) {
+    for (int spoke = 0; spoke < kSpokes; ++spoke) {
+      if (ring + 1 < kRings) {
+        out->triangles.push_back({at(ring, spoke), at(ring + 1, spoke), at(ring + 1, spoke + 1)});
+      }
+      if (ring > 0) {
+        out->triangles.push_back({at(ring, spoke), at(ring + 1, spoke + 1), at(ring, spoke + 1)});
+      }
+    }
+  }
+  return out;
 }
 
 /// A phantom and what a package made from its images without any error would hold.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -230,54 +229,21 @@ TEST_F(Validate, JsonHasTheKeysOthersRelyOn) {
 /// The truth's left atrium as a surface of triangles, larger by `grown_mm` all about; it is seen as
 /// a whole from its middle.
 std::shared_ptr<const atlas::SurfacePayload> left_atrium(const test::Made& made, double grown_mm) {
-  constexpr int kRings = 48;
-  constexpr int kSpokes = 96;
-  auto out = std::make_shared<atlas::SurfacePayload>();
-  out->structure = Structure::LaBlood;
   const int phases = made.truth.spec().phases;
+  std::vector<std::shared_ptr<const phantom::Frame>> frames;
+  std::vector<Vec3> middles;
   for (int p = 0; p < phases; ++p) {
     const double share = p / static_cast<double>(phases);
-    const auto frame = made.truth.frame(share * made.truth.spec().rr_interval_s);
+    frames.push_back(made.truth.frame(share * made.truth.spec().rr_interval_s));
     Vec3 middle = Vec3::Zero();
-    const std::vector<Vec3> samples = frame->sample_surface(Structure::LaBlood, 2);
+    const std::vector<Vec3> samples = frames.back()->sample_surface(Structure::LaBlood, 2);
     for (const Vec3& lps : samples) middle += lps / static_cast<double>(samples.size());
-    const auto vertex = [&](double polar, double turn) {
-      const Vec3 way(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn),
-                     std::cos(polar));
-      double low = 0;
-      double high = 80;
-      while (high - low > 1e-6) {
-        const double half = 0.5 * (low + high);
-        const bool in = frame->distance_mm(Structure::LaBlood, middle + half * way) < grown_mm;
-        (in ? low : high) = half;
-      }
-      return (made.workspace_from_lps * Vec3(middle + low * way)).cast<float>().eval();
-    };
-    std::vector<Vec3f> positions{vertex(0, 0), vertex(std::numbers::pi, 0)};
-    for (int ring = 1; ring < kRings; ++ring) {
-      for (int spoke = 0; spoke < kSpokes; ++spoke) {
-        positions.push_back(
-            vertex(std::numbers::pi * ring / kRings, 2 * std::numbers::pi * spoke / kSpokes));
-      }
-    }
-    out->positions.push_back(positions);
+    middles.push_back(middle);
   }
-  const auto at = [](int ring, int spoke) {
-    if (ring == 0) return 0U;
-    if (ring == kRings) return 1U;
-    return static_cast<unsigned>(2 + (ring - 1) * kSpokes + spoke % kSpokes);
-  };
-  for (int ring = 0; ring < kRings; ++ring) {
-    for (int spoke = 0; spoke < kSpokes; ++spoke) {
-      if (ring + 1 < kRings) {
-        out->triangles.push_back({at(ring, spoke), at(ring + 1, spoke), at(ring + 1, spoke + 1)});
-      }
-      if (ring > 0) {
-        out->triangles.push_back({at(ring, spoke), at(ring + 1, spoke + 1), at(ring, spoke + 1)});
-      }
-    }
-  }
-  return out;
+  return test::seen_from_within(Structure::LaBlood, middles, made.workspace_from_lps,
+                                [&](std::size_t p, const Vec3& lps) {
+                                  return frames[p]->distance_mm(Structure::LaBlood, lps) < grown_mm;
+                                });
 }
 
 TEST_F(Validate, WhatIsDrawnAndNotFeltIsMeasuredByItsSurface) {
