@@ -22,10 +22,11 @@ constexpr int kBesidePx = 4;  ///< from beside an edge to what it bounds
 
 constexpr double kSeamMm = 4;  ///< from the RV's wall, where labels of both are mixed
 
-/// Myocardium is what lies around the cavity: where both touch, their shares make one voxel. Where
-/// the cavity ends at its valve there is no wall to share with.
-void share_wall(const Grid& grid, const std::vector<std::uint8_t>& labels,
-                const std::vector<float>& blood, std::vector<float>& myocardium) {
+/// The wall is what lies between the cavity and its own outside, of which each has its edge. Where
+/// the cavity ends at its valve there is no wall, and both edges are one.
+/// @param outside coverage of cavity and wall together; becomes that of the wall
+void take_cavity_out(const Grid& grid, const std::vector<std::uint8_t>& labels,
+                     const std::vector<float>& blood, std::vector<float>& outside) {
   const auto is_wall = [&](int i, int j, int k) {
     return labels[grid.offset(i, j, k)] == kLabelLvMyocardium;
   };
@@ -43,10 +44,8 @@ void share_wall(const Grid& grid, const std::vector<std::uint8_t>& labels,
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i, ++v) {
-        const float b = blood[v];
-        if (!(b > 0)) continue;
-        if (labels[v] == kLabelLvBlood && b < 1 && beside_wall(i, j, k)) myocardium[v] = 1 - b;
-        if (labels[v] == kLabelLvMyocardium) myocardium[v] = std::min(myocardium[v], 1 - b);
+        if (!(outside[v] > 0)) continue;
+        outside[v] = beside_wall(i, j, k) ? std::max(0.0F, outside[v] - blood[v]) : 0;
       }
     }
   }
@@ -164,7 +163,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
     std::vector<std::vector<BoundaryPoint>>& points = made.uncertainty[structure];
     points.resize(n);
     parallel_for(n, [&](std::size_t p) {
-      const std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
+      std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
       std::vector<std::uint8_t> inner = inside;
       std::vector<std::uint8_t> outer(inside.size(), 1);
       std::vector<std::uint8_t> bare;
@@ -179,7 +178,14 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
             labels.phases[p].begin(), labels.phases[p].end(), bare.begin(), [](std::uint8_t label) {
               return static_cast<std::uint8_t>(label == kLabelLvBlood || label == kLabelRvBlood);
             });
-      } else if (structure != Structure::LvMyocardium) {
+      } else if (structure == Structure::LvMyocardium) {
+        // Of the wall its outside alone: what is averaged along one edge of a thin wall must not
+        // take in what is seen at the other.
+        std::transform(inside.begin(), inside.end(), labels.phases[p].begin(), inside.begin(),
+                       [](std::uint8_t in, std::uint8_t label) {
+                         return static_cast<std::uint8_t>(in != 0 || label == kLabelLvBlood);
+                       });
+      } else {
         // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
         walls = where(labels.phases[p], Structure::Heart);
         outer = walls;
@@ -255,7 +261,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
     std::vector<std::vector<BoundaryPoint>>& walls = made.uncertainty[Structure::LvMyocardium];
     const std::vector<std::vector<BoundaryPoint>>& pools = made.uncertainty[Structure::LvBlood];
     parallel_for(n, [&](std::size_t p) {
-      share_wall(images.grid, labels.phases[p], blood->second[p], myocardium->second[p]);
+      take_cavity_out(images.grid, labels.phases[p], blood->second[p], myocardium->second[p]);
       walls[p] = points_of_wall(walls[p], pools[p], myocardium->second[p]);
     });
   }

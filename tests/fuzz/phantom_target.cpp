@@ -1,5 +1,4 @@
 // Specs of phantoms that users write, and the truth of one that a package is compared with.
-#include "pipeline/phantom/drawn_truth.h"
 #include "pipeline/phantom/spec.h"
 #include "pipeline/phantom/truth.h"
 #include "runtime/base/json_text.h"
@@ -35,6 +34,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::require(phantom::spec_to_json(phantom::spec_from_json(again)) == again);
   });
   fuzz::only_errors([&] { (void)phantom::phantom_from_truth(json); });
-  fuzz::only_errors([&] { (void)phantom::DrawnTruth(json); });
   return 0;
 }
