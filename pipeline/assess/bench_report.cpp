@@ -147,7 +147,9 @@ std::string shown_values(const BenchRun& run) {
   std::string out;
   for (const auto& [pointer, value] : run.values.items()) {
     if (!out.empty()) out += ", ";
-    out += value.is_string() ? value.get<std::string>() : fixed(value.get<double>(), "%g");
+    out += value.is_boolean()  ? (value.get<bool>() ? "on" : "off")
+           : value.is_string() ? value.get<std::string>()
+                               : fixed(value.get<double>(), "%g");
   }
   return out;
 }
