@@ -58,16 +58,24 @@ std::vector<Taps> cubic_taps(const AxisMap& map, int axis, int lattice_size, int
   return out;
 }
 
+/// [mm] A distance in the next slice as far as an outline that leans by 45 degrees can change it: a
+/// part that ends there does not bend what goes on.
+float leaning(float here, float next, float gap_mm) {
+  return here + std::clamp(next - here, -gap_mm, gap_mm);
+}
+
 /// What the middle of a slice shows, from what the mean over its thickness does; see
 /// without_voxel_mean. Slices at the end of the structure stay.
-std::vector<Phase> without_slice_mean(const std::vector<Phase>& distances) {
+std::vector<Phase> without_slice_mean(const std::vector<Phase>& distances, float gap_mm) {
   std::vector<Phase> out = distances;
   for (std::size_t k = 1; k + 1 < distances.size(); ++k) {
     const Phase& before = distances[k - 1];
     const Phase& after = distances[k + 1];
     if (before.empty() || out[k].empty() || after.empty()) continue;
     for (std::size_t v = 0; v < out[k].size(); ++v) {
-      out[k][v] -= (before[v] - 2 * distances[k][v] + after[v]) / 24;
+      const float here = distances[k][v];
+      out[k][v] -=
+          (leaning(here, before[v], gap_mm) - 2 * here + leaning(here, after[v], gap_mm)) / 24;
     }
   }
   return out;
@@ -123,10 +131,26 @@ Eigen::Vector2d between(const SectionPath& path, int one, int other, double shar
          share * path[static_cast<std::size_t>(other)];
 }
 
+/// Between two slices, where the nearer outline would have to move by more than the gap between
+/// them, a lean of 45 degrees, to become the other's: there a part of the section has no
+/// counterpart in the other slice, as a ventricle that goes on beyond its valve as its outflow
+/// tract alone. It ends flat half-way, as nothing tells where between them; gradually so from once
+/// to twice the gap.
+/// @param level that of an outline which moves  @param d0, d1 [mm] distances in both slices
+/// @param w share of the way from the one to the other
+float where_a_part_ends(float level, float d0, float d1, float w, float gap_mm) {
+  const float ended = std::clamp(std::abs(d1 - d0) / gap_mm - 1, 0.0F, 1.0F);
+  if (!(ended > 0)) return level;
+  const float beyond_half = (w - 0.5F) * gap_mm;
+  const float end = std::min(std::max(d0, beyond_half), std::max(d1, -beyond_half));
+  return (1 - ended) * level + ended * end;
+}
+
 Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const SectionPath& path,
                       const Grid& lattice, const AxisMap& map, int open_step,
                       const ApicalEnd& apex) {
-  const std::vector<Phase> distances = without_slice_mean(means);
+  const auto gap_mm = static_cast<float>(source.spacing_mm()[2]);
+  const std::vector<Phase> distances = without_slice_mean(means, gap_mm);
   Phase level(lattice.count(), kFar);
   const int nk = source.size[2];
   const auto has = [&](int k) {
@@ -174,18 +198,21 @@ Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const
                 to_half * depth[static_cast<std::size_t>(tip)];
           continue;
         }
-        if (cubic) {
-          out = weight[0] * value(k0 - 1) + weight[1] * value(k0) + weight[2] * value(k1) +
-                weight[3] * value(k0 + 2);
-          continue;
-        }
         float d0 = 0;
         float d1 = 0;
         if (has(k0)) d0 = value(k0);
         if (has(k1)) d1 = value(k1);
+        if (cubic) {
+          const float moved = weight[0] * leaning(d0, value(k0 - 1), gap_mm) + weight[1] * d0 +
+                              weight[2] * d1 + weight[3] * leaning(d1, value(k0 + 2), gap_mm);
+          out = where_a_part_ends(moved, d0, d1, w, gap_mm);
+          continue;
+        }
+        const bool both = has(k0) && has(k1);
         if (!has(k0)) d0 = carry1 ? d1 : depth[static_cast<std::size_t>(k1)];
         if (!has(k1)) d1 = carry0 ? d0 : depth[static_cast<std::size_t>(k0)];
         out = (1 - w) * d0 + w * d1;
+        if (both) out = where_a_part_ends(out, d0, d1, w, gap_mm);
       }
     }
   }

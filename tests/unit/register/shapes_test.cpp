@@ -252,6 +252,43 @@ TEST(Shape, of_a_thin_leaning_body_hangs_together_between_thick_slices) {
   }
 }
 
+// A ventricle of 30 mm radius in slices 0 to 3, of which an outflow tract of 7 mm goes on to
+// slice 6.
+TEST(Shape, of_a_part_without_a_counterpart_ends_flat_and_bends_nothing) {
+  constexpr double kGapMm = 10;
+  const Grid grid = made::straight_grid({60, 60, 7}, {1.5, 1.5, kGapMm});
+  const Vec3 axis(44, 44, 0);
+  const Vec3 tract = axis + Vec3(-20, 0, 0);
+  std::vector<float> coverage;
+  for (int k = 0; k < 7; ++k) {
+    for (int j = 0; j < 60; ++j) {
+      for (int i = 0; i < 60; ++i) {
+        const Vec3 x(i * 1.5, j * 1.5, 0);
+        const double d = k < 4 ? (x - axis).norm() - 30 : (x - tract).norm() - 7;
+        coverage.push_back(static_cast<float>(std::clamp(0.5 - d / 1.5, 0.0, 1.0)));
+      }
+    }
+  }
+  Segmentation segmentation = made::segmentation_of(grid, 1);
+  segmentation.coverage.phases[Structure::RvBlood] = {coverage};
+  const auto shapes = shapes_of(segmentation, Affine::Identity());
+  const auto end_above = [&](double off_mm) {
+    return made::surface_along(shapes[0], 0, axis + Vec3(off_mm, 0, 25), Vec3::UnitZ(), 0, 30);
+  };
+  // Slice 3 lies 5 mm above where the search begins, half-way to the next one another 5.
+  for (const double off_mm : {0.0, 10.0, 20.0}) EXPECT_NEAR(end_above(off_mm), 10, 1.5) << off_mm;
+  for (const double height : {10.0, 20.0, 25.0, 30.0}) {
+    const double radius =
+        made::surface_along(shapes[0], 0, axis + Vec3(0, 0, height), Vec3::UnitX(), 10, 42);
+    EXPECT_NEAR(radius, 30, 1) << height;
+  }
+  for (const double height : {40.0, 50.0}) {
+    const double radius =
+        made::surface_along(shapes[0], 0, tract + Vec3(0, 0, height), Vec3::UnitX(), 0, 15);
+    EXPECT_NEAR(radius, 7, 1) << height;
+  }
+}
+
 TEST(Shape, of_the_myocardium_is_the_space_between_two_filled_shapes) {
   for (const Vec3& spacing : {Vec3(1, 1, 3), Vec3(1.4, 1.4, 8)}) {
     const Grid grid =
