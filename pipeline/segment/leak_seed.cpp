@@ -88,9 +88,13 @@ std::optional<LeakSeed> seed_under(const LeakAlarm& alarm, const LabelCycle& lab
 std::optional<LeakSeed> seed_beside(const LeakAlarm& alarm, const LabelCycle& labels, int before,
                                     int after) {
   const Vec3 index = labels.grid.mm_from_index.inverse() * alarm.lps_mm;
-  const auto here = label_at(labels, alarm.phase, index);
-  const auto then = label_at(labels, before, index);
-  if (!then || then != label_at(labels, after, index) || then == here) return std::nullopt;
+  // No seed tells an atrium or a vessel from the rest of the heart.
+  const auto at = [&](int phase) -> std::optional<std::uint8_t> {
+    const auto label = label_at(labels, phase, index);
+    return label ? std::optional(ventricles_apart(*label)) : std::nullopt;
+  };
+  const auto then = at(before);
+  if (!then || then != at(after) || then == at(alarm.phase)) return std::nullopt;
   return LeakSeed{*then, alarm.lps_mm, kJumpRadiusMm, alarm.phase};
 }
 

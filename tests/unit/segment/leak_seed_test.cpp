@@ -1,6 +1,7 @@
 /// The seed offered for a leak lies in what leaked, in no wall.
 #include "pipeline/segment/leak_seed.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -98,6 +99,20 @@ TEST(SeedBeside, is_what_the_phases_beside_say) {
   labels.phases[2] = labels.phases[1];
   jump.lps_mm = at_left(10, 9).lps_mm;
   EXPECT_FALSE(seed_beside(jump, labels, 0, 2)) << "they do not agree";
+}
+
+TEST(SeedBeside, of_an_atrium_is_of_the_rest_of_the_heart) {
+  const LeakAlarm jump = at_left(10, 9, LeakKind::VolumeJump);
+  LabelCycle labels = disc(3, 9);
+  for (const int phase : {0, 2}) {
+    auto& image = labels.phases[static_cast<std::size_t>(phase)];
+    std::fill(image.begin(), image.end(), std::uint8_t{kLabelLaBlood});
+  }
+  const auto seed = seed_beside(jump, labels, 0, 2);
+  ASSERT_TRUE(seed) << "phase 1 has none there";
+  EXPECT_EQ(seed->label, kLabelRestOfHeart) << "a label that seeds may have";
+  std::fill(labels.phases[1].begin(), labels.phases[1].end(), std::uint8_t{kLabelRestOfHeart});
+  EXPECT_FALSE(seed_beside(jump, labels, 0, 2)) << "no seed tells these apart";
 }
 
 }  // namespace
