@@ -34,8 +34,8 @@ struct TrueSurface {
 
 /// Of a drawn exam. Places are left out that lie more than half a voxel beyond the images, and of
 /// the heart those beyond the LV's base. A distance is that from the plane of the nearest point of
-/// frame.surface(structure), on the side that frame.contains tells.
-/// @param frame of phase p, with a lattice of spacing_mm  @param seen grid of the images
+/// frame.surface(structure), on the side that frame.contains tells. Stands while the frame does.
+/// @param frame with a lattice of spacing_mm  @param seen grid of the images
 [[nodiscard]] TrueSurface true_surface(const phantom::DrawnTruth::Frame& frame, Structure structure,
                                        double spacing_mm, const Grid& seen);
 

@@ -305,6 +305,10 @@ ValidationReport validate(const Candidate& candidate, const phantom::DrawnTruth&
   std::vector<const atlas::SurfacePayload*> surfaces;
   for (const auto& surface : candidate.surfaces) {
     if (surface->level != 0) continue;
+    if (surface->positions.size() != static_cast<std::size_t>(truth.phases())) {
+      throw_invalid("the package's surface of " + std::string(structure_name(surface->structure)) +
+                    " has another number of phases than its images; build the package again");
+    }
     surfaces.push_back(surface.get());
     report.drawn.push_back({surface->structure, {}});
   }

@@ -17,9 +17,9 @@ VOLUMES = [f"{name}_{end}_ml{whose}" for end in ENDS for name in SHORT.values() 
 EXPECTED = [f"{name}_{end}_expected" for end in ENDS for name in SHORT.values()]
 # Of surfaces, over the phases: the mean distance, the mean of the 95th percentiles, the mean signed distance.
 SURFACES = [f"{name}_{what}" for name in (*SHORT.values(), "heart") for what in ("mm", "p95_mm", "bias_mm")]
-COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, *SURFACES, "surfaces_told", "exit", "told", "seconds", "rendering",
-           "plane", "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt",
-           "in_view", "wall_mm", "contrast_to_noise", "picture", "complete"]
+COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, *SURFACES, "surfaces_told", "exit",
+           "told", "seconds", "rendering", "plane", "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns",
+           "phases", "has_heart", "attempt", "in_view", "wall_mm", "contrast_to_noise", "picture", "complete"]
 GOOD = {"lv_ed": 0.85, "lv_es": 0.8, "rv_ed": 0.75, "rv_es": 0.65}  # Dice; of others 0.75
 FAILURES = ("lost", "refused", "below the gate", "a heart where there is none", "no draw", "not refused")
 
@@ -118,6 +118,21 @@ def surface_errors(report):
             if f"{name}_{what}" in SURFACES and entry["phases"]:
                 row[f"{name}_{what}"] = round(float(numpy.mean([phase[figure] for phase in entry["phases"]])), 3)
     return row
+
+
+def beyond(rows, gates):
+    """Which of the gates, "STRUCTURE=MM" each, the mean distance of surfaces breaks: a sentence each. A structure of
+    which nothing was measured breaks its gate."""
+    out = []
+    for gate in gates:
+        name, most = gate.split("=")
+        values = [float(row[f"{name}_mm"]) for row in rows if row.get(f"{name}_mm") not in (None, "")]
+        if not values:
+            out.append(f"no surface of {name} was compared")
+        elif numpy.mean(values) > float(most):
+            out.append(f"surfaces of {name} lie {numpy.mean(values):.2f} mm off in the mean of {len(values)} draws, "
+                       f"{float(most):g} may")
+    return out
 
 
 def line_of(row):

@@ -33,8 +33,8 @@ def text(values):
     if not with_surfaces:
         return "\n".join(lines)
     apart = [row["distance_mm"] for row in with_surfaces]
-    lines += ["", f"| surfaces of {len(with_surfaces)}, slices {min(apart):.0f} to {max(apart):.0f} mm apart | mean mm | "
-                  "of the worst draw | 95th percentile mm | bias mm |", "|---|---|---|---|---|"]
+    lines += ["", f"| surfaces of {len(with_surfaces)}, slices {min(apart):.0f} to {max(apart):.0f} mm apart | "
+                  "mean mm | of the worst draw | 95th percentile mm | bias mm |", "|---|---|---|---|---|"]
     for name, called in STRUCTURES.items():
         mean, far, bias = ([row["surfaces"][f"{name}_{what}"] for row in with_surfaces]
                            for what in ("mm", "p95_mm", "bias_mm"))

@@ -10,6 +10,7 @@ import numpy
 
 SOURCE = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(SOURCE / "scripts" / "exams"))
+import draws  # noqa: E402
 import gates  # noqa: E402
 import measures  # noqa: E402
 import sheets  # noqa: E402
@@ -165,6 +166,22 @@ def what_a_gate_says():
             assert set(structures) <= set(measures.LABELS), exam
 
 
+def surfaces_of_a_draw_over_its_phases():
+    def entry(name, *phases):
+        return {"name": name, "phases": [{"mean_mm": a, "p95_mm": 3 * a, "bias_mm": b} for a, b in phases]}
+    row = draws.surface_errors({"drawn": [entry("lv_blood", (1, -1), (2, 0)), entry("heart", (0.5, 0.25)),
+                                          entry("la_blood", (9, 9)), entry("rv_blood")]})
+    assert row == {"lv_mm": 1.5, "lv_p95_mm": 4.5, "lv_bias_mm": -0.5, "heart_mm": 0.5, "heart_p95_mm": 1.5,
+                   "heart_bias_mm": 0.25}, row
+    assert set(row) <= set(draws.COLUMNS)
+    found = {"seed": 1, "outcome": "found", "has_heart": "yes", "phases": 2, "rendering": "box", **row}
+    said = draws.summary([found], 0.85)
+    assert draws.beyond([found], ["lv=1.6", "heart=0.5"]) == []
+    assert "lv lie 1.50 mm off" in draws.beyond([found], ["lv=1.4"])[0]
+    assert draws.beyond([found], ["rv=9"]) == ["no surface of rv was compared"]
+    assert "surfaces of 1 [mm]" in said and "lv_bias_mm     -0.50" in said, said
+
+
 def the_command_line(folder):
     """A beatlas that fails loses its exam, by name; where there are no exams a test is skipped."""
     data = folder / "data"
@@ -185,7 +202,7 @@ def the_command_line(folder):
 
 
 for check in (dice_of_boxes, volume_of_a_voxel, nearest_voxel_on_shifted_grids, phases_by_word_and_number,
-              what_a_gate_says):
+              what_a_gate_says, surfaces_of_a_draw_over_its_phases):
     check()
 for check in (a_whole_score, slices_as_acquired, the_command_line):
     with tempfile.TemporaryDirectory(prefix="beatlas-exams-") as folder:
