@@ -19,8 +19,8 @@ constexpr int kNormalCells = 2;    ///< about a crossing that tell its normal
 
 double structure_ml(const std::array<double, 8>& by_label, Structure structure) {
   double out = 0;
-  for (std::uint8_t label = 1; label < by_label.size(); ++label) {
-    if (label_in_structure(label, structure)) out += by_label[label];
+  for (std::uint8_t label = 1; label <= kLastLabel; ++label) {
+    if (label_in_structure(label, structure)) out += by_label.at(label);
   }
   return out;
 }
@@ -149,8 +149,10 @@ Vec3F DrawnTruth::Frame::place(const Index3& index) const {
 }
 
 bool DrawnTruth::Frame::holds(Structure structure, const Index3& index) const {
+  const auto wide = static_cast<std::size_t>(across_);
   const std::size_t at =
-      static_cast<std::size_t>((index[2] * across_ + index[1]) * across_ + index[0]);
+      (static_cast<std::size_t>(index[2]) * wide + static_cast<std::size_t>(index[1])) * wide +
+      static_cast<std::size_t>(index[0]);
   return label_in_structure(labels_[at], structure);
 }
 
