@@ -87,6 +87,16 @@ void put_edges(const std::vector<FatEdge>& edges, Boundary& boundary) {
   boundary.points = std::move(all);
 }
 
+/// 1 in the LV's wall and, where there is one, in its cavity.
+std::vector<std::uint8_t> filled_wall(const std::vector<std::uint8_t>& labels) {
+  std::vector<std::uint8_t> out = where(labels, Structure::LvMyocardium);
+  if (std::find(out.begin(), out.end(), 1) == out.end()) return out;
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    if (labels[v] == kLabelLvBlood) out[v] = 1;
+  }
+  return out;
+}
+
 /// Whether a voxel is of the LV's wall, and off the seam where the RV's wall leaves it.
 bool in_lv(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_t voxel) {
   return labels[voxel] == kLabelLvMyocardium && !beside_others(grid, labels, voxel);
@@ -181,10 +191,7 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
       } else if (structure == Structure::LvMyocardium) {
         // Of the wall its outside alone: what is averaged along one edge of a thin wall must not
         // take in what is seen at the other.
-        std::transform(inside.begin(), inside.end(), labels.phases[p].begin(), inside.begin(),
-                       [](std::uint8_t in, std::uint8_t label) {
-                         return static_cast<std::uint8_t>(in != 0 || label == kLabelLvBlood);
-                       });
+        inside = filled_wall(labels.phases[p]);
       } else {
         // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
         walls = where(labels.phases[p], Structure::Heart);
