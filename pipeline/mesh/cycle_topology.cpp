@@ -31,21 +31,13 @@ double difference(const Mask& one, const Mask& other, const std::vector<float>& 
 
 /// Makes a body another phase's as far as that does not change its topology.
 void deform(const Lattice& lattice, const Wanted& to, Mask& body) {
-  struct Next {
-    float level;
-    std::uint64_t turn;
-    std::size_t index;
-    bool operator<(const Next& other) const {
-      return level != other.level ? level < other.level : turn > other.turn;
-    }
-  };
-  std::priority_queue<Next> queue;
+  std::priority_queue<Waiting<float>> queue;  // the surest first
   Mask waits(body.size());
   std::uint64_t turn = 0;
   const auto push = [&](std::size_t index) {
     if (body[index] == to.body[index] || waits[index] != 0) return;
     waits[index] = 1;
-    queue.push({std::abs((*to.samples)[index]), turn++, index});
+    queue.push({-std::abs((*to.samples)[index]), turn++, index});
   };
   for (std::size_t n = 0; n < body.size(); ++n) push(n);
   while (!queue.empty()) {

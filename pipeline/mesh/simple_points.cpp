@@ -105,15 +105,7 @@ struct Way {
 /// @param piece_of [sample] 0 outside, 1 the body, above that pieces apart; one of them at least
 Way way_to_next_piece(const Lattice& lattice, const std::vector<float>& samples,
                       const std::vector<std::uint32_t>& piece_of) {
-  struct Next {
-    double cost;
-    std::uint64_t turn;
-    std::size_t index;
-    bool operator<(const Next& other) const {
-      return cost != other.cost ? cost > other.cost : turn > other.turn;
-    }
-  };
-  std::priority_queue<Next> queue;
+  std::priority_queue<Waiting<double>> queue;
   std::vector<double> least(samples.size(), std::numeric_limits<double>::infinity());
   std::vector<std::size_t> from(samples.size(), samples.size());
   std::uint64_t turn = 0;
@@ -123,9 +115,9 @@ Way way_to_next_piece(const Lattice& lattice, const std::vector<float>& samples,
     queue.push({0, turn++, n});
   }
   while (!queue.empty()) {
-    const Next next = queue.top();
+    const Waiting<double> next = queue.top();
     queue.pop();
-    if (next.cost > least[next.index]) continue;
+    if (next.level > least[next.index]) continue;
     if (piece_of[next.index] > 1) {
       Way out;
       out.piece = piece_of[next.index];
@@ -136,7 +128,7 @@ Way way_to_next_piece(const Lattice& lattice, const std::vector<float>& samples,
       if (piece_of[to] == 1 || lattice.on_border(lattice.at(to))) return;
       // A step that costs nothing else is not free, or ways would be longer than they need be.
       constexpr double kStep = 1e-3;
-      const double cost = next.cost + kStep + std::max(0.0, static_cast<double>(samples[to]));
+      const double cost = next.level + kStep + std::max(0.0, static_cast<double>(samples[to]));
       if (!(cost < least[to])) return;
       least[to] = cost;
       from[to] = next.index;

@@ -79,6 +79,19 @@ class Lattice {
   std::array<std::ptrdiff_t, kNeighbours> offset_{};
 };
 
+/// A sample that waits its turn in a std::priority_queue: the least level first, of equal ones the
+/// one that came first, so that the order is the same on any machine.
+template <class Level>
+struct Waiting {
+  Level level{};
+  std::uint64_t turn = 0;
+  std::size_t index = 0;
+
+  bool operator<(const Waiting& other) const {
+    return level != other.level ? level > other.level : turn > other.turn;
+  }
+};
+
 /// A piece of the samples of one side.
 struct Piece {
   std::vector<std::size_t> samples;

@@ -55,16 +55,8 @@ int euler_number(const Grid& grid, const Mask& inside) {
 /// @param side 1: the inside, from its deepest sample; 0: the outside, from beyond the lattice
 std::vector<std::size_t> not_reached(const Lattice& lattice, const Mask& inside,
                                      const std::vector<float>& samples, std::uint8_t side) {
-  struct Next {
-    float level;
-    std::uint64_t turn;
-    std::size_t index;
-    bool operator<(const Next& other) const {
-      return level != other.level ? level > other.level : turn > other.turn;
-    }
-  };
   const float sign = side == 1 ? 1.0F : -1.0F;
-  std::priority_queue<Next> queue;
+  std::priority_queue<Waiting<float>> queue;
   Mask waits(inside.size());
   Mask grown(inside.size());
   std::uint64_t turn = 0;
