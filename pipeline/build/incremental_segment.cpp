@@ -9,6 +9,7 @@
 #include "pipeline/build/corrections.h"
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/build/learned_prior.h"
+#include "pipeline/build/tried_seeds.h"
 #include "pipeline/report/overlay.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/painting.h"
@@ -73,7 +74,11 @@ const Segmentation& IncrementalBuild::segmentation() {
                     " the edited segment/labels.nii.gz does not fit the images that were imported "
                     "since; import as before, or make it anew with --discard-edits");
     }
-    if (edited) ask_for_leaks(context);
+    if (edited) {
+      ask_for_leaks(context);
+      // What was painted stays, whatever a seed says.
+      for (LeakAlarm& alarm : segmentation_->alarms) alarm.seeds.clear();
+    }
   }
   note_segmentation();
   return *segmentation_;
@@ -130,12 +135,12 @@ void IncrementalBuild::segment() {
     run(Stage::Segment, [&](StageContext& context) {
       const Exam& images = exam();
       const Corrections corrections = corrections_for(images, orders_, context);
+      std::optional<prior::PriorCycle> learned;
       try {
-        const std::optional<prior::PriorCycle> learned =
-            wants_prior(corrections, orders_.recipe, images.stack.phase_count())
-                ? prior_of(images, orders_.recipe,
-                           context.part(0, kPriorShare, "what voxels look like"))
-                : std::nullopt;
+        if (wants_prior(corrections, orders_.recipe, images.stack.phase_count())) {
+          learned = prior_of(images, orders_.recipe,
+                             context.part(0, kPriorShare, "what voxels look like"));
+        }
         StageContext growing = learned ? context.part(kPriorShare, 1) : context;
         segmentation_ = segment_with(images, corrections, orders_.recipe.segment, growing,
                                      learned ? &*learned : nullptr);
@@ -148,7 +153,11 @@ void IncrementalBuild::segment() {
       // Labels given stay as they are, whatever a seed says: where they leak, they must be painted.
       const std::vector<int>& given = corrections.known.phases;
       for (LeakAlarm& alarm : segmentation_->alarms) {
-        if (std::binary_search(given.begin(), given.end(), alarm.phase)) alarm.seed.reset();
+        if (std::binary_search(given.begin(), given.end(), alarm.phase)) alarm.seeds.clear();
+      }
+      if (study_) {  // without, no report offers them
+        try_seeds(images, corrections, orders_.recipe.segment, learned ? &*learned : nullptr,
+                  *segmentation_, context);
       }
       leave(Stage::Segment, new_record(Stage::Segment), [&] {
         const double interval_s = exam().stack.frame_interval_s();

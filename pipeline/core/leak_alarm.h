@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "runtime/atlas/structures.h"
 #include "runtime/base/geometry.h"
@@ -35,13 +36,14 @@ struct LeakSeed {
 struct LeakAlarm {
   LeakKind kind{};
   Structure structure{};
-  int phase = 0;                      ///< the worst
-  Vec3 lps_mm = Vec3::Zero();         ///< where to look
-  double figure = 0;                  ///< [% of the largest volume] or [mm2]
-  double limit = 0;                   ///< same unit; figure > limit
-  std::string sentence;               ///< for the user: what, where, what to do
-  std::optional<LeakSeed> seed = {};  ///< none: labels do not tell what leaked, an eye must
-  int sign = 0;                       ///< of a volume: 1 too much, -1 missing; else 0
+  int phase = 0;               ///< the worst
+  Vec3 lps_mm = Vec3::Zero();  ///< where to look
+  double figure = 0;           ///< [% of the largest volume] or [mm2]
+  double limit = 0;            ///< same unit; figure > limit
+  std::string sentence;        ///< for the user: what, where, what to do
+  /// That together push it back. None: labels do not tell what leaked, an eye must.
+  std::vector<LeakSeed> seeds = {};
+  int sign = 0;  ///< of a volume: 1 too much, -1 missing; else 0
 };
 
 }  // namespace beatlas

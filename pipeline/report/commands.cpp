@@ -22,19 +22,23 @@ std::vector<std::string> correcting_commands(const Place& place, bool drawn,
   const std::string build = build_command(has_made_package);
   if (drawn) return {build};
   char text[160];
-  if (!place.seed) {
+  if (place.seeds.empty()) {
     // Whether an uncertain boundary is wrong, and which way, only the image tells.
     std::snprintf(text, sizeof text,
                   "beatlas seeds . add --label LABEL --lps=%.1f,%.1f,%.1f --phase %d",
                   place.lps_mm[0], place.lps_mm[1], place.lps_mm[2], place.phase);
     return {text, build};
   }
-  const LeakSeed& seed = *place.seed;
-  std::snprintf(text, sizeof text,
-                "beatlas seeds . add --label %s --lps=%.1f,%.1f,%.1f --phase %d --radius %.1f",
-                std::string(kLabelWords.at(seed.label)).c_str(), seed.lps_mm[0], seed.lps_mm[1],
-                seed.lps_mm[2], seed.phase, seed.radius_mm);
-  return {text, build};
+  std::vector<std::string> out;
+  for (const LeakSeed& seed : place.seeds) {
+    std::snprintf(text, sizeof text,
+                  "beatlas seeds . add --label %s --lps=%.1f,%.1f,%.1f --phase %d --radius %.1f",
+                  std::string(kLabelWords.at(seed.label)).c_str(), seed.lps_mm[0], seed.lps_mm[1],
+                  seed.lps_mm[2], seed.phase, seed.radius_mm);
+    out.emplace_back(text);
+  }
+  out.push_back(build);
+  return out;
 }
 
 WaysToFind ways_to_find(const std::vector<Structure>& missing, int phase, bool drawn,

@@ -73,7 +73,8 @@ std::vector<Place> leak_places(const Segmentation& segmentation) {
   for (const LeakAlarm& alarm : segmentation.alarms) {
     out.push_back({Place::Kind::Leak, alarm.structure, alarm.phase, alarm.lps_mm,
                    title_of(alarm) + ": " + structure_words(alarm.structure), alarm.sentence,
-                   std::string(leak_kind_name(alarm.kind)), alarm.figure, alarm.limit, alarm.seed});
+                   std::string(leak_kind_name(alarm.kind)), alarm.figure, alarm.limit,
+                   alarm.seeds});
   }
   return out;
 }

@@ -20,7 +20,7 @@ struct Place {
   std::string alarm = {};  ///< of a leak: its kind, see leak_kind_name
   double figure = 0;       ///< of a leak: how large it is, [mm2] or [% of the largest volume]
   double limit = 0;        ///< same unit
-  std::optional<LeakSeed> seed = {};  ///< that corrects it
+  std::vector<LeakSeed> seeds = {};  ///< that together correct it, tried
 };
 
 /// "the left ventricle's blood" and the like.

@@ -29,12 +29,16 @@ constexpr double kAirShare = 0.4;     ///< of muscle: darker is lung or air
 /// swings so much, over 6 mm, when it moves by 0.1 mm (standard deviation).
 constexpr double kStillShare = 0.02;
 constexpr double kLumpMm = 6;  ///< half a leak's width
+/// Of the seeds against one leak: so many a person still reads, and none beside another's ball.
+constexpr std::size_t kMostSeeds = 8;
+constexpr double kSeedsApartMm = 12;
 
 /// A patch in one phase.
 struct Finding {
   double area_mm2 = 0;
   double share = 0;           ///< of the structure's surface, all patches together
   Vec3 index = Vec3::Zero();  ///< in the source's grid
+  std::vector<Vec3> spread;   ///< the same of places all over it
 };
 
 Vec3 source_index(const Box& box, const Vec3& index) {
@@ -125,7 +129,10 @@ class Alarms {
             place_of(cine_.grid(), found.index) +
             "; look there for a leak and correct it with seeds or by painting the labels";
     add(kind, structure, static_cast<int>(worst), found.index, found.area_mm2, limit_mm2, text);
-    alarms_.back().seed = seed_under(alarms_.back(), all_);
+    for (const Vec3& at : found.spread) {
+      const auto seed = seed_under(alarms_.back(), cine_.grid().mm_from_index * at, all_);
+      if (seed) alarms_.back().seeds.push_back(*seed);
+    }
   }
 
   void volumes(Structure structure, const std::vector<double>& curve) {
@@ -137,8 +144,7 @@ class Alarms {
                                        (jump.first + jump.count) % n, jump.beyond > 0);
       add_volume(LeakKind::VolumeJump, structure, jump.worst, index, std::abs(jump.beyond),
                  jump.beyond > 0, "what the phases beside it foretell", curve);
-      alarms_.back().seed = seed_beside(alarms_.back(), all_, (jump.first + n - 1) % n,
-                                        (jump.first + jump.count) % n);
+      seed_beside_last((jump.first + n - 1) % n, (jump.first + jump.count) % n);
     }
     const double step = closing_step(curve);
     if (!(step > limit)) return;
@@ -150,7 +156,7 @@ class Alarms {
     add_volume(LeakKind::OpenCycle, structure, worst, index, step, true,
                first_is_larger ? "what the last phase foretells" : "what the first phase foretells",
                curve);
-    alarms_.back().seed = seed_beside(alarms_.back(), all_, other, other);
+    seed_beside_last(other, other);
   }
 
   [[nodiscard]] std::vector<LeakAlarm> take() { return std::move(alarms_); }
@@ -160,6 +166,11 @@ class Alarms {
            double limit, std::string sentence) {
     alarms_.push_back({kind, structure, phase, cine_.grid().mm(index[0], index[1], index[2]),
                        figure, limit, std::move(sentence)});
+  }
+
+  void seed_beside_last(int before, int after) {
+    LeakAlarm& alarm = alarms_.back();
+    if (const auto seed = seed_beside(alarm, all_, before, after)) alarm.seeds.push_back(*seed);
   }
 
   void add_volume(LeakKind kind, Structure structure, int phase, const Vec3& index, double share,
@@ -270,6 +281,9 @@ Finding patch_of(const Grid& grid, const Box& box, const std::vector<SurfacePoin
   found.area_mm2 = patch.area_mm2;
   found.share = of_them / all;
   found.index = source_index(box, points[patch.middle].index);
+  for (const std::size_t p : spread_over(patch, grid, points, kMostSeeds, kSeedsApartMm)) {
+    found.spread.push_back(source_index(box, points[p].index));
+  }
   return found;
 }
 

@@ -48,11 +48,19 @@ Vec3 way_in(const LabelCycle& labels, int phase, const Vec3& index) {
   return sum.norm() > 0 ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
 }
 
+/// To what a command says: what is tried is what a person then runs.
+double in_tenths(double mm) { return std::round(mm * 10) / 10; }
+
+LeakSeed seed_at(std::uint8_t label, const Vec3& lps_mm, double radius_mm, int phase) {
+  return {label, lps_mm.unaryExpr(&in_tenths), in_tenths(radius_mm), phase};
+}
+
 }  // namespace
 
-std::optional<LeakSeed> seed_under(const LeakAlarm& alarm, const LabelCycle& labels) {
+std::optional<LeakSeed> seed_under(const LeakAlarm& alarm, const Vec3& lps_mm,
+                                   const LabelCycle& labels) {
   if (alarm.structure != Structure::Heart) return std::nullopt;
-  const Vec3 surface = labels.grid.mm_from_index.inverse() * alarm.lps_mm;
+  const Vec3 surface = labels.grid.mm_from_index.inverse() * lps_mm;
   const Vec3 in_mm = way_in(labels, alarm.phase, surface);
   const Vec3 in = in_mm.cwiseQuotient(labels.grid.spacing_mm());
   if (in.isZero()) return std::nullopt;
@@ -76,8 +84,8 @@ std::optional<LeakSeed> seed_under(const LeakAlarm& alarm, const LabelCycle& lab
   if (to >= kDeepestMm) leak_mm = std::min(leak_mm, 2 * kMostRadiusMm);
   if (leak_mm < kLeastLeakMm) return std::nullopt;
   const Vec3 middle = surface + (from + leak_mm / 2) * in;
-  LeakSeed out{kLabelBackground, labels.grid.mm_from_index * middle,
-               std::clamp(leak_mm / 2, kLeastRadiusMm, kMostRadiusMm), -1};
+  LeakSeed out = seed_at(kLabelBackground, labels.grid.mm_from_index * middle,
+                         std::clamp(leak_mm / 2, kLeastRadiusMm, kMostRadiusMm), -1);
   for (int phase = 0; phase < labels.phase_count(); ++phase) {
     const std::uint8_t there = label_at(labels, phase, middle).value_or(kLabelBackground);
     if (there != first && there != kLabelBackground) out.phase = alarm.phase;
@@ -95,7 +103,7 @@ std::optional<LeakSeed> seed_beside(const LeakAlarm& alarm, const LabelCycle& la
   };
   const auto then = at(before);
   if (!then || then != at(after) || then == at(alarm.phase)) return std::nullopt;
-  return LeakSeed{*then, alarm.lps_mm, kJumpRadiusMm, alarm.phase};
+  return seed_at(*then, alarm.lps_mm, kJumpRadiusMm, alarm.phase);
 }
 
 }  // namespace beatlas::segment

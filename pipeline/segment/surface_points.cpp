@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "pipeline/core/slices.h"
@@ -175,14 +176,38 @@ Patch largest_patch(const Grid& grid, const std::vector<SurfacePoint>& points,
     if (chosen[p] != 0 && find(p) == patch) centre += points[p].area_mm2 * points[p].index;
   }
   centre /= *largest;
-  Patch out{*largest, patch};
+  Patch out{*largest, patch, {}};
   double nearest = -1;
   for (std::size_t p = 0; p < points.size(); ++p) {
     if (chosen[p] == 0 || find(p) != patch) continue;
+    out.points.push_back(p);
     const double away = (points[p].index - centre).cwiseProduct(spacing).squaredNorm();
     if (nearest >= 0 && away >= nearest) continue;
     nearest = away;
     out.middle = p;
+  }
+  return out;
+}
+
+std::vector<std::size_t> spread_over(const Patch& patch, const Grid& grid,
+                                     const std::vector<SurfacePoint>& points, std::size_t most,
+                                     double apart_mm) {
+  std::vector<std::size_t> out;
+  if (patch.points.empty()) return out;
+  const Vec3 spacing = grid.spacing_mm();
+  std::vector<double> away2(patch.points.size(), std::numeric_limits<double>::max());
+  std::size_t next = patch.middle;
+  while (out.size() < most) {
+    out.push_back(next);
+    double farthest = 0;
+    for (std::size_t p = 0; p < patch.points.size(); ++p) {
+      const Vec3 apart = points[patch.points[p]].index - points[out.back()].index;
+      away2[p] = std::min(away2[p], apart.cwiseProduct(spacing).squaredNorm());
+      if (away2[p] <= farthest) continue;
+      farthest = away2[p];
+      next = patch.points[p];
+    }
+    if (farthest < apart_mm * apart_mm) break;
   }
   return out;
 }

@@ -29,10 +29,17 @@ struct SurfacePoint {
 struct Patch {
   double area_mm2 = 0;
   std::size_t middle = 0;  ///< the point nearest to the patch's centre
+  std::vector<std::size_t> points;
 };
 
 /// The largest connected patch of the points for which `chosen` is not 0; area 0 if there is none.
 [[nodiscard]] Patch largest_patch(const Grid& grid, const std::vector<SurfacePoint>& points,
                                   const std::vector<std::uint8_t>& chosen);
+
+/// Points of a patch that lie evenly over it: its middle, then each time the one farthest from
+/// those before, at most `most` and none nearer to another than `apart_mm`.
+[[nodiscard]] std::vector<std::size_t> spread_over(const Patch& patch, const Grid& grid,
+                                                   const std::vector<SurfacePoint>& points,
+                                                   std::size_t most, double apart_mm);
 
 }  // namespace beatlas::segment

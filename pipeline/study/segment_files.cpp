@@ -62,12 +62,12 @@ json alarms_to_json(const std::vector<LeakAlarm>& alarms) {
                    {"limit", alarm.limit},
                    {"sentence", alarm.sentence},
                    {"sign", alarm.sign}});
-    if (!alarm.seed) continue;
-    const LeakSeed& seed = *alarm.seed;
-    out.back()["seed"] = {{"label", seed.label},
-                          {"lps_mm", {seed.lps_mm[0], seed.lps_mm[1], seed.lps_mm[2]}},
-                          {"radius_mm", seed.radius_mm},
-                          {"phase", seed.phase}};
+    for (const LeakSeed& seed : alarm.seeds) {
+      out.back()["seeds"].push_back({{"label", seed.label},
+                                     {"lps_mm", {seed.lps_mm[0], seed.lps_mm[1], seed.lps_mm[2]}},
+                                     {"radius_mm", seed.radius_mm},
+                                     {"phase", seed.phase}});
+    }
   }
   return out;
 }
@@ -87,6 +87,15 @@ LeakSeed seed_from_json(const json& value, const std::string& path, int phases) 
   return seed;
 }
 
+std::vector<LeakSeed> seeds_from_json(const json& list, const std::string& path, int phases) {
+  if (!list.is_array()) throw_invalid(path + " must be a list");
+  std::vector<LeakSeed> out;
+  for (std::size_t at = 0; at < list.size(); ++at) {
+    out.push_back(seed_from_json(list[at], path + "/" + std::to_string(at), phases));
+  }
+  return out;
+}
+
 void read_alarms(const json& list, const std::string& path, int phases, Segmentation& out) {
   if (!list.is_array()) throw_invalid(path + " must be a list");
   for (std::size_t at = 0; at < list.size(); ++at) {
@@ -104,7 +113,10 @@ void read_alarms(const json& list, const std::string& path, int phases, Segmenta
     object.read("limit", alarm.limit, 0.0, kMost);
     object.read("sentence", alarm.sentence);
     object.read("sign", alarm.sign, -1, 1);
-    if (object.has("seed")) alarm.seed = seed_from_json(object.at("seed"), here + "/seed", phases);
+    if (object.has("seeds")) {
+      alarm.seeds = seeds_from_json(object.at("seeds"), here + "/seeds", phases);
+    }
+    if (object.has("seed")) (void)object.at("seed");  // of an earlier program, which tried none
     object.finish();
     const auto known_kind = leak_kind_from_name(kind);
     const auto known_structure = structure_from_name(structure);

@@ -7,6 +7,7 @@ it is not, what needs it is skipped.
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -166,10 +167,31 @@ def heart_in_touch(file, phases=6):
     return numpy.stack(inside, -1), {"version": 1, "seeds": seeds}
 
 
+def elsewhere_ml(before, after, balls, voxel_ml):
+    """The largest change of a label in a phase, outside of what hangs together with a change in a ball."""
+    differs = before != after
+    inside = numpy.zeros(differs.shape, bool)
+    place = numpy.moveaxis(numpy.indices(differs.shape[:3]), 0, -1) * numpy.array((2.0, 2, 3))
+    for lps, radius, phase in balls:
+        ball = (numpy.abs(place - lps) <= radius + 1.5).all(axis=-1)
+        inside[..., slice(None) if phase < 0 else slice(phase, phase + 1)] |= ball[..., None]
+    # Twice around the beat, which has no first phase.
+    lumps, _ = scipy.ndimage.label(numpy.concatenate((differs, differs), axis=3))
+    within = numpy.isin(lumps, numpy.unique(lumps[numpy.concatenate((inside & differs,) * 2, axis=3)]))
+    count = differs.shape[3]
+    differs &= ~(within[..., :count] | within[..., count:])
+    gained = [numpy.where(differs, (after == label) * 1 - (before == label), 0).sum(axis=(0, 1, 2))
+              for label in range(8)]
+    return voxel_ml * numpy.abs(gained).max()
+
+
 def offered():
-    """The commands that the report offers for a leak, run as they stand, lessen its alarm and harm nothing."""
+    """What the report offers for a leak, run as it stands, halves its alarm and changes nothing else."""
     images, folder, package = WORK / "offered.nii.gz", new_folder("offered"), WORK / "offered.beatlas"
     truth, seeds = heart_in_touch(images)
+    # Where the tubes end the image has no edge: what lies beyond is marked, too.
+    seeds["seeds"] += [{"label": 0, "lps_mm": [108 + across, 59, 3 * k], "radius_mm": 4, "phase": -1}
+                       for k in (0, 1, 28, 29) for across in (0, -40)]
     marks = WORK / "offered_seeds.json"
     marks.write_text(json.dumps(seeds))
     package.unlink(missing_ok=True)
@@ -192,18 +214,25 @@ def offered():
     assert leaked_ml > 20, leaked_ml
     lost_at_first = lost_ml
     paths = os.pathsep.join((str(pathlib.Path(PROGRAM).parent), os.environ["PATH"]))
-    for turn in range(2):
-        command = next(place for place in leaks if place["commands"][0].startswith("beatlas seeds")
-                       and "LABEL" not in place["commands"][0])
-        for words in command["commands"]:
-            subprocess.run(words, shell=True, check=True, cwd=folder, env=dict(os.environ, PATH=paths),
-                           capture_output=True)
-        kind, before = command["alarm"], (leaked_ml, sizes[command["alarm"]])
-        leaks, leaked_ml, lost_ml, sizes = seen()
-        print(f"{kind}: {before[1]} mm2, {before[0]:.1f} ml; then {sizes.get(kind, 0)} mm2, {leaked_ml:.1f} ml; "
-              f"{lost_ml:.1f} ml lost")
-        assert leaked_ml <= before[0] and sizes.get(kind, 0) < before[1], (turn, before, leaked_ml, sizes)
-        assert lost_ml < lost_at_first + 2, "a seed in what leaked, not in the heart"
+    tried = [place for place in leaks if place["commands"][0].startswith("beatlas seeds")
+             and "LABEL" not in place["commands"][0]]
+    assert tried, [place["commands"] for place in leaks]
+    offer = tried[0]
+    before, labels = sizes[offer["alarm"]], labels_of(folder)
+    balls = []
+    for words in offer["commands"]:
+        subprocess.run(words, shell=True, check=True, cwd=folder, env=dict(os.environ, PATH=paths),
+                       capture_output=True)
+        if "--lps=" in words:
+            place, radius, phase = (re.search(rf"--{name}[= ](\S+)", words)[1] for name in ("lps", "radius", "phase"))
+            balls.append((numpy.array(place.split(","), float), float(radius), int(phase)))
+    leaks, left_ml, lost_ml, sizes = seen()
+    changed_ml = elsewhere_ml(labels, labels_of(folder), balls, voxel_ml)
+    after = sizes.get(offer["alarm"], 0)
+    print(f"{offer['alarm']}, {len(balls)} seeds: {before} mm2, {leaked_ml:.1f} ml leaked; then {after} mm2, "
+          f"{left_ml:.1f} ml; {lost_ml:.1f} ml lost ({lost_at_first:.1f}), {changed_ml:.2f} ml changed elsewhere")
+    assert after <= 0.5 * before and changed_ml <= 1 and left_ml <= leaked_ml
+    assert lost_ml < lost_at_first + 2, "seeds in what leaked, not in the heart"
     told = json.loads((folder / "report.json").read_text())
     assert any(place["kind"] == "leak" for place in told["before"]["places"])
 

@@ -125,10 +125,12 @@ TEST(Commands, AreOurOwnWhateverIsWrong) {
   EXPECT_EQ(correcting_commands(place, false),
             (std::vector<std::string>{
                 "beatlas seeds . add --label LABEL --lps=1.0,-2.0,3.0 --phase 4", build}));
-  place.seed = LeakSeed{kLabelBackground, Vec3(5, 6, 7), 2.5, 3};
+  place.seeds = {{kLabelBackground, Vec3(5, 6, 7), 2.5, 3}, {kLabelRvBlood, Vec3(8, 9, 1), 4, -1}};
   EXPECT_EQ(correcting_commands(place, false),
             (std::vector<std::string>{"beatlas seeds . add --label background --lps=5.0,6.0,7.0 "
                                       "--phase 3 --radius 2.5",
+                                      "beatlas seeds . add --label rv_blood --lps=8.0,9.0,1.0 "
+                                      "--phase -1 --radius 4.0",
                                       build}));
   EXPECT_EQ(correcting_commands(place, true), std::vector<std::string>{build});
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -44,8 +45,12 @@ LeakAlarm at_left(double rest_mm, double muscle_mm, LeakKind kind = LeakKind::No
   return {kind, Structure::Heart, 1, Vec3(55 - 12 - muscle_mm - rest_mm, 30, 8), 500, 200, ""};
 }
 
+std::optional<LeakSeed> under(const LeakAlarm& alarm, const LabelCycle& labels) {
+  return seed_under(alarm, alarm.lps_mm, labels);
+}
+
 TEST(SeedUnder, lies_in_the_middle_of_what_is_more_than_a_wall) {
-  const auto seed = seed_under(at_left(20, 9), disc(20, 9));
+  const auto seed = under(at_left(20, 9), disc(20, 9));
   ASSERT_TRUE(seed);
   EXPECT_EQ(seed->label, kLabelBackground);
   EXPECT_EQ(seed->phase, -1);
@@ -61,7 +66,7 @@ TEST(SeedUnder, lies_right_under_the_surface_of_a_heart_without_chambers) {
       if (label != kLabelBackground) label = kLabelRestOfHeart;
     }
   }
-  const auto seed = seed_under(at_left(20, 9), labels);
+  const auto seed = under(at_left(20, 9), labels);
   ASSERT_TRUE(seed);
   EXPECT_NEAR((seed->lps_mm - Vec3(14 + 6, 30, 8)).norm(), 0, 1.5);
   EXPECT_NEAR(seed->radius_mm, 6, 1e-9);
@@ -70,19 +75,19 @@ TEST(SeedUnder, lies_right_under_the_surface_of_a_heart_without_chambers) {
 TEST(SeedUnder, is_of_one_phase_where_the_place_is_muscle_in_another) {
   LabelCycle labels = disc(20, 9);
   labels.phases[2] = disc(0, 25).phases[0];
-  const auto seed = seed_under(at_left(20, 9), labels);
+  const auto seed = under(at_left(20, 9), labels);
   ASSERT_TRUE(seed);
   EXPECT_EQ(seed->phase, 1);
 }
 
 TEST(SeedUnder, is_not_offered_where_a_wall_lies_under_the_surface) {
-  EXPECT_FALSE(seed_under(at_left(4, 9), disc(4, 9)));
-  EXPECT_FALSE(seed_under(at_left(0, 12), disc(0, 12))) << "the LV's wall against the diaphragm";
-  EXPECT_TRUE(seed_under(at_left(0, 26), disc(0, 26))) << "no LV is as thick";
-  EXPECT_TRUE(seed_under(at_left(0, 12, LeakKind::Air), disc(0, 12))) << "lung is no wall";
+  EXPECT_FALSE(under(at_left(4, 9), disc(4, 9)));
+  EXPECT_FALSE(under(at_left(0, 12), disc(0, 12))) << "the LV's wall against the diaphragm";
+  EXPECT_TRUE(under(at_left(0, 26), disc(0, 26))) << "no LV is as thick";
+  EXPECT_TRUE(under(at_left(0, 12, LeakKind::Air), disc(0, 12))) << "lung is no wall";
   LeakAlarm of_blood = at_left(20, 9);
   of_blood.structure = Structure::LvBlood;
-  EXPECT_FALSE(seed_under(of_blood, disc(20, 9)));
+  EXPECT_FALSE(under(of_blood, disc(20, 9)));
 }
 
 TEST(SeedBeside, is_what_the_phases_beside_say) {

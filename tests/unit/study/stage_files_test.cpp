@@ -112,9 +112,16 @@ Segmentation make_segmentation() {
       kPhases, std::vector<SliceBelief>(static_cast<std::size_t>(out.labels.grid.size[2]),
                                         {812.5, 0.1, 700.3}));
   out.warnings = {"thin"};
-  out.alarms = {{LeakKind::StillTissue, Structure::RvBlood, 1, Vec3(0.1, -2.0 / 3, 7), 812.5, 200,
+  out.alarms = {{LeakKind::StillTissue,
+                 Structure::RvBlood,
+                 1,
+                 Vec3(0.1, -2.0 / 3, 7),
+                 812.5,
+                 200,
                  "it follows an edge that does not beat",
-                 LeakSeed{kLabelLvMyocardium, Vec3(1.0 / 3, 2, 3), 4.5, -1}, -1}};
+                 {{kLabelLvMyocardium, Vec3(1.0 / 3, 2, 3), 4.5, -1},
+                  {kLabelBackground, Vec3(4, 5, 6), 2, 0}},
+                 -1}};
   return out;
 }
 
@@ -149,11 +156,13 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
   EXPECT_EQ(again.alarms[0].limit, alarm.limit);
   EXPECT_EQ(again.alarms[0].sentence, alarm.sentence);
   EXPECT_EQ(again.alarms[0].sign, -1);
-  ASSERT_TRUE(again.alarms[0].seed);
-  EXPECT_EQ(again.alarms[0].seed->label, alarm.seed->label);
-  EXPECT_EQ(again.alarms[0].seed->lps_mm, alarm.seed->lps_mm);
-  EXPECT_EQ(again.alarms[0].seed->radius_mm, alarm.seed->radius_mm);
-  EXPECT_EQ(again.alarms[0].seed->phase, alarm.seed->phase);
+  ASSERT_EQ(again.alarms[0].seeds.size(), 2U);
+  for (std::size_t s = 0; s < 2; ++s) {
+    EXPECT_EQ(again.alarms[0].seeds[s].label, alarm.seeds[s].label);
+    EXPECT_EQ(again.alarms[0].seeds[s].lps_mm, alarm.seeds[s].lps_mm);
+    EXPECT_EQ(again.alarms[0].seeds[s].radius_mm, alarm.seeds[s].radius_mm);
+    EXPECT_EQ(again.alarms[0].seeds[s].phase, alarm.seeds[s].phase);
+  }
   ASSERT_EQ(again.base_cuts.size(), 1U);
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).base_step, -1);
   EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).k,
