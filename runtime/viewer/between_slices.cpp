@@ -9,14 +9,14 @@ namespace {
 constexpr double kStepOfPixel = 1.3;  ///< between images, at least 1.5 mm
 constexpr double kLeastStepMm = 1.5;
 constexpr int kMostParts = 16;
-constexpr double kNearMm = 4;         ///< a surface so near has the say
-constexpr double kStayWeight = 0.02;  ///< of staying where one is
-constexpr int kIterations = 6;
+constexpr double kNearMm = 4;          ///< standard deviation of how far a surface has the say
+constexpr double kLeastWeight = 0.01;  ///< of a surface; farther ones have none
+constexpr double kStayWeight = 0.02;   ///< of staying where one is
+constexpr int kSteps = 6;              ///< of Newton's method towards the same distance
 constexpr double kMostStepMm = 5;
-constexpr double kMostWayMm = 25;
 constexpr double kLeastSlope = 0.05;  ///< square of a gradient's part in the slice
-constexpr double kCloseMm = 0.3;      ///< distances that are the same
-constexpr double kFarMm = 9;          ///< from every surface: nothing tells a way
+constexpr double kEnoughMm = 0.1;     ///< distances that are the same
+constexpr double kSameMm = 1;         ///< standard deviation of distances that may be
 
 std::size_t n(int value) { return static_cast<std::size_t>(value); }
 
@@ -81,31 +81,30 @@ BetweenSlices::Way BetweenSlices::way_at(const Vec3& index, double t) const {
     double wanted = kStayWeight;
     for (const auto& field : fields_) {
       const double distance = field->sample(x, t).distance_mm;
-      if (std::abs(distance) > kFarMm || distance >= field->payload().outer_mm ||
+      const double weight = std::exp(-0.5 * distance * distance / (kNearMm * kNearMm));
+      if (weight < kLeastWeight || distance >= field->payload().outer_mm ||
           distance <= -field->payload().inner_mm) {
         continue;
       }
-      const double weight = std::exp(-0.5 * distance * distance / (kNearMm * kNearMm));
       wanted += weight;
       Vec2 moved = Vec2::Zero();
-      for (int n = 0; n < kIterations; ++n) {
+      double off = 0;
+      for (int n = 0;; ++n) {
         const Vec3 at = from + moved.x() * right + moved.y() * up;
         const field::FieldSample here = field->sample(at, t);
-        const double off = distance - here.distance_mm;
-        if (std::abs(off) < kCloseMm) {
-          sum += weight * moved;
-          found += weight;
-          break;
-        }
+        off = distance - here.distance_mm;
+        if (n == kSteps || std::abs(off) < kEnoughMm) break;
         const Vec3 gradient =
             here.gradient.squaredNorm() > 0.25 ? here.gradient : field->normal(here, at);
         const Vec2 slope(gradient.dot(right), gradient.dot(up));
-        if (slope.squaredNorm() < kLeastSlope) break;
-        Vec2 step = off / slope.squaredNorm() * slope;
+        Vec2 step = off / std::max(slope.squaredNorm(), kLeastSlope) * slope;
         if (step.norm() > kMostStepMm) step *= kMostStepMm / step.norm();
         moved += step;
-        if (moved.norm() > kMostWayMm) break;
       }
+      // By degrees: where some places are found and their neighbours are not, walls get ragged.
+      const double same = std::exp(-0.5 * off * off / (kSameMm * kSameMm));
+      sum += weight * same * moved;
+      found += weight * same;
     }
     sum /= found;
     way.px[side] = {static_cast<std::int16_t>(std::lround(kUnits * sum.x() / edges[0])),
