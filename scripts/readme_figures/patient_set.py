@@ -6,7 +6,8 @@ from measuring import ROOT, Missing
 EXAM = "sunnybrook/SCD0000101"
 SIZE = "640x480"
 PICTURES = {"patient_ed.png": ("--phase", "ed"), "patient_es.png": ("--phase", "es"),
-            "patient_volume.png": ("--phase", "ed", "--volume", "blood")}
+            "patient_volume.png": ("--phase", "ed", "--volume", "blood"),
+            "patient_cut.png": ("--phase", "ed", "--cut", "four-chamber", "--view", "four-chamber", "--no-image")}
 
 
 def measure(tools):
@@ -22,6 +23,6 @@ def measure(tools):
 
 
 def text(values):
-    return ("A failing heart at end-diastole and end-systole, and its blood as a volume, built from the exam SCD0000101 of the "
+    return ("A failing heart at end-diastole and end-systole, and its blood as a volume and a cut, built from the exam SCD0000101 of the "
             "Sunnybrook Cardiac Data (CC0) with no option: `beatlas-play PACKAGE --screenshot FILE` with "
             + ", ".join(f"`{words}`" for words in values.values()) + ".")
