@@ -93,11 +93,21 @@ const std::vector<Knob>& bench_knobs() {
        Exact,
        Surface,
        {{"/mesh/edge_mm", {1.5, 2.0, 4.0}, {2.0, 4.0}}}},
+      {"level-of-detail",
+       "level of detail: triangle edge [mm]",
+       Exact,
+       Surface,
+       {{"/level/edge_mm", {2.0, 3.0, 4.0, 8.0}, {2.0, 4.0}}}},
       {"draco",
        "step of surfaces [mm]",
        Exact,
        Surface,
        {{"/pack/surface_step_mm", {0.0025, 0.01, 0.04, 0.16}, {0.01, 0.16}}}},
+      {"volume-step",
+       "step of the volume, times the noise",
+       Images,
+       Volume,
+       {{"/pack/volume_step", {0.5, 1.0, 2.0, 4.0, 8.0}, {2.0, 8.0}}}},
   };
   return knobs;
 }
@@ -150,7 +160,8 @@ std::vector<BenchRun> plan_runs(const std::vector<Knob>& knobs,
 }
 
 std::string first_difference(const json& one, const json& other) {
-  for (const char* stage : {"phantom", "segment", "register", "field", "mesh", "pack", "query"}) {
+  for (const char* stage :
+       {"phantom", "segment", "register", "field", "mesh", "level", "pack", "query"}) {
     if (one.value(stage, json()) != other.value(stage, json())) return stage;
   }
   return "";
@@ -164,6 +175,8 @@ std::string_view family_name(Family family) {
       return "field";
     case Family::Surface:
       return "surface";
+    case Family::Volume:
+      return "volume";
     case Family::Published:
       break;
   }

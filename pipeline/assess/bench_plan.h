@@ -20,12 +20,13 @@ enum class Sweep {
 enum class Family {
   Field,      ///< the scene palpation: the heart's field; ventricles from a second package
   Surface,    ///< the scene anatomy: surfaces
+  Volume,     ///< the images around the heart, as the scene full has them
   Published,  ///< paper A: the digitised labels, no package
 };
 
 /// One option, by its place in the settings, and what it is set to.
 struct KnobAxis {
-  std::string pointer;  ///< JSON pointer: /field/voxel_mm as in a recipe, /query/space, ...
+  std::string pointer;  ///< JSON pointer: /field/voxel_mm as in a recipe, /query/space, /level/...
   std::vector<nlohmann::json> values;
   std::vector<nlohmann::json> quick;  ///< with --quick
 };
@@ -57,7 +58,7 @@ struct BenchRun {
   bool ventricles = true;   ///< as the knob's; the default run always measures them
 };
 
-/// @param defaults a recipe with all options, and the sections "phantom" and "query"
+/// @param defaults a recipe with all options, and the sections "phantom", "level" and "query"
 /// @param only names of knobs; empty = all
 /// @throws Error{Usage} for a name that is no knob's, listing those that are.
 [[nodiscard]] std::vector<BenchRun> plan_runs(const std::vector<Knob>& knobs,
@@ -65,10 +66,10 @@ struct BenchRun {
                                               const nlohmann::json& defaults, bool quick);
 
 /// The first stage that the two settings make differ, of "phantom", "segment", "register", "field",
-/// "mesh", "pack", "query"; "" if none does.
+/// "mesh", "level", "pack", "query"; "" if none does.
 [[nodiscard]] std::string first_difference(const nlohmann::json& one, const nlohmann::json& other);
 
-/// "images" and "exact"; "field", "surface" and "published".
+/// "images" and "exact"; "field", "surface", "volume" and "published".
 [[nodiscard]] std::string_view sweep_name(Sweep sweep);
 [[nodiscard]] std::string_view family_name(Family family);
 

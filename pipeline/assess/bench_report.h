@@ -15,11 +15,18 @@
 
 namespace beatlas::assess {
 
+/// How the images around the heart come back, near it.
+struct VolumeErrors {
+  double of_noise = 0;  ///< rms off images without noise, over that of the images that were packed
+  double voxel_ns = 0;  ///< of wall time for a voxel at any moment of the beat
+};
+
 /// Figures of one run. Times are wall time on `BenchReport::threads` threads.
 struct BenchRow {
   BenchRun run;
   std::map<Structure, SurfaceErrors> errors;
-  std::optional<ForceErrors> force;  ///< none for surfaces
+  std::optional<ForceErrors> force;    ///< of fields and paper A's voxels
+  std::optional<VolumeErrors> volume;  ///< of a volume, which has no other errors
   std::map<std::string, double>
       stage_s;         ///< for the heart; segment and register for all structures
   double build_s = 0;  ///< of the stages that the knob concerns

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
+
+#include "pipeline/pack/volume_encoder.h"
 
 namespace beatlas::build {
 namespace {
@@ -78,6 +81,12 @@ HeartImages cut_images(const ImageCycle<float>& stack, double noise, const Stack
   HeartImages out = cut(stack, {{0, 0, 0}, stack.grid.size}, box);
   out.noise = noise;
   return out;
+}
+
+pack::PackedVolume packed_volume(HeartImages around, const Affine& workspace_from_lps,
+                                 const FieldCycle& heart, const pack::EncodeOptions& options) {
+  around.images.grid.mm_from_index = workspace_from_lps * around.images.grid.mm_from_index;
+  return pack::pack_volume(around.images, around.noise, heart, options);
 }
 
 }  // namespace beatlas::build

@@ -2,6 +2,8 @@
 /// The part of the stack around the heart, of which a package's volume is made.
 
 #include "pipeline/core/grid.h"
+#include "pipeline/core/shapes.h"
+#include "pipeline/pack/pack.h"
 
 namespace beatlas::build {
 
@@ -31,5 +33,10 @@ struct HeartImages {
 /// @param noise see HeartImages
 [[nodiscard]] HeartImages cut_images(const ImageCycle<float>& stack, double noise,
                                      const StackBox& box);
+
+/// The volume of a package. @throws as pack::pack_volume
+[[nodiscard]] pack::PackedVolume packed_volume(HeartImages around, const Affine& workspace_from_lps,
+                                               const FieldCycle& heart,
+                                               const pack::EncodeOptions& options);
 
 }  // namespace beatlas::build

@@ -7,7 +7,6 @@
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/build/package_content.h"
 #include "pipeline/build/report_facts.h"
-#include "pipeline/pack/volume_encoder.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/stage_files.h"
@@ -37,8 +36,8 @@ pack::PackedVolume IncrementalBuild::packed_volume(const FieldCycle& heart) {
       heart_images_ && heart_images_->box.holds(box)
           ? cut_images(*heart_images_, box)
           : cut_images(exam().stack.images, segment::noise_level(exam().stack.images), box);
-  around.images.grid.mm_from_index = *facts_.workspace_from_lps * around.images.grid.mm_from_index;
-  return pack::pack_volume(around.images, around.noise, heart, orders_.recipe.pack);
+  return build::packed_volume(std::move(around), *facts_.workspace_from_lps, heart,
+                              orders_.recipe.pack);
 }
 
 study::Wanted IncrementalBuild::wanted_pack(const Scene& scene) {

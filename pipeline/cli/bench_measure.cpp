@@ -1,9 +1,17 @@
 /// What is measured of a run, from the package it left.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "pipeline/assess/voxel_model.h"
+#include "pipeline/build/heart_images.h"
+#include "pipeline/build/surfaces.h"
 #include "pipeline/cli/bench_settings.h"
 #include "pipeline/formats/nifti.h"
+#include "pipeline/phantom/render.h"
+#include "pipeline/segment/tissue.h"
+#include "runtime/atlas/volume.h"
+#include "runtime/atlas/volume_payload.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -16,6 +24,7 @@ namespace {
 
 /// Below this the fields of the ventricles would double the time of the sweep.
 constexpr double kFinestOfVentriclesMm = 1.0;
+constexpr double kBetweenPhases = 0.43;  // of the beat: a moment that is no phase's
 constexpr double kCreaseMm = assess::TruthOptions{}.crease_band_mm;
 
 field::SpatialMode space_of(const json& settings) {
@@ -30,6 +39,31 @@ field::TemporalMode time_of(const json& settings) {
     if (settings.at("query").at("time") == field::mode_name(mode)) return mode;
   }
   throw Error(ErrorCode::Usage, "/query/time must be nearest, linear or cubic");
+}
+
+/// Voxels of a box of images that the heart comes within its outer_mm of in any phase.
+std::vector<std::size_t> voxels_near(const FieldCycle& heart, const Affine& workspace_from_index,
+                                     const Index3& size) {
+  const Grid& lattice = heart.distance_mm.grid;
+  const Affine lattice_from_index = lattice.mm_from_index.inverse() * workspace_from_index;
+  std::vector<std::size_t> out;
+  std::size_t v = 0;
+  for (int k = 0; k < size[2]; ++k) {
+    for (int j = 0; j < size[1]; ++j) {
+      for (int i = 0; i < size[0]; ++i, ++v) {
+        const Vec3 place = (lattice_from_index * Vec3(i, j, k)).array().round();
+        const Index3 at{static_cast<int>(place[0]), static_cast<int>(place[1]),
+                        static_cast<int>(place[2])};
+        if (!lattice.contains(at[0], at[1], at[2])) continue;
+        const std::size_t sample = lattice.offset(at[0], at[1], at[2]);
+        const auto is_near = [&](const std::vector<float>& phase) {
+          return static_cast<double>(phase[sample]) < heart.outer_mm;
+        };
+        if (std::ranges::any_of(heart.distance_mm.phases, is_near)) out.push_back(v);
+      }
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -70,6 +104,9 @@ BenchRow BenchRunner::measure(const assess::BenchRun& run, StageContext& context
       break;
     case Family::Surface:
       measure_surface(row, context);
+      break;
+    case Family::Volume:
+      measure_volume(row, context);
       break;
     case Family::Published:
       measure_published(row, context);
@@ -169,7 +206,22 @@ void BenchRunner::measure_surface(BenchRow& row, StageContext& context) {
   }
   costs.add("field", field(settings, sweep, Structure::Heart, context));
   costs.add("mesh", surface(settings, sweep, Structure::Heart, context));
-  const Package package = pack_surfaces(settings, sweep, structures, context);
+  std::vector<SurfaceCycle> surfaces;
+  std::vector<FieldCycle> fields;
+  for (const Structure structure : structures) {
+    surfaces.push_back(*surface(settings, sweep, structure, context).value);
+    fields.push_back(*field(settings, sweep, structure, context).value);
+  }
+  const mesh::MeshOptions made = recipe_of_settings(settings).mesh;
+  double edge_mm = made.edge_mm;
+  if (settings.at("level") != defaults_.at("level")) {
+    edge_mm = settings.at("level").at("edge_mm").get<double>();
+    const auto level = timed(
+        [&] { return build::surfaces_at_level(surfaces, fields, made, edge_mm, true, context); });
+    costs.add("level", level);
+    surfaces = *level.value;
+  }
+  const Package package = pack_surfaces(settings, surfaces, edge_mm, sweep, context);
   costs.add("pack", package);
   row.package_bytes = package.bytes;
   take_costs(row, costs);
@@ -195,6 +247,52 @@ void BenchRunner::measure_surface(BenchRow& row, StageContext& context) {
   }
   std::error_code ignored;
   fs::remove(package.file, ignored);
+}
+
+void BenchRunner::measure_volume(BenchRow& row, StageContext& context) {
+  const json& settings = row.run.settings;
+  const Sweep sweep = row.run.sweep;
+  const auto images = imaging(settings, context);
+  const auto heart = field(settings, sweep, Structure::Heart, context);
+  const Affine& map = shapes(settings, sweep, context).value->workspace_from_lps;
+  const ImageCycle<float>& stack = images.value->exam.stack.images;
+  const build::StackBox box = build::box_around(stack.grid, map, heart.value->distance_mm.grid, 0);
+  Costs costs;
+  const auto packed = timed([&] {
+    return build::packed_volume(build::cut_images(stack, segment::noise_level(stack), box), map,
+                                *heart.value, recipe_of_settings(settings).pack);
+  });
+  costs.add("pack", packed);
+  row.package_bytes = packed.value->entry.size();
+  take_costs(row, costs);
+  std::optional<atlas::VolumePayload> volume;
+  row.load_ms =
+      median_wall_ms(repeats_, [&] { volume = atlas::decode_volume(packed.value->entry); });
+
+  phantom::PhantomSpec clean = spec_of(spec_, settings);
+  clean.scanner.snr_blood = std::numeric_limits<double>::infinity();
+  const Cine truth = phantom::render(phantom::Phantom(clean), context).cine;
+  const build::HeartImages given = build::cut_images(stack, packed.value->noise, box);
+  const build::HeartImages wanted = build::cut_images(truth.images, 0, box);
+  const std::vector<std::size_t> near =
+      voxels_near(*heart.value, map * given.images.grid.mm_from_index, box.size);
+  double sum = 0;
+  double of_images = 0;
+  std::vector<float> found(volume->sample_count());
+  for (std::size_t p = 0; p < given.images.phases.size(); ++p) {
+    atlas::volume_intensities(*volume, static_cast<double>(p) / volume->phases, found);
+    for (const std::size_t v : near) {
+      const double right = wanted.images.phases[p][v];
+      sum += std::pow(static_cast<double>(found[v]) - right, 2);
+      of_images += std::pow(static_cast<double>(given.images.phases[p][v]) - right, 2);
+    }
+  }
+  assess::VolumeErrors errors;
+  errors.of_noise = std::sqrt(sum / of_images);
+  errors.voxel_ns = 1e6 / static_cast<double>(found.size()) * median_wall_ms(repeats_, [&] {
+                      atlas::volume_intensities(*volume, kBetweenPhases, found);
+                    });
+  row.volume = errors;
 }
 
 void BenchRunner::measure_published(BenchRow& row, StageContext& context) {

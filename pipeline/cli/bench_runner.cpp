@@ -71,6 +71,7 @@ std::string key_of(const json& settings, const std::string& stage) {
 
 build::Recipe recipe_of_settings(json settings) {
   settings.erase("phantom");
+  settings.erase("level");
   settings.erase("query");
   return build::recipe_from_json(settings);
 }
@@ -90,6 +91,7 @@ BenchRunner::BenchRunner(phantom::PhantomSpec spec, json defaults, int repeats, 
 json BenchRunner::default_settings(const phantom::PhantomSpec& spec) {
   json out = build::recipe_to_json(build::Recipe{});
   out["phantom"] = {{"matrix", 1.0}, {"phases", spec.phases}};
+  out["level"] = {{"edge_mm", out.at("mesh").at("edge_mm")}};
   out["query"] = {{"space", "cubic"}, {"time", "cubic"}};
   return out;
 }
@@ -241,20 +243,20 @@ BenchRunner::Package BenchRunner::pack_fields(const json& settings, Sweep sweep,
   return out;
 }
 
-BenchRunner::Package BenchRunner::pack_surfaces(const json& settings, Sweep sweep,
-                                                const std::vector<Structure>& structures,
+BenchRunner::Package BenchRunner::pack_surfaces(const json& settings,
+                                                const std::vector<SurfaceCycle>& surfaces,
+                                                double edge_mm, Sweep sweep,
                                                 StageContext& context) {
   const build::Recipe recipe = recipe_of_settings(settings);
   pack::PackageContent content;
   content.manifest = manifest(*imaging(settings, context).value,
                               *shapes(settings, sweep, context).value, "anatomy");
-  content.manifest.surface_edges_mm = {recipe.mesh.edge_mm};
-  for (const Structure structure : structures) {
-    const auto made = surface(settings, sweep, structure, context);
+  content.manifest.surface_edges_mm = {edge_mm};
+  for (const SurfaceCycle& surface : surfaces) {
     content.manifest.structures.push_back(
-        {std::string(structure_name(structure)),
-         field(settings, sweep, structure, context).value->volume_ml});
-    content.surfaces.push_back({structure, made.value->triangles, made.value->positions});
+        {std::string(structure_name(surface.structure)),
+         field(settings, sweep, surface.structure, context).value->volume_ml});
+    content.surfaces.push_back({surface.structure, surface.triangles, surface.positions});
   }
   Package out;
   out.file = work_ / ("package" + std::to_string(packages_.size()) + ".beatlas");

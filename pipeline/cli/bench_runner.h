@@ -34,8 +34,8 @@ class BenchRunner {
   BenchRunner(phantom::PhantomSpec spec, nlohmann::json defaults, int repeats,
               std::filesystem::path work);
 
-  /// All options of all stages, with the sections "phantom" {"matrix", "phases"} and "query"
-  /// {"space", "time"}.
+  /// All options of all stages, with the sections "phantom" {"matrix", "phases"}, "level"
+  /// {"edge_mm"}, of the surfaces that are packed, and "query" {"space", "time"}.
   [[nodiscard]] static nlohmann::json default_settings(const phantom::PhantomSpec& spec);
 
   /// Every figure is from a file that was written and opened again.
@@ -82,13 +82,14 @@ class BenchRunner {
                               Structure structure, StageContext& context);
   Package pack_fields(const nlohmann::json& settings, assess::Sweep sweep,
                       const std::vector<Structure>& structures, StageContext& context);
-  Package pack_surfaces(const nlohmann::json& settings, assess::Sweep sweep,
-                        const std::vector<Structure>& structures, StageContext& context);
+  Package pack_surfaces(const nlohmann::json& settings, const std::vector<SurfaceCycle>& surfaces,
+                        double edge_mm, assess::Sweep sweep, StageContext& context);
   [[nodiscard]] atlas::Manifest manifest(const Imaging& imaging, const Shapes& shapes,
                                          const std::string& scene) const;
 
   void measure_field(assess::BenchRow& row, StageContext& context);
   void measure_surface(assess::BenchRow& row, StageContext& context);
+  void measure_volume(assess::BenchRow& row, StageContext& context);
   void measure_published(assess::BenchRow& row, StageContext& context);
   /// Costs of all stages of a run -> its times and memory.
   void take_costs(assess::BenchRow& row, const Costs& costs) const;

@@ -12,7 +12,7 @@ namespace beatlas::cli {
 
 /// In the order in which they run; the sections of the settings.
 inline constexpr std::array kBenchStages{"phantom", "segment", "register", "field",
-                                         "mesh",    "pack",    "query"};
+                                         "mesh",    "level",   "pack",     "query"};
 inline const std::vector<Structure> kBenchStructures{Structure::Heart, Structure::LvBlood,
                                                      Structure::RvBlood};
 

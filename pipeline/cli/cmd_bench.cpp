@@ -108,6 +108,11 @@ void scale(const BenchArguments& arguments, BenchRunner& runner, const json& def
   report.fits = assess::fit_scaling(report.scaling);
 }
 
+/// Whether its error is one of distances that are felt.
+bool is_plotted(const BenchRow& row) {
+  return row.run.family == Family::Field || row.run.family == Family::Published;
+}
+
 /// Error against a figure, a series a knob, of one sweep.
 report::ScatterPlot plot_of(const BenchReport& bench, Sweep sweep, const std::string& x_title,
                             const std::function<double(const BenchRow&)>& x,
@@ -121,7 +126,7 @@ report::ScatterPlot plot_of(const BenchReport& bench, Sweep sweep, const std::st
   plot.front_name = "Pareto front";
   bool default_shown = false;
   for (const BenchRow& row : bench.rows) {
-    if (row.run.sweep != sweep || row.run.family == Family::Surface) continue;
+    if (row.run.sweep != sweep || !is_plotted(row)) continue;
     auto series = std::find_if(plot.series.begin(), plot.series.end(),
                                [&](const auto& each) { return each.name == row.run.knob; });
     const bool published = row.run.family == Family::Published;
@@ -147,7 +152,7 @@ report::ScatterPlot plot_of(const BenchReport& bench, Sweep sweep, const std::st
 void write_plots(const BenchReport& bench, const fs::path& folder) {
   for (const Sweep sweep : {Sweep::Exact, Sweep::Images}) {
     const bool any = std::any_of(bench.rows.begin(), bench.rows.end(), [&](const BenchRow& row) {
-      return row.run.sweep == sweep && row.run.family != Family::Surface;
+      return row.run.sweep == sweep && is_plotted(row);
     });
     if (!any) continue;
     const std::string name = "bench_" + std::string(assess::sweep_name(sweep));
