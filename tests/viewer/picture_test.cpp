@@ -388,5 +388,51 @@ TEST_F(Pictures, SizesFromTinyToLarge) {
   EXPECT_THROW((void)heart->picture(4, 4), Error);
 }
 
+/// Columns of a channel that a body fills, their mean.
+double middle_column(const Picture& with, const Picture& without, std::size_t channel) {
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < with.height; ++y) {
+    for (int x = 0; x < with.width; ++x) {
+      if (std::abs(colour_at(with, x, y)[channel] - colour_at(without, x, y)[channel]) < 20) {
+        continue;
+      }
+      sum += x;
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 1000);
+  return sum / count;
+}
+
+TEST_F(Pictures, StereoShowsTheLeftEyeInRedAndWhatIsNearerFartherApart) {
+  HeartDrawing stereo(atlas_, nullptr, DrawingOptions{.caption = false, .anaglyph = true});
+  CameraPose pose = standard_view(stereo.frame(), "anterior");
+  // Right of what the right eye sees lies for the left eye what is nearer than the focus.
+  const auto red_right_of_blue = [&](double nearer_mm) {
+    CameraPose moved = pose;
+    moved.focus_mm = heart_.centre_mm - nearer_mm * pose.towards_viewer;
+    stereo.set_camera(moved);
+    std::array<Picture, 2> seen;
+    for (const bool visible : {false, true}) {
+      for (const Structure structure : {Structure::Heart, Structure::LvBlood}) {
+        Look look = stereo.look(structure);
+        look.opacity = 1;
+        look.visible = visible && structure == Structure::Heart;
+        stereo.set_look(structure, look);
+      }
+      seen[visible ? 1 : 0] = stereo.picture(kWidth, kHeight);
+    }
+    return middle_column(seen[1], seen[0], 0) - middle_column(seen[1], seen[0], 2);
+  };
+  const double near = red_right_of_blue(60);
+  const double far = red_right_of_blue(-60);
+  // The eyes look along lines 5 degrees apart.
+  const double apart_mm = 2 * 60 * std::sin(2.5 * pi / 180);
+  EXPECT_NEAR((near - far) / 2, apart_mm * stereo.pixels_per_mm(), kPixels);
+  // What each eye sees of it is shaded otherwise.
+  EXPECT_NEAR(near + far, 0, 4 * kPixels);
+}
+
 }  // namespace
 }  // namespace beatlas::viewer
