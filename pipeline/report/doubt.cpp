@@ -38,6 +38,31 @@ Doubt doubt_of(Structure structure, bool end_systole, int phase,
 
 }  // namespace
 
+double ExpectedLimits::of(Structure structure, bool end_systole) const {
+  if (structure == Structure::LvMyocardium) return muscle;
+  if (structure == Structure::RvBlood) return end_systole ? rv_es : rv_ed;
+  return end_systole && structure == Structure::LvBlood ? lv_es : lv_ed;
+}
+
+bool is_borne_out(const LeakAlarm& alarm, const Segmentation& segmentation,
+                  const ExpectedLimits& limits) {
+  const auto found = segmentation.belief.find(alarm.structure);
+  if (found == segmentation.belief.end()) return true;
+  if (alarm.kind == LeakKind::VolumeJump || alarm.kind == LeakKind::OpenCycle) {
+    return alarm.structure != Structure::Heart;  // it holds atria, which come and go in the slices
+  }
+  const Grid& grid = segmentation.labels.grid;
+  const double k = (grid.mm_from_index.inverse() * alarm.lps_mm)[2];
+  const std::vector<SliceBelief>& slices = found->second[static_cast<std::size_t>(alarm.phase)];
+  const auto slice = std::clamp<long>(std::lround(k), 0, static_cast<long>(slices.size()) - 1);
+  const SliceBelief& there = slices[static_cast<std::size_t>(slice)];
+  // Of slices of which a person told something labels are all that is believed.
+  const bool told =
+      there.labelled_mm2 == there.agreed_mm2 && there.expected_mm2 == there.agreed_mm2;
+  return told || there.expected_dice() <
+                     limits.of(alarm.structure, alarm.phase == segmentation.end_systole);
+}
+
 std::vector<Doubt> doubts_of(const Segmentation& segmentation) {
   std::vector<Doubt> out;
   const double thickness_mm = segmentation.labels.grid.spacing_mm()[2];

@@ -89,8 +89,14 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
     }
     const std::vector<std::string>& own = input.segmentation->warnings;
     asked.warnings.insert(asked.warnings.begin(), own.begin(), own.end());
-    std::copy_if(places.begin(), places.end(), std::back_inserter(asked.leaks),
-                 [](const Place& place) { return place.kind == Place::Kind::Leak; });
+    const std::vector<LeakAlarm>& alarms = input.segmentation->alarms;
+    for (std::size_t n = 0; n < alarms.size() && n < places.size(); ++n) {  // leaks come first
+      if (is_borne_out(alarms[n], *input.segmentation, limits.expected)) {
+        asked.leaks.push_back(places[n]);
+      } else {
+        ++asked.other_leaks;
+      }
+    }
     if (input.is_study) asked.doubts = doubts_of(*input.segmentation);
     for (const auto& [structure, phases] : input.uncertainty) {
       const double share = uncertain_percent(input.uncertainty, structure, limits.uncertain_mm);

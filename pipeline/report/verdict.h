@@ -43,14 +43,7 @@ struct VerdictLimits {
   double uncertain_percent = 10;
   double uncertain_mm = 2;
   double crossing_percent = 2;
-  /// Expected Dice, see Doubt: a twentieth of the drawn hearts whose Dice is good have less (seeds
-  /// 9000 to 9079, `scripts/score_draws`). Good is .85 and .8 (LV at end-diastole and end-systole),
-  /// .75 and .65 (RV), .75 (muscle).
-  double least_expected_lv_ed = 0.87;
-  double least_expected_lv_es = 0.83;
-  double least_expected_rv_ed = 0.78;
-  double least_expected_rv_es = 0.63;
-  double least_expected_muscle = 0.73;
+  ExpectedLimits expected;
   double least_rr_s = 0.4;
   double most_rr_s = 1.6;
   int least_phases = 8;
@@ -80,7 +73,8 @@ struct VerdictInput {
   std::size_t checks = 0;  ///< of the package without the truth; 0: it was not looked at
   std::vector<std::string> failed_checks;  ///< those it did not pass, a sentence each
   std::vector<SurfaceFigures> surfaces;
-  std::vector<Place> leaks;
+  std::vector<Place> leaks;           ///< that are borne out, see is_borne_out
+  std::size_t other_leaks = 0;        ///< alarms that are not
   std::vector<Doubt> doubts;          ///< of the prior; empty: it was not asked
   std::vector<std::string> warnings;  ///< of the segmentation, without those of leaks
   std::vector<std::string> remarks;   ///< of the stages behind it, each after the stage's name

@@ -84,5 +84,34 @@ TEST(Doubt, NamesStructurePhaseSliceAndFigure) {
       << finding.said;
 }
 
+TEST(Doubt, BearsOutAnAlarmOfASurfaceWhereThePriorExpectsSomethingElse) {
+  const Segmentation segmentation =
+      believed(Structure::RvBlood, {{1000, 1000, 950}, {1000, 1000, 700}, {0, 0, 0}},
+               {{1000, 1000, 950}, {1000, 1000, 700}, {500, 500, 500}});
+  LeakAlarm alarm{LeakKind::NoEdge, Structure::RvBlood, 0, Vec3(2, 2, 1), 500, 200, ""};
+  const auto borne_out = [&] { return is_borne_out(alarm, segmentation, {}); };
+  EXPECT_FALSE(borne_out()) << "slice 0 is as expected";
+  alarm.lps_mm = Vec3(2, 2, 9);
+  EXPECT_TRUE(borne_out()) << ".70 in slice 1, .78 is asked";
+  alarm.phase = 1;
+  EXPECT_FALSE(borne_out()) << ".63 is asked at end-systole";
+  alarm.lps_mm = Vec3(2, 2, 20);
+  EXPECT_TRUE(borne_out()) << "slice 2 is as a person told it";
+  alarm.structure = Structure::LvBlood;
+  EXPECT_TRUE(borne_out()) << "of the LV no prior is known";
+}
+
+TEST(Doubt, BearsOutAVolumeThatJumpsUnlessItIsThatOfAllThatIsInView) {
+  Segmentation segmentation =
+      believed(Structure::RvBlood, {{1000, 1000, 990}}, {{1000, 1000, 990}});
+  segmentation.belief[Structure::Heart] = segmentation.belief[Structure::RvBlood];
+  LeakAlarm alarm{LeakKind::VolumeJump, Structure::RvBlood, 0, Vec3::Zero(), 9, 6, ""};
+  EXPECT_TRUE(is_borne_out(alarm, segmentation, {}));
+  alarm.structure = Structure::Heart;
+  EXPECT_FALSE(is_borne_out(alarm, segmentation, {}));
+  segmentation.belief.clear();
+  EXPECT_TRUE(is_borne_out(alarm, segmentation, {}));
+}
+
 }  // namespace
 }  // namespace beatlas::report

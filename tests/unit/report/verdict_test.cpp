@@ -246,6 +246,22 @@ TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   doubtful("warnings", [](VerdictInput& v) { v.warnings = {"views disagree"}; });
 }
 
+TEST(Verdict, LeavesItToThePriorWhetherWhatIsHardlySeenIsWrong) {
+  VerdictInput input = sound();
+  input.other_leaks = 2;
+  input.uncertain_percent = 10.1;
+  EXPECT_EQ(level_of(input, "leaks"), Level::Good);
+  EXPECT_EQ(level_of(input, "boundaries"), Level::Check) << "no prior was asked";
+  input.doubts = {{Structure::LvBlood, false, 0, 0.95, 0, 0, {}}};
+  EXPECT_EQ(verdict(findings(input)), Level::Good);
+  const std::vector<Finding> all = findings(input);
+  const auto leaks = std::find_if(all.begin(), all.end(),
+                                  [](const Finding& finding) { return finding.id == "leaks"; });
+  ASSERT_NE(leaks, all.end());
+  EXPECT_EQ(leaks->said,
+            "no alarm that the prior bears out; 2 places to look at, where labels are as expected");
+}
+
 TEST(Verdict, TellsWhatStagesRemarkedAndJudgesItByWhatItCost) {
   VerdictInput input = sound();
   input.remarks = {"mesh: heart was mended", "field: cut flat"};
