@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <vector>
 
+#include "pipeline/segment/box.h"
+
 namespace beatlas::segment {
 namespace {
 
