@@ -81,7 +81,7 @@
 
   /* Why there is no seed that could be run as it stands, and what to do. */
   function remark(first) {
-    if (/ LABEL /.test(first)) return make("p", {}, `What lies under this surface is no thicker than a wall, so that it may be right and only not be seen. Where it is wrong, put for LABEL what the image shows there (${labels.join(", ")}):`);
+    if (/ LABEL /.test(first)) return make("p", {}, `No seed is known that would mend this: the surface may be right and only not be seen. Where it is wrong, put for LABEL what the image shows there (${labels.join(", ")}):`);
     if (/^beatlas seeds/.test(first)) return null;
     return make("p", {}, "No seed is offered: labels were painted or given here and stay as they are. Where they are wrong, paint segment/labels.nii.gz with the editor that drew them, and build again:");
   }
