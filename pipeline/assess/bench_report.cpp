@@ -272,10 +272,9 @@ std::string bench_to_markdown(const BenchReport& report) {
       out += "\n## " + row.run.title + "\n\n";
       out +=
           row.volume
-              ? "The images around the heart, as a package stores them. The error is the root "
-                "mean square off images without noise, near the heart, over that of the images "
-                "that "
-                "were packed.\n\n"
+              ? "The images around the heart, as a package stores them. The error is the root mean "
+                "square off images without noise, near the heart, over that of the images packed."
+                "\n\n"
           : sweep == Sweep::Images
               ? "From images. The segmentation's error is in every figure, so compare with other "
                 "tables from images only: a difference below it tells nothing.\n\n"

@@ -264,7 +264,7 @@ Finding of_leaks(const VerdictInput& input) {
           "or where the image has no edge. Each alarm has its own limit, which clean segmentations "
           "of phantoms stay below. Of drawn hearts alarms of a surface ring for right labels as "
           "often as for wrong ones, so they count where the prior, too, expects something else in "
-          "their slice, or where none was asked (pipeline/report/README.md)."};
+          "their slice, or where it has no say (pipeline/report/README.md)."};
 }
 
 Finding of_muscle(double change_percent, const VerdictLimits& limits) {

@@ -239,6 +239,20 @@ void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std:
   });
 }
 
+void clear_marked_parts(std::uint8_t marked, ImageCycle<std::uint8_t>& image) {
+  Parts parts(image.grid, image.phases.size(),
+              [&](std::size_t p, std::size_t v) { return image.phases[p][v] != 0; });
+  const int width = image.grid.size[0];
+  const std::vector<std::size_t> marks = parts.sums([&](const Run& run) {
+    std::size_t count = 0;
+    run.each(width, [&](std::size_t v) { count += image.phases[run.phase][v] == marked ? 1 : 0; });
+    return count;
+  });
+  for (const Run& run : parts.runs_of([&](std::size_t part) { return marks[part] > 0; })) {
+    run.each(width, [&](std::size_t v) { image.phases[run.phase][v] = 0; });
+  }
+}
+
 void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels) {
   const Grid one = one_slice(labels.grid);

@@ -26,6 +26,10 @@ void keep_largest(const std::vector<std::uint8_t>& of_labels, std::uint8_t inste
 void keep_largest_of_each_slice(const std::vector<std::uint8_t>& of_labels, std::uint8_t instead,
                                 ImageCycle<std::uint8_t>& labels);
 
+/// What hangs together, through space and time, of all that is not 0 becomes 0 where a voxel of it
+/// is `marked`.
+void clear_marked_parts(std::uint8_t marked, ImageCycle<std::uint8_t>& image);
+
 /// A ventricle's sections lie over each other: of each piece of a slice, through time, at least a
 /// quarter lies over the cavity in the slice before it, counted from the slice whose sections have
 /// most wall about them, and in a phase that leaves slices out the sections on their side with most
