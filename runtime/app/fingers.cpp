@@ -1,12 +1,15 @@
 #include "runtime/app/fingers.h"
 
+#include <barrier>
 #include <exception>
 #include <filesystem>
 #include <functional>
 #include <latch>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <set>
+#include <sstream>
 #include <stop_token>
 #include <string_view>
 #include <thread>
@@ -77,11 +80,47 @@ struct Finger {
   std::exception_ptr failed = nullptr;
 };
 
+constexpr double kMPerMm = 1e-3;
+
+/// The step that all fingers take together where no clock paces them.
+class Lockstep {
+ public:
+  Lockstep(std::size_t fingers, std::shared_ptr<palpation::CommonCirculation> circulation)
+      : barrier_(static_cast<std::ptrdiff_t>(fingers), Advance{std::move(circulation)}) {}
+  void wait() { barrier_.arrive_and_wait(); }
+  void leave() { barrier_.arrive_and_drop(); }
+
+ private:
+  struct Advance {
+    std::shared_ptr<palpation::CommonCirculation> circulation;
+    void operator()() noexcept { circulation->advance(); }
+  };
+  std::barrier<Advance> barrier_;
+};
+
+/// Has a finger tell the circulation where it is, tick by tick, and take it on.
+/// @param lockstep null in real time: there whoever comes first does
+void join(Finger& finger, std::size_t n,
+          const std::shared_ptr<palpation::CommonCirculation>& circulation, Lockstep* lockstep) {
+  finger.options.after_tick = [n, circulation, lockstep](const haptics::Tick& felt, double phase) {
+    const bool lost = felt.status == haptics::TickStatus::Fault;
+    circulation->tell(n, felt.contact.proxy_mm, lost ? -1 : -kMPerMm * felt.contact.distance_mm,
+                      phase);
+    if (lockstep != nullptr) return lockstep->wait();
+    circulation->advance();
+  };
+}
+
 /// Runs every finger in a thread of its own, and waits for all.
-void run_together(std::vector<Finger>& fingers) {
+/// @param circulation of the muscle; null where another model is felt
+void run_together(std::vector<Finger>& fingers, bool fast,
+                  const std::shared_ptr<palpation::CommonCirculation>& circulation) {
   std::latch begin(1);
+  std::optional<Lockstep> lockstep;
+  if (circulation && fast) lockstep.emplace(fingers.size(), circulation);
+  Lockstep* const together = lockstep ? &*lockstep : nullptr;
   std::vector<std::jthread> threads;
-  const auto run = [&begin](Finger& finger) {
+  const auto run = [&](Finger& finger, std::size_t n) {
     begin.wait();
     try {
       finger.session = run_session(*finger.device, *finger.tool.servo, finger.options);
@@ -89,14 +128,45 @@ void run_together(std::vector<Finger>& fingers) {
       finger.failed = std::current_exception();
     }
     finger.device.reset();  // No force from here on.
+    if (circulation) circulation->lift(n);
+    if (together != nullptr) together->leave();
   };
   try {
-    for (Finger& finger : fingers) threads.emplace_back(run, std::ref(finger));
+    for (std::size_t n = 0; n < fingers.size(); ++n) {
+      if (circulation) join(fingers[n], n, circulation, together);
+      threads.emplace_back(run, std::ref(fingers[n]), n);
+    }
   } catch (...) {  // No thread to be had: those that wait must not wait forever.
+    for (std::size_t n = threads.size(); together != nullptr && n < fingers.size(); ++n) {
+      together->leave();
+    }
     begin.count_down();
     throw;
   }
   begin.count_down();
+}
+
+/// What is of all fingers, after what was told of each.
+void tell_together(const PlayArguments& arguments, const nlohmann::json& reports,
+                   const palpation::CommonCirculation* circulation, std::ostream& out) {
+  nlohmann::json all{{"fingers", reports}};
+  if (circulation != nullptr) {
+    const palpation::Signals now = circulation->published();
+    all["circulation"] = {{"natural_output_l_per_min", now.natural_output_l_per_min},
+                          {"output_l_per_min", now.beat.output_l_per_min},
+                          {"aortic_mean_mmhg", now.beat.aortic_mean_mmhg},
+                          {"beats", now.beats}};
+  }
+  if (arguments.json) {
+    out << json_text(all, 2) << '\n';
+  } else if (circulation != nullptr) {
+    std::ostringstream text;
+    text.precision(3);
+    text << "the circulation behind them: " << all["circulation"]["output_l_per_min"].get<double>()
+         << " l/min in the last beat, "
+         << all["circulation"]["natural_output_l_per_min"].get<double>() << " without a finger\n";
+    out << text.str();
+  }
 }
 
 }  // namespace
@@ -138,18 +208,23 @@ void run_fingers(const PlayArguments& arguments, std::ostream& out) {
   const TouchedHeart heart(arguments);
   std::stop_source interrupted;
   const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
+  std::vector<PlayArguments> all = read_fingers(arguments.fingers, arguments);
+  // A heart that stands still has no blood to give to another place.
+  const auto circulation =
+      is_patch(arguments) && !arguments.held ? heart.circulation(arguments, all.size()) : nullptr;
   std::vector<Finger> fingers;
-  for (PlayArguments& told : read_fingers(arguments.fingers, arguments)) {
+  for (PlayArguments& told : all) {
     Finger finger;
     finger.arguments = std::move(told);
-    finger.tool = heart.tool(finger.arguments, 0);
+    finger.tool =
+        heart.tool(finger.arguments, 0, {.circulation = circulation, .finger = fingers.size()});
     finger.device = open_device(finger.arguments, heart.field(), heart.manifest(), finger.options);
     finger.options.stop = interrupted.get_token();
     finger.options.keep_trace = !arguments.trace.empty();
     finger.options.watchdog = !arguments.fast;
     fingers.push_back(std::move(finger));
   }
-  run_together(fingers);
+  run_together(fingers, arguments.fast, circulation);
   nlohmann::json reports = nlohmann::json::array();
   for (std::size_t n = 0; n < fingers.size(); ++n) {
     const Finger& finger = fingers[n];
@@ -162,7 +237,7 @@ void run_fingers(const PlayArguments& arguments, std::ostream& out) {
       out << "finger " << n + 1 << ": " << session_text(finger.session.report);
     }
   }
-  if (arguments.json) out << json_text(nlohmann::json{{"fingers", reports}}, 2) << '\n';
+  tell_together(arguments, reports, circulation.get(), out);
   const auto who = [](std::size_t n) { return "finger " + std::to_string(n + 1); };
   for (std::size_t n = 0; n < fingers.size(); ++n) {
     if (fingers[n].failed) std::rethrow_exception(fingers[n].failed);

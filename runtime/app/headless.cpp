@@ -65,6 +65,7 @@ Session run_session(device::Device& device, haptics::Servo& servo, const Session
                     .position_mm = position_mm,
                     .valid = state.valid,
                     .orientation = Eigen::Quaterniond(turn) * state.orientation});
+    if (options.after_tick) options.after_tick(felt, servo.phase());
     const double end_us = thread_cpu_us();
     ++ticks;
     if (times_us.size() < times_us.capacity()) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -64,6 +65,8 @@ struct SessionOptions {
   /// > 0: as many presses of one of `mark_buttons` after the first contact end it.
   int marks = 0;
   std::uint32_t mark_buttons = 0;
+  /// Called after every tick, with the heart's phase (0..1); must be as quick as a tick is.
+  std::function<void(const haptics::Tick&, double phase)> after_tick = nullptr;
 };
 
 /// Runs `servo` on `device` until the device ends.

@@ -79,7 +79,8 @@ palpation::TissueMap tissue_from_json(const json& document, const std::string& p
 haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
                           const TouchOptions& options,
                           const std::shared_ptr<const palpation::LvWall>& wall,
-                          const std::shared_ptr<const haptics::TubeField>& valve) {
+                          const std::shared_ptr<const haptics::TubeField>& valve,
+                          const FingerOfSeveral& which) {
   haptics::Scene scene;
   scene.period_s = field->rr_interval_s();
   if (options.model == "two_step" || options.model == "published") {
@@ -113,7 +114,9 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
     palpation::PatchModelOptions model{.parameters = options.parameters,
                                        .long_axis = options.long_axis,
                                        .end_diastole_s = options.end_diastole_s,
-                                       .radius_mm = options.radius_mm};
+                                       .radius_mm = options.radius_mm,
+                                       .circulation = which.circulation,
+                                       .finger = which.finger};
     if (!options.tissue.of_vertex.empty()) {
       model.muscle =
           std::make_shared<palpation::AtlasMuscle>(wall, options.tissue, options.parameters);

@@ -9,6 +9,7 @@
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/servo.h"
 #include "runtime/haptics/tube_field.h"
+#include "runtime/palpation/common_circulation.h"
 
 namespace beatlas::app {
 
@@ -35,14 +36,22 @@ struct TouchOptions {
   std::optional<double> held_time_s = std::nullopt;  ///< the heart stands still at this time
 };
 
+/// Which finger of several this is, and what they have in common.
+struct FingerOfSeveral {
+  std::shared_ptr<palpation::CommonCirculation> circulation = nullptr;  ///< patch
+  std::size_t finger = 0;
+};
+
 /// @param field of what is touched: of the heart, or of options.inside
 /// @param wall whose vertices options.tissue is of; null without
 /// @param valve the way out of the cavity that options.inside names; null without options.valve
+/// @param which without a circulation: the finger feels the natural beat
 /// @throws Error{InvalidInput} as the models do.
 [[nodiscard]] haptics::Scene make_scene(
     const std::shared_ptr<const field::FieldQuery>& field, const TouchOptions& options,
     const std::shared_ptr<const palpation::LvWall>& wall = nullptr,
-    const std::shared_ptr<const haptics::TubeField>& valve = nullptr);
+    const std::shared_ptr<const haptics::TubeField>& valve = nullptr,
+    const FingerOfSeveral& which = {});
 
 /// Puts the muscle of the package's own ventricle, as ill as it is told to be, into `options`.
 /// @param atlas opened with needs_of_press  @param package its name, for messages

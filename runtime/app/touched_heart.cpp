@@ -94,7 +94,20 @@ TouchedHeart::TouchedHeart(const PlayArguments& arguments)
       field_(std::make_shared<const field::FieldQuery>(
           atlas_.field(touched_structure(arguments.inside)), manifest().rr_interval_s)) {}
 
-TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t recorded_ticks) const {
+std::shared_ptr<palpation::CommonCirculation> TouchedHeart::circulation(
+    const PlayArguments& arguments, std::size_t fingers) const {
+  TouchOptions touch;
+  (void)take_muscle(told_muscle(arguments.press.parameters, arguments.press.preset), atlas_,
+                    arguments.package, touch);
+  touch.parameters.circulation.heart_rate_per_min =
+      std::clamp(rate_per_min(arguments), palpation::CirculationParameters::kSlowestPerMin,
+                 palpation::CirculationParameters::kQuickestPerMin);
+  return std::make_shared<palpation::CommonCirculation>(
+      touch.parameters, static_cast<double>(manifest().end_diastole) / field_->phases(), fingers);
+}
+
+TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t recorded_ticks,
+                                const FingerOfSeveral& which) const {
   TouchingTool out;
   out.touch = touch_options(arguments, manifest(), *field_);
   std::shared_ptr<const palpation::LvWall> wall;
@@ -106,7 +119,8 @@ TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t reco
   if (arguments.heart_rate_per_min > 0) options.heart.rate_per_min = arguments.heart_rate_per_min;
   options.recorded_ticks = recorded_ticks;
   const auto valve = out.touch.valve ? valve_of(atlas_, arguments.package) : nullptr;
-  out.servo = std::make_unique<haptics::Servo>(make_scene(field_, out.touch, wall, valve), options);
+  out.servo =
+      std::make_unique<haptics::Servo>(make_scene(field_, out.touch, wall, valve, which), options);
   return out;
 }
 

@@ -48,8 +48,14 @@ class TouchedHeart {
   [[nodiscard]] const atlas::Manifest& manifest() const { return atlas_.manifest(); }
   /// Of what is touched.
   [[nodiscard]] const field::FieldQuery& field() const { return *field_; }
-  /// @param recorded_ticks as haptics::ServoOptions  @throws Error{InvalidInput} as its parts do
-  [[nodiscard]] TouchingTool tool(const PlayArguments& arguments, std::size_t recorded_ticks) const;
+  /// @param recorded_ticks as haptics::ServoOptions  @param which as make_scene
+  /// @throws Error{InvalidInput} as its parts do
+  [[nodiscard]] TouchingTool tool(const PlayArguments& arguments, std::size_t recorded_ticks,
+                                  const FingerOfSeveral& which = {}) const;
+  /// What several fingers of the muscle have in common.
+  /// @throws Error{InvalidInput} as scale_to_atlas
+  [[nodiscard]] std::shared_ptr<palpation::CommonCirculation> circulation(
+      const PlayArguments& arguments, std::size_t fingers) const;
   /// [1/min]
   [[nodiscard]] double rate_per_min(const PlayArguments& arguments) const;
 

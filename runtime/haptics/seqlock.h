@@ -29,15 +29,21 @@ class Seqlock {
 
   /// The newest value as a whole.
   [[nodiscard]] T read() const noexcept {
-    while (true) {
-      const std::uint64_t before = count_.load(std::memory_order_acquire);
-      std::array<std::uint64_t, kWords> words;
-      for (std::size_t n = 0; n < kWords; ++n) words[n] = words_[n].load(std::memory_order_acquire);
-      if (before % 2 != 0 || count_.load(std::memory_order_relaxed) != before) continue;
-      T value;
-      std::memcpy(static_cast<void*>(&value), words.data(), sizeof(T));
-      return value;
+    T value;
+    while (!try_read(value)) {
     }
+    return value;
+  }
+
+  /// The same for a reader that must not wait, as a servo: false where it is being written, and
+  /// `value` stays as it was.
+  [[nodiscard]] bool try_read(T& value) const noexcept {
+    const std::uint64_t before = count_.load(std::memory_order_acquire);
+    std::array<std::uint64_t, kWords> words;
+    for (std::size_t n = 0; n < kWords; ++n) words[n] = words_[n].load(std::memory_order_acquire);
+    if (before % 2 != 0 || count_.load(std::memory_order_relaxed) != before) return false;
+    std::memcpy(static_cast<void*>(&value), words.data(), sizeof(T));
+    return true;
   }
 
  private:

@@ -55,6 +55,8 @@ class Servo {
   Servo& operator=(const Servo&) = delete;
 
   [[nodiscard]] Tick tick(const ServoState& state) noexcept;
+  /// Of the heart's cycle, as of the last tick.
+  [[nodiscard]] double phase() const noexcept { return heart_.phase(); }
 
   // The caller's thread.
   /// Zero force from the next tick on, until `restart`.

@@ -33,7 +33,11 @@ struct PatchConstants {
 
   /// @param e of ElastanceCurve, 0 at Emin, 1 at Emax
   [[nodiscard]] double n_per_m(double e) const noexcept {
-    return k_v_n_per_m + k_e_rest_n_per_m + k_e_span_n_per_m * e;
+    return k_v_n_per_m + contracted_n_per_m(e);
+  }
+  /// K_e alone.
+  [[nodiscard]] double contracted_n_per_m(double e) const noexcept {
+    return k_e_rest_n_per_m + k_e_span_n_per_m * e;
   }
 };
 

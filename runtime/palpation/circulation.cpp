@@ -36,7 +36,7 @@ double CirculationParameters::effective_emax() const noexcept {
 
 void CirculationParameters::check() const {
   require(weight_kg, 1, 500, "weight_kg");
-  require(heart_rate_per_min, 30, 220, "heart_rate_per_min");
+  require(heart_rate_per_min, kSlowestPerMin, kQuickestPerMin, "heart_rate_per_min");
   require(left_atrial_mmhg, 0, 40, "left_atrial_mmhg");
   require(right_atrial_mmhg, 0, 40, "right_atrial_mmhg");
   require(resistance, 1e-3, 1e3, "resistance");

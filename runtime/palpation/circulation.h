@@ -40,7 +40,9 @@ struct CirculationParameters {
   /// What the other numbers belong to; at_weight() scales them. That of a body whose healthy
   /// heart is as large: a dilated one is that of a giant.
   double weight_kg = 25;
-  double heart_rate_per_min = 110;  ///< 30..220
+  static constexpr double kSlowestPerMin = 30;
+  static constexpr double kQuickestPerMin = 220;
+  double heart_rate_per_min = 110;  ///< within these
   double left_atrial_mmhg = 9;      ///< 0..40
   double right_atrial_mmhg = 7;     ///< 0..40
   double resistance = 2.38;         ///< R [mmHg s/ml]

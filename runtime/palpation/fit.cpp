@@ -62,7 +62,8 @@ CirculationParameters fit_circulation(const CirculationParameters& start, const 
 CirculationParameters fit_to_heart(const CirculationParameters& start, double edv_ml, double esv_ml,
                                    double heart_rate_per_min) {
   CirculationParameters own = start;
-  own.heart_rate_per_min = std::clamp(heart_rate_per_min, 30.0, 220.0);
+  own.heart_rate_per_min = std::clamp(heart_rate_per_min, CirculationParameters::kSlowestPerMin,
+                                      CirculationParameters::kQuickestPerMin);
   return fit_circulation(own, {.edv_ml = edv_ml,
                                .esv_ml = esv_ml,
                                .aortic_mean_mmhg = natural_beat(start).aortic_mean_mmhg});

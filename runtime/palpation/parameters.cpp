@@ -41,7 +41,7 @@ constexpr std::array<JsonNumber<Contractile>, 2> kContractile{{
 using C = CirculationParameters;
 constexpr std::array<JsonNumber<C>, 18> kCirculation{{
     {"weight_kg", &C::weight_kg, 1, 500},
-    {"heart_rate_per_min", &C::heart_rate_per_min, 30, 220},
+    {"heart_rate_per_min", &C::heart_rate_per_min, C::kSlowestPerMin, C::kQuickestPerMin},
     {"left_atrial_mmhg", &C::left_atrial_mmhg, 0, 40},
     {"right_atrial_mmhg", &C::right_atrial_mmhg, 0, 40},
     {"resistance_mmhg_s_per_ml", &C::resistance, 1e-3, 1e3},

@@ -51,7 +51,10 @@ PatchModel::PatchModel(std::shared_ptr<const haptics::ContactField> field,
       natural_(options.muscle ? options.muscle->natural() : natural_wall(options.parameters)),
       constants_(patch_constants(options.parameters, natural_.shortening_area_cm2,
                                  options.long_axis, tissue_of(options))),
-      muscle_(options.muscle) {
+      muscle_(options.muscle),
+      circulation_(options.circulation),
+      finger_(options.finger),
+      told_shortening_(options.parameters.contractile.shortening_area_cm2 > 0) {
   if (!(options.long_axis >= 0 && options.long_axis <= 1)) {
     throw_invalid("a patch's place on the long axis must be from 0 to 1");
   }
@@ -80,9 +83,14 @@ haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
                                    : constants_;
   // The finger's force goes on where it slides to other muscle: that gives way from there on.
   patch_.set_damping(here.c_v_n_s_per_m);
-  const double force_n =
-      patch_.advance(-kMPerMm * contact.distance_mm, here.n_per_m(e) + natural_.pressure_at(beats),
-                     moment.elapsed_s);
+  const CommonCirculation::Felt felt =
+      circulation_ ? circulation_->felt(finger_)
+                   : CommonCirculation::Felt{.pressure_n_per_m = natural_.pressure_at(beats)};
+  const double shortening = told_shortening_ ? 1 : felt.shortening_ratio;
+  const double force_n = patch_.advance(
+      -kMPerMm * contact.distance_mm + felt.wall_m - felt.given_m,
+      here.k_v_n_per_m + here.contracted_n_per_m(e) * shortening + felt.pressure_n_per_m,
+      moment.elapsed_s);
   contact.touching = force_n > 0;
   contact.force_n = force_n * contact.normal;
   contact.proxy_mm = x + contact.depth_mm * contact.normal;

@@ -1,7 +1,8 @@
 #pragma once
 /// Paper B's muscle under a device on any atlas: the depth below the beating surface goes into the
 /// patch (patch.h), whose stiffness K_v + K_e(t) + pi p R follows the atlas's own cycle; K_e and
-/// the filling pressure p are those of the natural beat of the parameters' circulation.
+/// the filling pressure p are those of the natural beat of the parameters' circulation, or p of one
+/// that it shares with other fingers.
 
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "runtime/haptics/contact.h"
 #include "runtime/haptics/contact_field.h"
 #include "runtime/palpation/atlas_muscle.h"
+#include "runtime/palpation/common_circulation.h"
 #include "runtime/palpation/elastance.h"
 #include "runtime/palpation/parameters.h"
 #include "runtime/palpation/patch.h"
@@ -26,6 +28,10 @@ struct PatchModelOptions {
   /// Where an atlas has a map: the muscle is that of the place that is touched, tick by tick, and
   /// long_axis, segment and tissue are of no account. Of the same parameters.
   std::shared_ptr<const AtlasMuscle> muscle = nullptr;
+  /// Where several fingers share one: the pressure, the wall's motion and what gives way are its,
+  /// those of now instead of the natural beat's. Whoever ticks the model tells it where this is.
+  std::shared_ptr<CommonCirculation> circulation = nullptr;
+  std::size_t finger = 0;  ///< of the circulation's
 };
 
 /// Force along the distance's gradient, of the size of the patch's: it relaxes under the finger and
@@ -54,6 +60,9 @@ class PatchModel final : public haptics::ForceModel {
   PatchConstants constants_;  // without an atlas's muscle
   std::shared_ptr<const AtlasMuscle> muscle_;
   LvWall::Trail trail_;
+  std::shared_ptr<CommonCirculation> circulation_;
+  std::size_t finger_;
+  bool told_shortening_;  // S_n is a parameter, not the beat's
 };
 
 }  // namespace beatlas::palpation

@@ -205,6 +205,7 @@ std::span<const double> Trainer::tick(double step_s, std::span<const Finger> fin
                                                       : touch.horizontal.relax(wall, step_s);
     signals_.force_n[n] = forces_[n];
     signals_.depth_m[n] = depth_m;
+    signals_.given_m[n] = given[n];
     signals_.dent_m[n] = touch.patch.touching() ? depth_m : touch.patch.dent_m() + given[n];
   }
 

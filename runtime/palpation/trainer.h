@@ -61,6 +61,8 @@ struct Signals {
   std::array<double, kMostFingers> muscle_n{};  ///< of the horizontal muscle there, equation (3)
   std::array<double, kMostFingers> depth_m{};   ///< d
   std::array<double, kMostFingers> dent_m{};    ///< of the surface at the finger, for the picture
+  /// By which the dents of the other fingers have the wall give way there.
+  std::array<double, kMostFingers> given_m{};
 };
 
 class Trainer {
@@ -82,6 +84,10 @@ class Trainer {
   /// @throws Error{InvalidInput} if a parameter is out of range.
   void wish(const PalpationParameters& parameters);
   [[nodiscard]] Signals published() const noexcept { return published_.read(); }
+  /// The same for a thread that must not wait: false where it is being written.
+  [[nodiscard]] bool latest(Signals& signals) const noexcept {
+    return published_.try_read(signals);
+  }
 
   // The servo's thread, or none.
   [[nodiscard]] const Circulation& circulation() const noexcept { return circulation_; }

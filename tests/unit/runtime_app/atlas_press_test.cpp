@@ -4,6 +4,7 @@
 #include "runtime/app/atlas_press.h"
 
 #include <fstream>
+#include <iterator>
 #include <numeric>
 #include <sstream>
 
@@ -16,6 +17,7 @@
 #include "runtime/device/csv_table.h"
 #include "runtime/field/field_query.h"
 #include "tests/package/sample_package.h"
+#include "tests/unit/runtime_app/played.h"
 
 namespace beatlas::app {
 namespace {
@@ -282,6 +284,43 @@ TEST_F(AtlasPresses, TakeAMeasuredStiffness) {
 }
 
 // What beatlas-play's words do with a device, against the scripted press on the same segment.
+// Several fingers on the muscle have one circulation: what one displaces changes what another
+// feels, and where no clock paces them every run is the same.
+TEST_F(AtlasPresses, OfSeveralFingersHaveOneCirculation) {
+  const auto bytes_of = [](const std::string& name) {
+    std::ifstream stream(name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  struct Run {
+    nlohmann::json report;
+    std::string first_trace;
+  };
+  const auto run_with = [&](double second_depth_mm) -> Run {
+    std::ofstream(file("two.json")) << nlohmann::json{
+        {"version", 1},
+        {"fingers",
+         {{{"side", "left"}, {"hand", "still"}, {"depth_mm", 5}},
+          {{"side", "anterior"}, {"hand", "still"}, {"depth_mm", second_depth_mm}}}}};
+    const test::Result result = test::run(
+        {file("heart.beatlas"), "--headless", "--fast", "--seconds", "8", "--tool-radius-mm", "5",
+         "--model", "patch", "--fingers", file("two.json"), "--json", "--trace", file("two.csv")});
+    EXPECT_EQ(result.code, 0) << result.err;
+    return {nlohmann::json::parse(result.out), bytes_of(file("two_1.csv"))};
+  };
+  const Run alone = run_with(-30);
+  const Run both = run_with(8);
+  const Run again = run_with(8);
+  EXPECT_EQ(both.first_trace, again.first_trace);
+  EXPECT_NE(both.first_trace, alone.first_trace);
+  const auto output = [](const Run& run) {
+    return run.report["circulation"]["output_l_per_min"].get<double>();
+  };
+  const double natural = alone.report["circulation"]["natural_output_l_per_min"];
+  EXPECT_LT(output(alone), 0.98 * natural);
+  EXPECT_LT(output(both), output(alone) - 0.03 * natural);
+  EXPECT_EQ(both.report["fingers"].size(), 2U);
+}
+
 TEST_F(AtlasPresses, AndADeviceFeelTheSameDiseaseAtTheSamePlace) {
   constexpr double kDepthMm = 5;
   constexpr int kBeats = 8;
