@@ -115,10 +115,8 @@ HeartDrawing::HeartDrawing(std::shared_ptr<const atlas::Atlas> atlas,
   add_light(parts.renderer, Vec3(-0.6, -0.8, 0), 0.6);
   parts.make_surfaces();
   parts.make_volume();
-  parts.make_tool();
   parts.make_overlay();
   parts.make_legend();
-  parts.make_taxels();
   fit_camera(standard_view(parts.frame, "anterior"));
   if (options.offscreen) {
     auto window = vtkSmartPointer<vtkRenderWindow>::New();
@@ -200,9 +198,10 @@ void HeartDrawing::set_image_on_cut(bool on) {
   parts_->stale = true;
 }
 
-void HeartDrawing::set_tool(const std::optional<ToolPicture>& tool) {
-  parts_->stale = parts_->stale || tool.has_value() || parts_->tool.has_value();
-  parts_->tool = tool;
+void HeartDrawing::set_tools(std::vector<ToolPicture> tools) {
+  if (tools.size() > palpation::kMostFingers) tools.resize(palpation::kMostFingers);
+  parts_->stale = parts_->stale || !tools.empty() || !parts_->tools.empty();
+  parts_->tools = std::move(tools);
 }
 
 void HeartDrawing::set_moving(bool moving) {
@@ -290,7 +289,7 @@ void HeartDrawing::Parts::update() {
     stale = false;
   }
   update_layers();
-  update_tool();
+  update_tools();
   update_overlay();
   update_legend();
   update_taxels();

@@ -40,6 +40,7 @@ struct ToolPicture {
   Vec3 proxy_mm = Vec3::Zero();
   Vec3 force_n = Vec3::Zero();  ///< on the user
   double radius_mm = 3;
+  bool shown = true;  ///< false: it keeps its number, and is not drawn
   bool touching = false;
   /// The surface and what is under it give way against `dent_normal`: this much at the dent's place
   /// on the surface, elsewhere by the weight of palpation::DentField.
@@ -119,7 +120,10 @@ class HeartDrawing {
   [[nodiscard]] std::optional<CutPlane> cut() const;
   /// The images on the cut; without a volume, or if not wished, structures' own colours.
   void set_image_on_cut(bool on);
-  void set_tool(const std::optional<ToolPicture>& tool);
+  /// At most palpation::kMostFingers; those after them are left out. Where there are several, each
+  /// has its number beside its force.
+  void set_tools(std::vector<ToolPicture> tools);
+  void set_tool(const ToolPicture& tool) { set_tools({tool}); }
   void set_camera(const CameraPose& pose);
   /// Towards `pose`'s viewer: every surface at any moment of the beat is within the picture and
   /// fills it, whatever size it gets, until set_camera is called. @param zoom times as large
@@ -147,8 +151,8 @@ class HeartDrawing {
   /// How far along the line of sight a point lies behind the focus [mm], and back again.
   [[nodiscard]] double depth_of(const Vec3& workspace_mm) const;
   [[nodiscard]] Vec3 point_at(const Vec2& pixel, double depth_mm) const;
-  /// Where the force's arrow ended in the last picture; none without an arrow.
-  [[nodiscard]] std::optional<Vec3> arrow_tip_mm() const;
+  /// Where a tool's arrow of force ended in the last picture; none without an arrow.
+  [[nodiscard]] std::optional<Vec3> arrow_tip_mm(std::size_t tool = 0) const;
   /// Pixels a millimetre.
   [[nodiscard]] double pixels_per_mm() const;
   /// The drawn vertices of a structure, the dent included. Empty if there is none.

@@ -20,9 +20,6 @@
 namespace beatlas::viewer {
 namespace {
 
-constexpr double kArrowMmPerN = 20;
-constexpr double kLongestArrowMm = 80;
-
 // The longest of 1, 2, 5, 10, 20, 50, ... mm that is no longer than `most_mm`.
 double round_length_mm(double most_mm) {
   const double power = std::pow(10.0, std::floor(std::log10(most_mm)));
@@ -39,89 +36,6 @@ std::string number(const char* format, double value) {
 }
 
 }  // namespace
-
-void HeartDrawing::Parts::make_tool() {
-  const auto ball = [&](const Vec3& colour, double opacity) {
-    vtkNew<vtkSphereSource> source;
-    source->SetRadius(1);
-    source->SetThetaResolution(32);
-    source->SetPhiResolution(24);
-    vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputConnection(source->GetOutputPort());
-    auto actor = vtkSmartPointer<vtkActor>::New();
-    actor->SetMapper(mapper);
-    actor->GetProperty()->SetColor(colour.x(), colour.y(), colour.z());
-    actor->GetProperty()->SetOpacity(opacity);
-    actor->GetProperty()->SetSpecular(0.4);
-    actor->VisibilityOff();
-    renderer->AddActor(actor);
-    return actor;
-  };
-  tool_parts.ball = ball({0.95, 0.85, 0.25}, 1);
-  tool_parts.proxy = ball({0.35, 0.85, 0.95}, 0.45);
-  vtkNew<vtkArrowSource> source;
-  source->SetTipResolution(24);
-  source->SetShaftResolution(24);
-  source->SetTipLength(0.25);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(source->GetOutputPort());
-  tool_parts.arrow = vtkSmartPointer<vtkActor>::New();
-  tool_parts.arrow->SetMapper(mapper);
-  tool_parts.arrow->GetProperty()->SetColor(0.97, 0.97, 0.97);  // as no structure
-  tool_parts.arrow->VisibilityOff();
-  renderer->AddActor(tool_parts.arrow);
-  tool_parts.label = vtkSmartPointer<vtkBillboardTextActor3D>::New();
-  tool_parts.label->GetTextProperty()->SetFontSize(18);
-  tool_parts.label->GetTextProperty()->SetBold(1);
-  tool_parts.label->GetTextProperty()->SetColor(0.97, 0.97, 0.97);
-  tool_parts.label->GetTextProperty()->SetShadow(1);
-  tool_parts.label->SetDisplayOffset(8, 6);
-  tool_parts.label->VisibilityOff();
-  if (options.caption) renderer->AddActor(tool_parts.label);
-}
-
-void HeartDrawing::Parts::update_tool() {
-  const bool shown = tool.has_value();
-  const bool pushes = shown && tool->force_n.norm() > 1e-3;
-  tool_parts.ball->SetVisibility(shown ? 1 : 0);
-  tool_parts.proxy->SetVisibility(shown && tool->touching ? 1 : 0);
-  tool_parts.arrow->SetVisibility(pushes ? 1 : 0);
-  tool_parts.label->SetVisibility(pushes ? 1 : 0);
-  if (!shown) return;
-  // As far towards the viewer as what lies on a cut (update_layers).
-  Vec3 towards;
-  renderer->GetActiveCamera()->GetViewPlaneNormal(towards.data());
-  const Vec3 x = tool->position_mm + kOnTopMm * towards;
-  const Vec3 proxy = tool->proxy_mm + kOnTopMm * towards;
-  const double radius = std::max(tool->radius_mm, 1.5);
-  tool_parts.ball->SetPosition(x.x(), x.y(), x.z());
-  tool_parts.ball->SetScale(radius);
-  tool_parts.proxy->SetPosition(proxy.x(), proxy.y(), proxy.z());
-  tool_parts.proxy->SetScale(1.05 * radius);
-  if (!pushes) return;
-  const double force = tool->force_n.norm();
-  const Vec3 along = tool->force_n / force;
-  const double length = std::clamp(kArrowMmPerN * force, 8.0, kLongestArrowMm);
-  const Vec3 side = along.unitOrthogonal();
-  const Vec3 other = along.cross(side);
-  const double thickness = 45;  // VTK's arrow is 0.1 in radius
-  vtkNew<vtkMatrix4x4> matrix;
-  for (int row = 0; row < 3; ++row) {
-    matrix->SetElement(row, 0, length * along[row]);
-    matrix->SetElement(row, 1, thickness * side[row]);
-    matrix->SetElement(row, 2, thickness * other[row]);
-    matrix->SetElement(row, 3, x[row] + radius * along[row]);
-  }
-  tool_parts.arrow->SetUserMatrix(matrix);
-  const Vec3 tip = x + (radius + length) * along;
-  tool_parts.label->SetPosition(tip.x(), tip.y(), tip.z());
-  tool_parts.label->SetInput(number("%.2f N", force).c_str());
-}
-
-std::optional<Vec3> HeartDrawing::arrow_tip_mm() const {
-  if (parts_->tool_parts.arrow->GetVisibility() == 0) return std::nullopt;
-  return Vec3(parts_->tool_parts.label->GetPosition());
-}
 
 void HeartDrawing::Parts::make_overlay() {
   if (!options.caption) return;
@@ -235,7 +149,9 @@ void HeartDrawing::Parts::update_overlay() {
   overlay.title->SetVisibility(roomy ? 1 : 0);
   overlay.title->SetDisplayPosition(pixels(14), height - pixels(10));
   overlay.title->GetTextProperty()->SetFontSize(font_size(grown * 16));
-  tool_parts.label->GetTextProperty()->SetFontSize(font_size(grown * 18));
+  for (ToolParts& part : tool_parts) {
+    part.label->GetTextProperty()->SetFontSize(font_size(grown * 18));
+  }
   int line = height - pixels(34);
   Patches swatches;
   for (SurfaceParts& part : surfaces) {

@@ -142,7 +142,7 @@ struct HeartDrawing::Parts {
   VolumePreset preset = VolumePreset::Off;
   std::optional<CutPlane> cut;
   bool image_on_cut = true;
-  std::optional<ToolPicture> tool;
+  std::vector<ToolPicture> tools;
   std::string note;
   bool moving = false;
   bool stale = true;
@@ -155,20 +155,20 @@ struct HeartDrawing::Parts {
   std::vector<SurfaceParts> surfaces;  ///< from the inside out
   std::vector<vtkActor*> drawn_order;  ///< of their actors
   VolumeParts volume;
-  ToolParts tool_parts;
+  std::vector<ToolParts> tool_parts;  ///< as many as there ever were tools
   OverlayParts overlay;
   LegendParts legend;
-  TaxelParts taxels;
+  std::vector<TaxelParts> taxel_parts;         ///< the same
   std::unique_ptr<const WallColours> colours;  ///< null: structures' own
   vtkSmartPointer<vtkRenderer> renderer;
   vtkSmartPointer<vtkRenderWindow> window;
 
   void make_surfaces();
   void make_volume();
-  void make_tool();
+  [[nodiscard]] ToolParts make_tool();
   void make_overlay();
   void make_legend();
-  void make_taxels();
+  [[nodiscard]] TaxelParts make_taxels();
   void make_window(vtkRenderWindow* made);
 
   /// Everything as of `beats`, `cut`, `tool`.
@@ -186,7 +186,8 @@ struct HeartDrawing::Parts {
   void update_samples_around_heart();
   void update_level(VolumeLevel& level);
   void update_slice();
-  void update_tool();
+  void update_tools();
+  void update_tool(std::size_t n);
   void update_overlay();
   /// Of the square at the lower left in which the marker of the body's axes stands.
   [[nodiscard]] double marker_px() const;
@@ -200,6 +201,10 @@ struct HeartDrawing::Parts {
   void colour_surface(SurfaceParts& part) const;
   void update_legend();
   void update_taxels();
+  /// @param left_px where the map begins  @return where the next one may; 0 where none is shown
+  double update_taxels(std::size_t n, double left_px);
+  /// @return whether there was a dent
+  bool dent_surface(std::vector<Vec3f>& positions) const;
   void update_bar();
   void update_bulls_eye();
   void set_legend_texts(std::size_t count);

@@ -107,21 +107,32 @@ void HeartDrawing::Parts::make_surfaces() {
   }
 }
 
+// Around each tool everything gives way in one direction, the deeper it lies the less: no triangle
+// turns over. Dents that meet are made together, so that two at one place are one.
+bool HeartDrawing::Parts::dent_surface(std::vector<Vec3f>& positions) const {
+  std::vector<palpation::DentSource> sources;
+  double radius_mm = 0;
+  for (const ToolPicture& tool : tools) {
+    sources.push_back({.place_mm = tool.dent_place_mm, .depth_mm = tool.dent_mm});
+    if (tool.dent_mm > 0) radius_mm = tool.dent_radius_mm;
+  }
+  if (!(radius_mm > 0)) return false;
+  palpation::DentField dents(radius_mm);
+  dents.set(sources);
+  for (Vec3f& position : positions) {
+    const Vec3 place = position.cast<double>();
+    for (std::size_t n = 0; n < sources.size(); ++n) {
+      const double depth = dents.amplitudes_mm()[n] * dents.weight(place, sources[n].place_mm);
+      if (depth > 0) position -= static_cast<float>(depth) * tools[n].dent_normal.cast<float>();
+    }
+  }
+  return true;
+}
+
 void HeartDrawing::Parts::update_surface(SurfaceParts& part) const {
   part.motion->positions_at(beats, part.positions);
   part.motion->normals_of(part.positions, part.normals);
-  if (tool && tool->dent_mm > 0) {
-    palpation::DentField dent(tool->dent_radius_mm);
-    const palpation::DentSource source{.place_mm = tool->dent_place_mm, .depth_mm = tool->dent_mm};
-    dent.set(std::span(&source, 1));
-    // Everything gives way in one direction, the deeper it lies the less: no triangle turns over.
-    const Vec3f outward = tool->dent_normal.cast<float>();
-    for (Vec3f& position : part.positions) {
-      const auto depth = static_cast<float>(dent.depression_mm(position.cast<double>()));
-      if (depth > 0) position -= depth * outward;
-    }
-    part.motion->normals_of(part.positions, part.normals);
-  }
+  if (dent_surface(part.positions)) part.motion->normals_of(part.positions, part.normals);
   part.points->Modified();
   part.point_normals->Modified();
   part.mesh->Modified();

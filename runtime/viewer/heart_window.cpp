@@ -193,9 +193,8 @@ void HeartWindow::set_playing(bool playing) {
   play_->setChecked(playing);
   play_->setText(playing ? "Pause" : "Play");
   if (live_) {
-    haptics::Servo& servo = live_->touch().servo();
-    servo.hold_phase(-1);
-    servo.set_paused(!playing);
+    live_->touch().hold_phase(-1);
+    live_->touch().set_paused(!playing);
   }
 }
 
@@ -257,6 +256,27 @@ void HeartWindow::show_looks() {
   }
 }
 
+// Those that a device moves, and the mouse's where it may touch.
+void HeartWindow::show_tools(const Felt& first) {
+  Touch& touch = live_->touch();
+  HeartDrawing& drawing = *picture_->drawing();
+  std::vector<ToolPicture> tools;
+  for (std::size_t n = 0; n < touch.fingers(); ++n) {
+    const Felt felt = n == 0 ? first : touch.felt(n);
+    ToolPicture tool = touch.tool_picture(felt, n);
+    const std::string moved_by = live_->finger(n).device();
+    if (n == 0) picture_->set_tool(tool.position_mm, tool.radius_mm);
+    const bool near = n == 0 && moved_by == live_->mouse().name()
+                          ? touch_->isChecked() || tool.touching
+                          : !moved_by.empty();
+    if (!near && touch.fingers() == 1) continue;
+    tool.shown = near;
+    if (near) tool.taxels = touch.taxels(felt, drawing.camera().right(), n);
+    tools.push_back(std::move(tool));
+  }
+  drawing.set_tools(std::move(tools));
+}
+
 void HeartWindow::step() {
   take_loaded();
   take_device();
@@ -267,11 +287,7 @@ void HeartWindow::step() {
     felt = live_->touch().felt();
     drawing->set_beats(felt.servo.phase);
     picture_->set_field_time(felt.servo.phase * heart_->field->rr_interval_s());
-    ToolPicture tool = live_->touch().tool_picture(felt);
-    tool.taxels = live_->touch().taxels(felt, drawing->camera().right());
-    const bool near = touch_->isChecked() || tool.touching || device_->currentIndex() > 0;
-    drawing->set_tool(near ? std::optional(tool) : std::nullopt);
-    picture_->set_tool(tool.position_mm, tool.radius_mm);
+    show_tools(felt);
     live_->touch().take_rows(rows_);
     for (const PressRow& row : rows_) history_.add(row);
     std::vector<Panel> panels = history_.panels();

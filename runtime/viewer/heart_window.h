@@ -119,6 +119,7 @@ class HeartWindow : public QMainWindow {
   void save_state() const;
   void remember(const QString& file);
   void tell_values(const Felt& felt);
+  void show_tools(const Felt& first);
 
   ViewOptions options_;
   std::optional<OpenedHeart> heart_;

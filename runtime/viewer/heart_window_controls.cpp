@@ -193,8 +193,8 @@ void HeartWindow::connect_controls() {
     set_playing(false);
     // Held: the heart beats on to it and stays there.
     if (live_) {
-      live_->touch().servo().set_paused(false);
-      live_->touch().servo().hold_phase(std::min(phase, 0.999999));
+      live_->touch().set_paused(false);
+      live_->touch().hold_phase(std::min(phase, 0.999999));
     }
   });
   connect(view_, &QComboBox::currentTextChanged, this, [this](const QString& name) {

@@ -76,43 +76,46 @@ device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token
   return pacer.report();
 }
 
-LiveTouch::LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm)
-    : touch_(std::move(touch)), mouse_(tool_mm) {
-  use_mouse();
-}
+LiveFinger::LiveFinger(Touch& touch, std::size_t finger, MouseDevice* mouse)
+    : touch_(touch), finger_(finger), mouse_(mouse) {}
 
-LiveTouch::~LiveTouch() { stop(); }
+LiveFinger::~LiveFinger() { stop(); }
 
-void LiveTouch::use(ReadyDevice ready) {
+void LiveFinger::use(ReadyDevice ready) {
   stop();
-  tell(ready.device ? ready.device->name() : mouse_.name(), {});
-  thread_ = std::jthread([this, ready = std::move(ready)](const std::stop_token& stop) mutable {
-    go_first();
-    if (ready.device) {
-      const std::string name = ready.device->name();
-      std::string why = name + " has come to its end; the mouse moves the tool now.";
-      try {
-        run(*ready.device, ready.workspace_from_device, stop);
-      } catch (const std::exception& error) {
-        why = name + " is lost, no force is sent (" + error.what() +
-              "); the mouse moves the tool now. Choose it again when it is back.";
-      }
-      // Whatever was felt last is over.
-      last_s_ += kTickS;
-      (void)touch_->tick({.time_s = last_s_, .valid = false});
-      ready.device.reset();
-      if (stop.stop_requested()) return;
-      tell(mouse_.name(), why);
-    }
-    run(mouse_, Affine::Identity(), stop);
-  });
+  const std::string otherwise = mouse_ != nullptr ? mouse_->name() : "";
+  tell(ready.device ? ready.device->name() : otherwise, {});
+  thread_ = std::jthread(
+      [this, otherwise, ready = std::move(ready)](const std::stop_token& stop) mutable {
+        go_first();
+        const char* const next = mouse_ != nullptr ? "; the mouse moves the tool now." : ".";
+        if (ready.device) {
+          const std::string name = ready.device->name();
+          std::string why = name + " has come to its end" + next;
+          try {
+            run(*ready.device, ready.workspace_from_device, stop);
+          } catch (const std::exception& error) {
+            why = name + " is lost, no force is sent (" + error.what() + ")" + next;
+            if (mouse_ != nullptr) why += " Choose it again when it is back.";
+          }
+          // Whatever was felt last is over.
+          last_s_ += kTickS;
+          (void)touch_.tick({.time_s = last_s_, .valid = false}, finger_);
+          ready.device.reset();
+          if (mouse_ == nullptr) touch_.lift(finger_);
+          if (stop.stop_requested()) return;
+          tell(otherwise, why);
+        }
+        if (mouse_ != nullptr) run(*mouse_, Affine::Identity(), stop);
+      });
 }
 
-void LiveTouch::run(device::Device& device, const Affine& workspace_from_device,
-                    const std::stop_token& stop) {
-  touch_->servo().restart();
+void LiveFinger::run(device::Device& device, const Affine& workspace_from_device,
+                     const std::stop_token& stop) {
+  haptics::Servo& servo = touch_.servo(finger_);
+  servo.restart();
   std::optional<haptics::Watchdog> watchdog;
-  if (&device != &mouse_) {
+  if (&device != mouse_) {
     watchdog.emplace([&device] { device.drop_force(); }, haptics::WatchdogOptions{});
   }
   const double begin_s = last_s_ + kTickS;
@@ -125,13 +128,14 @@ void LiveTouch::run(device::Device& device, const Affine& workspace_from_device,
     late_.add(began_ns - due_ns - *begin_ns);
     last_s_ = begin_s + state.time_s;
     const Vec3 force_n =
-        touch_->tick({.time_s = last_s_,
-                      .position_mm = workspace_from_device * (state.position_m / kMPerMm),
-                      .valid = state.valid,
-                      .orientation = Eigen::Quaterniond(turn) * state.orientation});
+        touch_.tick({.time_s = last_s_,
+                     .position_mm = workspace_from_device * (state.position_m / kMPerMm),
+                     .valid = state.valid,
+                     .orientation = Eigen::Quaterniond(turn) * state.orientation},
+                    finger_);
     compute_.add(clock_ns() - began_ns);
     if (watchdog && !watchdog->beat()) {  // a stall: the force is off, and comes back by the ramp
-      touch_->servo().restart();
+      servo.restart();
       return Vec3::Zero();
     }
     return turn.transpose() * force_n;
@@ -139,31 +143,53 @@ void LiveTouch::run(device::Device& device, const Affine& workspace_from_device,
   report_ = device.run(tick, stop);
 }
 
-void LiveTouch::tell(const std::string& device, const std::string& trouble) {
+void LiveFinger::tell(const std::string& device, const std::string& trouble) {
   const std::scoped_lock lock(told_);
   device_ = device;
   trouble_ = trouble;
 }
 
-std::string LiveTouch::device() const {
+std::string LiveFinger::device() const {
   const std::scoped_lock lock(told_);
   return device_;
 }
 
-std::string LiveTouch::take_trouble() {
+std::string LiveFinger::take_trouble() {
   const std::scoped_lock lock(told_);
   return std::exchange(trouble_, {});
 }
 
-device::RunReport LiveTouch::stop() {
+device::RunReport LiveFinger::stop() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
   return report_;
 }
 
-void LiveTouch::forget_times() noexcept {
+void LiveFinger::forget_times() noexcept {
   compute_.clear();
   late_.clear();
+}
+
+LiveTouch::LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm)
+    : touch_(std::move(touch)), mouse_(tool_mm) {
+  for (std::size_t n = 0; n < touch_->fingers(); ++n) {
+    fingers_.push_back(std::make_unique<LiveFinger>(*touch_, n, n == 0 ? &mouse_ : nullptr));
+  }
+  use_mouse();
+}
+
+std::string LiveTouch::take_trouble() {
+  for (std::size_t n = 0; n < fingers_.size(); ++n) {
+    const std::string trouble = fingers_[n]->take_trouble();
+    if (trouble.empty()) continue;
+    return fingers_.size() > 1 ? "Finger " + std::to_string(n + 1) + ": " + trouble : trouble;
+  }
+  return {};
+}
+
+device::RunReport LiveTouch::stop() {
+  for (std::size_t n = fingers_.size(); n-- > 1;) (void)fingers_[n]->stop();
+  return fingers_.front()->stop();
 }
 
 }  // namespace beatlas::viewer

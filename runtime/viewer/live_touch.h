@@ -1,5 +1,5 @@
 #pragma once
-/// The servo's own thread, and what moves the tool in it.
+/// The servos' own threads, and what moves the tools in them.
 
 #include <array>
 #include <cstdint>
@@ -8,6 +8,8 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "runtime/device/device.h"
 #include "runtime/haptics/seqlock.h"
@@ -45,25 +47,23 @@ struct ReadyDevice {
   Affine workspace_from_device = Affine::Identity();
 };
 
-/// A touch that runs in a thread of its own, whatever the picture does. It begins with the mouse,
-/// which takes over again when a device is lost or has no more to play.
-class LiveTouch {
+/// A finger's thread, whatever the picture does.
+class LiveFinger {
  public:
-  LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm);
-  ~LiveTouch();
-  LiveTouch(const LiveTouch&) = delete;
-  LiveTouch& operator=(const LiveTouch&) = delete;
-
-  [[nodiscard]] Touch& touch() { return *touch_; }
-  [[nodiscard]] MouseDevice& mouse() { return mouse_; }
+  /// @param mouse takes over where a device is lost or has no more to play; null: the finger is
+  /// lifted then
+  LiveFinger(Touch& touch, std::size_t finger, MouseDevice* mouse);
+  ~LiveFinger();
+  LiveFinger(const LiveFinger&) = delete;
+  LiveFinger& operator=(const LiveFinger&) = delete;
 
   // One thread.
   /// Ends what moved the tool before and waits for that; the force comes by the start ramp.
+  /// @param ready without a device: the mouse
   void use(ReadyDevice ready);
-  void use_mouse() { use({}); }
-  /// "mouse", "haply", ...: what moves the tool now.
+  /// "mouse", "haply", ...: what moves the tool now; empty: nothing.
   [[nodiscard]] std::string device() const;
-  /// Why the mouse has taken over, as a sentence; once, empty otherwise.
+  /// Why nothing or the mouse has taken over, as a sentence; once, empty otherwise.
   [[nodiscard]] std::string take_trouble();
   /// Ends the thread: no force is sent from then on. @return how the last device ran
   device::RunReport stop();
@@ -79,16 +79,47 @@ class LiveTouch {
            const std::stop_token& stop);
   void tell(const std::string& device, const std::string& trouble);
 
-  std::unique_ptr<Touch> touch_;
-  MouseDevice mouse_;
+  Touch& touch_;
+  std::size_t finger_;
+  MouseDevice* mouse_;
   TickTimes compute_;
   TickTimes late_;
   double last_s_ = 0;  // the servo's time goes on from device to device
   device::RunReport report_;
   mutable std::mutex told_;  // never a tick's
-  std::string device_ = "mouse";
+  std::string device_;
   std::string trouble_;
   std::jthread thread_;  // last: it ends before what it uses
+};
+
+/// A touch whose fingers run in threads of their own. The first begins with the mouse, which takes
+/// over again when a device is lost or has no more to play; the others are nowhere until they are
+/// given a device.
+class LiveTouch {
+ public:
+  LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm);
+
+  [[nodiscard]] Touch& touch() { return *touch_; }
+  [[nodiscard]] MouseDevice& mouse() { return mouse_; }
+  [[nodiscard]] LiveFinger& finger(std::size_t n) { return *fingers_[n]; }
+
+  // Of the first finger, as LiveFinger has them.
+  void use(ReadyDevice ready) { fingers_.front()->use(std::move(ready)); }
+  void use_mouse() { use({}); }
+  [[nodiscard]] std::string device() const { return fingers_.front()->device(); }
+  [[nodiscard]] const TickTimes& compute_times() const { return fingers_.front()->compute_times(); }
+  [[nodiscard]] const TickTimes& late_times() const { return fingers_.front()->late_times(); }
+  void forget_times() noexcept { fingers_.front()->forget_times(); }
+
+  /// Of any finger, by its number where there are several.
+  [[nodiscard]] std::string take_trouble();
+  /// Ends all threads. @return how the first finger's last device ran
+  device::RunReport stop();
+
+ private:
+  std::unique_ptr<Touch> touch_;
+  MouseDevice mouse_;
+  std::vector<std::unique_ptr<LiveFinger>> fingers_;
 };
 
 }  // namespace beatlas::viewer

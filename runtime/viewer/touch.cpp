@@ -7,6 +7,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/field/surface_point.h"
+#include "runtime/haptics/cavity_field.h"
 #include "runtime/haptics/contact_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/palpation/dent.h"
@@ -52,11 +53,13 @@ void RowQueue::take(std::vector<PressRow>& to) {
 }
 
 Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
-             const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall)
+             const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall,
+             std::shared_ptr<const haptics::TubeField> valve)
     : field_(std::move(field)),
       settings_(settings),
       rr_interval_s_(manifest.rr_interval_s),
-      wall_(std::move(wall)) {
+      wall_(std::move(wall)),
+      valve_(std::move(valve)) {
   if (!field_) throw_invalid("there is no distance field to touch; open the atlas with it");
   if (settings_.stiffness_n_per_m <= 0) settings_.stiffness_n_per_m = manifest.stiffness_n_per_m;
   if (settings_.heart_rate_per_min <= 0) settings_.heart_rate_per_min = 60 / rr_interval_s_;
@@ -67,35 +70,61 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
         std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
     if (*least > 0 && *most > *least) volumes_ml_ = {*least, *most};
   }
+  if (settings_.radii_mm.empty()) settings_.radii_mm = {settings_.tool_radius_mm};
   haptics::ServoOptions options;
   options.heart.rate_per_min = settings_.heart_rate_per_min;
+  rate_hz_.store(settings_.heart_rate_per_min / 60);
   wished_ = scaled(settings_.preset);
   make_muscle();
-  servo_ = std::make_unique<haptics::Servo>(scene(), options);
   dent_radius_mm_ = palpation::dent_radius_mm(wished_.circulation.contact_area_cm2);
-  trainer_ = std::make_unique<palpation::Trainer>(wished_, 1);
+  circulation_ = std::make_shared<palpation::CommonCirculation>(wished_, end_diastole_,
+                                                                settings_.radii_mm.size());
+  for (const double radius_mm : settings_.radii_mm) {
+    fingers_.push_back(std::make_unique<Finger>());
+    fingers_.back()->radius_mm = radius_mm;
+    fingers_.back()->servo = std::make_unique<haptics::Servo>(scene(fingers_.size() - 1), options);
+  }
 }
 
-haptics::Scene Touch::scene() const {
+std::shared_ptr<const haptics::ContactField> Touch::body() const {
+  if (settings_.inside) return haptics::cavity_of(field_, valve_);
+  return std::make_shared<haptics::AtlasField>(field_);
+}
+
+haptics::Scene Touch::scene(std::size_t finger) const {
   haptics::Scene scene;
   scene.period_s = field_->rr_interval_s();
-  const auto body = std::make_shared<haptics::AtlasField>(field_);
-  if (settings_.model == "patch") {
+  if (settings_.model == "patch" && !settings_.inside) {
     palpation::PatchModelOptions model;
     model.parameters = wished_;
     model.end_diastole_s = end_diastole_ * scene.period_s;
-    model.radius_mm = settings_.tool_radius_mm;
+    model.radius_mm = settings_.radii_mm[finger];
     model.muscle = muscle_;
-    scene.model = std::make_unique<palpation::PatchModel>(body, model);
+    // A single finger feels the natural beat, as it does without a picture.
+    if (settings_.radii_mm.size() > 1) model.circulation = circulation_;
+    model.finger = finger;
+    scene.model = std::make_unique<palpation::PatchModel>(body(), model);
   } else if (settings_.model == "proxy") {
     haptics::ProxyOptions model;
     model.stiffness_n_per_m = settings_.stiffness_n_per_m;
-    model.radius_mm = settings_.tool_radius_mm;
-    scene.model = std::make_unique<haptics::ProxyModel>(body, model);
+    model.radius_mm = settings_.radii_mm[finger];
+    scene.model = std::make_unique<haptics::ProxyModel>(body(), model);
+  } else if (settings_.inside) {
+    throw_invalid("from within a cavity is felt as a spring; choose the proxy model");
   } else {
     throw_invalid("there is no force model " + settings_.model + "; there are proxy and patch");
   }
   return scene;
+}
+
+void Touch::offer_scenes() {
+  std::vector<haptics::Scene> scenes;
+  for (std::size_t n = 0; n < fingers_.size(); ++n) scenes.push_back(scene(n));
+  for (std::size_t n = 0; n < fingers_.size(); ++n) fingers_[n]->servo->offer(std::move(scenes[n]));
+}
+
+void Touch::forget_taxels() {
+  for (const auto& finger : fingers_) finger->taxels.reset();
 }
 
 // Of what is wished now.
@@ -119,36 +148,53 @@ palpation::PalpationParameters Touch::scaled(const std::string& preset) const {
   return parameters;
 }
 
-Vec3 Touch::tick(const haptics::ServoState& state) noexcept {
-  const haptics::Tick felt = servo_->tick(state);
-  Felt told;
-  told.servo = servo_->published();
-  // The circulation goes on by as much of a beat as the heart did.
-  const double ahead = ticked_ ? wrapped(told.servo.phase - last_phase_ + 0.5) - 0.5 : 0;
-  const double due = wrapped(told.servo.phase - end_diastole_);
-  const double behind = wrapped(due - trainer_->signals().phase + 0.5) - 0.5;
-  last_phase_ = told.servo.phase;
-  ticked_ = true;
-  const double beat_s = 60 / std::max(1.0, trainer_->signals().heart_rate_per_min);
-  // What it lags behind by, as at the start, is made up for little by little.
-  const double step_s = beat_s * std::max(0.0, ahead + 0.01 * std::clamp(behind, -ahead, 0.05));
-  const double wall_m = trainer_->signals().wall_m;
-  palpation::Finger finger;
-  const Vec3 proxy = felt.contact.proxy_mm;
-  if (proxy.allFinite()) finger.place_mm = proxy;
-  const double depth_m = -kMPerMm * felt.contact.distance_mm;
-  finger.depth_m = std::isfinite(depth_m) ? depth_m - wall_m : -1;
-  if (ahead > 0 && step_s > 0) {
-    (void)trainer_->tick(std::min(step_s, 0.1), std::span(&finger, 1));
+// A device's clock may run otherwise than the first finger's, and may have begun later: as much of
+// a beat as the heart is behind it beats faster, so that it comes to the same without a jump.
+void Touch::keep_in_step(Finger& finger) noexcept {
+  constexpr double kMostOff = 0.3;  // of the rate, and of a beat
+  (void)fingers_.front()->felt.try_read(finger.led_by);
+  const double rate_hz = rate_hz_.load(std::memory_order_relaxed);
+  double off = 0;
+  if (finger.led_by.servo.ticks > 0 && beating_.load(std::memory_order_relaxed)) {
+    off = wrapped(finger.led_by.servo.phase - finger.servo->phase() + 0.5) - 0.5;
   }
-  told.circulation = trainer_->signals();
-  told.clock_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                      std::chrono::steady_clock::now().time_since_epoch())
-                      .count();
-  felt_.write(told);
+  finger.servo->set_rate_hz(rate_hz * (1 + std::clamp(off, -kMostOff, kMostOff)));
+}
+
+Vec3 Touch::tick(const haptics::ServoState& state, std::size_t finger) noexcept {
+  Finger& one = *fingers_[finger];
+  if (finger > 0) keep_in_step(one);
+  const haptics::Tick felt = one.servo->tick(state);
+  const bool away = settings_.inside || felt.status == haptics::TickStatus::Fault;
+  circulation_->tell(finger, felt.contact.proxy_mm, away ? -1 : -kMPerMm * felt.contact.distance_mm,
+                     one.servo->phase());
+  circulation_->advance();
+  (void)circulation_->latest(one.last.circulation);
+  one.last.servo = one.servo->published();
+  one.last.clock_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                          std::chrono::steady_clock::now().time_since_epoch())
+                          .count();
+  one.felt.write(one.last);
   constexpr std::uint64_t kEvery = 5;
-  if (told.servo.ticks % kEvery == 0) rows_.add(press_row(told));
+  if (finger == 0 && one.last.servo.ticks % kEvery == 0) rows_.add(press_row(one.last));
   return felt.force_n;
+}
+
+void Touch::lift(std::size_t finger) noexcept {
+  circulation_->lift(finger);
+  Finger& one = *fingers_[finger];
+  one.last.servo = {};
+  one.felt.write(one.last);
+}
+
+void Touch::set_paused(bool paused) noexcept {
+  beating_.store(!paused);
+  for (const auto& finger : fingers_) finger->servo->set_paused(paused);
+}
+
+void Touch::hold_phase(double phase) noexcept {
+  beating_.store(phase < 0);
+  for (const auto& finger : fingers_) finger->servo->hold_phase(phase);
 }
 
 void Touch::set_heart_rate(double per_min) {
@@ -157,12 +203,13 @@ void Touch::set_heart_rate(double per_min) {
   palpation::PalpationParameters parameters = wished_;
   parameters.circulation.heart_rate_per_min = per_min;
   wish(parameters);
-  servo_->set_rate_hz(per_min / 60);
+  rate_hz_.store(per_min / 60);
+  fingers_.front()->servo->set_rate_hz(per_min / 60);  // the others follow
 }
 
 void Touch::set_stiffness(double n_per_m) {
   settings_.stiffness_n_per_m = n_per_m;
-  servo_->offer(scene());
+  offer_scenes();
 }
 
 void Touch::set_preset(const std::string& name) {
@@ -174,21 +221,21 @@ void Touch::set_preset(const std::string& name) {
 void Touch::set_model(const std::string& model) {
   const std::string before = std::exchange(settings_.model, model);
   try {
-    servo_->offer(scene());
+    offer_scenes();
   } catch (...) {
     settings_.model = before;
     throw;
   }
-  taxels_.reset();
+  forget_taxels();
 }
 
 // Circulation and the muscle under the tool alike.
 void Touch::wish(const palpation::PalpationParameters& parameters) {
-  trainer_->wish(parameters);
+  circulation_->wish(parameters);
   wished_ = parameters;
   make_muscle();
-  taxels_.reset();
-  if (settings_.model == "patch") servo_->offer(scene());
+  forget_taxels();
+  if (settings_.model == "patch") offer_scenes();
 }
 
 void Touch::set_left_atrial_mmhg(double mmhg) {
@@ -244,49 +291,50 @@ void Touch::set_constant(const std::string& name, double value) {
 }
 
 std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
-  if (!muscle_ || felt.servo.distance_mm >= 0) return std::nullopt;
+  if (!muscle_ || settings_.inside || felt.servo.distance_mm >= 0) return std::nullopt;
   // The surface over the tool.
   const auto& [x, y, z] = felt.servo.position_mm;
   const auto& [nx, ny, nz] = felt.servo.normal;
   const Vec3 surface_mm =
-      Vec3(x, y, z) - (felt.servo.distance_mm + settings_.tool_radius_mm) * Vec3(nx, ny, nz);
+      Vec3(x, y, z) - (felt.servo.distance_mm + fingers_.front()->radius_mm) * Vec3(nx, ny, nz);
   const palpation::WallPlace place = wall_->nearest(surface_mm, felt.servo.phase);
   if (!muscle_->reaches(place, felt.servo.phase)) return std::nullopt;
   return TouchedWall{place.segment, muscle_->tissue().at(place)};
 }
 
-ToolPicture Touch::tool_picture(const Felt& felt) const {
+ToolPicture Touch::tool_picture(const Felt& felt, std::size_t finger) const {
+  const double radius_mm = fingers_[finger]->radius_mm;
   const auto vector = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
   ToolPicture picture;
   picture.position_mm = vector(felt.servo.position_mm);
   picture.proxy_mm = vector(felt.servo.proxy_mm);
   picture.force_n = vector(felt.servo.force_n);
-  picture.radius_mm = settings_.tool_radius_mm;
+  picture.radius_mm = radius_mm;
   picture.touching = felt.servo.touching;
   picture.dent_radius_mm = dent_radius_mm_;
   // Under the finger the wall lies where the finger is: the patch's depth below the moving surface.
   picture.dent_mm = std::max(0.0, -felt.servo.distance_mm);
   const Vec3 normal = vector(felt.servo.normal);
   if (normal.norm() > 0.5) picture.dent_normal = normal.normalized();
-  picture.dent_place_mm = picture.proxy_mm - settings_.tool_radius_mm * picture.dent_normal;
+  picture.dent_place_mm = picture.proxy_mm - radius_mm * picture.dent_normal;
   if (!felt.servo.touching) picture.dent_mm = 0;
   return picture;
 }
 
-haptics::TaxelMap Touch::taxels(const Felt& felt, const Vec3& right) {
-  if (settings_.tool_radius_mm < haptics::TaxelOptions::kLeastRadiusMm) return {};
-  if (!taxels_) {
+haptics::TaxelMap Touch::taxels(const Felt& felt, const Vec3& right, std::size_t finger) {
+  Finger& one = *fingers_[finger];
+  if (one.radius_mm < haptics::TaxelOptions::kLeastRadiusMm) return {};
+  if (!one.taxels) {
     haptics::TaxelOptions options;
-    options.radius_mm = settings_.tool_radius_mm;
+    options.radius_mm = one.radius_mm;
     if (settings_.model == "patch" && muscle_) {
       options.map = std::make_shared<const palpation::PatchStiffness>(
           muscle_, wished_, rr_interval_s_, end_diastole_ * rr_interval_s_);
     }
-    taxels_ =
-        std::make_unique<haptics::Taxels>(std::make_shared<haptics::AtlasField>(field_), options);
+    one.taxels = std::make_unique<haptics::Taxels>(body(), options);
   }
-  return taxels_->under(haptics::ball_contact(felt.servo, right),
-                        felt.servo.phase * rr_interval_s_);
+  return one.taxels->under(haptics::ball_contact(felt.servo, right),
+                           felt.servo.phase * rr_interval_s_);
 }
 
 PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& direction,
@@ -295,7 +343,7 @@ PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& dir
   const double t = wrapped(phase) * period_s;
   const Vec3 surface = surface_point_mm(field, direction, t);
   const Vec3 normal = field.normal(field.sample(surface, t), surface);
-  const double radius = touch.settings().tool_radius_mm;
+  const double radius = touch.settings().radii_mm.front();
   const auto place = [&](double above_mm) { return Vec3(surface + (radius + above_mm) * normal); };
 
   constexpr double kAwayMm = 30;

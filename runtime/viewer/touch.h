@@ -1,6 +1,7 @@
 #pragma once
-/// What is felt while the heart is looked at: the servo on the atlas's heart and, behind it, paper
-/// B's circulation of a ventricle as large as the atlas's.
+/// What is felt while the heart is looked at: a servo for each finger on the atlas's heart, or in
+/// one of its cavities, and behind them all paper B's circulation of a ventricle as large as the
+/// atlas's.
 
 #include <array>
 #include <atomic>
@@ -14,8 +15,9 @@
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/seqlock.h"
 #include "runtime/haptics/servo.h"
+#include "runtime/haptics/tube_field.h"
 #include "runtime/palpation/atlas_muscle.h"
-#include "runtime/palpation/trainer.h"
+#include "runtime/palpation/common_circulation.h"
 #include "runtime/viewer/drawing.h"
 #include "runtime/viewer/heart_frame.h"
 
@@ -29,6 +31,9 @@ struct TouchSettings {
   double stiffness_n_per_m = 0;    ///< proxy; 0: the atlas's
   double heart_rate_per_min = 0;   ///< 0: the atlas's
   std::string preset = "healthy";  ///< of palpation_presets()
+  /// Of each finger, 1 to palpation::kMostFingers of them, in place of tool_radius_mm; none: one.
+  std::vector<double> radii_mm = {};
+  bool inside = false;  ///< the field is a cavity's, whose wall is felt from within; proxy
 };
 
 /// One tick as a whole, for graphics.
@@ -70,24 +75,39 @@ struct TouchedWall {
   palpation::Tissue tissue;
 };
 
-/// Servo and circulation in step: the circulation's beat follows the heart's phase.
+/// Servos and circulation in step: the first finger's heart leads, the others' follow it, and so
+/// does the circulation's beat. A cavity's wall that is felt from within displaces nothing.
 class Touch {
  public:
   /// @throws Error{InvalidInput} as its parts do; without volumes of lv_blood the circulation is
   /// that of the dog of 25 kg.
+  /// @param field of what is touched
   /// @param wall of the same package; null without a map: then disease has no place in the muscle
+  /// @param valve the way out of the cavity; null: closed
   Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::FieldQuery> field,
-        const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall = nullptr);
+        const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall = nullptr,
+        std::shared_ptr<const haptics::TubeField> valve = nullptr);
 
-  /// The device's thread; no allocation, lock, log or file. @return the force to send [N]
-  Vec3 tick(const haptics::ServoState& state) noexcept;
+  [[nodiscard]] std::size_t fingers() const noexcept { return fingers_.size(); }
+  /// The device's thread, each finger its own; no allocation, lock, log or file.
+  /// @return the force to send [N]
+  Vec3 tick(const haptics::ServoState& state, std::size_t finger = 0) noexcept;
+  /// The same thread: the finger's device is gone, it touches nothing.
+  void lift(std::size_t finger) noexcept;
 
-  [[nodiscard]] Felt felt() const noexcept { return felt_.read(); }
-  /// Every fifth tick since the last call, in order; of one thread. After 20 s without a call the
-  /// later ones are left out.
+  [[nodiscard]] Felt felt(std::size_t finger = 0) const noexcept {
+    return fingers_[finger]->felt.read();
+  }
+  /// Every fifth tick of the first finger since the last call, in order; of one thread. After 20 s
+  /// without a call the later ones are left out.
   void take_rows(std::vector<PressRow>& to) { rows_.take(to); }
-  [[nodiscard]] haptics::Servo& servo() noexcept { return *servo_; }
+  [[nodiscard]] haptics::Servo& servo(std::size_t finger = 0) noexcept {
+    return *fingers_[finger]->servo;
+  }
   /// The caller's thread. @throws Error{InvalidInput} as its parts do.
+  /// All fingers' heart: beat on, or stand still; hold_phase as haptics::Servo has it.
+  void set_paused(bool paused) noexcept;
+  void hold_phase(double phase) noexcept;
   void set_heart_rate(double per_min);
   void set_stiffness(double n_per_m);
   void set_preset(const std::string& name);
@@ -108,13 +128,27 @@ class Touch {
   /// None while the tool is outside, or in another part of the heart.
   [[nodiscard]] std::optional<TouchedWall> touched_wall(const Felt& felt) const;
   /// What a picture shows of a tick.
-  [[nodiscard]] ToolPicture tool_picture(const Felt& felt) const;
+  [[nodiscard]] ToolPicture tool_picture(const Felt& felt, std::size_t finger = 0) const;
   /// How the pressure of a tick is spread under the tool, columns along `right` (workspace); where
   /// the muscle is known, harder where it is stiffer; a point has none. One thread, the picture's.
-  [[nodiscard]] haptics::TaxelMap taxels(const Felt& felt, const Vec3& right);
+  [[nodiscard]] haptics::TaxelMap taxels(const Felt& felt, const Vec3& right,
+                                         std::size_t finger = 0);
 
  private:
-  [[nodiscard]] haptics::Scene scene() const;
+  struct Finger {
+    double radius_mm = 0;
+    std::unique_ptr<haptics::Servo> servo;
+    haptics::Seqlock<Felt> felt;
+    Felt last;                                ///< of its own thread
+    Felt led_by;                              ///< the first finger's, as its own thread saw it
+    std::unique_ptr<haptics::Taxels> taxels;  ///< of the tool and the muscle; null: to be made
+  };
+
+  [[nodiscard]] haptics::Scene scene(std::size_t finger) const;
+  [[nodiscard]] std::shared_ptr<const haptics::ContactField> body() const;
+  void offer_scenes();
+  void forget_taxels();
+  void keep_in_step(Finger& finger) noexcept;
   [[nodiscard]] palpation::PalpationParameters scaled(const std::string& preset) const;
   void make_muscle();
   void wish(const palpation::PalpationParameters& parameters);
@@ -127,13 +161,12 @@ class Touch {
   palpation::PalpationParameters wished_;
   std::shared_ptr<const palpation::LvWall> wall_;
   std::shared_ptr<const palpation::AtlasMuscle> muscle_;  ///< of the preset; null without a wall
+  std::shared_ptr<const haptics::TubeField> valve_;
   double dent_radius_mm_ = 25;
-  std::unique_ptr<haptics::Taxels> taxels_;  ///< of the tool and the muscle; null: to be made
-  std::unique_ptr<haptics::Servo> servo_;
-  std::unique_ptr<palpation::Trainer> trainer_;
-  double last_phase_ = 0;
-  bool ticked_ = false;
-  haptics::Seqlock<Felt> felt_;
+  std::shared_ptr<palpation::CommonCirculation> circulation_;
+  std::vector<std::unique_ptr<Finger>> fingers_;
+  std::atomic<double> rate_hz_{1};
+  std::atomic<bool> beating_{true};  ///< not paused and no phase held
   RowQueue rows_;
 };
 
