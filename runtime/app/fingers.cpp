@@ -43,7 +43,7 @@ PlayArguments read_finger(const nlohmann::json& entry, const std::string& path,
                           const fs::path& folder, PlayArguments finger) {
   JsonObject object(entry, path);
   read_one_of(object, "device", finger.device,
-              {"simulated", "replay", "haply", "3ds", "dhd", "lever"});
+              {"mouse", "simulated", "replay", "haply", "3ds", "dhd", "lever"});
   object.read("device_name", finger.hardware.name);
   std::string recording;
   object.read("recording", recording);
@@ -188,6 +188,9 @@ std::vector<PlayArguments> read_fingers(const std::string& file, const PlayArgum
       const std::string path = "/fingers/" + std::to_string(n);
       out.push_back(read_finger(list[n], path, fs::path(file).parent_path(), all));
       const PlayArguments& finger = out.back();
+      if (finger.device == "mouse" && (n > 0 || all.headless)) {
+        throw_invalid(path + "/device may be mouse of the first finger in the window alone");
+      }
       if (is_hardware(finger.device) &&
           !hardware.emplace(finger.device, finger.hardware.name).second) {
         throw_invalid(path +

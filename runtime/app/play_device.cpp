@@ -54,7 +54,9 @@ std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
 
 }  // namespace
 
-bool is_hardware(const std::string& device) { return device != "simulated" && device != "replay"; }
+bool is_hardware(const std::string& device) {
+  return device != "simulated" && device != "replay" && device != "mouse";
+}
 
 std::unique_ptr<device::Device> open_device(const PlayArguments& arguments,
                                             const field::FieldQuery& field,

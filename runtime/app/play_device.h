@@ -12,7 +12,7 @@
 
 namespace beatlas::app {
 
-/// Neither simulated nor a recording.
+/// Neither simulated, nor a recording, nor the window's mouse.
 [[nodiscard]] bool is_hardware(const std::string& device);
 
 /// Opens what `arguments.device` names, and sets in `options` where its point is, how long it plays

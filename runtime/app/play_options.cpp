@@ -12,15 +12,6 @@
 namespace beatlas::app {
 namespace {
 
-std::vector<std::string> cavity_names() {
-  std::vector<std::string> out;
-  for (const Structure structure : {Structure::LvBlood, Structure::RvBlood, Structure::LaBlood,
-                                    Structure::RaBlood, Structure::Aorta}) {
-    out.emplace_back(structure_name(structure));
-  }
-  return out;
-}
-
 std::vector<std::string> segment_names() {
   std::vector<std::string> out;
   for (int segment = 1; segment <= palpation::kSegments; ++segment) {
@@ -30,6 +21,15 @@ std::vector<std::string> segment_names() {
 }
 
 }  // namespace
+
+std::vector<std::string> cavity_names() {
+  std::vector<std::string> out;
+  for (const Structure structure : {Structure::LvBlood, Structure::RvBlood, Structure::LaBlood,
+                                    Structure::RaBlood, Structure::Aorta}) {
+    out.emplace_back(structure_name(structure));
+  }
+  return out;
+}
 
 void add_play_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("PACKAGE", arguments.package, "a .beatlas file");
@@ -143,8 +143,9 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "JSON of muscle, circulation and disease, for --press or --model patch");
   app.add_option("--preset", arguments.press.preset, "of them, for --press or --model patch")
       ->check(CLI::IsMember(palpation::palpation_presets()));
-  app.add_option("--fingers", arguments.fingers,
-                 "JSON of two to eight devices that touch this heart at once, with --headless");
+  app.add_option(
+      "--fingers", arguments.fingers,
+      "JSON of two to eight devices that touch this heart at once; in the window as well");
   app.add_option("--exercise", arguments.exercise,
                  "JSON of what is hidden in this heart to be found by touch, with --session");
   app.add_option("--session", arguments.session,

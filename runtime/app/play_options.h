@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "runtime/app/press_session.h"
 #include "runtime/device/hardware.h"
@@ -53,6 +54,9 @@ struct PlayArguments {
   std::int64_t seed = -1;           ///< of what an exercise hides; below 0: by chance
   std::string trainee = "skilled";  ///< of the device `trainee`
 };
+
+/// What a tool can be in: lv_blood, rv_blood, ...
+[[nodiscard]] std::vector<std::string> cavity_names();
 
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 

@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/app/fingers.h"
 #include "runtime/base/error.h"
 #include "runtime/viewer/device_choice.h"
 #include "runtime/viewer/display.h"
@@ -39,6 +40,7 @@ struct Words {
   std::string haply_host = "localhost";
   int haply_port = 10001;
   std::string lever_line;
+  std::string fingers;
 };
 
 [[noreturn]] void throw_usage(const std::string& message) {
@@ -125,6 +127,16 @@ void add_device_options(CLI::App& app, Words& words) {
       ->check(CLI::Range(1, 65535))
       ->capture_default_str();
   app.add_option("--lever-line", words.lever_line, "lever: its serial line");
+  app.add_option("--fingers", words.fingers,
+                 "window: JSON of two to eight devices that touch this heart at once");
+  app.add_option("--tool-radius-mm", words.options.tool_radius_mm,
+                 "window: of the tool; 0 is 3 mm, in a cavity 1 mm")
+      ->check(CLI::Range(0.0, 20.0));
+  app.add_option("--inside", words.options.inside,
+                 "window: a cavity that the tool is in, whose wall it feels from within")
+      ->check(CLI::IsMember(app::cavity_names()));
+  app.add_flag("--valve", words.options.valve,
+               "with --inside lv_blood: the tool may come and go through the valve at its base");
 }
 
 void read_device(Words& words) {
@@ -141,6 +153,34 @@ void read_device(Words& words) {
   if (options.device == "haply") {
     options.device_detail = words.haply_host + ":" + std::to_string(words.haply_port);
   }
+}
+
+// What several fingers or a catheter do is seen in the window alone.
+void read_touch(Words& words) {
+  ViewOptions& options = words.options;
+  const bool still = !words.screenshot.empty() || !words.record.empty();
+  if (still && !(words.fingers.empty() && options.inside.empty())) {
+    throw_usage("--fingers and --inside are of the window; leave --screenshot and --record out");
+  }
+  if (options.valve && options.inside != structure_name(Structure::LvBlood)) {
+    throw_usage("--valve is the left ventricle's; use it with --inside lv_blood");
+  }
+  if (!options.inside.empty() && model_of(options) != "proxy") {
+    throw_usage("a cavity is felt from inside as a spring; leave --model and --preset out");
+  }
+  if (options.tool_radius_mm == 0) options.tool_radius_mm = options.inside.empty() ? 3 : 1;
+  if (words.fingers.empty()) return;
+  if (words.package.empty()) throw_usage("name a package for the fingers; see --help");
+  if (options.device != "mouse") {
+    throw_usage("--fingers tells what moves each of them; leave --device out");
+  }
+  app::PlayArguments all;
+  all.package = words.package;
+  all.inside = options.inside;
+  all.tool_radius_mm = options.tool_radius_mm;
+  constexpr double kLongestS = 36000;
+  all.seconds = kLongestS;
+  options.fingers = app::read_fingers(words.fingers, all);
 }
 
 void read_size(Words& words) {
@@ -190,6 +230,7 @@ void read_words(Words& words) {
   read_size(words);
   read_device(words);
   read_opacity(words);
+  read_touch(words);
   if (!words.cut_plane.empty()) {
     const std::vector<double>& v = words.cut_plane;
     if (!words.cut.empty()) throw_usage("--cut and --cut-plane both cut; give one of them");
@@ -245,7 +286,7 @@ int run(Words& words) {
   // What is wrong with the package is said before there is a window.
   std::optional<OpenedHeart> heart;
   if (!words.package.empty()) {
-    heart = open_heart(words.options.package);
+    heart = open_heart(words.options.package, words.options.inside, words.options.valve);
     words.options.phase = phase_of(words.phase, heart->atlas->manifest());
   }
   if (!has_display()) {

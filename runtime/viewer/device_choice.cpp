@@ -27,10 +27,10 @@ std::unique_ptr<device::Device> open_replay(const std::string& file) {
                                                 device::ReplayOptions{});
 }
 
-std::unique_ptr<device::Device> open_simulated(const Vec3& surface_mm, const Vec3& outward) {
+std::unique_ptr<device::Device> open_simulated(const Vec3& surface_mm, const Vec3& pressed) {
   device::SimulatedOptions options;
   options.path.anchor_m = kMPerMm * surface_mm;
-  options.path.direction = -outward;
+  options.path.direction = pressed;
   options.path.offset_m = kMPerMm * kDepthMm;
   options.path.amplitude_m = kMPerMm * kAmplitudeMm;
   options.path.frequency_hz = kFrequencyHz;
@@ -60,16 +60,19 @@ device::HardwareOptions hardware_options(const DeviceChoice& choice, const std::
 
 ReadyDevice open_device(const DeviceChoice& choice, const std::string& detail,
                         const atlas::Manifest& manifest, const field::FieldQuery& field,
-                        const Vec3& direction) {
+                        const Vec3& direction, bool inside) {
   if (choice.name == "replay") return {.device = open_replay(detail)};
   const double end_diastole_s =
       manifest.rr_interval_s * manifest.end_diastole / std::max(1, manifest.phase_count());
   const Vec3 outward = direction.normalized();
   const Vec3 surface_mm = field::surface_point_mm(field, outward, end_diastole_s);
-  if (choice.name == "simulated") return {.device = open_simulated(surface_mm, outward)};
+  if (choice.name == "simulated") {
+    return {.device = open_simulated(surface_mm, inside ? outward : Vec3(-outward))};
+  }
+  const double clear_mm = inside ? -(surface_mm - field.centre_mm()).norm() : kHardwareClearMm;
   return {.device = device::open_hardware(hardware_options(choice, detail)),
-          .workspace_from_device = device::workspace_from_hardware(
-              manifest.workspace_from_lps, surface_mm, outward, kHardwareClearMm)};
+          .workspace_from_device = device::workspace_from_hardware(manifest.workspace_from_lps,
+                                                                   surface_mm, outward, clear_mm)};
 }
 
 }  // namespace beatlas::viewer

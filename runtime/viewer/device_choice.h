@@ -55,11 +55,13 @@ inline constexpr std::array<DeviceChoice, 7> kDevices{
 
 /// Opens one; may take two seconds. A simulated hand palpates in `direction` from the heart's
 /// middle (workspace), from the surface at end-diastole; hardware's middle lies 20 mm outside of
-/// the surface there. @pre `choice` is one of kDevices, not the mouse
+/// the surface there; in a cavity it palpates from within, and the middle is the cavity's.
+/// @param field of what is touched  @pre `choice` is one of kDevices, not the mouse
 /// @throws Error{Usage} if the detail is no such thing; Error{InvalidInput} for a recording that
 /// cannot be read; Error{Machine} if the device is not there.
 [[nodiscard]] ReadyDevice open_device(const DeviceChoice& choice, const std::string& detail,
                                       const atlas::Manifest& manifest,
-                                      const field::FieldQuery& field, const Vec3& direction);
+                                      const field::FieldQuery& field, const Vec3& direction,
+                                      bool inside = false);
 
 }  // namespace beatlas::viewer

@@ -4,6 +4,8 @@
 #include <QWheelEvent>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include <QVTKInteractor.h>
 #include <vtkGenericOpenGLRenderWindow.h>
@@ -44,7 +46,8 @@ void HeartWidget::show_heart(const OpenedHeart& heart, bool anaglyph, double tex
   if (interactor() != nullptr) interactor()->SetInteractorStyle(nullptr);
   drawing->parts_->make_window(window.Get());
   drawing_ = std::move(drawing);
-  field_ = heart.field;
+  field_ = heart.touched;
+  inside_ = !heart.inside.empty();
   drag_ = Drag::None;
 }
 
@@ -75,12 +78,21 @@ Vec2 HeartWidget::pixel(const QPointF& at) const {
   return {ratio * at.x(), ratio * at.y()};
 }
 
-// Depth along the line of sight at which the tool would just touch; the heart's middle where the
-// line passes by.
+// Depth along the line of sight at which the tool would just touch; in a cavity the middle of the
+// blood that the line goes through. The heart's middle where the line passes by.
 double HeartWidget::depth_under(const Vec2& at) const {
   const double middle = drawing_->depth_of(drawing_->frame().centre_mm);
   if (!field_) return middle;
   constexpr double kReachMm = 250;
+  if (inside_) {
+    double least_mm = -tool_radius_mm_;
+    double deepest = drawing_->depth_of(field_->centre_mm());
+    for (double depth = middle - kReachMm; depth < middle + kReachMm; depth += 0.5) {
+      const double mm = field_->sample(drawing_->point_at(at, depth), field_time_s_).distance_mm;
+      if (mm < least_mm) std::tie(least_mm, deepest) = std::pair(mm, depth);
+    }
+    return deepest;
+  }
   for (double depth = middle - kReachMm; depth < middle + kReachMm; depth += 0.5) {
     const Vec3 place = drawing_->point_at(at, depth);
     if (field_->sample(place, field_time_s_).distance_mm < tool_radius_mm_) return depth;

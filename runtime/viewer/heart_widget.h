@@ -53,7 +53,8 @@ class HeartWidget : public QVTKOpenGLNativeWidget {
   void move_tool(const Vec2& at);
 
   std::unique_ptr<HeartDrawing> drawing_;
-  std::shared_ptr<const field::FieldQuery> field_;
+  std::shared_ptr<const field::FieldQuery> field_;  ///< of what is touched
+  bool inside_ = false;
   double field_time_s_ = 0;
   bool touching_ = false;
   bool beating_ = false;

@@ -100,18 +100,28 @@ void HeartWindow::guard(const std::function<void()>& action) {
   }
 }
 
-LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file) {
+LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file,
+                         const ViewOptions& options) {
   LoadedHeart heart{.file = file, .opened = opened, .touch = nullptr};
-  if (!opened.field) return heart;
+  if (!opened.touched) return heart;
   const atlas::Manifest& manifest = opened.atlas->manifest();
   TouchSettings settings;
   settings.heart_rate_per_min = std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
+  settings.inside = !opened.inside.empty();
+  settings.model = model_of(options);
+  if (options.tool_radius_mm > 0) settings.tool_radius_mm = options.tool_radius_mm;
+  for (const app::PlayArguments& finger : options.fingers) {
+    settings.radii_mm.push_back(finger.tool_radius_mm);
+  }
   heart.touch = touch_of(opened, settings);
   return heart;
 }
 
 void HeartWindow::load(const QString& file) {
-  loading_.begin([file] { return loaded_heart(open_heart(file.toStdString()), file); });
+  loading_.begin([file, options = options_] {
+    return loaded_heart(open_heart(file.toStdString(), options.inside, options.valve), file,
+                        options);
+  });
   say(QString("%1 is read ...").arg(QFileInfo(file).fileName()));
 }
 
@@ -125,6 +135,7 @@ void HeartWindow::take_loaded() {
 void HeartWindow::show_heart(LoadedHeart heart) {
   picture_->show_heart(heart.opened, options_.anaglyph, options_.text_scale);
   connecting_.drop();
+  opening_fingers_.drop();
   live_.reset();
   heart_ = heart.opened;
   history_.clear();
@@ -132,8 +143,8 @@ void HeartWindow::show_heart(LoadedHeart heart) {
   say(first_run_ ? kHint : "");
   HeartDrawing& drawing = *picture_->drawing();
   if (heart.touch) {
-    live_ = std::make_unique<LiveTouch>(std::move(heart.touch),
-                                        drawing.frame().high_mm + Vec3::Constant(kLiftMm));
+    live_ = std::make_unique<LiveTouch>(std::move(heart.touch), resting_place_mm());
+    open_fingers();
   }
   for (QWidget* widget : std::initializer_list<QWidget*>{touch_, device_, model_, stiffness_,
                                                          left_atrium_, right_atrium_, preset_}) {
@@ -208,9 +219,14 @@ void HeartWindow::put_tool(const Vec3& position_mm) {
 
 void HeartWindow::lift_tool() {
   if (!live_ || picture_->drawing() == nullptr) return;
-  const HeartFrame& frame = picture_->drawing()->frame();
   // Not dragged there: the heart may lie on the way.
-  live_->mouse().put_at(frame.high_mm + Vec3::Constant(kLiftMm));
+  live_->mouse().put_at(resting_place_mm());
+}
+
+// Of an idle tool: beside the heart, or in the middle of the cavity.
+Vec3 HeartWindow::resting_place_mm() {
+  if (!heart_->inside.empty()) return heart_->touched->centre_mm();
+  return picture_->drawing()->frame().high_mm + Vec3::Constant(kLiftMm);
 }
 
 void HeartWindow::cut_changed() {
@@ -280,6 +296,7 @@ void HeartWindow::show_tools(const Felt& first) {
 void HeartWindow::step() {
   take_loaded();
   take_device();
+  take_fingers();
   HeartDrawing* drawing = picture_->drawing();
   if (drawing == nullptr) return;
   Felt felt;
@@ -326,6 +343,11 @@ void HeartWindow::tell_values(const Felt& felt) {
     if (wall->tissue.alpha < 1) where += ", contracts less";
     where = " (" + where + ")";
   }
+  QString others;
+  for (std::size_t n = 1; n < live_->touch().fingers(); ++n) {
+    const PressRow other = press_row(live_->touch().felt(n));
+    others += QString("   %1: %2 N").arg(n + 1).arg(other.force_n, 0, 'f', 2);
+  }
   told_->setText(QString("%1: %2 N   %3 mm deep%8   %4 /min   LV %5 ml, %6 mmHg   %9 l/min   "
                          "picture %7 ms behind")
                      .arg(QString::fromStdString(live_->device()))
@@ -336,7 +358,8 @@ void HeartWindow::tell_values(const Felt& felt) {
                      .arg(row.lv_mmhg, 0, 'f', 0)
                      .arg(lag_ms_, 0, 'f', 0)
                      .arg(where)
-                     .arg(felt.circulation.beat.output_l_per_min, 0, 'f', 1));
+                     .arg(felt.circulation.beat.output_l_per_min, 0, 'f', 1) +
+                 others);
 }
 
 void HeartWindow::closeEvent(QCloseEvent* event) {

@@ -50,8 +50,10 @@ struct LoadedHeart {
   OpenedHeart opened;
   std::unique_ptr<Touch> touch;  ///< null without a field
 };
+/// @param options which say how many fingers there are, and how large
 /// @throws Error{InvalidInput} as Touch does.
-[[nodiscard]] LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file);
+[[nodiscard]] LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file,
+                                       const ViewOptions& options);
 
 class HeartWindow : public QMainWindow {
  public:
@@ -98,9 +100,12 @@ class HeartWindow : public QMainWindow {
   void guard(const std::function<void()>& action);
   void take_loaded();
   void take_device();
+  void open_fingers();
+  void take_fingers();
   void set_playing(bool playing);
   void put_tool(const Vec3& position_mm);
   void lift_tool();
+  [[nodiscard]] Vec3 resting_place_mm();
   void device_chosen();
   void connect_device();
   void show_device();
@@ -126,6 +131,7 @@ class HeartWindow : public QMainWindow {
   std::unique_ptr<LiveTouch> live_;
   Background<LoadedHeart> loading_;
   Background<ReadyDevice> connecting_;
+  Background<std::vector<ReadyDevice>> opening_fingers_;
   History history_;
   std::vector<PressRow> rows_;  ///< just felt
   Panel volumes_;

@@ -8,6 +8,8 @@
 #include <QSignalBlocker>
 #include <QToolButton>
 
+#include "runtime/app/play_device.h"
+#include "runtime/base/error.h"
 #include "runtime/viewer/device_choice.h"
 #include "runtime/viewer/heart_window.h"
 
@@ -97,11 +99,42 @@ void HeartWindow::connect_device() {
   lift_tool();
   const HeartFrame& frame = picture_->drawing()->frame();
   // The left ventricle's free wall, as a scripted press.
-  const Vec3 direction = free_wall_direction(frame, heart_->field->centre_mm());
-  connecting_.begin(
-      [choice, detail = detail_->text().toStdString(), atlas = heart_->atlas, field = heart_->field,
-       direction] { return open_device(choice, detail, atlas->manifest(), *field, direction); });
+  const Vec3 direction = free_wall_direction(frame, heart_->touched->centre_mm());
+  connecting_.begin([choice, detail = detail_->text().toStdString(), heart = *heart_, direction] {
+    return open_device(choice, detail, heart.atlas->manifest(), *heart.touched, direction,
+                       !heart.inside.empty());
+  });
   say(QString("%1: is it there? ...").arg(text(choice.title)));
+}
+
+// What moves each of several fingers, beside the window; all begin together.
+void HeartWindow::open_fingers() {
+  if (options_.fingers.empty()) return;
+  opening_fingers_.begin([fingers = options_.fingers, heart = *heart_] {
+    std::vector<ReadyDevice> out(fingers.size());
+    for (std::size_t n = 0; n < fingers.size(); ++n) {
+      if (fingers[n].device == "mouse") continue;
+      app::SessionOptions session;
+      try {
+        out[n].device =
+            app::open_device(fingers[n], *heart.touched, heart.atlas->manifest(), session);
+      } catch (const Error& error) {
+        throw error.with_context("finger " + std::to_string(n + 1));
+      }
+      out[n].workspace_from_device = session.workspace_from_device;
+    }
+    return out;
+  });
+}
+
+void HeartWindow::take_fingers() {
+  guard([&] {
+    std::optional<std::vector<ReadyDevice>> ready = opening_fingers_.take();
+    if (!ready || !live_) return;
+    for (std::size_t n = 0; n < ready->size(); ++n) {
+      if ((*ready)[n].device) live_->finger(n).use(std::move((*ready)[n]));
+    }
+  });
 }
 
 void HeartWindow::take_device() {

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "runtime/app/touched_heart.h"
 #include "runtime/base/error.h"
 #include "runtime/viewer/plots.h"
 #include "runtime/viewer/touch.h"
@@ -16,6 +17,8 @@
 namespace beatlas::viewer {
 namespace {
 
+/// Of what lies around a tool in a cavity.
+constexpr double kAroundToolOpacity = 0.3;
 // The plots' share of the picture's width.
 constexpr double kPlotShare = 0.36;
 const QColor kForceColour(90, 220, 120);
@@ -84,11 +87,16 @@ double phase_of(const std::string& word, const atlas::Manifest& manifest) {
   return phase;
 }
 
-OpenedHeart open_heart(const std::filesystem::path& package) {
+OpenedHeart open_heart(const std::filesystem::path& package, const std::string& inside,
+                       bool valve) {
   const atlas::Atlas looked_at = atlas::Atlas::open(package, atlas::Needs{});
   atlas::Needs needs = atlas::everything_in(looked_at.manifest());
   needs.levels = {0};
-  std::erase_if(needs.fields, [](Structure structure) { return structure != Structure::Heart; });
+  const Structure touched = app::touched_structure(inside);
+  std::erase_if(needs.fields, [touched](Structure structure) {
+    return structure != Structure::Heart && structure != touched;
+  });
+  if (!inside.empty()) needs.fields.insert(touched);
   OpenedHeart heart;
   heart.atlas = std::make_shared<const atlas::Atlas>(atlas::Atlas::open(package, needs));
   if (needs.surfaces.empty()) {
@@ -99,6 +107,13 @@ OpenedHeart open_heart(const std::filesystem::path& package) {
     heart.field =
         std::make_shared<const field::FieldQuery>(field, heart.atlas->manifest().rr_interval_s);
   }
+  heart.touched = heart.field;
+  heart.inside = inside;
+  if (!inside.empty()) {
+    heart.touched = std::make_shared<const field::FieldQuery>(
+        heart.atlas->field(touched), heart.atlas->manifest().rr_interval_s);
+    if (valve) heart.valve = app::valve_of(*heart.atlas, package.string());
+  }
   return heart;
 }
 
@@ -108,8 +123,8 @@ std::string model_of(const ViewOptions& options) {
 }
 
 std::unique_ptr<Touch> touch_of(const OpenedHeart& heart, const TouchSettings& settings) {
-  return std::make_unique<Touch>(heart.atlas->manifest(), heart.field, settings,
-                                 palpation::lv_wall_of(*heart.atlas));
+  return std::make_unique<Touch>(heart.atlas->manifest(), heart.touched, settings,
+                                 palpation::lv_wall_of(*heart.atlas), heart.valve);
 }
 
 void apply(const ViewOptions& options, HeartDrawing& drawing) {
@@ -122,6 +137,8 @@ void apply(const ViewOptions& options, HeartDrawing& drawing) {
     // Surfaces would hide the volume; their lines on a cut stay.
     if (options.volume != VolumePreset::Off) look.opacity = 0;
     if (options.colour != ColourBy::Structure) look.opacity = coloured_opacity(structure);
+    // A tool in a cavity is seen through all that lies around it.
+    if (!options.inside.empty()) look.opacity = std::min(look.opacity, kAroundToolOpacity);
     const auto wished = options.opacity.find(structure);
     if (wished != options.opacity.end()) {
       look.opacity = wished->second;

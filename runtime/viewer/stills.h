@@ -5,7 +5,9 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "runtime/app/play_options.h"
 #include "runtime/atlas/structures.h"
 #include "runtime/viewer/drawing.h"
 #include "runtime/viewer/touch.h"
@@ -32,7 +34,12 @@ struct ViewOptions {
   bool plots = false;
   bool caption = true;
   bool anaglyph = false;
-  double text_scale = 1;         ///< of all words
+  double text_scale = 1;      ///< of all words
+  double tool_radius_mm = 0;  ///< 0: 3, in a cavity 1
+  std::string inside;         ///< cavity that the tool is in; empty: the heart from outside
+  bool valve = false;         ///< inside lv_blood: the way through its valve is open
+  /// Of a window: what moves each of several fingers; empty: one, of `device`
+  std::vector<app::PlayArguments> fingers;
   std::string device = "mouse";  ///< of a window: one of kDevices
   std::string device_detail;     ///< what it needs besides; empty: what is usual
   int width = 800;
@@ -45,10 +52,16 @@ struct ViewOptions {
 /// Opens all that is drawn and felt of a package; its field may be missing.
 struct OpenedHeart {
   std::shared_ptr<const atlas::Atlas> atlas;
-  std::shared_ptr<const field::FieldQuery> field;  ///< of the heart, or null
+  std::shared_ptr<const field::FieldQuery> field;    ///< of the heart, or null
+  std::shared_ptr<const field::FieldQuery> touched;  ///< the same, or of the cavity
+  std::string inside;                                ///< of the cavity; empty: none
+  std::shared_ptr<const haptics::TubeField> valve;   ///< the way out of it; null: closed
 };
-/// @throws Error{InvalidInput} as atlas::Atlas::open does, and if there is no surface.
-[[nodiscard]] OpenedHeart open_heart(const std::filesystem::path& package);
+/// @param inside, valve as ViewOptions
+/// @throws Error{InvalidInput} as atlas::Atlas::open does, if there is no surface, or not the
+/// cavity or valve that is asked for.
+[[nodiscard]] OpenedHeart open_heart(const std::filesystem::path& package,
+                                     const std::string& inside = "", bool valve = false);
 
 /// The force model that is meant.
 [[nodiscard]] std::string model_of(const ViewOptions& options);

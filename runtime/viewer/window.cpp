@@ -51,7 +51,8 @@ int show_window(const ViewOptions& options, const std::optional<OpenedHeart>& he
   });
   window.show();
   if (heart) {
-    window.show_heart(loaded_heart(*heart, QString::fromStdString(options.package.string())));
+    window.show_heart(
+        loaded_heart(*heart, QString::fromStdString(options.package.string()), options));
     window.use_device(options.device, options.device_detail);
   }
   interrupts.check();

@@ -272,6 +272,26 @@ TEST_F(Command, AWindowThatIsToldToEndLeavesItsDeviceWithoutForceAndClosed) {
   EXPECT_TRUE(sent.ends_with("\n0.000000\nclosed\n")) << sent.substr(sent.size() - 60);
 }
 
+TEST_F(Command, FingersAndCavitiesAreAskedForSensibly) {
+  const std::string heart = file("felt.beatlas");
+  const std::string fingers = " --fingers " BEATLAS_SOURCE_DIR "/samples/fingers_window.json";
+  for (const std::string& words :
+       {heart + " --screenshot x.png" + fingers, heart + " --device simulated" + fingers,
+        std::string(fingers), heart + " --valve", heart + " --inside lv_blood --model patch",
+        heart + " --screenshot x.png --inside lv_blood", heart + " --inside lv_myocardium"}) {
+    EXPECT_EQ(call(words).code, 2) << words;
+  }
+  EXPECT_EQ(call(heart + " --fingers none.json").code, 3);
+  const Called mouse = call(heart + " --headless --fast" + fingers);
+  EXPECT_EQ(mouse.code, 3);
+  EXPECT_NE(mouse.text.find("/fingers/0/device may be mouse"), std::string::npos) << mouse.text;
+  const Called away = call(heart + " --inside rv_blood");
+  EXPECT_EQ(away.code, 3) << away.text;
+  EXPECT_NE(away.text.find("rv_blood"), std::string::npos) << away.text;
+  // All is well but that there is no display.
+  EXPECT_EQ(call(file("heart.beatlas") + fingers).code, 5);
+}
+
 TEST_F(Command, WithoutAWordThereIsTheWindow) {
   const Called alone = call("");
   EXPECT_EQ(alone.code, 5) << alone.text;  // there is no display
