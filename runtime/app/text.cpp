@@ -20,7 +20,12 @@ void append_number(std::string& text, double value) {
 
 std::ifstream open_text(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
+  // A folder can be opened and not be read.
+  if (stream.is_open()) (void)stream.peek();
+  if (!stream.is_open() || stream.bad()) {
+    throw_invalid(file + " cannot be read; check its name and rights");
+  }
+  stream.clear();  // of the end of an empty file
   return stream;
 }
 

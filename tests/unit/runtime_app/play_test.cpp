@@ -135,6 +135,7 @@ TEST(Probe, BadInputIsRefusedWithItsPlace) {
   expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm\n1,2,3\n"), 3, "column t_s is missing");
   expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm,t_s,nx\n1,2,3,4,5\n"), 3, "column nx");
   expect(run({"probe", p, "--points", "none.csv"}), 3, "none.csv");
+  expect(run({"probe", p, "--points", folder().string()}), 3, "cannot be read; check its name");
   expect(run({"probe", "none.beatlas", "--points", "-"}, kHeader), 3, "none.beatlas");
   expect(run({"probe", p, "--points", "-", "--structure", "liver"}, kHeader), 2,
          "no structure liver; there are aorta, heart, la_blood");
