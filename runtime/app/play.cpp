@@ -12,6 +12,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/app/case_command.h"
 #include "runtime/app/exercise_session.h"
 #include "runtime/app/fingers.h"
 #include "runtime/app/headless.h"
@@ -52,6 +53,11 @@ struct ReplayArguments {
 }
 
 void check_usage(const PlayArguments& arguments) {
+  if (arguments.package.empty() && !arguments.case_file.empty()) {
+    throw_usage(arguments.case_file +
+                " names no atlas; name a PACKAGE beside --case, or press paper B's ventricle with "
+                "--press FOLDER");
+  }
   if (arguments.package.empty()) throw_usage("name a package; see beatlas-play --help");
   if (!arguments.headless && arguments.exercise.empty()) {
     throw_usage(
@@ -120,7 +126,8 @@ void run_scripted_press(const PlayArguments& arguments, std::ostream& out) {
   run_press_session(press, out);
 }
 
-void run_headless(const PlayArguments& arguments, std::ostream& out) {
+void run_headless(const PlayArguments& told, std::ostream& out) {
+  const PlayArguments arguments = take_case(told);
   if (is_press(arguments)) return run_scripted_press(arguments, out);
   check_usage(arguments);
   if (!arguments.exercise.empty()) return run_exercise(arguments, out);
@@ -163,6 +170,25 @@ void run_headless(const PlayArguments& arguments, std::ostream& out) {
   }
 }
 
+CLI::App* add_replay_ticks(CLI::App& app, ReplayArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");
+  command->add_option("PACKAGE", arguments.package, "a .beatlas file")->required();
+  command->add_option("TICKS", arguments.file, "what --ticks wrote")->required();
+  command->footer("Example:\n  beatlas-play replay-ticks heart.beatlas session.ticks");
+  return command;
+}
+
+CLI::App* add_replay_exercise(CLI::App& app, ReplayArguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "replay-exercise",
+      "play an exercise's session once more, to the bit, and write its score and report again");
+  command->add_option("PACKAGE", arguments.package, "a .beatlas file")->required();
+  command->add_option("FOLDER", arguments.file, "what --session named")->required();
+  command->footer("Example:\n  beatlas-play replay-exercise heart.beatlas session");
+  return command;
+}
+
 CLI::App* add_sensitivity(CLI::App& app, SensitivityArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "sensitivity",
@@ -202,6 +228,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       "  beatlas-play PACKAGE --exercise E.json --session FOLDER [OPTIONS]\n"
       "  beatlas-play replay-ticks PACKAGE TICKS\n"
       "  beatlas-play replay-exercise PACKAGE FOLDER\n"
+      "  beatlas-play cases FOLDER [WORDS...]\n"
+      "  beatlas-play --case C.case.json --headless [OPTIONS]\n"
       "  beatlas-play sensitivity [-o FOLDER]",
       "beatlas-play");
   PlayArguments play_arguments;
@@ -217,25 +245,19 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
   ProbeArguments probe_arguments;
   const CLI::App* probe_command = add_probe(app, probe_arguments);
   ReplayArguments ticks_arguments;
-  CLI::App* ticks_command = app.add_subcommand(
-      "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");
-  ticks_command->add_option("PACKAGE", ticks_arguments.package, "a .beatlas file")->required();
-  ticks_command->add_option("TICKS", ticks_arguments.file, "what --ticks wrote")->required();
-  ticks_command->footer("Example:\n  beatlas-play replay-ticks heart.beatlas session.ticks");
+  const CLI::App* ticks_command = add_replay_ticks(app, ticks_arguments);
   ReplayArguments exercise_arguments;
-  CLI::App* exercise_command = app.add_subcommand(
-      "replay-exercise",
-      "play an exercise's session once more, to the bit, and write its score and report again");
-  exercise_command->add_option("PACKAGE", exercise_arguments.package, "a .beatlas file")
-      ->required();
-  exercise_command->add_option("FOLDER", exercise_arguments.file, "what --session named")
-      ->required();
-  exercise_command->footer("Example:\n  beatlas-play replay-exercise heart.beatlas session");
+  const CLI::App* exercise_command = add_replay_exercise(app, exercise_arguments);
   SensitivityArguments sensitivity_arguments;
   const CLI::App* sensitivity_command = add_sensitivity(app, sensitivity_arguments);
+  CasesArguments cases_arguments;
+  const CLI::App* cases_command = add_cases(app, cases_arguments);
+  app.require_subcommand(0, 1);  // behind one, the name of another is a word like any
   try {
+    int code = 0;
     app.parse(argc, argv);
     play_arguments.scene_named = app.count("--scene") > 0;
+    play_arguments.model_named = app.count("--model") > 0;
     if (probe_command->parsed()) {
       run_probe(probe_arguments, in, out);
     } else if (ticks_command->parsed()) {
@@ -244,6 +266,8 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
       replay_exercise(exercise_arguments.package, exercise_arguments.file, out);
     } else if (sensitivity_command->parsed()) {
       run_sensitivity(sensitivity_arguments, out);
+    } else if (cases_command->parsed()) {
+      code = run_cases(cases_arguments, out, err);
     } else if (play_arguments.list_devices) {
       out << device::list_devices(play_arguments.hardware);
     } else {
@@ -251,7 +275,7 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
     }
     out.flush();
     if (!out) throw Error(ErrorCode::Machine, "standard output cannot be written");
-    return 0;
+    return code;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {
       app.exit(error, out, err);

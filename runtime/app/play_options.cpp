@@ -144,6 +144,10 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--preset", arguments.press.preset, "of them, for --press or --model patch")
       ->check(CLI::IsMember(palpation::palpation_presets()));
   app.add_option(
+      "--case", arguments.case_file,
+      "JSON of a heart and what was felt on it: its atlas, unless a PACKAGE is named, with "
+      "paper B's muscle as it says, for --headless");
+  app.add_option(
       "--fingers", arguments.fingers,
       "JSON of two to eight devices that touch this heart at once; in the window as well");
   app.add_option("--exercise", arguments.exercise,

@@ -33,6 +33,7 @@ struct PlayArguments {
   std::string inside;  ///< a cavity that the tool is in; none: the heart is touched from outside
   bool valve = false;  ///< inside lv_blood: the way through its valve is open
   std::string model = "proxy";
+  bool model_named = false;
   double tool_radius_mm = 0;
   double tool_half_length_mm = 0;
   double long_axis = 0.5;
@@ -48,6 +49,7 @@ struct PlayArguments {
   bool json = false;
   bool scene_named = false;
   PressArguments press;
+  std::string case_file;            ///< JSON after schemas/case.schema.json; or none
   std::string fingers;              ///< JSON after schemas/fingers.schema.json; or none
   std::string exercise;             ///< JSON after schemas/exercise.schema.json; or none
   std::string session;              ///< folder in which an exercise is kept

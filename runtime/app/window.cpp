@@ -17,11 +17,12 @@ namespace beatlas::app {
 bool wants_picture(int argc, const char* const* argv) {
   const std::string_view first = argc < 2 ? "" : argv[1];
   if (first == "probe" || first == "replay-ticks" || first == "replay-exercise" ||
-      first == "sensitivity")
+      first == "sensitivity" || first == "cases")
     return false;
-  // An exercise has no picture: what is touched there is to be found by touch alone.
-  constexpr std::array<std::string_view, 5> kWithout{"--headless", "--exercise", "--list-devices",
-                                                     "--help", "-h"};
+  // An exercise has no picture: what is touched there is to be found by touch alone. Nor has a
+  // case, which is refused with a sentence of its own.
+  constexpr std::array<std::string_view, 6> kWithout{"--headless",     "--exercise", "--case",
+                                                     "--list-devices", "--help",     "-h"};
   return std::none_of(argv + 1, argv + argc, [&](const char* word) {
     return std::find(kWithout.begin(), kWithout.end(), word) != kWithout.end();
   });

@@ -15,7 +15,7 @@ import jsonschema
 
 PROGRAM, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 SCHEMAS = {name: json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
-           for name in ("recipe", "scene", "seeds", "palpation", "exercise", "fingers")}
+           for name in ("recipe", "scene", "seeds", "palpation", "exercise", "fingers", "case")}
 problems = []
 
 
@@ -168,6 +168,7 @@ for recipe in ends:
 
 for file in sorted((SOURCE / "samples").rglob("*.json")):
     name = ("exercise" if file.parent.name == "exercises" else
+            "case" if file.parent.name == "cases" else
             next(name for name in SCHEMAS if file.name.startswith(name)))
     text = file.read_text()
     if not schema_accepts(name, without_comments(text)):
