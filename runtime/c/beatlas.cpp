@@ -44,6 +44,20 @@ int model_of(const beatlas_options& options) {
   return out;
 }
 
+std::shared_ptr<const haptics::ContactField> body_of(const Opened& opened,
+                                                     const beatlas_options& options) {
+  if (options.inside != 0) return haptics::cavity_of(opened.field);
+  return std::make_shared<const haptics::AtlasField>(opened.field);
+}
+
+std::unique_ptr<haptics::ShellModel> fingertip_of(const Opened& opened,
+                                                  const beatlas_options& options) {
+  return std::make_unique<haptics::ShellModel>(
+      body_of(opened, options),
+      haptics::fingertip(options.radius_mm == 0 ? 8 : options.radius_mm, options.points),
+      haptics::ShellOptions{});
+}
+
 haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) {
   haptics::Scene scene;
   scene.period_s = opened.manifest.rr_interval_s;
@@ -53,10 +67,6 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
   if (options.inside != 0 && (wanted == BEATLAS_TWO_STEP || wanted == BEATLAS_PUBLISHED)) {
     beatlas::throw_invalid("a cavity is felt from within by the proxy or a fingertip alone");
   }
-  const auto body = [&]() -> std::shared_ptr<const haptics::ContactField> {
-    if (options.inside != 0) return haptics::cavity_of(opened.field);
-    return std::make_shared<const haptics::AtlasField>(opened.field);
-  };
   switch (wanted) {
     case BEATLAS_PROXY: {
       haptics::ProxyOptions model;
@@ -66,7 +76,7 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
       model.damping_n_s_per_m = options.damping_n_s_per_m;
       model.friction_static = options.friction_static;
       model.friction_dynamic = options.friction_dynamic;
-      scene.model = std::make_unique<haptics::ProxyModel>(body(), model);
+      scene.model = std::make_unique<haptics::ProxyModel>(body_of(opened, options), model);
       break;
     }
     case BEATLAS_TWO_STEP:
@@ -78,10 +88,7 @@ haptics::Scene make_scene(const Opened& opened, const beatlas_options& options) 
       break;
     }
     case BEATLAS_FINGERTIP:
-      scene.model = std::make_unique<haptics::ShellModel>(
-          body(),
-          haptics::fingertip(options.radius_mm == 0 ? 8 : options.radius_mm, options.points),
-          haptics::ShellOptions{});
+      scene.model = fingertip_of(opened, options);
       break;
     default:
       beatlas::throw_invalid("there is no such force model");
@@ -133,6 +140,7 @@ struct beatlas_session {
   Opened opened;
   haptics::Servo servo;
   std::unique_ptr<haptics::Taxels> taxels;  ///< of `opened`, made when they are first asked for
+  std::unique_ptr<haptics::ShellModel> fingertip;  ///< for taxels: likewise, beside the servo's own
 
   beatlas_session(beatlas::Structure which, const beatlas_options& how, Opened package)
       : structure(which),
@@ -140,6 +148,32 @@ struct beatlas_session {
         opened(std::move(package)),
         servo(make_scene(opened, options), servo_options(options)) {}
 };
+
+namespace {
+
+// What a tool needs for its taxels is made when they are first asked for.
+haptics::TaxelMap newest_taxels(beatlas_session& session, const Vec3& right) {
+  const beatlas_options& options = session.options;
+  const Opened& opened = session.opened;
+  const int model = model_of(options);
+  const bool ball = model == BEATLAS_PROXY && options.half_length_mm == 0 && options.inside == 0;
+  if (!ball && model != BEATLAS_FINGERTIP) {
+    beatlas::throw_invalid(
+        "only a ball and a fingertip have taxels; open the session with BEATLAS_PROXY from outside "
+        "and without half_length_mm, or with BEATLAS_FINGERTIP");
+  }
+  if (ball && !session.taxels) {
+    session.taxels = std::make_unique<haptics::Taxels>(
+        body_of(opened, options), haptics::TaxelOptions{.radius_mm = options.radius_mm});
+  }
+  if (!ball && !session.fingertip) session.fingertip = fingertip_of(opened, options);
+  const haptics::Published seen = session.servo.published();
+  const double t = seen.phase * opened.field->rr_interval_s();
+  return ball ? session.taxels->under(haptics::ball_contact(seen, right), t)
+              : haptics::taxels_of(*session.fingertip, seen, t, right);
+}
+
+}  // namespace
 
 extern "C" {
 
@@ -257,6 +291,7 @@ int beatlas_swap(beatlas_session* session, const char* package, char* message,
         session->servo.offer(make_scene(opened, session->options));
         session->opened = std::move(opened);
         session->taxels.reset();
+        session->fingertip.reset();
       },
       message, message_size);
   return done ? 1 : 0;
@@ -287,23 +322,8 @@ int beatlas_taxels(beatlas_session* session, const double* right, beatlas_taxel_
         if (session == nullptr || map == nullptr) {
           beatlas::throw_invalid("taxels need a session, and a map to write into");
         }
-        const beatlas_options& options = session->options;
-        if (model_of(options) != BEATLAS_PROXY || options.half_length_mm != 0 ||
-            options.inside != 0) {
-          beatlas::throw_invalid(
-              "only a proxy's ball has taxels; open the session with "
-              "BEATLAS_PROXY from outside and without half_length_mm");
-        }
-        if (!session->taxels) {
-          session->taxels = std::make_unique<haptics::Taxels>(
-              std::make_shared<haptics::AtlasField>(session->opened.field),
-              haptics::TaxelOptions{.radius_mm = options.radius_mm});
-        }
-        const haptics::Published seen = session->servo.published();
-        const haptics::BallContact contact =
-            haptics::ball_contact(seen, right == nullptr ? Vec3::UnitX() : Vec3(right));
         const haptics::TaxelMap found =
-            session->taxels->under(contact, seen.phase * session->opened.field->rr_interval_s());
+            newest_taxels(*session, right == nullptr ? Vec3::UnitX() : Vec3(right));
         std::copy(found.pressure_kpa.begin(), found.pressure_kpa.end(), map->pressure_kpa);
         map->pitch_mm = found.pitch_mm;
         map->area_mm2 = found.area_mm2;

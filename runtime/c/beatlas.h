@@ -24,7 +24,7 @@ extern "C" {
 #endif
 
 /* Rises when a struct or the meaning of a function changes. */
-#define BEATLAS_C_VERSION 3
+#define BEATLAS_C_VERSION 4
 /* The version that the library was built with. */
 BEATLAS_API int beatlas_c_version(void);
 
@@ -134,7 +134,7 @@ BEATLAS_API beatlas_seen beatlas_look(const beatlas_session* session);
 
 typedef struct {
   double pressure_kpa[64]; /* mean on each of 8 x 8 taxels, row after row */
-  double pitch_mm;         /* from taxel to taxel: a quarter of the ball's radius */
+  double pitch_mm;         /* from taxel to taxel: a quarter of the tool's radius */
   double area_mm2;         /* of contact */
   double peak_kpa;
   double centre_mm[3]; /* of the map, on the plane of contact */
@@ -143,8 +143,8 @@ typedef struct {
 } beatlas_taxel_map;
 
 /* Another thread, for tactile displays: how the pressure of the newest tick is spread under the
- * ball of a proxy that has a radius. `right`: which way the columns run; NULL: the workspace's x.
- * Fails for other tools. */
+ * ball of a proxy that has a radius, from outside, or under a fingertip. `right`: which way the
+ * columns run; NULL: the workspace's x. Fails for other tools. */
 BEATLAS_API int beatlas_taxels(beatlas_session* session, const double* right,
                                beatlas_taxel_map* map, char* message, size_t message_size);
 

@@ -128,6 +128,7 @@ Tick Servo::tick(const ServoState& state) noexcept {
   out.phase = heart_.phase();
   out.rate_hz = heart_.rate_hz();
   out.position_mm = record.position_mm;
+  out.orientation = record.orientation;
   out.proxy_mm = numbers(tick.contact.proxy_mm);
   out.normal = numbers(tick.contact.normal);
   out.force_n = record.force_n;

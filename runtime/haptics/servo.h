@@ -37,6 +37,7 @@ struct Published {
   double phase = 0;  ///< of the cycle, 0..1
   double rate_hz = 0;
   std::array<double, 3> position_mm{};
+  std::array<double, 4> orientation{0, 0, 0, 1};  ///< workspace_from_tool: x y z w
   std::array<double, 3> proxy_mm{};
   std::array<double, 3> normal{};
   std::array<double, 3> force_n{};

@@ -1,6 +1,7 @@
 #include "runtime/haptics/shell.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/haptics/servo.h"
 
 namespace beatlas::haptics {
 namespace {
@@ -35,6 +37,26 @@ void sort_by_place(const std::vector<Vec3>& points, std::span<std::size_t> order
   sort_by_place(points, order.subspan(left));
 }
 
+/// Adds a point's force to the taxels that a square of `side` about it lies on, all in pitches from
+/// the map's middle. What of the square is beside the map comes to the part that is not.
+void spread(double force, const Eigen::Vector2d& place, double side,
+            std::array<double, TaxelMap::kTaxels>& to) noexcept {
+  constexpr double kHalf = TaxelMap::kSide / 2.0;
+  if (!(place.cwiseAbs().maxCoeff() <= kHalf)) return;
+  const double half = std::max(side, 1e-6) / 2;
+  const Eigen::Array2d low = (place.array() + kHalf - half).max(0.0);
+  const Eigen::Array2d high = (place.array() + kHalf + half).min(2 * kHalf);
+  const double density = force / (high - low).prod();
+  const auto last = [](double end) { return std::min(static_cast<int>(end), TaxelMap::kSide - 1); };
+  for (int row = static_cast<int>(low.y()); row <= last(high.y()); ++row) {
+    const double tall = std::min(row + 1.0, high.y()) - std::max<double>(row, low.y());
+    for (int column = static_cast<int>(low.x()); column <= last(high.x()); ++column) {
+      const double wide = std::min(column + 1.0, high.x()) - std::max<double>(column, low.x());
+      to[static_cast<std::size_t>(row * TaxelMap::kSide + column)] += density * tall * wide;
+    }
+  }
+}
+
 }  // namespace
 
 Shell fingertip(double radius_mm, std::size_t points) {
@@ -55,6 +77,7 @@ Shell fingertip(double radius_mm, std::size_t points) {
     const double turn = golden * static_cast<double>(n);
     shell.points_mm.emplace_back(radius_mm * Vec3(r * std::cos(turn), r * std::sin(turn), z));
     shell.areas_mm2.push_back(area_mm2);
+    shell.normals.push_back(shell.points_mm.back() / radius_mm);
   }
   return shell;
 }
@@ -70,7 +93,13 @@ ShellModel::ShellModel(std::shared_ptr<const ContactField> field, const Shell& s
   if (count < 1 || count > Shell::kMostPoints || shell.areas_mm2.size() != count) {
     throw_invalid("a shell must have from 1 to 10000 points, each with its area");
   }
+  if (!shell.normals.empty() && shell.normals.size() != count) {
+    throw_invalid("a shell must have a normal for each of its points, or none");
+  }
   for (std::size_t n = 0; n < count; ++n) {
+    if (!shell.normals.empty() && !(std::abs(shell.normals[n].norm() - 1) < 1e-6)) {
+      throw_invalid("the normal of point " + std::to_string(n) + " of a shell is no unit vector");
+    }
     if (!shell.points_mm[n].allFinite() || !(shell.areas_mm2[n] >= 0 && shell.areas_mm2[n] < 1e6)) {
       throw_invalid("point " + std::to_string(n) + " of a shell has no place or no area");
     }
@@ -81,6 +110,7 @@ ShellModel::ShellModel(std::shared_ptr<const ContactField> field, const Shell& s
   for (std::size_t n : order) {
     points_mm_.push_back(shell.points_mm[n]);
     areas_mm2_.push_back(shell.areas_mm2[n]);
+    if (!shell.normals.empty()) normals_.push_back(shell.normals[n]);
     bound_mm_ = std::max(bound_mm_, shell.points_mm[n].norm());
   }
   for (std::size_t first = 0; first < count; first += kClusterPoints) {
@@ -104,6 +134,9 @@ Contact ShellModel::evaluate(const ServoState& state, const Moment& moment) noex
   const Vec3& x = state.position_mm;
   const double t = moment.field_time_s;
   const Eigen::Matrix3d turn = state.orientation.normalized().toRotationMatrix();
+  reset();
+  position_mm_ = x;
+  turn_ = turn;
   Contact contact;
   contact.proxy_mm = x;
   const FieldSample middle = field_->sample(x, t);
@@ -133,6 +166,7 @@ Contact ShellModel::evaluate(const ServoState& state, const Moment& moment) noex
   for (std::size_t n = 0; n < asked; ++n) asked_mm_[n] = x + turn * points_mm_[asked_point_[n]];
   batch_->sample(std::span<const Vec3>(asked_mm_).first(asked), t, answers.first(asked));
   samples_ += asked;
+  asked_ = asked;
 
   Vec3 force = Vec3::Zero();
   Vec3 torque = Vec3::Zero();
@@ -140,13 +174,11 @@ Contact ShellModel::evaluate(const ServoState& state, const Moment& moment) noex
     const FieldSample& answer = answers_[n];
     nearest_mm = std::min(nearest_mm, answer.distance_mm);
     if (!(answer.distance_mm < 0)) continue;
-    const double length = answer.gradient.norm();
-    const Vec3 out =
-        length >= kShortest ? Vec3(answer.gradient / length) : field_->outward(asked_mm_[n]);
-    const Vec3 push = areas_mm2_[asked_point_[n]] * -answer.distance_mm * out;
+    const Vec3 push = areas_mm2_[asked_point_[n]] * -answer.distance_mm * outward_of(n);
     force += push;
     torque += (asked_mm_[n] - x).cross(push);
     if (-answer.distance_mm > contact.depth_mm) {
+      const double length = answer.gradient.norm();
       contact.depth_mm = -answer.distance_mm;
       contact.surface_velocity_mm_s =
           length >= kShortest ? -moment.speed * answer.rate_mm_s / length : 0;
@@ -156,10 +188,87 @@ Contact ShellModel::evaluate(const ServoState& state, const Moment& moment) noex
   contact.touching = contact.depth_mm > 0;
   contact.force_n = foundation_n_per_mm3_ * force;
   contact.torque_n_mm = foundation_n_per_mm3_ * torque;
+  force_n_ = contact.force_n;
   const double size = contact.force_n.norm();
   if (size > 0) contact.normal = contact.force_n / size;
   contact.proxy_mm = x + contact.depth_mm * contact.normal;
   return contact;
+}
+
+void ShellModel::reset() noexcept {
+  asked_ = 0;
+  force_n_.setZero();
+}
+
+Vec3 ShellModel::outward_of(std::size_t asked) const noexcept {
+  const Vec3& gradient = answers_[asked].gradient;
+  const double length = gradient.norm();
+  return length >= kShortest ? Vec3(gradient / length) : field_->outward(asked_mm_[asked]);
+}
+
+TaxelMap ShellModel::taxels(const Vec3& right, double pitch_mm) const noexcept {
+  TaxelMap out;
+  out.pitch_mm = pitch_mm == 0 ? 2 * bound_mm_ / TaxelMap::kSide : pitch_mm;
+  const double force_n = force_n_.norm();
+  if (!(force_n > 0 && std::isfinite(force_n) && out.pitch_mm >= TaxelOptions::kLeastPitchMm &&
+        out.pitch_mm <= TaxelOptions::kMostPitchMm)) {
+    return out;
+  }
+  const Vec3 n = force_n_ / force_n;
+  out.right = across(n, right);
+  out.up = n.cross(out.right);
+  std::array<double, TaxelMap::kTaxels> force{};
+  double whole = 0;  // of all points [N]
+  double depth_mm = 0;
+  double height_mm = 0;  // of the plane of contact over the tool's centre
+  for (std::size_t at = 0; at < asked_; ++at) {
+    const double depth = -answers_[at].distance_mm;
+    if (!(depth > 0)) continue;
+    const std::size_t point = asked_point_[at];
+    const Vec3 arm = asked_mm_[at] - position_mm_;
+    const double area_mm2 = areas_mm2_[point];
+    out.area_mm2 +=
+        normals_.empty() ? area_mm2 : area_mm2 * std::max(0.0, -n.dot(turn_ * normals_[point]));
+    if (depth > depth_mm) {
+      depth_mm = depth;
+      height_mm = arm.dot(n) + depth;
+    }
+    // What would pull, as the far side of a thin wall does, is no pressure.
+    const double push =
+        foundation_n_per_mm3_ * area_mm2 * depth * std::max(0.0, n.dot(outward_of(at)));
+    whole += push;
+    spread(push, Eigen::Vector2d(arm.dot(out.right), arm.dot(out.up)) / out.pitch_mm,
+           std::sqrt(area_mm2) / out.pitch_mm, force);
+  }
+  out.centre_mm = position_mm_ + height_mm * n;
+  out.peak_kpa = TaxelMap::kKpaPerNMm2 * foundation_n_per_mm3_ * depth_mm;
+  const double per_force = TaxelMap::kKpaPerNMm2 * force_n / (whole * out.pitch_mm * out.pitch_mm);
+  for (std::size_t at = 0; at < force.size(); ++at) {
+    out.pressure_kpa[at] = static_cast<float>(force[at] * per_force);
+  }
+  return out;
+}
+
+TaxelMap taxels_of(ShellModel& model, const Published& seen, double t, const Vec3& right,
+                   double pitch_mm) noexcept {
+  double share = 0;  // of the model's force that is felt
+  if (seen.touching) {
+    const auto& q = seen.orientation;
+    const Contact contact =
+        model.evaluate({.time_s = seen.time_s,
+                        .position_mm = Vec3(seen.position_mm.data()),
+                        .orientation = Eigen::Quaterniond(q[3], q[0], q[1], q[2])},
+                       {.field_time_s = t});
+    const double force_n = contact.force_n.norm();
+    if (force_n > 0) share = Vec3(seen.force_n.data()).dot(contact.normal) / force_n;
+  }
+  if (!(share > 0)) model.reset();
+  TaxelMap out = model.taxels(right, pitch_mm);
+  for (float& pressure : out.pressure_kpa) {
+    pressure = static_cast<float>(share * static_cast<double>(pressure));
+  }
+  out.peak_kpa *= share;
+  return out;
 }
 
 }  // namespace beatlas::haptics

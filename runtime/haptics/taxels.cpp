@@ -9,8 +9,7 @@
 namespace beatlas::haptics {
 namespace {
 
-constexpr int kParts = 6;             ///< of a taxel's side, for its mean
-constexpr double kKpaPerNMm2 = 1000;  ///< 1 N/mm^2 = 1 MPa
+constexpr int kParts = 6;  ///< of a taxel's side, for its mean
 
 /// Weights of the middles of a taxel's parts, between its two corners.
 constexpr std::array<double, kParts> kPartWeights = [] {
@@ -19,14 +18,13 @@ constexpr std::array<double, kParts> kPartWeights = [] {
   return out;
 }();
 
-/// A unit vector across n, along `wished` if that is not along n.
+}  // namespace
+
 Vec3 across(const Vec3& n, const Vec3& wished) noexcept {
   const Vec3 part = wished - wished.dot(n) * n;
   if (part.norm() > 1e-3 * wished.norm()) return part.normalized();
   return n.unitOrthogonal();
 }
-
-}  // namespace
 
 BallContact ball_contact(const Published& seen, const Vec3& right) noexcept {
   BallContact out;
@@ -47,7 +45,8 @@ Taxels::Taxels(std::shared_ptr<const ContactField> field, const TaxelOptions& op
     throw_invalid("the radius of a ball with taxels must be from 0.5 to 50 mm");
   }
   if (options_.pitch_mm == 0) options_.pitch_mm = 2 * options_.radius_mm / TaxelMap::kSide;
-  if (!(options_.pitch_mm >= 0.05 && options_.pitch_mm <= 20)) {
+  if (!(options_.pitch_mm >= TaxelOptions::kLeastPitchMm &&
+        options_.pitch_mm <= TaxelOptions::kMostPitchMm)) {
     throw_invalid("the pitch of taxels must be from 0.05 to 20 mm");
   }
   batch_ = field_->batch(std::sqrt(2.0) * TaxelMap::kSide * options_.pitch_mm);
@@ -123,7 +122,7 @@ TaxelMap Taxels::under(const BallContact& contact, double t) noexcept {
     out.pressure_kpa.fill(0);
     return out;
   }
-  const double per_part = kKpaPerNMm2 * normal_n / (whole * part_mm * part_mm);
+  const double per_part = TaxelMap::kKpaPerNMm2 * normal_n / (whole * part_mm * part_mm);
   for (float& pressure : out.pressure_kpa) {
     pressure = static_cast<float>(pressure * per_part / (kParts * kParts));
   }

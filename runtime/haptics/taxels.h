@@ -13,6 +13,8 @@
 /// A)^(1/2) times as long as wide, for Hertz's about (B / A)^(2/3). phi is the body's own distance
 /// over the plane, so that an edge, a groove or a vessel shows; K is the stiffness at the place, so
 /// that a scar does. c makes the sum of all pressures the normal force that is felt.
+///
+/// A fingertip of points (shell.h) knows the pressure at each of them, and fills in a map itself.
 
 #include <array>
 #include <memory>
@@ -38,8 +40,10 @@ struct BallContact {
 
 struct TaxelMap {
   static constexpr int kSide = 8;
+  static constexpr std::size_t kTaxels = std::size_t{kSide} * kSide;
+  static constexpr double kKpaPerNMm2 = 1000;  ///< 1 N/mm^2 = 1 MPa
   /// Mean pressure on each taxel [kPa], row after row, columns along `right`, rows along `up`.
-  std::array<float, std::size_t{kSide} * kSide> pressure_kpa{};
+  std::array<float, kTaxels> pressure_kpa{};
   double pitch_mm = 0;            ///< from taxel to taxel
   double area_mm2 = 0;            ///< of contact
   double peak_kpa = 0;            ///< the greatest pressure anywhere, not of a taxel
@@ -48,9 +52,14 @@ struct TaxelMap {
   Vec3 up = Vec3::Zero();
 };
 
+/// A unit vector across the unit vector `n`, along `wished` if that is not along n.
+[[nodiscard]] Vec3 across(const Vec3& n, const Vec3& wished) noexcept;
+
 struct TaxelOptions {
   static constexpr double kLeastRadiusMm = 0.5;
   static constexpr double kMostRadiusMm = 50;
+  static constexpr double kLeastPitchMm = 0.05;
+  static constexpr double kMostPitchMm = 20;
   double radius_mm = 8;  ///< [mm] within these: of the ball
   double pitch_mm = 0;   ///< [mm] 0.05..20; 0: a quarter of the radius, the ball's whole width
   std::shared_ptr<const StiffnessMap> map = nullptr;  ///< as the force model's

@@ -268,5 +268,30 @@ void taxels_under_a_ball(benchmark::State& state) {
 }
 BENCHMARK(taxels_under_a_ball)->MinTime(2)->Unit(benchmark::kMicrosecond);
 
+// range(0): points of an 8 mm fingertip, 2 mm deep. The map alone, without the tick.
+void taxels_under_a_fingertip(benchmark::State& state) {
+  haptics::ShellModel model(std::make_shared<const haptics::AtlasField>(sphere()),
+                            haptics::fingertip(8, static_cast<std::size_t>(state.range(0))), {});
+  std::vector<double> times_us;
+  double t = 0;
+  for (auto _ : state) {
+    t += 0.001;
+    const Vec3 x = sliding(t, 8, 2);
+    (void)model.evaluate(
+        {.position_mm = x, .orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), x)},
+        {.field_time_s = t});
+    const double begin = thread_cpu_us();
+    benchmark::DoNotOptimize(model.taxels(Vec3::UnitX()));
+    const double end = thread_cpu_us();
+    times_us.push_back(end - begin);
+  }
+  report(state, times_us);
+}
+BENCHMARK(taxels_under_a_fingertip)
+    ->Arg(2000)
+    ->Arg(10000)
+    ->MinTime(2)
+    ->Unit(benchmark::kMicrosecond);
+
 }  // namespace
 }  // namespace beatlas

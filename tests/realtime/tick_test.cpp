@@ -12,6 +12,7 @@
 #include "runtime/device/simulated.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
+#include "runtime/haptics/shell.h"
 #include "runtime/haptics/taxels.h"
 #include "runtime/haptics/watchdog.h"
 #include "tests/realtime/allocations.h"
@@ -55,6 +56,11 @@ TEST(Tick, CannotThrow) {
       noexcept(std::declval<haptics::TwoStepModel&>().evaluate(std::declval<const Vec3&>(), 0.0)));
   static_assert(noexcept(std::declval<haptics::ForceModel&>().evaluate(
       std::declval<const haptics::ServoState&>(), std::declval<const haptics::Moment&>())));
+  static_assert(noexcept(
+      std::declval<const haptics::ShellModel&>().taxels(std::declval<const Vec3&>(), 0.0)));
+  static_assert(noexcept(haptics::taxels_of(std::declval<haptics::ShellModel&>(),
+                                            std::declval<const haptics::Published&>(), 0.0,
+                                            std::declval<const Vec3&>(), 0.0)));
   static_assert(noexcept(std::declval<haptics::Watchdog&>().beat()));
   static_assert(noexcept(
       std::declval<haptics::SafetyStage&>().apply(std::declval<const Vec3&>(), 0.0, 0.0, true)));
@@ -100,6 +106,30 @@ TEST(Tick, TaxelsAllocateNothing) {
     const Vec3 out = Vec3(std::sin(n), std::cos(n), std::sin(0.3 * n)).normalized();
     const haptics::TaxelMap map = taxels.under(
         {.proxy_mm = 17 * out, .normal = out, .force_n = out, .depth_mm = 2}, 0.001 * n);
+    most = std::max(most, map.peak_kpa);
+  }
+  counting = false;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(most, 0);
+}
+
+TEST(Tick, TaxelsOfAFingertipAllocateNothing) {
+  haptics::ShellModel model(std::make_shared<const haptics::AtlasField>(sphere()),
+                            haptics::fingertip(4, 500), {});
+  haptics::Published seen;
+  seen.touching = true;
+  double most = 0;
+  allocations = 0;
+  counting = true;
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3 out = Vec3(std::sin(n), std::cos(n), std::sin(0.3 * n)).normalized();
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), out);
+    const Vec3 at = 15 * out;
+    seen.position_mm = {at.x(), at.y(), at.z()};
+    seen.orientation = {turn.x(), turn.y(), turn.z(), turn.w()};
+    seen.force_n = {out.x(), out.y(), out.z()};
+    const haptics::TaxelMap map =
+        haptics::taxels_of(model, seen, 0.001 * n, Vec3::UnitX(), n % 2 == 0 ? 0 : 0.3);
     most = std::max(most, map.peak_kpa);
   }
   counting = false;

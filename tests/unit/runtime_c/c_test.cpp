@@ -157,6 +157,42 @@ TEST(C, TaxelsHoldTheForceOfTheNewestTick) {
   EXPECT_NE(std::string(message).find("BEATLAS_PROXY"), std::string::npos);
 }
 
+TEST(C, TaxelsOfAFingertipHoldTheForceOfTheNewestTick) {
+  for (const int inside : {0, 1}) {
+    beatlas_options options = beatlas_default_options();
+    options.model = BEATLAS_FINGERTIP;
+    options.radius_mm = 3;
+    options.inside = inside;
+    const Session c(&options);
+    ASSERT_NE(c.session, nullptr);
+    char message[256];
+    beatlas_taxel_map map{};
+    ASSERT_EQ(beatlas_taxels(c.session, nullptr, &map, message, sizeof message), 1) << message;
+    EXPECT_EQ(map.area_mm2, 0);
+    EXPECT_NEAR(map.pitch_mm, 0.75, 1e-12);
+    beatlas_felt felt{};
+    for (int n = 0; n < 2000; ++n) {  // 60 mm out to the middle, or from there outwards
+      beatlas_state state = state_at(c, 0.001 * n, inside != 0 ? 0.03 * n : 60 - 0.03 * n);
+      // The tip's -z is along x: towards the wall from where it comes.
+      state.orientation[1] = (inside != 0 ? -1 : 1) * std::sqrt(0.5);
+      state.orientation[3] = std::sqrt(0.5);
+      felt = beatlas_tick(c.session, &state);
+      if (felt.touching != 0 && felt.distance_mm < -1) break;
+    }
+    ASSERT_NE(felt.touching, 0) << inside;
+    ASSERT_EQ(beatlas_swap(c.session, kGolden, message, sizeof message), 1) << message;
+    ASSERT_EQ(beatlas_taxels(c.session, nullptr, &map, message, sizeof message), 1) << message;
+    double force_n = 0;
+    for (const double kpa : map.pressure_kpa) force_n += kpa * map.pitch_mm * map.pitch_mm / 1000;
+    const double felt_n = Vec3(felt.force_n).dot(Vec3(felt.normal));
+    EXPECT_NEAR(force_n, felt_n, 0.01 * felt_n) << inside;
+    EXPECT_GT(force_n, 0) << inside;
+    EXPECT_GT(map.area_mm2, 0) << inside;
+    EXPECT_GE(map.peak_kpa,
+              *std::max_element(std::begin(map.pressure_kpa), std::end(map.pressure_kpa)));
+  }
+}
+
 TEST(C, ToolsOnOneHeartFeelWhatEachFeelsAlone) {
   const Session first;
   char message[256];
