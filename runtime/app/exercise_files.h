@@ -2,36 +2,13 @@
 /// The folder of an exercise that is played: session.json, a CSV for each part of each trial, and
 /// in the end score.json and report.html.
 
-#include <cstdint>
 #include <filesystem>
-#include <string>
 #include <vector>
 
-#include "runtime/app/headless.h"
-#include "runtime/exercise/exercise.h"
+#include "runtime/app/kept_session.h"
+#include "runtime/app/trace.h"
 
 namespace beatlas::app {
-
-struct KeptTrial {
-  std::vector<std::string> parts;  ///< names of files in the folder
-  double played_s = 0;             ///< of all parts
-  bool done = false;               ///< the last mark was made, or time was up
-};
-
-/// session.json (schemas/exercise_session.schema.json): what a replay needs beside the traces.
-struct KeptSession {
-  exercise::Exercise exercise;
-  std::string package;            ///< file name
-  std::string field_sha256;       ///< of the heart's field
-  std::string map_sha256;         ///< of the wall's map
-  std::uint64_t seed = 0;         ///< 0..2^53: what is hidden is drawn from it
-  double heart_rate_per_min = 0;  ///< 0: the atlas's own
-  std::vector<KeptTrial> trials;
-
-  [[nodiscard]] bool finished() const noexcept {
-    return static_cast<int>(trials.size()) == exercise.trial_count() && trials.back().done;
-  }
-};
 
 [[nodiscard]] bool holds_session(const std::filesystem::path& folder);
 /// @throws Error{InvalidInput} naming the file, and the JSON path of what is wrong

@@ -1,28 +1,6 @@
 #include "runtime/app/exercise_trial.h"
 
-#include "runtime/device/csv_table.h"
-#include "runtime/device/replay.h"
-
 namespace beatlas::app {
-
-std::vector<TraceRow> read_trace(std::istream& stream, const std::string& name) {
-  const device::CsvTable table =
-      device::read_csv(stream, name,
-                       {"t_s", "x_mm", "y_mm", "z_mm", "depth_mm", "fx_n", "fy_n", "fz_n",
-                        "buttons", "valid", "stalled"});
-  std::vector<TraceRow> out;
-  out.reserve(table.rows.size());
-  for (const std::vector<double>& row : table.rows) {
-    out.push_back({.time_s = row[0],
-                   .position_mm = Vec3(row[1], row[2], row[3]),
-                   .depth_mm = row[4],
-                   .force_n = Vec3(row[5], row[6], row[7]),
-                   .buttons = device::buttons_of(row[8], name, out.size() + 1),
-                   .valid = row[9] != 0,
-                   .stalled = row[10] != 0});
-  }
-  return out;
-}
 
 TrialReplay replay_trial(const ExerciseGround& atlas, const exercise::Exercise& asked,
                          const std::vector<exercise::Lesion>& lesions,

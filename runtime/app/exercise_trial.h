@@ -1,18 +1,13 @@
 #pragma once
 /// One trial of an exercise, played once more from what was kept of it.
 
-#include <istream>
-#include <string>
 #include <vector>
 
 #include "runtime/app/exercise_ground.h"
-#include "runtime/app/headless.h"
+#include "runtime/app/trace.h"
 #include "runtime/exercise/findings.h"
 
 namespace beatlas::app {
-
-/// What trace_csv wrote, row by row. @throws Error{InvalidInput} naming `name`, line and column
-[[nodiscard]] std::vector<TraceRow> read_trace(std::istream& stream, const std::string& name);
 
 struct TrialReplay {
   exercise::Findings findings;

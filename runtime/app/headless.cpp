@@ -8,7 +8,6 @@
 #include <sstream>
 #include <stop_token>
 
-#include "runtime/app/text.h"
 #include "runtime/base/error.h"
 #include "runtime/haptics/watchdog.h"
 
@@ -139,24 +138,6 @@ std::string session_text(const SessionReport& report) {
        << 100 * report.limited_share << " %, " << report.faults << " faults, " << report.stalls
        << " stalls\n";
   return text.str();
-}
-
-std::string trace_csv(const std::vector<TraceRow>& trace) {
-  std::string text = "t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n,buttons,valid,stalled\n";
-  for (const TraceRow& row : trace) {
-    append_number(text, row.time_s);
-    const bool is_place = row.position_mm.allFinite();
-    const Vec3 place = is_place ? row.position_mm : Vec3(Vec3::Zero());
-    for (double value : {place[0], place[1], place[2], row.depth_mm, row.force_n[0], row.force_n[1],
-                         row.force_n[2]}) {
-      text += ',';
-      append_number(text, value);
-    }
-    text += ',' + std::to_string(row.buttons) + (row.valid && is_place ? ",1" : ",0") +
-            (row.stalled ? ",1" : ",0");
-    text += '\n';
-  }
-  return text;
 }
 
 }  // namespace beatlas::app

@@ -8,23 +8,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/app/trace.h"
 #include "runtime/base/error.h"
 #include "runtime/device/device.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/servo.h"
 
 namespace beatlas::app {
-
-/// What was felt at one tick.
-struct TraceRow {
-  double time_s;
-  Vec3 position_mm;  ///< workspace
-  double depth_mm;
-  Vec3 force_n;  ///< sent to the device, after the safety stage
-  std::uint32_t buttons = 0;
-  bool valid = true;     ///< what the device said of the tick
-  bool stalled = false;  ///< the watchdog took the force off, and the servo began anew
-};
 
 /// Compute time of a tick [us], thread CPU time, the clock's own cost included.
 struct ComputeTime {
@@ -77,8 +67,5 @@ struct SessionOptions {
 [[nodiscard]] nlohmann::json session_json(const SessionReport& report);
 /// A few lines for people; ends with a newline.
 [[nodiscard]] std::string session_text(const SessionReport& report);
-/// CSV t_s,x_mm,y_mm,z_mm,depth_mm,fx_n,fy_n,fz_n,buttons,valid,stalled; `--device replay` plays it
-/// again. A tick whose position is no number is written as not valid, at 0.
-[[nodiscard]] std::string trace_csv(const std::vector<TraceRow>& trace);
 
 }  // namespace beatlas::app

@@ -19,20 +19,21 @@ void append_number(std::string& text, double value) {
 }
 
 std::ifstream open_text(const std::string& file) {
+  // A folder opens as a file does, and fails only when it is read.
+  std::error_code ignored;
+  const bool folder = std::filesystem::is_directory(file, ignored);
   std::ifstream stream(file, std::ios::binary);
-  // A folder can be opened and not be read.
-  if (stream.is_open()) (void)stream.peek();
-  if (!stream.is_open() || stream.bad()) {
-    throw_invalid(file + " cannot be read; check its name and rights");
-  }
-  stream.clear();  // of the end of an empty file
+  if (folder || !stream) throw_invalid(file + " cannot be read; check its name and rights");
   return stream;
 }
 
-nlohmann::json read_json_file(const std::string& file, JsonComments comments) {
+std::string read_text(const std::string& file) {
   std::ifstream stream = open_text(file);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  nlohmann::json document = parse_json(text, comments);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+nlohmann::json read_json_file(const std::string& file, JsonComments comments) {
+  nlohmann::json document = parse_json(read_text(file), comments);
   if (document.is_discarded()) throw_invalid(file + " is not valid JSON");
   return document;
 }

@@ -68,7 +68,8 @@ void read_find(JsonObject& object, Exercise& out) {
     return kind == LesionKind::Soft || kind == LesionKind::Thin;
   });
   if (softens && out.grade.high > kMostThinning) {
-    throw_invalid("/grade must end at 0.7 or before where a lesion may be soft or thin");
+    throw_invalid(object.path() +
+                  "/grade must end at 0.7 or before where a lesion may be soft or thin");
   }
 }
 
@@ -85,20 +86,22 @@ std::string_view lesion_name(LesionKind kind) noexcept {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-Exercise exercise_from_json(const json& document) {
+Exercise exercise_from_json(const json& document, const std::string& path) {
   Exercise out;
-  JsonObject object(document, "");
+  JsonObject object(document, path);
   int version = kVersion;
   object.read("version", version, kVersion, kVersion);
   object.read("title", out.title);
   object.read("preset", out.preset);
   const std::vector<std::string> presets = palpation::palpation_presets();
   if (std::find(presets.begin(), presets.end(), out.preset) == presets.end()) {
-    throw_invalid("/preset must be healthy, anterior_infarct or another of beatlas-play --preset");
+    throw_invalid(path +
+                  "/preset must be healthy, anterior_infarct or another of beatlas-play --preset");
   }
   std::string task = "find";
   object.read("task", task);
-  if (task != "find" && task != "threshold") throw_invalid("/task must be find or threshold");
+  if (task != "find" && task != "threshold")
+    throw_invalid(path + "/task must be find or threshold");
   out.task = task == "find" ? Task::Find : Task::Threshold;
   out.segments = read_words(
       object, "segments",

@@ -53,8 +53,10 @@ struct Exercise {
   [[nodiscard]] int trial_count() const noexcept { return task == Task::Find ? 1 : trials; }
 };
 
+/// @param path JSON path of `document` in its file, for messages
 /// @throws Error{InvalidInput} naming the JSON path of what is missing, unknown or out of range.
-[[nodiscard]] Exercise exercise_from_json(const nlohmann::json& document);
+[[nodiscard]] Exercise exercise_from_json(const nlohmann::json& document,
+                                          const std::string& path = "");
 [[nodiscard]] nlohmann::json exercise_to_json(const Exercise& exercise);
 
 }  // namespace beatlas::exercise
