@@ -35,15 +35,6 @@ using exercise::Task;
 constexpr std::uint64_t kTraineeStream = 0x7261696e;
 constexpr std::uint64_t kTrialStream = 0x74726961;
 
-Exercise read_exercise(const std::string& file) {
-  const nlohmann::json document = read_json_file(file);
-  try {
-    return exercise::exercise_from_json(document);
-  } catch (const Error& error) {
-    throw error.with_context(file);
-  }
-}
-
 std::string item_sha256(const atlas::Manifest& manifest, std::string_view kind,
                         Structure structure) {
   const std::string path = atlas::item_path(kind, structure);
@@ -184,7 +175,14 @@ KeptSession session_to_play(const PlayArguments& arguments, const ExerciseGround
 std::unique_ptr<device::Device> device_of_trial(const PlayArguments& arguments,
                                                 const ExerciseGround& atlas,
                                                 const KeptSession& session, const Asked& asked,
+                                                const ExerciseStage* stage,
                                                 SessionOptions& options) {
+  if (arguments.device == "mouse" && stage != nullptr) {
+    constexpr double kTicksPerS = 1000;
+    constexpr std::size_t kBeyond = 1000;
+    options.expected_ticks = static_cast<std::size_t>(kTicksPerS * arguments.seconds) + kBeyond;
+    return stage->mouse();
+  }
   if (arguments.device != "trainee") {
     return open_device(arguments, *atlas.field(), atlas.manifest(), options);
   }
@@ -198,9 +196,19 @@ std::unique_ptr<device::Device> device_of_trial(const PlayArguments& arguments,
                        .pace = arguments.fast ? device::Pace::Fast : device::Pace::RealTime});
 }
 
+/// Where a finger finds them on the heart's surface.
+std::vector<Vec3> places_over(const ExerciseGround& atlas,
+                              const std::vector<std::uint32_t>& places) {
+  std::vector<Vec3> out;
+  for (const std::uint32_t vertex : places) {
+    if (atlas.over()[vertex]) out.push_back(*atlas.over()[vertex]);
+  }
+  return out;
+}
+
 /// One part of the trial that is next; returns when that trial is done.
 void play_part(const PlayArguments& arguments, const ExerciseGround& atlas, const Asked& asked,
-               const fs::path& folder, KeptSession& session, const Interrupts& interrupts,
+               const fs::path& folder, KeptSession& session, const ExerciseStage* stage,
                std::stop_token stop) {
   const bool goes_on = !session.trials.empty() && !session.trials.back().done;
   const std::size_t trial = session.trials.size() - (goes_on ? 1 : 0);
@@ -213,31 +221,56 @@ void play_part(const PlayArguments& arguments, const ExerciseGround& atlas, cons
   PlayArguments told = arguments;
   told.seconds = std::max(0.001, session.exercise.seconds - played_s);
   SessionOptions options;
-  options.stop = std::move(stop);
+  options.stop = stop;
   options.keep_trace = true;
   options.watchdog = !arguments.fast;
   const int marks = session.exercise.task == Task::Find ? session.exercise.lesions : 1;
   options.marks = std::max(1, marks - static_cast<int>(marked));
   options.mark_buttons = (1U << session.exercise.kinds.size()) - 1;
-  std::unique_ptr<device::Device> device = device_of_trial(told, atlas, session, asked, options);
+  std::unique_ptr<device::Device> device =
+      device_of_trial(told, atlas, session, asked, stage, options);
   options.seconds = told.seconds;
   haptics::Servo servo(atlas.scene(asked.lesions()),
                        exercise_servo_options(session.heart_rate_per_min));
+  std::atomic<int> made = 0;
+  options.marks_made = &made;
+  if (stage != nullptr) {
+    options.more_buttons = stage->marks;
+    stage->begins({.exercise = session.exercise,
+                   .trial = trial,
+                   .marks = options.marks,
+                   .seconds = told.seconds,
+                   .places_mm = places_over(atlas, asked.places()),
+                   .servo = servo,
+                   .made = made});
+  }
+  // Whatever ends it: nobody looks at the servo any more when it is gone.
+  const std::shared_ptr<void> ends(nullptr, [stage](void*) {
+    if (stage != nullptr) stage->ends();
+  });
   const Session played = run_session(*device, servo, options);
   device.reset();
-  const bool broken_off = played.lost || interrupts.came();
+  const bool broken_off = played.lost || stop.stop_requested();
   keep_part(played.trace, !broken_off, folder, trial, session);
   if (played.lost) {
     throw Error(played.lost->code(), std::string(played.lost->what()) + "; trial " +
                                          std::to_string(trial + 1) +
                                          " is kept and goes on with the same command");
   }
-  interrupts.check();
 }
 
 }  // namespace
 
-void run_exercise(const PlayArguments& arguments, std::ostream& out) {
+Exercise read_exercise(const std::string& file) {
+  const nlohmann::json document = read_json_file(file);
+  try {
+    return exercise::exercise_from_json(document);
+  } catch (const Error& error) {
+    throw error.with_context(file);
+  }
+}
+
+void run_exercise(const PlayArguments& arguments, std::ostream& out, const ExerciseStage* stage) {
   if (arguments.session.empty()) {
     throw Error(ErrorCode::Usage, "--exercise is kept in a folder; name one with --session");
   }
@@ -257,9 +290,16 @@ void run_exercise(const PlayArguments& arguments, std::ostream& out) {
   write_session(session, folder);
 
   std::stop_source interrupted;
-  const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
+  std::optional<Interrupts> interrupts;
+  if (stage == nullptr) interrupts.emplace([&interrupted] { interrupted.request_stop(); });
+  const std::stop_token stop = stage != nullptr ? stage->stop : interrupted.get_token();
   while (!session.finished()) {
-    play_part(arguments, atlas, asked, folder, session, interrupts, interrupted.get_token());
+    play_part(arguments, atlas, asked, folder, session, stage, stop);
+    if (interrupts) interrupts->check();
+    if (stop.stop_requested()) {
+      throw Error(ErrorCode::Machine,
+                  "the exercise was broken off; it is kept and goes on with the same command");
+    }
     asked.take(replay_kept(atlas, session, asked, folder, session.trials.back()));
     if (session.exercise.task == Task::Threshold && !arguments.json) {
       const ThresholdTrial& last = asked.result().trials.back();

@@ -66,20 +66,25 @@ Session run_session(device::Device& device, haptics::Servo& servo, const Session
                     .orientation = Eigen::Quaterniond(turn) * state.orientation});
     if (options.after_tick) options.after_tick(felt, servo.phase());
     const double end_us = thread_cpu_us();
+    const std::uint32_t buttons =
+        state.buttons | (options.more_buttons ? options.more_buttons() : 0U);
     ++ticks;
     if (times_us.size() < times_us.capacity()) {
       times_us.push_back(static_cast<float>(end_us - begin_us));
     }
     if (session.trace.size() < session.trace.capacity()) {
-      session.trace.push_back({state.time_s, position_mm, felt.contact.depth_mm, felt.force_n,
-                               state.buttons, state.valid});
+      session.trace.push_back(
+          {state.time_s, position_mm, felt.contact.depth_mm, felt.force_n, buttons, state.valid});
     }
     contacts += felt.contact.touching ? 1 : 0;
     if (contacts > 0) {
-      presses += std::popcount(state.buttons & ~buttons_before & options.mark_buttons);
+      presses += std::popcount(buttons & ~buttons_before & options.mark_buttons);
+      if (options.marks_made != nullptr) {
+        options.marks_made->store(presses, std::memory_order_relaxed);
+      }
       if (options.marks > 0 && presses >= options.marks) ended.request_stop();
     }
-    buttons_before = state.buttons;
+    buttons_before = buttons;
     limited += felt.status == haptics::TickStatus::Limited ? 1 : 0;
     report.faults += felt.status == haptics::TickStatus::Fault ? 1 : 0;
     report.max_model_force_n = std::max(report.max_model_force_n, felt.contact.force_n.norm());

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -55,6 +56,9 @@ struct SessionOptions {
   /// > 0: as many presses of one of `mark_buttons` after the first contact end it.
   int marks = 0;
   std::uint32_t mark_buttons = 0;
+  /// Buttons that are pressed elsewhere than on the device, asked every tick; none: none.
+  std::function<std::uint32_t()> more_buttons = nullptr;
+  std::atomic<int>* marks_made = nullptr;  ///< how many presses there were, for another thread
   /// Called after every tick, with the heart's phase (0..1); must be as quick as a tick is.
   std::function<void(const haptics::Tick&, double phase)> after_tick = nullptr;
 };

@@ -72,6 +72,7 @@ void check_usage(const PlayArguments& arguments) {
     throw_usage(
         "--session, --seed and --device trainee are of an exercise; name one by --exercise");
   }
+  if (arguments.window) throw_usage("--window is of an exercise; leave --headless out");
   const PressArguments& press = arguments.press;
   if (!arguments.exercise.empty() && !(press.parameters.empty() && press.preset.empty())) {
     throw_usage("an exercise tells its own preset; leave --parameters and --preset out");

@@ -156,6 +156,7 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "folder in which the exercise is kept; one that was broken off goes on");
   app.add_option("--seed", arguments.seed, "exercise: what is hidden; if not said, by chance")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
+  app.add_flag("--window", arguments.window, "exercise: in a window, with the mouse or a device");
   app.add_option("--trainee", arguments.trainee, "trainee: how well it palpates")
       ->check(CLI::IsMember({"skilled", "unskilled"}))
       ->capture_default_str();

@@ -54,6 +54,7 @@ struct PlayArguments {
   std::string exercise;             ///< JSON after schemas/exercise.schema.json; or none
   std::string session;              ///< folder in which an exercise is kept
   std::int64_t seed = -1;           ///< of what an exercise hides; below 0: by chance
+  bool window = false;              ///< an exercise is seen
   std::string trainee = "skilled";  ///< of the device `trainee`
 };
 

@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/app/exercise_session.h"
 #include "runtime/app/fingers.h"
 #include "runtime/base/error.h"
 #include "runtime/viewer/device_choice.h"
@@ -41,6 +42,7 @@ struct Words {
   int haply_port = 10001;
   std::string lever_line;
   std::string fingers;
+  app::PlayArguments exercise;
 };
 
 [[noreturn]] void throw_usage(const std::string& message) {
@@ -129,6 +131,13 @@ void add_device_options(CLI::App& app, Words& words) {
   app.add_option("--lever-line", words.lever_line, "lever: its serial line");
   app.add_option("--fingers", words.fingers,
                  "window: JSON of two to eight devices that touch this heart at once");
+  app.add_flag("--window", words.exercise.window, "with --exercise: in this window");
+  app.add_option("--exercise", words.exercise.exercise,
+                 "window: JSON of what is hidden in this heart to be found by touch");
+  app.add_option("--session", words.exercise.session,
+                 "folder in which the exercise is kept; one that was broken off goes on");
+  app.add_option("--seed", words.exercise.seed, "exercise: what is hidden; if not said, by chance")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
   app.add_option("--tool-radius-mm", words.options.tool_radius_mm,
                  "window: of the tool; 0 is 3 mm, in a cavity 1 mm")
       ->check(CLI::Range(0.0, 20.0));
@@ -183,6 +192,38 @@ void read_touch(Words& words) {
   options.fingers = app::read_fingers(words.fingers, all);
 }
 
+void read_exercise(Words& words) {
+  app::PlayArguments& exercise = words.exercise;
+  if (exercise.exercise.empty() != exercise.session.empty() ||
+      exercise.exercise.empty() == exercise.window) {
+    throw_usage("--window, --exercise FILE and --session FOLDER belong together; give all or none");
+  }
+  if (exercise.exercise.empty()) {
+    if (exercise.seed >= 0) throw_usage("--seed is of an exercise; name one by --exercise");
+    return;
+  }
+  const ViewOptions& options = words.options;
+  if (words.package.empty()) throw_usage("name a package for the exercise; see --help");
+  if (!words.screenshot.empty() || !words.record.empty() || !words.fingers.empty() ||
+      !options.inside.empty()) {
+    throw_usage(
+        "an exercise is of one finger in a window; leave --screenshot, --record, --fingers and "
+        "--inside out");
+  }
+  if (options.preset != "healthy" || !options.model.empty()) {
+    throw_usage("an exercise tells its own preset; leave --preset and --model out");
+  }
+  exercise.package = words.package;
+  exercise.device = options.device;
+  exercise.recording = words.recording;
+  exercise.hardware.library = words.library;
+  exercise.hardware.host = words.haply_host;
+  exercise.hardware.port = words.haply_port;
+  exercise.hardware.line = words.lever_line;
+  (void)app::read_exercise(exercise.exercise);  // what is wrong with it is said before a window is
+  words.options.exercise = exercise;
+}
+
 void read_size(Words& words) {
   const std::size_t by = words.size.find('x');
   const auto number = [](const std::string& text) {
@@ -231,6 +272,7 @@ void read_words(Words& words) {
   read_device(words);
   read_opacity(words);
   read_touch(words);
+  read_exercise(words);
   if (!words.cut_plane.empty()) {
     const std::vector<double>& v = words.cut_plane;
     if (!words.cut.empty()) throw_usage("--cut and --cut-plane both cut; give one of them");

@@ -12,7 +12,6 @@
 namespace beatlas::viewer {
 namespace {
 
-constexpr double kMPerMm = 1e-3;
 constexpr double kHardwareClearMm = 20;
 // What the simulated hand does, as `beatlas-play --device simulated` does by default.
 constexpr double kDepthMm = 4;

@@ -199,7 +199,7 @@ void HeartDrawing::set_image_on_cut(bool on) {
 }
 
 void HeartDrawing::set_tools(std::vector<ToolPicture> tools) {
-  if (tools.size() > palpation::kMostFingers) tools.resize(palpation::kMostFingers);
+  if (tools.size() > kMostTools) tools.resize(kMostTools);
   parts_->stale = parts_->stale || !tools.empty() || !parts_->tools.empty();
   parts_->tools = std::move(tools);
 }

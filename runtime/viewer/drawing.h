@@ -120,8 +120,9 @@ class HeartDrawing {
   [[nodiscard]] std::optional<CutPlane> cut() const;
   /// The images on the cut; without a volume, or if not wished, structures' own colours.
   void set_image_on_cut(bool on);
-  /// At most palpation::kMostFingers; those after them are left out. Where there are several, each
-  /// has its number beside its force.
+  /// At most kMostTools; those after them are left out. Where there are several, each has its
+  /// number beside its force.
+  static constexpr std::size_t kMostTools = 16;
   void set_tools(std::vector<ToolPicture> tools);
   void set_tool(const ToolPicture& tool) { set_tools({tool}); }
   void set_camera(const CameraPose& pose);

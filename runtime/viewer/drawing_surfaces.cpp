@@ -111,19 +111,22 @@ void HeartDrawing::Parts::make_surfaces() {
 // turns over. Dents that meet are made together, so that two at one place are one.
 bool HeartDrawing::Parts::dent_surface(std::vector<Vec3f>& positions) const {
   std::vector<palpation::DentSource> sources;
+  std::vector<Vec3f> outward;
   double radius_mm = 0;
   for (const ToolPicture& tool : tools) {
+    if (!(tool.dent_mm > 0) || sources.size() == palpation::kMostFingers) continue;
     sources.push_back({.place_mm = tool.dent_place_mm, .depth_mm = tool.dent_mm});
-    if (tool.dent_mm > 0) radius_mm = tool.dent_radius_mm;
+    outward.push_back(tool.dent_normal.cast<float>());
+    radius_mm = tool.dent_radius_mm;
   }
-  if (!(radius_mm > 0)) return false;
+  if (sources.empty()) return false;
   palpation::DentField dents(radius_mm);
   dents.set(sources);
   for (Vec3f& position : positions) {
     const Vec3 place = position.cast<double>();
     for (std::size_t n = 0; n < sources.size(); ++n) {
       const double depth = dents.amplitudes_mm()[n] * dents.weight(place, sources[n].place_mm);
-      if (depth > 0) position -= static_cast<float>(depth) * tools[n].dent_normal.cast<float>();
+      if (depth > 0) position -= static_cast<float>(depth) * outward[n];
     }
   }
   return true;

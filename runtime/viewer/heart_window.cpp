@@ -82,6 +82,7 @@ HeartWindow::HeartWindow(const ViewOptions& options) : options_(options) {
 
 HeartWindow::~HeartWindow() {
   timer_->stop();
+  exercise_.reset();
   live_.reset();
 }
 
@@ -118,6 +119,10 @@ LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file,
 }
 
 void HeartWindow::load(const QString& file) {
+  if (exercise_) {
+    say("An exercise is played on this heart; close the window to end it, it is kept.");
+    return;
+  }
   loading_.begin([file, options = options_] {
     return loaded_heart(open_heart(file.toStdString(), options.inside, options.valve), file,
                         options);
@@ -142,7 +147,12 @@ void HeartWindow::show_heart(LoadedHeart heart) {
   volumes_ = volume_panel(heart_->atlas->manifest());
   say(first_run_ ? kHint : "");
   HeartDrawing& drawing = *picture_->drawing();
-  if (heart.touch) {
+  if (options_.exercise) {
+    begin_exercise();
+    for (QWidget* widget : std::initializer_list<QWidget*>{play_, rate_, phase_}) {
+      widget->setEnabled(false);  // the heart beats as the exercise has it
+    }
+  } else if (heart.touch) {
     live_ = std::make_unique<LiveTouch>(std::move(heart.touch), resting_place_mm());
     open_fingers();
   }
@@ -210,6 +220,10 @@ void HeartWindow::set_playing(bool playing) {
 }
 
 void HeartWindow::put_tool(const Vec3& position_mm) {
+  if (exercise_) {
+    exercise_->mouse().put_at(position_mm);
+    return;
+  }
   if (!live_) {
     say("This package has no field, so it cannot be touched; build it with --scene full.");
     return;
@@ -300,9 +314,13 @@ void HeartWindow::step() {
   HeartDrawing* drawing = picture_->drawing();
   if (drawing == nullptr) return;
   Felt felt;
-  if (live_) {
+  double phase = own_beats_;
+  if (exercise_) {
+    phase = show_exercise();
+  } else if (live_) {
     felt = live_->touch().felt();
-    drawing->set_beats(felt.servo.phase);
+    phase = felt.servo.phase;
+    drawing->set_beats(phase);
     picture_->set_field_time(felt.servo.phase * heart_->field->rr_interval_s());
     show_tools(felt);
     live_->touch().take_rows(rows_);
@@ -323,10 +341,9 @@ void HeartWindow::step() {
   }
   if (!phase_->isSliderDown()) {
     const QSignalBlocker quiet(phase_);
-    const double phase = live_ ? felt.servo.phase : own_beats_;
     phase_->setValue(static_cast<int>(phase * phase_->maximum()));
   }
-  picture_->set_beating(live_ ? felt.servo.rate_hz > 0.01 : play_->isChecked());
+  picture_->set_beating(live_ ? felt.servo.rate_hz > 0.01 : play_->isChecked() || exercise_);
   if (!isVisible() || !picture_->draw()) return;
   if (!live_) return;
   lag_ms_ = 1e-6 * static_cast<double>(clock_ns() - felt.clock_ns);
@@ -365,6 +382,7 @@ void HeartWindow::tell_values(const Felt& felt) {
 void HeartWindow::closeEvent(QCloseEvent* event) {
   timer_->stop();
   save_state();
+  if (exercise_) exercise_->stop();
   if (live_) live_->stop();
   event->accept();
 }

@@ -11,6 +11,7 @@
 #include "runtime/viewer/background.h"
 #include "runtime/viewer/heart_widget.h"
 #include "runtime/viewer/history.h"
+#include "runtime/viewer/live_exercise.h"
 #include "runtime/viewer/live_touch.h"
 #include "runtime/viewer/touch.h"
 
@@ -77,6 +78,8 @@ class HeartWindow : public QMainWindow {
   [[nodiscard]] HeartWidget& picture() { return *picture_; }
   /// Null without a field: then nothing can be touched.
   [[nodiscard]] LiveTouch* live() { return live_.get(); }
+  /// Null unless one is played: then there is no other touch.
+  [[nodiscard]] LiveExercise* exercise() { return exercise_.get(); }
   /// From the end of a tick to the end of the frame that shows it [ms]; the newest frame's.
   [[nodiscard]] double lag_ms() const { return lag_ms_; }
   bool save_png(const QString& file);
@@ -114,6 +117,9 @@ class HeartWindow : public QMainWindow {
   void show_looks();
   void show_pressures();
   void make_constants(QFormLayout* form);
+  void make_exercise(QVBoxLayout* column);
+  void begin_exercise();
+  double show_exercise();
   void list_constants();
   void show_constant();
   void colour_changed();
@@ -129,6 +135,8 @@ class HeartWindow : public QMainWindow {
   ViewOptions options_;
   std::optional<OpenedHeart> heart_;
   std::unique_ptr<LiveTouch> live_;
+  std::unique_ptr<LiveExercise> exercise_;  ///< instead of it
+  double exercise_radius_mm_ = 0;
   Background<LoadedHeart> loading_;
   Background<ReadyDevice> connecting_;
   Background<std::vector<ReadyDevice>> opening_fingers_;
@@ -170,6 +178,9 @@ class HeartWindow : public QMainWindow {
   QComboBox* constant_ = nullptr;  ///< which number of the parameters
   QDoubleSpinBox* constant_value_ = nullptr;
   QPushButton* reset_ = nullptr;
+  QLabel* exercise_told_ = nullptr;  ///< null without an exercise, as the next
+  QPushButton* exercise_report_ = nullptr;
+  std::vector<QPushButton*> mark_buttons_;
   QMenu* recent_ = nullptr;
   QTimer* timer_ = nullptr;
   std::map<int, QString> details_;  ///< of devices, as last told

@@ -85,6 +85,7 @@ void HeartWindow::make_controls() {
   statusBar()->addWidget(told_, 1);
 
   auto* column = new QVBoxLayout;
+  make_exercise(column);
   play_ = new QPushButton("Pause");
   play_->setObjectName("play");
   play_->setCheckable(true);
@@ -219,6 +220,7 @@ void HeartWindow::connect_controls() {
   picture_->on_tool_put = [this](const Vec3& position_mm) { put_tool(position_mm); };
   picture_->on_tool = [this](const Vec3& position_mm) {
     if (live_) live_->mouse().move_to(position_mm);
+    if (exercise_) exercise_->mouse().move_to(position_mm);
   };
   connect(stiffness_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int n_per_m) {
     guard([&] {

@@ -14,8 +14,6 @@
 namespace beatlas::viewer {
 namespace {
 
-constexpr double kMPerMm = 1e-3;
-constexpr double kTickS = 1e-3;
 constexpr double kMouseSettlingS = 0.06;
 
 std::int64_t clock_ns() noexcept {

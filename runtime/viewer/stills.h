@@ -40,8 +40,9 @@ struct ViewOptions {
   bool valve = false;         ///< inside lv_blood: the way through its valve is open
   /// Of a window: what moves each of several fingers; empty: one, of `device`
   std::vector<app::PlayArguments> fingers;
-  std::string device = "mouse";  ///< of a window: one of kDevices
-  std::string device_detail;     ///< what it needs besides; empty: what is usual
+  std::optional<app::PlayArguments> exercise;  ///< of a window: what is played in it
+  std::string device = "mouse";                ///< of a window: one of kDevices
+  std::string device_detail;                   ///< what it needs besides; empty: what is usual
   int width = 800;
   int height = 600;
 };

@@ -18,9 +18,6 @@
 namespace beatlas::viewer {
 namespace {
 
-constexpr double kMPerMm = 1e-3;
-constexpr double kTickS = 1e-3;
-
 double wrapped(double phase) { return phase - std::floor(phase); }
 
 }  // namespace
@@ -35,6 +32,25 @@ PressRow press_row(const Felt& felt) noexcept {
           .lv_mmhg = felt.circulation.lv_mmhg,
           .beat = felt.circulation.beats,
           .touching = servo.touching};
+}
+
+ToolPicture tool_picture_of(const haptics::Published& servo, double radius_mm,
+                            double dent_radius_mm) noexcept {
+  const auto vector = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
+  ToolPicture picture;
+  picture.position_mm = vector(servo.position_mm);
+  picture.proxy_mm = vector(servo.proxy_mm);
+  picture.force_n = vector(servo.force_n);
+  picture.radius_mm = radius_mm;
+  picture.touching = servo.touching;
+  picture.dent_radius_mm = dent_radius_mm;
+  // Under the finger the wall lies where the finger is: the patch's depth below the moving surface.
+  picture.dent_mm = std::max(0.0, -servo.distance_mm);
+  const Vec3 normal = vector(servo.normal);
+  if (normal.norm() > 0.5) picture.dent_normal = normal.normalized();
+  picture.dent_place_mm = picture.proxy_mm - radius_mm * picture.dent_normal;
+  if (!servo.touching) picture.dent_mm = 0;
+  return picture;
 }
 
 void RowQueue::add(const PressRow& row) noexcept {
@@ -303,22 +319,7 @@ std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
 }
 
 ToolPicture Touch::tool_picture(const Felt& felt, std::size_t finger) const {
-  const double radius_mm = fingers_[finger]->radius_mm;
-  const auto vector = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
-  ToolPicture picture;
-  picture.position_mm = vector(felt.servo.position_mm);
-  picture.proxy_mm = vector(felt.servo.proxy_mm);
-  picture.force_n = vector(felt.servo.force_n);
-  picture.radius_mm = radius_mm;
-  picture.touching = felt.servo.touching;
-  picture.dent_radius_mm = dent_radius_mm_;
-  // Under the finger the wall lies where the finger is: the patch's depth below the moving surface.
-  picture.dent_mm = std::max(0.0, -felt.servo.distance_mm);
-  const Vec3 normal = vector(felt.servo.normal);
-  if (normal.norm() > 0.5) picture.dent_normal = normal.normalized();
-  picture.dent_place_mm = picture.proxy_mm - radius_mm * picture.dent_normal;
-  if (!felt.servo.touching) picture.dent_mm = 0;
-  return picture;
+  return tool_picture_of(felt.servo, fingers_[finger]->radius_mm, dent_radius_mm_);
 }
 
 haptics::TaxelMap Touch::taxels(const Felt& felt, const Vec3& right, std::size_t finger) {

@@ -23,6 +23,9 @@
 
 namespace beatlas::viewer {
 
+inline constexpr double kMPerMm = 1e-3;
+inline constexpr double kTickS = 1e-3;  ///< of the mouse and of a scripted press
+
 struct TouchSettings {
   /// proxy: a spring of the stiffness; patch: paper B's muscle, on an atlas with a map that of the
   /// place that is touched, as the preset has it
@@ -54,6 +57,10 @@ struct PressRow {
   bool touching;
 };
 [[nodiscard]] PressRow press_row(const Felt& felt) noexcept;
+
+/// The same for the picture; on a wall that gives way as `dent_radius_mm` says.
+[[nodiscard]] ToolPicture tool_picture_of(const haptics::Published& servo, double radius_mm,
+                                          double dent_radius_mm = 25) noexcept;
 
 /// From one thread that adds to one that takes, without a lock; what finds no room is left out.
 class RowQueue {

@@ -47,13 +47,15 @@ int show_window(const ViewOptions& options, const std::optional<OpenedHeart>& he
   QApplication application(count, names);
   HeartWindow window(options);
   const LostDisplayWatch watch("beatlas-play", [&window] {
-    if (window.live() != nullptr) window.live()->stop();  // the last force is zero then
+    // The last force is zero then.
+    if (window.exercise() != nullptr) window.exercise()->stop();
+    if (window.live() != nullptr) window.live()->stop();
   });
   window.show();
   if (heart) {
     window.show_heart(
         loaded_heart(*heart, QString::fromStdString(options.package.string()), options));
-    window.use_device(options.device, options.device_detail);
+    if (!options.exercise) window.use_device(options.device, options.device_detail);
   }
   interrupts.check();
   const int code = QApplication::exec();

@@ -281,6 +281,16 @@ TEST_F(Command, FingersAndCavitiesAreAskedForSensibly) {
         heart + " --screenshot x.png --inside lv_blood", heart + " --inside lv_myocardium"}) {
     EXPECT_EQ(call(words).code, 2) << words;
   }
+  const std::string exercise =
+      " --exercise " BEATLAS_SOURCE_DIR "/samples/exercises/06_any.json --session " + file("ses");
+  for (const std::string& words :
+       {heart + " --window", heart + " --window --exercise none.json", " --window" + exercise,
+        heart + " --window --inside lv_blood" + exercise,
+        heart + " --window --model patch" + exercise, heart + " --headless --window" + exercise}) {
+    EXPECT_EQ(call(words).code, 2) << words;
+  }
+  EXPECT_EQ(call(heart + " --window --exercise none.json --session s").code, 3);
+  EXPECT_EQ(call(file("heart.beatlas") + " --window" + exercise).code, 5) << "no display";
   EXPECT_EQ(call(heart + " --fingers none.json").code, 3);
   const Called mouse = call(heart + " --headless --fast" + fingers);
   EXPECT_EQ(mouse.code, 3);
