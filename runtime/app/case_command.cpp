@@ -21,9 +21,6 @@ std::string none_found(const CasesArguments& arguments, std::size_t looked_at) {
 }
 
 void check_nothing_told_twice(const PlayArguments& arguments) {
-  if (!arguments.headless) {
-    throw Error(ErrorCode::Usage, "--case has no picture; use it with --headless");
-  }
   const PressArguments& press = arguments.press;
   const std::array<std::pair<bool, const char*>, 7> told{
       {{arguments.model_named, "--model"},

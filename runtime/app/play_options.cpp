@@ -146,7 +146,7 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option(
       "--case", arguments.case_file,
       "JSON of a heart and what was felt on it: its atlas, unless a PACKAGE is named, with "
-      "paper B's muscle as it says, for --headless");
+      "paper B's muscle as it says");
   app.add_option(
       "--fingers", arguments.fingers,
       "JSON of two to eight devices that touch this heart at once; in the window as well");

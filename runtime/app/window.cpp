@@ -19,15 +19,14 @@ bool wants_picture(int argc, const char* const* argv) {
   if (first == "probe" || first == "replay-ticks" || first == "replay-exercise" ||
       first == "sensitivity" || first == "cases")
     return false;
-  // An exercise has a picture if that is said: what is touched there is to be found by touch. A
-  // case has none, and is refused with a sentence of its own.
-  constexpr std::array<std::string_view, 6> kWithout{"--headless",     "--exercise", "--case",
-                                                     "--list-devices", "--help",     "-h"};
+  // An exercise has a picture if that is said: what is touched there is to be found by touch.
+  constexpr std::array<std::string_view, 5> kWithout{"--headless", "--exercise", "--list-devices",
+                                                     "--help", "-h"};
   const auto said = [&](const char* asked) {
     return std::any_of(argv + 1, argv + argc,
                        [asked](const char* word) { return std::string_view(word) == asked; });
   };
-  if (said("--window") && !said("--headless") && !said("--case")) return true;
+  if (said("--window") && !said("--headless")) return true;
   return std::none_of(argv + 1, argv + argc, [&](const char* word) {
     return std::find(kWithout.begin(), kWithout.end(), word) != kWithout.end();
   });

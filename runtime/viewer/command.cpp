@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/app/case_command.h"
 #include "runtime/app/exercise_session.h"
 #include "runtime/app/fingers.h"
 #include "runtime/base/error.h"
@@ -42,6 +43,8 @@ struct Words {
   int haply_port = 10001;
   std::string lever_line;
   std::string fingers;
+  std::string parameters;
+  std::string case_file;
   app::PlayArguments exercise;
 };
 
@@ -131,6 +134,11 @@ void add_device_options(CLI::App& app, Words& words) {
   app.add_option("--lever-line", words.lever_line, "lever: its serial line");
   app.add_option("--fingers", words.fingers,
                  "window: JSON of two to eight devices that touch this heart at once");
+  app.add_option("--parameters", words.parameters,
+                 "window: JSON of muscle, circulation and disease, instead of a preset");
+  app.add_option("--case", words.case_file,
+                 "window: JSON of a heart and what was felt on it: its atlas, unless a PACKAGE is "
+                 "named, with the muscle as it says");
   app.add_flag("--window", words.exercise.window, "with --exercise: in this window");
   app.add_option("--exercise", words.exercise.exercise,
                  "window: JSON of what is hidden in this heart to be found by touch");
@@ -192,6 +200,34 @@ void read_touch(Words& words) {
   options.fingers = app::read_fingers(words.fingers, all);
 }
 
+// The muscle that a file tells, or a case, which tells its heart as well.
+void read_muscle(Words& words) {
+  ViewOptions& options = words.options;
+  if (words.parameters.empty() && words.case_file.empty()) return;
+  if (!words.screenshot.empty() || !words.record.empty()) {
+    throw_usage("--parameters and --case are of the window; leave --screenshot and --record out");
+  }
+  app::PlayArguments asked;
+  asked.package = words.package;
+  asked.case_file = words.case_file;
+  asked.press.parameters = words.parameters;
+  if (options.preset != "healthy") asked.press.preset = options.preset;
+  asked.model_named = !options.model.empty();
+  asked.inside = options.inside;
+  asked.exercise = words.exercise.exercise;
+  asked = app::take_case(asked);
+  if (asked.package.empty()) {
+    throw_usage(words.case_file.empty()
+                    ? "name a package for the muscle; see --help"
+                    : words.case_file + " names no atlas; name a PACKAGE beside --case");
+  }
+  words.package = asked.package;
+  options.told = app::told_muscle(asked.press.parameters, asked.press.preset);
+  const std::string& file = words.case_file.empty() ? words.parameters : words.case_file;
+  options.told_name = std::filesystem::path(file).filename().string();
+  options.heart_rate_per_min = asked.heart_rate_per_min;
+}
+
 void read_exercise(Words& words) {
   app::PlayArguments& exercise = words.exercise;
   if (exercise.exercise.empty() != exercise.session.empty() ||
@@ -210,8 +246,9 @@ void read_exercise(Words& words) {
         "an exercise is of one finger in a window; leave --screenshot, --record, --fingers and "
         "--inside out");
   }
-  if (options.preset != "healthy" || !options.model.empty()) {
-    throw_usage("an exercise tells its own preset; leave --preset and --model out");
+  if (options.preset != "healthy" || !options.model.empty() || options.told) {
+    throw_usage(
+        "an exercise tells its own preset; leave --preset, --parameters, --case and --model out");
   }
   exercise.package = words.package;
   exercise.device = options.device;
@@ -262,6 +299,7 @@ void read_opacity(Words& words) {
 
 void read_words(Words& words) {
   ViewOptions& options = words.options;
+  read_muscle(words);
   options.package = words.package;
   if (options.view.empty()) options.view = options.press_mm > 0 ? "left" : "anterior";
   options.cut = words.cut;

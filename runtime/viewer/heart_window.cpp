@@ -110,6 +110,10 @@ LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file,
   settings.heart_rate_per_min = std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
   settings.inside = !opened.inside.empty();
   settings.model = model_of(options);
+  if (options.told) {
+    heart.told = std::make_shared<const Disease>(disease_of(opened, *options.told));
+    settings.disease = heart.told;
+  }
   if (options.tool_radius_mm > 0) settings.tool_radius_mm = options.tool_radius_mm;
   for (const app::PlayArguments& finger : options.fingers) {
     settings.radii_mm.push_back(finger.tool_radius_mm);
@@ -143,6 +147,7 @@ void HeartWindow::show_heart(LoadedHeart heart) {
   opening_fingers_.drop();
   live_.reset();
   heart_ = heart.opened;
+  told_disease_ = heart.told;
   history_.clear();
   volumes_ = volume_panel(heart_->atlas->manifest());
   say(first_run_ ? kHint : "");
@@ -196,10 +201,13 @@ void HeartWindow::reset() {
     volume_->setCurrentIndex(static_cast<int>(options.volume));
     colour_->setCurrentIndex(static_cast<int>(options.colour));
     show_looks();
-    rate_->setValue(static_cast<int>(std::lround(60 / manifest.rr_interval_s)));
+    const double per_min =
+        options.heart_rate_per_min > 0 ? options.heart_rate_per_min : 60 / manifest.rr_interval_s;
+    rate_->setValue(static_cast<int>(std::lround(per_min)));
     if (live_) {
       stiffness_->setValue(static_cast<int>(manifest.stiffness_n_per_m));
-      preset_->setCurrentText(QString::fromStdString(options.preset));
+      preset_->setCurrentText(
+          QString::fromStdString(options.told ? options.told_name : options.preset));
       show_pressures();
       model_->setCurrentIndex(model_of(options) == "patch" ? 1 : 0);
       stiffness_->setEnabled(model_->currentIndex() == 0);

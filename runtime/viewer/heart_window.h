@@ -49,7 +49,8 @@ class PlotWidget : public QWidget {
 struct LoadedHeart {
   QString file;
   OpenedHeart opened;
-  std::unique_ptr<Touch> touch;  ///< null without a field
+  std::unique_ptr<Touch> touch;                   ///< null without a field
+  std::shared_ptr<const Disease> told = nullptr;  ///< what the muscle was told to be; or none
 };
 /// @param options which say how many fingers there are, and how large
 /// @throws Error{InvalidInput} as Touch does.
@@ -124,6 +125,8 @@ class HeartWindow : public QMainWindow {
   void show_constant();
   void colour_changed();
   void stiffness_changed();
+  void preset_chosen(const QString& name);
+  [[nodiscard]] palpation::PalpationParameters chosen_parameters() const;
   void reset();
   void load_state();
   void load_looks();
@@ -134,6 +137,7 @@ class HeartWindow : public QMainWindow {
 
   ViewOptions options_;
   std::optional<OpenedHeart> heart_;
+  std::shared_ptr<const Disease> told_disease_;  ///< on the heart that is there; or none
   std::unique_ptr<LiveTouch> live_;
   std::unique_ptr<LiveExercise> exercise_;  ///< instead of it
   double exercise_radius_mm_ = 0;

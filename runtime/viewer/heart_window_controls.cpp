@@ -128,6 +128,10 @@ void HeartWindow::make_controls() {
   left_atrium_ = number("lap", 0, 40, " mmHg");
   right_atrium_ = number("rap", 0, 40, " mmHg");
   preset_ = choice("preset", words_of(palpation::palpation_presets()));
+  if (options_.told) {
+    preset_->insertItem(0, QString::fromStdString(options_.told_name));
+    preset_->setCurrentIndex(0);
+  }
   reset_ = new QPushButton("Reset");
   reset_->setObjectName("reset");
   auto* feel = new QGroupBox("Touch and circulation");
@@ -245,14 +249,8 @@ void HeartWindow::connect_controls() {
       if (live_) live_->touch().set_model(model == 1 ? "patch" : "proxy");
     });
   });
-  connect(preset_, &QComboBox::currentTextChanged, this, [this](const QString& name) {
-    guard([&] {
-      if (!live_) return;
-      live_->touch().set_preset(name.toStdString());
-      if (name != "healthy") model_->setCurrentIndex(1);  // a spring knows no disease
-      show_pressures();
-    });
-  });
+  connect(preset_, &QComboBox::currentTextChanged, this,
+          [this](const QString& name) { preset_chosen(name); });
   connect(reset_, &QPushButton::clicked, this, [this] { reset(); });
 }
 

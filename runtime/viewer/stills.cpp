@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "runtime/app/region_maps.h"
 #include "runtime/app/touched_heart.h"
 #include "runtime/base/error.h"
 #include "runtime/viewer/plots.h"
@@ -119,7 +120,20 @@ OpenedHeart open_heart(const std::filesystem::path& package, const std::string& 
 
 std::string model_of(const ViewOptions& options) {
   if (!options.model.empty()) return options.model;
-  return options.preset == "healthy" ? "proxy" : "patch";
+  return options.preset == "healthy" && !options.told ? "proxy" : "patch";
+}
+
+Disease disease_of(const OpenedHeart& heart, const app::ToldMuscle& told) {
+  Disease out{.parameters = told.parameters, .regions = told.regions};
+  if (told.regions.empty()) return out;
+  const auto wall = palpation::lv_wall_of(*heart.atlas);
+  if (!wall) {
+    throw_invalid("the package has no map of the LV's wall, which the regions of " +
+                  told.file.string() + " are found on; build it again from images");
+  }
+  out.maps = app::read_region_maps(told.regions, told.file.parent_path(), *wall,
+                                   heart.atlas->manifest().workspace_from_lps);
+  return out;
 }
 
 std::unique_ptr<Touch> touch_of(const OpenedHeart& heart, const TouchSettings& settings) {
@@ -146,7 +160,8 @@ void apply(const ViewOptions& options, HeartDrawing& drawing) {
     }
     drawing.set_look(structure, look);
   }
-  drawing.set_colouring(options.colour, palpation::palpation_preset(options.preset));
+  drawing.set_colouring(options.colour, options.told ? options.told->parameters
+                                                     : palpation::palpation_preset(options.preset));
   drawing.set_volume(options.volume);
   if (options.free_cut) {
     drawing.set_cut(options.free_cut);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/app/play_options.h"
+#include "runtime/app/ventricle.h"
 #include "runtime/atlas/structures.h"
 #include "runtime/viewer/drawing.h"
 #include "runtime/viewer/touch.h"
@@ -26,8 +27,11 @@ struct ViewOptions {
   bool image_on_cut = true;
   VolumePreset volume = VolumePreset::Off;
   ColourBy colour = ColourBy::Structure;
-  std::string preset = "healthy";  ///< of palpation_presets(): what is felt and coloured
-  std::string model;               ///< of TouchSettings; empty: patch for a disease, else proxy
+  std::string preset = "healthy";       ///< of palpation_presets(): what is felt and coloured
+  std::optional<app::ToldMuscle> told;  ///< instead of the preset, in a window
+  std::string told_name;                ///< for people
+  double heart_rate_per_min = 0;        ///< of a window; 0: the atlas's
+  std::string model;  ///< of TouchSettings; empty: patch for a disease, else proxy
   std::map<Structure, double> opacity;  ///< 0: hidden
   double press_mm = 0;                  ///< > 0: a tool presses so deep
   std::optional<Vec3> press_lps;        ///< from the heart's centre; none: the LV's free wall
@@ -66,6 +70,10 @@ struct OpenedHeart {
 
 /// The force model that is meant.
 [[nodiscard]] std::string model_of(const ViewOptions& options);
+
+/// What the muscle was told to be, on the heart's own wall.
+/// @throws Error{InvalidInput} as app::read_region_maps, or if regions need a map and there is none
+[[nodiscard]] Disease disease_of(const OpenedHeart& heart, const app::ToldMuscle& told);
 
 /// What can be touched of a package, with the muscle of its own wall. Takes some time.
 /// @throws Error{InvalidInput} as Touch does; there must be a field.

@@ -90,7 +90,9 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
   haptics::ServoOptions options;
   options.heart.rate_per_min = settings_.heart_rate_per_min;
   rate_hz_.store(settings_.heart_rate_per_min / 60);
-  wished_ = scaled(settings_.preset);
+  disease_ = settings_.disease ? *settings_.disease
+                               : Disease{palpation::palpation_preset(settings_.preset)};
+  wished_ = scaled(disease_);
   make_muscle();
   dent_radius_mm_ = palpation::dent_radius_mm(wished_.circulation.contact_area_cm2);
   circulation_ = std::make_shared<palpation::CommonCirculation>(wished_, end_diastole_,
@@ -146,15 +148,18 @@ void Touch::forget_taxels() {
 // Of what is wished now.
 void Touch::make_muscle() {
   if (!wall_) return;
-  muscle_ = std::make_shared<palpation::AtlasMuscle>(
-      wall_, palpation::tissue_of_wall(*wall_, wished_.segments, {}, {}), wished_);
+  muscle_ = std::make_shared<palpation::AtlasMuscle>(wall_, tissue_of(wished_, disease_), wished_);
 }
 
-palpation::PalpationParameters Touch::scaled(const std::string& preset) const {
-  palpation::PalpationParameters parameters = palpation::palpation_preset(preset);
-  if (wall_) {
-    parameters.infarct = palpation::tissue_of_wall(*wall_, parameters.segments, {}, {}).infarct;
-  }
+// There must be a wall.
+palpation::TissueMap Touch::tissue_of(const palpation::PalpationParameters& parameters,
+                                      const Disease& disease) const {
+  return palpation::tissue_of_wall(*wall_, parameters.segments, disease.regions, disease.maps);
+}
+
+palpation::PalpationParameters Touch::scaled(const Disease& disease) const {
+  palpation::PalpationParameters parameters = disease.parameters;
+  if (wall_) parameters.infarct = tissue_of(parameters, disease).infarct;
   if (volumes_ml_) {
     parameters = palpation::on_heart(parameters, {.edv_ml = (*volumes_ml_)[1],
                                                   .esv_ml = (*volumes_ml_)[0],
@@ -229,8 +234,13 @@ void Touch::set_stiffness(double n_per_m) {
 }
 
 void Touch::set_preset(const std::string& name) {
-  palpation::PalpationParameters parameters = scaled(name);
+  set_disease({palpation::palpation_preset(name)});
   settings_.preset = name;
+}
+
+void Touch::set_disease(const Disease& disease) {
+  const palpation::PalpationParameters parameters = scaled(disease);
+  disease_ = disease;
   wish(parameters);
 }
 
@@ -300,7 +310,7 @@ void Touch::set_constant(const std::string& name, double value) {
     parameters = palpation::palpation_from_json(all);
     parameters.infarct = wished_.infarct;
     if (wall_) {
-      parameters.infarct = palpation::tissue_of_wall(*wall_, parameters.segments, {}, {}).infarct;
+      parameters.infarct = tissue_of(parameters, disease_).infarct;
     }
   }
   wish(parameters);

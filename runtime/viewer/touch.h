@@ -26,14 +26,23 @@ namespace beatlas::viewer {
 inline constexpr double kMPerMm = 1e-3;
 inline constexpr double kTickS = 1e-3;  ///< of the mouse and of a scripted press
 
+/// What of the muscle is ill, as a preset or a file has it, before it is made as large as the
+/// heart.
+struct Disease {
+  palpation::PalpationParameters parameters;
+  std::vector<palpation::Region> regions = {};
+  palpation::RegionMaps maps = {};  ///< that the regions name
+};
+
 struct TouchSettings {
   /// proxy: a spring of the stiffness; patch: paper B's muscle, on an atlas with a map that of the
   /// place that is touched, as the preset has it
   std::string model = "proxy";
-  double tool_radius_mm = 3;       ///< 0..20
-  double stiffness_n_per_m = 0;    ///< proxy; 0: the atlas's
-  double heart_rate_per_min = 0;   ///< 0: the atlas's
-  std::string preset = "healthy";  ///< of palpation_presets()
+  double tool_radius_mm = 3;                         ///< 0..20
+  double stiffness_n_per_m = 0;                      ///< proxy; 0: the atlas's
+  double heart_rate_per_min = 0;                     ///< 0: the atlas's
+  std::string preset = "healthy";                    ///< of palpation_presets()
+  std::shared_ptr<const Disease> disease = nullptr;  ///< instead of the preset's
   /// Of each finger, 1 to palpation::kMostFingers of them, in place of tool_radius_mm; none: one.
   std::vector<double> radii_mm = {};
   bool inside = false;  ///< the field is a cavity's, whose wall is felt from within; proxy
@@ -118,6 +127,7 @@ class Touch {
   void set_heart_rate(double per_min);
   void set_stiffness(double n_per_m);
   void set_preset(const std::string& name);
+  void set_disease(const Disease& disease);
   void set_left_atrial_mmhg(double mmhg);
   void set_right_atrial_mmhg(double mmhg);
   /// Every number of the parameters by its place in their JSON, as "muscle/middle/k_v_n_per_m";
@@ -156,7 +166,9 @@ class Touch {
   void offer_scenes();
   void forget_taxels();
   void keep_in_step(Finger& finger) noexcept;
-  [[nodiscard]] palpation::PalpationParameters scaled(const std::string& preset) const;
+  [[nodiscard]] palpation::TissueMap tissue_of(const palpation::PalpationParameters& parameters,
+                                               const Disease& disease) const;
+  [[nodiscard]] palpation::PalpationParameters scaled(const Disease& disease) const;
   void make_muscle();
   void wish(const palpation::PalpationParameters& parameters);
 
@@ -165,6 +177,7 @@ class Touch {
   double end_diastole_ = 0;  // phase
   double rr_interval_s_ = 1;
   std::optional<std::array<double, 2>> volumes_ml_;
+  Disease disease_;
   palpation::PalpationParameters wished_;
   std::shared_ptr<const palpation::LvWall> wall_;
   std::shared_ptr<const palpation::AtlasMuscle> muscle_;  ///< of the preset; null without a wall

@@ -292,6 +292,15 @@ TEST_F(Command, FingersAndCavitiesAreAskedForSensibly) {
   EXPECT_EQ(call(heart + " --window --exercise none.json --session s").code, 3);
   EXPECT_EQ(call(file("heart.beatlas") + " --window" + exercise).code, 5) << "no display";
   EXPECT_EQ(call(heart + " --fingers none.json").code, 3);
+  const std::string low = " --case " BEATLAS_SOURCE_DIR "/samples/cases/low_pressure.case.json";
+  for (const std::string& words :
+       {low, heart + low + " --preset low_pressure", heart + low + " --parameters p.json",
+        heart + low + " --screenshot x.png", heart + low + " --model proxy",
+        heart + low + " --window" + exercise}) {
+    EXPECT_EQ(call(words).code, 2) << words;
+  }
+  EXPECT_EQ(call(heart + " --parameters none.json").code, 3);
+  EXPECT_EQ(call(file("heart.beatlas") + low).code, 5) << "no display";
   const Called mouse = call(heart + " --headless --fast" + fingers);
   EXPECT_EQ(mouse.code, 3);
   EXPECT_NE(mouse.text.find("/fingers/0/device may be mouse"), std::string::npos) << mouse.text;

@@ -1,6 +1,7 @@
 /// Several fingers in the window, and a tool in a cavity.
 
 #include <QCheckBox>
+#include <QComboBox>
 #include <QLabel>
 #include <QSlider>
 #include <QTest>
@@ -129,6 +130,30 @@ TEST_F(Window, ATipInACavityFeelsItsWallFromWithin) {
   const auto& [fx, fy, fz] = felt.servo.force_n;
   const Vec3 inward = made->picture().drawing()->frame().centre_mm - Vec3(x, y, z);
   EXPECT_GT(Vec3(fx, fy, fz).dot(inward), 0);
+}
+
+// What a file tells of the muscle is an entry of the list of diseases, chosen first.
+TEST_F(Window, AMuscleThatAFileTellsIsFeltAndCanBeLeft) {
+  ViewOptions options;
+  options.view = "anterior";
+  options.told.emplace();
+  options.told->parameters = palpation::palpation_preset("low_pressure");
+  options.told->parameters.muscle.middle.k_v_n_per_m = 111;
+  options.told_name = "told.json";
+  options.heart_rate_per_min = 90;
+  const auto made = window_of(options);
+  ASSERT_NE(made->live(), nullptr) << made->message().toStdString();
+  Touch& touch = made->live()->touch();
+  auto& list = Window::find<QComboBox>(*made, "preset");
+  EXPECT_EQ(list.currentText(), "told.json");
+  EXPECT_EQ(Window::find<QComboBox>(*made, "model").currentText(), "muscle");
+  EXPECT_EQ(touch.constant("muscle/middle/k_v_n_per_m"), 111);
+  EXPECT_EQ(touch.settings().heart_rate_per_min, 90);
+  list.setCurrentText("healthy");
+  EXPECT_NE(touch.constant("muscle/middle/k_v_n_per_m"), 111);
+  list.setCurrentText("told.json");
+  EXPECT_EQ(touch.constant("muscle/middle/k_v_n_per_m"), 111);
+  EXPECT_EQ(made->message(), "");
 }
 
 }  // namespace

@@ -344,7 +344,7 @@ TEST(Cases, AreRefusedWithASentence) {
     EXPECT_TRUE(has(result.err, words)) << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   };
-  refused({}, 2, "--case has no picture; use it with --headless");
+  refused({}, 2, "this build has no viewer; use --headless");
   // The word of the default is a word as well.
   refused({"--headless", "--model", "proxy"}, 2, "leave --model out");
   refused({"--headless", "--preset", "healthy"}, 2, "leave --preset out");
@@ -370,12 +370,12 @@ TEST(Cases, AreRefusedWithASentence) {
   EXPECT_TRUE(has(missing.err, "none.case.json cannot be read")) << missing.err;
 }
 
-TEST(Cases, HaveNoPicture) {
+TEST(Cases, AreSearchedWithoutAPictureAndTouchedInOne) {
   constexpr std::array<const char*, 3> kSearch{"beatlas-play", "cases", "folder"};
   constexpr std::array<const char*, 3> kTouch{"beatlas-play", "--case", "c.case.json"};
   constexpr std::array<const char*, 2> kWindow{"beatlas-play", "heart.beatlas"};
   EXPECT_FALSE(wants_picture(kSearch.size(), kSearch.data()));
-  EXPECT_FALSE(wants_picture(kTouch.size(), kTouch.data()));
+  EXPECT_TRUE(wants_picture(kTouch.size(), kTouch.data()));
   EXPECT_TRUE(wants_picture(kWindow.size(), kWindow.data()));
 }
 
