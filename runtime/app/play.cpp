@@ -93,9 +93,7 @@ void check_usage(const PlayArguments& arguments) {
         "a cavity is felt from inside with --model proxy or fingertip, and not in an exercise; "
         "leave --inside or the other out");
   }
-  if (arguments.valve && arguments.inside != structure_name(Structure::LvBlood)) {
-    throw_usage("--valve is the left ventricle's; use it with --inside lv_blood");
-  }
+  check_inside(arguments.inside, arguments.valve, arguments.effusion_mm);
   if (!arguments.fingers.empty() &&
       !(arguments.exercise.empty() && arguments.ticks.empty() && arguments.recording.empty())) {
     throw_usage(

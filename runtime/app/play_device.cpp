@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "runtime/app/text.h"
+#include "runtime/app/touch.h"
 #include "runtime/base/error.h"
 #include "runtime/device/hardware.h"
 #include "runtime/device/replay.h"
@@ -13,6 +14,10 @@ namespace beatlas::app {
 namespace {
 
 constexpr double kHardwareClearMm = 20;  // a device's middle lies this far outside
+
+bool is_in_cavity(const PlayArguments& arguments) {
+  return !arguments.inside.empty() && arguments.inside != kPericardium;
+}
 
 // Directions of the body in LPS.
 Vec3 side_lps(const std::string& side) {
@@ -40,7 +45,7 @@ std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
   const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
   device::SimulatedOptions options;
   options.path.anchor_m = 1e-3 * field::surface_point_mm(field, outward, end_diastole_s);
-  options.path.direction = arguments.inside.empty() ? Vec3(-outward) : outward;
+  options.path.direction = is_in_cavity(arguments) ? outward : Vec3(-outward);
   options.path.offset_m = 1e-3 * arguments.depth_mm;
   if (arguments.hand == "palpation") {
     options.path.amplitude_m = 1e-3 * arguments.amplitude_mm;
@@ -71,9 +76,10 @@ std::unique_ptr<device::Device> open_device(const PlayArguments& arguments,
     const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
     const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
     const Vec3 surface_mm = field::surface_point_mm(field, outward, end_diastole_s);
-    // In a cavity a device's middle is the cavity's.
-    const double clear_mm =
-        arguments.inside.empty() ? kHardwareClearMm : -(surface_mm - field.centre_mm()).norm();
+    // In a cavity a device's middle is the cavity's, in the pericardium that of the fluid.
+    double clear_mm = kHardwareClearMm;
+    if (is_in_cavity(arguments)) clear_mm = -(surface_mm - field.centre_mm()).norm();
+    if (arguments.inside == kPericardium) clear_mm = arguments.effusion_mm / 2;
     options.workspace_from_device =
         device::workspace_from_hardware(manifest.workspace_from_lps, surface_mm, outward, clear_mm);
     options.seconds = seconds;

@@ -5,7 +5,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/app/touch.h"
 #include "runtime/atlas/structures.h"
+#include "runtime/base/error.h"
+#include "runtime/haptics/pericardial_field.h"
 #include "runtime/palpation/parameters.h"
 #include "runtime/palpation/segments.h"
 
@@ -28,7 +31,19 @@ std::vector<std::string> cavity_names() {
                                     Structure::RaBlood, Structure::Aorta}) {
     out.emplace_back(structure_name(structure));
   }
+  out.emplace_back(kPericardium);
   return out;
+}
+
+void check_inside(const std::string& inside, bool valve, double effusion_mm) {
+  if (valve && inside != structure_name(Structure::LvBlood)) {
+    throw Error(ErrorCode::Usage, "--valve is the left ventricle's; use it with --inside lv_blood");
+  }
+  if ((inside == kPericardium) != (effusion_mm > 0)) {
+    throw Error(ErrorCode::Usage,
+                "--inside pericardium and --effusion-mm belong together: an atlas does not show "
+                "how thick the fluid is; give both or neither");
+  }
 }
 
 void add_play_options(CLI::App& app, PlayArguments& arguments) {
@@ -96,6 +111,10 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
       ->check(CLI::IsMember(cavity_names()));
   app.add_flag("--valve", arguments.valve,
                "with --inside lv_blood: the tool may come and go through the valve at its base");
+  app.add_option("--effusion-mm", arguments.effusion_mm,
+                 "with --inside pericardium: the fluid's thickness around the heart at its largest")
+      ->check(CLI::Range(haptics::PericardialOptions::kThinnestMm,
+                         haptics::PericardialOptions::kThickestMm));
   app.add_option("--long-axis", arguments.long_axis,
                  "patch: 0 apex to 1 base, whose muscle it is where the package has no map")
       ->check(CLI::Range(0.0, 1.0))

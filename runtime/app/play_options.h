@@ -30,8 +30,10 @@ struct PlayArguments {
   bool fast = false;
   bool published = false;
   bool held = false;
-  std::string inside;  ///< a cavity that the tool is in; none: the heart is touched from outside
-  bool valve = false;  ///< inside lv_blood: the way through its valve is open
+  /// A cavity that the tool is in, or the pericardium; none: the heart is touched from outside
+  std::string inside;
+  bool valve = false;      ///< inside lv_blood: the way through its valve is open
+  double effusion_mm = 0;  ///< inside the pericardium: how thick its fluid is
   std::string model = "proxy";
   bool model_named = false;
   double tool_radius_mm = 0;
@@ -58,8 +60,10 @@ struct PlayArguments {
   std::string trainee = "skilled";  ///< of the device `trainee`
 };
 
-/// What a tool can be in: lv_blood, rv_blood, ...
+/// What a tool can be in: lv_blood, rv_blood, ... and the pericardium.
 [[nodiscard]] std::vector<std::string> cavity_names();
+/// @throws Error{Usage} if the three do not go together
+void check_inside(const std::string& inside, bool valve, double effusion_mm);
 
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 

@@ -8,6 +8,7 @@
 
 #include "runtime/base/json_object.h"
 #include "runtime/haptics/cavity_field.h"
+#include "runtime/haptics/pericardial_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/shell.h"
 #include "runtime/haptics/two_step.h"
@@ -91,9 +92,14 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
     scene.model = std::make_unique<haptics::TwoStepModel>(field, model);
     return scene;
   }
-  std::shared_ptr<const haptics::ContactField> body =
-      options.inside.empty() ? std::make_shared<const haptics::AtlasField>(field)
-                             : haptics::cavity_of(field, valve);
+  std::shared_ptr<const haptics::ContactField> body;
+  if (options.inside == kPericardium) {
+    body = haptics::pericardial_space_of(field, options.effusion_mm);
+  } else if (!options.inside.empty()) {
+    body = haptics::cavity_of(field, valve);
+  } else {
+    body = std::make_shared<const haptics::AtlasField>(field);
+  }
   if (options.held_time_s) {
     body = std::make_shared<haptics::HeldField>(body, *options.held_time_s);
   }
@@ -161,6 +167,7 @@ nlohmann::json touch_to_json(const TouchOptions& options) {
   if (options.held_time_s) json["held_time_s"] = *options.held_time_s;
   if (!options.inside.empty()) json["inside"] = options.inside;
   if (options.valve) json["valve"] = true;
+  if (options.effusion_mm > 0) json["effusion_mm"] = options.effusion_mm;
   return json;
 }
 
@@ -170,6 +177,7 @@ TouchOptions touch_from_json(const nlohmann::json& json) {
   object.read("model", options.model);
   object.read("inside", options.inside);
   object.read("valve", options.valve);
+  object.read("effusion_mm", options.effusion_mm, 0, haptics::PericardialOptions::kThickestMm);
   object.read("stiffness_n_per_m", options.stiffness_n_per_m, 1, 5000);
   object.read("radius_mm", options.radius_mm, 0, 100);
   object.read("half_length_mm", options.half_length_mm, 0, 100);

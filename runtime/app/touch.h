@@ -2,6 +2,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,9 @@
 
 namespace beatlas::app {
 
+/// What a tool can be in beside cavities; no structure of an atlas.
+inline constexpr std::string_view kPericardium = "pericardium";
+
 /// How a structure is touched; what a session and the replay of its ticks must agree on.
 struct TouchOptions {
   std::string model =
@@ -20,7 +24,8 @@ struct TouchOptions {
   /// proxy, fingertip: the structure whose wall is touched from within; none: the heart, from
   /// outside
   std::string inside;
-  bool valve = false;  ///< inside the LV: its valve is open to the tool
+  bool valve = false;      ///< inside the LV: its valve is open to the tool
+  double effusion_mm = 0;  ///< inside the pericardium: how thick the fluid is
   double stiffness_n_per_m = 150;
   double radius_mm = 0;                ///< proxy, patch: of a ball, 0 a point; fingertip: its own
   double half_length_mm = 0;           ///< proxy: of a capsule, 0 none
@@ -42,7 +47,7 @@ struct FingerOfSeveral {
   std::size_t finger = 0;
 };
 
-/// @param field of what is touched: of the heart, or of options.inside
+/// @param field of what is touched: of the heart, or of the cavity that options.inside names
 /// @param wall whose vertices options.tissue is of; null without
 /// @param valve the way out of the cavity that options.inside names; null without options.valve
 /// @param which without a circulation: the finger feels the natural beat

@@ -38,6 +38,7 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
   touch.model = arguments.published ? "published" : arguments.model;
   touch.inside = arguments.inside;
   touch.valve = arguments.valve;
+  touch.effusion_mm = arguments.effusion_mm;
   touch.stiffness_n_per_m = manifest.stiffness_n_per_m;
   touch.radius_mm = arguments.tool_radius_mm;
   if (touch.model == "fingertip" && touch.radius_mm == 0) touch.radius_mm = 8;
@@ -56,7 +57,7 @@ TouchOptions touch_options(const PlayArguments& arguments, const atlas::Manifest
 }  // namespace
 
 Structure touched_structure(const std::string& inside) {
-  if (inside.empty()) return Structure::Heart;
+  if (inside.empty() || inside == kPericardium) return Structure::Heart;
   const std::optional<Structure> structure = structure_from_name(inside);
   if (!structure) throw_invalid("there is no structure " + inside + " to be in");
   return *structure;
@@ -136,7 +137,11 @@ nlohmann::json report_json(const PlayArguments& arguments, const TouchOptions& t
   json["model"] = touch.model;
   if (!touch.inside.empty()) {
     json["inside"] = touch.inside;
-    json["valve"] = touch.valve ? "open" : "closed";
+    if (touch.effusion_mm > 0) {
+      json["effusion_mm"] = touch.effusion_mm;
+    } else {
+      json["valve"] = touch.valve ? "open" : "closed";
+    }
   }
   json["tool_radius_mm"] = touch.radius_mm;
   json["heart_rate_per_min"] = rate_per_min;

@@ -26,7 +26,8 @@ struct TouchingTool {
   std::unique_ptr<haptics::Servo> servo;
 };
 
-/// The structure that is touched: the heart, or the cavity that `inside` names.
+/// The structure that is touched: the heart, also from its pericardium, or the cavity that `inside`
+/// names.
 /// @throws Error{InvalidInput} if there is no such structure
 [[nodiscard]] Structure touched_structure(const std::string& inside);
 

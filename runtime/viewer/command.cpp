@@ -15,6 +15,7 @@
 #include "runtime/app/exercise_session.h"
 #include "runtime/app/fingers.h"
 #include "runtime/base/error.h"
+#include "runtime/haptics/pericardial_field.h"
 #include "runtime/viewer/device_choice.h"
 #include "runtime/viewer/display.h"
 #include "runtime/viewer/stills.h"
@@ -152,6 +153,10 @@ void add_device_options(CLI::App& app, Words& words) {
   app.add_option("--inside", words.options.inside,
                  "window: a cavity that the tool is in, whose wall it feels from within")
       ->check(CLI::IsMember(app::cavity_names()));
+  app.add_option("--effusion-mm", words.options.effusion_mm,
+                 "with --inside pericardium: the fluid's thickness around the heart at its largest")
+      ->check(CLI::Range(haptics::PericardialOptions::kThinnestMm,
+                         haptics::PericardialOptions::kThickestMm));
   app.add_flag("--valve", words.options.valve,
                "with --inside lv_blood: the tool may come and go through the valve at its base");
 }
@@ -179,9 +184,7 @@ void read_touch(Words& words) {
   if (still && !(words.fingers.empty() && options.inside.empty())) {
     throw_usage("--fingers and --inside are of the window; leave --screenshot and --record out");
   }
-  if (options.valve && options.inside != structure_name(Structure::LvBlood)) {
-    throw_usage("--valve is the left ventricle's; use it with --inside lv_blood");
-  }
+  app::check_inside(options.inside, options.valve, options.effusion_mm);
   if (!options.inside.empty() && model_of(options) != "proxy") {
     throw_usage("a cavity is felt from inside as a spring; leave --model and --preset out");
   }
@@ -194,6 +197,7 @@ void read_touch(Words& words) {
   app::PlayArguments all;
   all.package = words.package;
   all.inside = options.inside;
+  all.effusion_mm = options.effusion_mm;
   all.tool_radius_mm = options.tool_radius_mm;
   constexpr double kLongestS = 36000;
   all.seconds = kLongestS;

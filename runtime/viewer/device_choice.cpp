@@ -59,16 +59,17 @@ device::HardwareOptions hardware_options(const DeviceChoice& choice, const std::
 
 ReadyDevice open_device(const DeviceChoice& choice, const std::string& detail,
                         const atlas::Manifest& manifest, const field::FieldQuery& field,
-                        const Vec3& direction, bool inside) {
+                        const Vec3& direction, const ToolPlace& place) {
   if (choice.name == "replay") return {.device = open_replay(detail)};
   const double end_diastole_s =
       manifest.rr_interval_s * manifest.end_diastole / std::max(1, manifest.phase_count());
   const Vec3 outward = direction.normalized();
   const Vec3 surface_mm = field::surface_point_mm(field, outward, end_diastole_s);
   if (choice.name == "simulated") {
-    return {.device = open_simulated(surface_mm, inside ? outward : Vec3(-outward))};
+    return {.device = open_simulated(surface_mm, place.in_cavity ? outward : Vec3(-outward))};
   }
-  const double clear_mm = inside ? -(surface_mm - field.centre_mm()).norm() : kHardwareClearMm;
+  double clear_mm = place.effusion_mm > 0 ? place.effusion_mm / 2 : kHardwareClearMm;
+  if (place.in_cavity) clear_mm = -(surface_mm - field.centre_mm()).norm();
   return {.device = device::open_hardware(hardware_options(choice, detail)),
           .workspace_from_device = device::workspace_from_hardware(manifest.workspace_from_lps,
                                                                    surface_mm, outward, clear_mm)};

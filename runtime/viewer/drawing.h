@@ -11,6 +11,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/geometry.h"
 #include "runtime/field/field_query.h"
+#include "runtime/haptics/pericardial_field.h"
 #include "runtime/haptics/taxels.h"
 #include "runtime/palpation/dent.h"
 #include "runtime/viewer/heart_frame.h"
@@ -125,6 +126,8 @@ class HeartDrawing {
   static constexpr std::size_t kMostTools = 16;
   void set_tools(std::vector<ToolPicture> tools);
   void set_tool(const ToolPicture& tool) { set_tools({tool}); }
+  /// A pericardium around the heart, which is seen through; it stands still.
+  void set_pericardium(const haptics::PericardialField::Lattice& lattice);
   void set_camera(const CameraPose& pose);
   /// Towards `pose`'s viewer: every surface at any moment of the beat is within the picture and
   /// fills it, whatever size it gets, until set_camera is called. @param zoom times as large

@@ -5,6 +5,8 @@
 
 #include <vtkArrowSource.h>
 #include <vtkCamera.h>
+#include <vtkFlyingEdges3D.h>
+#include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
@@ -18,6 +20,7 @@ namespace {
 
 constexpr double kArrowMmPerN = 20;
 constexpr double kLongestArrowMm = 80;
+constexpr double kSacOpacity = 0.18;
 
 std::string newtons(double force_n) {
   std::array<char, 32> text{};
@@ -113,6 +116,29 @@ void HeartDrawing::Parts::update_tool(std::size_t n) {
   parts.label->SetPosition(tip.x(), tip.y(), tip.z());
   const std::string which = tools.size() > 1 ? std::to_string(n + 1) + ": " : "";
   parts.label->SetInput((which + newtons(force)).c_str());
+}
+
+void HeartDrawing::set_pericardium(const haptics::PericardialField::Lattice& lattice) {
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(lattice.size.data());
+  image->SetSpacing(lattice.step_mm, lattice.step_mm, lattice.step_mm);
+  image->SetOrigin(lattice.low_mm.x(), lattice.low_mm.y(), lattice.low_mm.z());
+  image->AllocateScalars(VTK_FLOAT, 1);
+  std::copy(lattice.values_mm.begin(), lattice.values_mm.end(),
+            static_cast<float*>(image->GetScalarPointer()));
+  vtkNew<vtkFlyingEdges3D> sac;
+  sac->SetInputData(image);
+  sac->SetValue(0, lattice.effusion_mm);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(sac->GetOutputPort());
+  mapper->ScalarVisibilityOff();
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(0.80, 0.84, 0.90);
+  actor->GetProperty()->SetOpacity(kSacOpacity);
+  actor->GetProperty()->BackfaceCullingOn();
+  parts_->renderer->AddActor(actor);
+  parts_->stale = true;
 }
 
 std::optional<Vec3> HeartDrawing::arrow_tip_mm(std::size_t tool) const {

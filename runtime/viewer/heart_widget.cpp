@@ -10,6 +10,7 @@
 #include <QVTKInteractor.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 
+#include "runtime/app/touch.h"
 #include "runtime/viewer/drawing_parts.h"
 
 namespace beatlas::viewer {
@@ -47,7 +48,7 @@ void HeartWidget::show_heart(const OpenedHeart& heart, bool anaglyph, double tex
   drawing->parts_->make_window(window.Get());
   drawing_ = std::move(drawing);
   field_ = heart.touched;
-  inside_ = !heart.inside.empty();
+  inside_ = !heart.inside.empty() && heart.inside != app::kPericardium;
   drag_ = Drag::None;
 }
 

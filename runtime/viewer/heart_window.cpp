@@ -20,6 +20,8 @@
 #include <cmath>
 #include <utility>
 
+#include "runtime/app/touch.h"
+#include "runtime/field/surface_point.h"
 #include "runtime/viewer/volume_plot.h"
 
 namespace beatlas::viewer {
@@ -108,7 +110,8 @@ LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file,
   const atlas::Manifest& manifest = opened.atlas->manifest();
   TouchSettings settings;
   settings.heart_rate_per_min = std::clamp(60 / manifest.rr_interval_s, 30.0, 220.0);
-  settings.inside = !opened.inside.empty();
+  settings.inside = !opened.inside.empty() && opened.inside != app::kPericardium;
+  settings.effusion_mm = options.effusion_mm;
   settings.model = model_of(options);
   if (options.told) {
     heart.told = std::make_shared<const Disease>(disease_of(opened, *options.told));
@@ -158,6 +161,9 @@ void HeartWindow::show_heart(LoadedHeart heart) {
       widget->setEnabled(false);  // the heart beats as the exercise has it
     }
   } else if (heart.touch) {
+    if (heart.touch->pericardium() != nullptr) {
+      drawing.set_pericardium(heart.touch->pericardium()->lattice());
+    }
     live_ = std::make_unique<LiveTouch>(std::move(heart.touch), resting_place_mm());
     open_fingers();
   }
@@ -245,10 +251,20 @@ void HeartWindow::lift_tool() {
   live_->mouse().put_at(resting_place_mm());
 }
 
-// Of an idle tool: beside the heart, or in the middle of the cavity.
+// Of an idle tool: beside the heart, in the middle of the cavity, or in the fluid beside the left
+// ventricle's free wall.
 Vec3 HeartWindow::resting_place_mm() {
+  const HeartFrame& frame = picture_->drawing()->frame();
+  if (heart_->inside == app::kPericardium) {
+    const Vec3 outward = free_wall_direction(frame, heart_->touched->centre_mm()).normalized();
+    const atlas::Manifest& manifest = heart_->atlas->manifest();
+    const double end_diastole_s =
+        manifest.rr_interval_s * manifest.end_diastole / std::max(1, manifest.phase_count());
+    return field::surface_point_mm(*heart_->touched, outward, end_diastole_s) +
+           options_.effusion_mm / 2 * outward;
+  }
   if (!heart_->inside.empty()) return heart_->touched->centre_mm();
-  return picture_->drawing()->frame().high_mm + Vec3::Constant(kLiftMm);
+  return frame.high_mm + Vec3::Constant(kLiftMm);
 }
 
 void HeartWindow::cut_changed() {

@@ -100,9 +100,12 @@ void HeartWindow::connect_device() {
   const HeartFrame& frame = picture_->drawing()->frame();
   // The left ventricle's free wall, as a scripted press.
   const Vec3 direction = free_wall_direction(frame, heart_->touched->centre_mm());
-  connecting_.begin([choice, detail = detail_->text().toStdString(), heart = *heart_, direction] {
-    return open_device(choice, detail, heart.atlas->manifest(), *heart.touched, direction,
-                       !heart.inside.empty());
+  ToolPlace place;
+  place.effusion_mm = options_.effusion_mm;
+  place.in_cavity = !heart_->inside.empty() && place.effusion_mm == 0;
+  connecting_.begin([choice, detail = detail_->text().toStdString(), heart = *heart_, direction,
+                     place] {
+    return open_device(choice, detail, heart.atlas->manifest(), *heart.touched, direction, place);
   });
   say(QString("%1: is it there? ...").arg(text(choice.title)));
 }

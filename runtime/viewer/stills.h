@@ -40,8 +40,10 @@ struct ViewOptions {
   bool anaglyph = false;
   double text_scale = 1;      ///< of all words
   double tool_radius_mm = 0;  ///< 0: 3, in a cavity 1
-  std::string inside;         ///< cavity that the tool is in; empty: the heart from outside
-  bool valve = false;         ///< inside lv_blood: the way through its valve is open
+  /// Cavity that the tool is in, or the pericardium; empty: the heart from outside
+  std::string inside;
+  double effusion_mm = 0;  ///< inside the pericardium
+  bool valve = false;      ///< inside lv_blood: the way through its valve is open
   /// Of a window: what moves each of several fingers; empty: one, of `device`
   std::vector<app::PlayArguments> fingers;
   std::optional<app::PlayArguments> exercise;  ///< of a window: what is played in it

@@ -9,6 +9,7 @@
 #include "runtime/field/surface_point.h"
 #include "runtime/haptics/cavity_field.h"
 #include "runtime/haptics/contact_field.h"
+#include "runtime/haptics/pericardial_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/palpation/dent.h"
 #include "runtime/palpation/on_heart.h"
@@ -86,6 +87,7 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
         std::minmax_element(structure.volume_ml.begin(), structure.volume_ml.end());
     if (*least > 0 && *most > *least) volumes_ml_ = {*least, *most};
   }
+  body_ = make_body();
   if (settings_.radii_mm.empty()) settings_.radii_mm = {settings_.tool_radius_mm};
   haptics::ServoOptions options;
   options.heart.rate_per_min = settings_.heart_rate_per_min;
@@ -104,7 +106,11 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
   }
 }
 
-std::shared_ptr<const haptics::ContactField> Touch::body() const {
+std::shared_ptr<const haptics::ContactField> Touch::make_body() {
+  if (settings_.effusion_mm > 0) {
+    pericardium_ = haptics::pericardial_space_of(field_, settings_.effusion_mm);
+    return pericardium_;
+  }
   if (settings_.inside) return haptics::cavity_of(field_, valve_);
   return std::make_shared<haptics::AtlasField>(field_);
 }
@@ -112,7 +118,7 @@ std::shared_ptr<const haptics::ContactField> Touch::body() const {
 haptics::Scene Touch::scene(std::size_t finger) const {
   haptics::Scene scene;
   scene.period_s = field_->rr_interval_s();
-  if (settings_.model == "patch" && !settings_.inside) {
+  if (settings_.model == "patch" && !within()) {
     palpation::PatchModelOptions model;
     model.parameters = wished_;
     model.end_diastole_s = end_diastole_ * scene.period_s;
@@ -121,14 +127,14 @@ haptics::Scene Touch::scene(std::size_t finger) const {
     // A single finger feels the natural beat, as it does without a picture.
     if (settings_.radii_mm.size() > 1) model.circulation = circulation_;
     model.finger = finger;
-    scene.model = std::make_unique<palpation::PatchModel>(body(), model);
+    scene.model = std::make_unique<palpation::PatchModel>(body_, model);
   } else if (settings_.model == "proxy") {
     haptics::ProxyOptions model;
     model.stiffness_n_per_m = settings_.stiffness_n_per_m;
     model.radius_mm = settings_.radii_mm[finger];
-    scene.model = std::make_unique<haptics::ProxyModel>(body(), model);
-  } else if (settings_.inside) {
-    throw_invalid("from within a cavity is felt as a spring; choose the proxy model");
+    scene.model = std::make_unique<haptics::ProxyModel>(body_, model);
+  } else if (within()) {
+    throw_invalid("a cavity and the pericardium are felt as a spring; choose the proxy model");
   } else {
     throw_invalid("there is no force model " + settings_.model + "; there are proxy and patch");
   }
@@ -186,7 +192,7 @@ Vec3 Touch::tick(const haptics::ServoState& state, std::size_t finger) noexcept 
   Finger& one = *fingers_[finger];
   if (finger > 0) keep_in_step(one);
   const haptics::Tick felt = one.servo->tick(state);
-  const bool away = settings_.inside || felt.status == haptics::TickStatus::Fault;
+  const bool away = within() || felt.status == haptics::TickStatus::Fault;
   circulation_->tell(finger, felt.contact.proxy_mm, away ? -1 : -kMPerMm * felt.contact.distance_mm,
                      one.servo->phase());
   circulation_->advance();
@@ -317,7 +323,7 @@ void Touch::set_constant(const std::string& name, double value) {
 }
 
 std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
-  if (!muscle_ || settings_.inside || felt.servo.distance_mm >= 0) return std::nullopt;
+  if (!muscle_ || within() || felt.servo.distance_mm >= 0) return std::nullopt;
   // The surface over the tool.
   const auto& [x, y, z] = felt.servo.position_mm;
   const auto& [nx, ny, nz] = felt.servo.normal;
@@ -342,7 +348,7 @@ haptics::TaxelMap Touch::taxels(const Felt& felt, const Vec3& right, std::size_t
       options.map = std::make_shared<const palpation::PatchStiffness>(
           muscle_, wished_, rr_interval_s_, end_diastole_ * rr_interval_s_);
     }
-    one.taxels = std::make_unique<haptics::Taxels>(body(), options);
+    one.taxels = std::make_unique<haptics::Taxels>(body_, options);
   }
   return one.taxels->under(haptics::ball_contact(felt.servo, right),
                            felt.servo.phase * rr_interval_s_);

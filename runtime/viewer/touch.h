@@ -13,6 +13,7 @@
 
 #include "runtime/atlas/manifest.h"
 #include "runtime/field/field_query.h"
+#include "runtime/haptics/pericardial_field.h"
 #include "runtime/haptics/seqlock.h"
 #include "runtime/haptics/servo.h"
 #include "runtime/haptics/tube_field.h"
@@ -45,7 +46,8 @@ struct TouchSettings {
   std::shared_ptr<const Disease> disease = nullptr;  ///< instead of the preset's
   /// Of each finger, 1 to palpation::kMostFingers of them, in place of tool_radius_mm; none: one.
   std::vector<double> radii_mm = {};
-  bool inside = false;  ///< the field is a cavity's, whose wall is felt from within; proxy
+  bool inside = false;     ///< the field is a cavity's, whose wall is felt from within; proxy
+  double effusion_mm = 0;  ///< > 0: the tool is in the pericardium's fluid, so thick; proxy
 };
 
 /// One tick as a whole, for graphics.
@@ -104,6 +106,10 @@ class Touch {
         const TouchSettings& settings, std::shared_ptr<const palpation::LvWall> wall = nullptr,
         std::shared_ptr<const haptics::TubeField> valve = nullptr);
 
+  /// Null unless the tool is in it.
+  [[nodiscard]] const haptics::PericardialField* pericardium() const noexcept {
+    return pericardium_.get();
+  }
   [[nodiscard]] std::size_t fingers() const noexcept { return fingers_.size(); }
   /// The device's thread, each finger its own; no allocation, lock, log or file.
   /// @return the force to send [N]
@@ -162,7 +168,11 @@ class Touch {
   };
 
   [[nodiscard]] haptics::Scene scene(std::size_t finger) const;
-  [[nodiscard]] std::shared_ptr<const haptics::ContactField> body() const;
+  [[nodiscard]] std::shared_ptr<const haptics::ContactField> make_body();
+  /// No muscle gives way: from within a cavity, or in the pericardium.
+  [[nodiscard]] bool within() const noexcept {
+    return settings_.inside || settings_.effusion_mm > 0;
+  }
   void offer_scenes();
   void forget_taxels();
   void keep_in_step(Finger& finger) noexcept;
@@ -182,6 +192,8 @@ class Touch {
   std::shared_ptr<const palpation::LvWall> wall_;
   std::shared_ptr<const palpation::AtlasMuscle> muscle_;  ///< of the preset; null without a wall
   std::shared_ptr<const haptics::TubeField> valve_;
+  std::shared_ptr<const haptics::PericardialField> pericardium_;
+  std::shared_ptr<const haptics::ContactField> body_;
   double dent_radius_mm_ = 25;
   std::shared_ptr<palpation::CommonCirculation> circulation_;
   std::vector<std::unique_ptr<Finger>> fingers_;

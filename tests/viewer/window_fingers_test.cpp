@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "runtime/app/touch.h"
 #include "tests/viewer/window_fixture.h"
 
 namespace beatlas::viewer {
@@ -130,6 +131,38 @@ TEST_F(Window, ATipInACavityFeelsItsWallFromWithin) {
   const auto& [fx, fy, fz] = felt.servo.force_n;
   const Vec3 inward = made->picture().drawing()->frame().centre_mm - Vec3(x, y, z);
   EXPECT_GT(Vec3(fx, fy, fz).dot(inward), 0);
+}
+
+TEST_F(Window, AThinToolInThePericardiumMeetsTheHeartAndTheSac) {
+  ViewOptions options;
+  options.view = "anterior";
+  options.inside = std::string(app::kPericardium);
+  options.effusion_mm = 8;
+  options.tool_radius_mm = 1;
+  const auto made = window_of(options);
+  ASSERT_NE(made->live(), nullptr) << made->message().toStdString();
+  Touch& touch = made->live()->touch();
+  // Idle it rests in the fluid.
+  ASSERT_TRUE(QTest::qWaitFor([&] { return touch.felt().servo.ticks > 100; }, 8000));
+  EXPECT_EQ(force_n(touch.felt()), 0);
+  const auto& [x, y, z] = touch.felt().servo.position_mm;
+  const Vec3 rest(x, y, z);
+  const Vec3 outward = (rest - made->picture().drawing()->frame().centre_mm).normalized();
+  for (const double away_mm : {-8.0, 8.0}) {
+    made->live()->mouse().put_at(rest);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return force_n(touch.felt()) == 0; }, 8000));
+    made->live()->mouse().move_to(rest + away_mm * outward);
+    double pushed_n = 0;
+    ASSERT_TRUE(QTest::qWaitFor(
+        [&] {
+          const auto& [fx, fy, fz] = touch.felt().servo.force_n;
+          pushed_n = Vec3(fx, fy, fz).dot(outward);
+          return std::abs(pushed_n) > 0.05;
+        },
+        8000));
+    EXPECT_LT(pushed_n * away_mm, 0) << "back into the fluid";
+  }
+  EXPECT_TRUE(made->save_png(file("pericardium.png")));
 }
 
 // What a file tells of the muscle is an entry of the list of diseases, chosen first.

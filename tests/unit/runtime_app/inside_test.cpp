@@ -8,13 +8,17 @@
 #include <gtest/gtest.h>
 
 #include "runtime/app/play.h"
+#include "runtime/atlas/atlas.h"
 #include "runtime/device/csv_table.h"
 #include "tests/package/sample_package.h"
+#include "tests/unit/runtime_app/played.h"
 
 namespace beatlas::app {
 namespace {
 
 using beatlas::test::TemporaryFolder;
+using test::Result;
+using test::run;
 
 const Vec3 kMiddle(128, 128, 96);  // of the sample's heart; its ventricle's radius is 18 to 22 mm
 
@@ -114,6 +118,40 @@ TEST_F(Inside, AnAtlasThatDoesNotShowItsValveSaysSo) {
   EXPECT_EQ(done.code, 3);
   EXPECT_NE(done.err.find("map"), std::string::npos) << done.err;
   EXPECT_NE(done.err.find("lv_blood"), std::string::npos) << done.err;
+}
+
+// In an effusion of 8 mm: pressed inward it meets the beating heart, outward the sac, and in
+// between it is free.
+TEST_F(Inside, AThinToolInThePericardiumMeetsTheHeartAndTheSac) {
+  const auto felt = [&](double depth_mm) {
+    const Result done =
+        run({file("plain.beatlas"), "--headless", "--fast", "--seconds", "2", "--inside",
+             "pericardium", "--effusion-mm", "8", "--tool-radius-mm", "1", "--hand", "still",
+             "--depth-mm", std::to_string(depth_mm), "--trace", file("felt.csv"), "--json"});
+    EXPECT_EQ(done.code, 0) << done.err;
+    EXPECT_EQ(nlohmann::json::parse(done.out)["effusion_mm"], 8);
+    std::ifstream trace(file("felt.csv"));
+    double least = 1e9;
+    double most = -1e9;
+    // A finger that comes from the left feels the heart as a push to the left.
+    const atlas::Manifest manifest = atlas::Atlas::open(file("plain.beatlas"), {}).manifest();
+    const Vec3 left = manifest.workspace_from_lps.linear() * Vec3::UnitX();
+    for (const auto& row : device::read_csv(trace, "trace", {"t_s", "fx_n", "fy_n", "fz_n"}).rows) {
+      if (row[0] < 1) continue;  // behind the start ramp
+      const double along = Vec3(row[1], row[2], row[3]).dot(left);
+      least = std::min(least, along);
+      most = std::max(most, along);
+    }
+    return std::pair(least, most);
+  };
+  const auto [free_least, free_most] = felt(-4);
+  EXPECT_EQ(free_least, 0);
+  EXPECT_EQ(free_most, 0);
+  EXPECT_GT(felt(2).second, 0.2);
+  EXPECT_LT(felt(-11).first, -0.2);
+  const Result thick = run({file("plain.beatlas"), "--headless", "--inside", "pericardium"});
+  EXPECT_EQ(thick.code, 2);
+  EXPECT_NE(thick.err.find("--effusion-mm belong together"), std::string::npos) << thick.err;
 }
 
 }  // namespace
