@@ -301,7 +301,7 @@ void run_exercise(const PlayArguments& arguments, std::ostream& out, const Exerc
                   "the exercise was broken off; it is kept and goes on with the same command");
     }
     asked.take(replay_kept(atlas, session, asked, folder, session.trials.back()));
-    if (session.exercise.task == Task::Threshold && !arguments.json) {
+    if (session.exercise.task == Task::Threshold && !arguments.json && stage == nullptr) {
       const ThresholdTrial& last = asked.result().trials.back();
       out << "trial " << session.trials.size() << " of " << session.exercise.trials << ": "
           << (last.right ? "right" : "wrong") << "\n"

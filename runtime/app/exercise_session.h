@@ -28,8 +28,8 @@ struct ExercisePart {
   const std::atomic<int>& made;  ///< marks; as long
 };
 
-/// What an exercise is played with in a window. All but the constructor of a device is called by
-/// the thread that plays; `marks` every tick.
+/// What an exercise is played with in a window: called by the thread that plays, `marks` by every
+/// tick, so it must be as quick.
 struct ExerciseStage {
   std::function<std::unique_ptr<device::Device>()> mouse;  ///< the device `mouse`
   std::function<std::uint32_t()> marks;  ///< buttons that are pressed on the screen

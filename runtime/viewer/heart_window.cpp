@@ -422,7 +422,8 @@ bool HeartWindow::eventFilter(QObject* watched, QEvent* event) {
 void HeartWindow::resizeEvent(QResizeEvent* event) {
   QMainWindow::resizeEvent(event);
   controls_->setVisible(width() >= kWithControls);
-  plots_->setVisible(width() >= kWithPlots);
+  // Under a device that plays an exercise force is felt, and not seen.
+  plots_->setVisible(width() >= kWithPlots && !(exercise_ && !exercise_->with_mouse()));
 }
 
 }  // namespace beatlas::viewer

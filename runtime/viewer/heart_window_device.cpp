@@ -154,6 +154,11 @@ void HeartWindow::take_device() {
     show_device();
   }
   if (!live_) return;
+  // The other fingers have no mouse: theirs are only told.
+  for (std::size_t n = 1; n < live_->touch().fingers(); ++n) {
+    const std::string other = live_->finger(n).take_trouble();
+    if (!other.empty()) say(QString("Finger %1: %2").arg(n + 1).arg(QString::fromStdString(other)));
+  }
   const QString trouble = QString::fromStdString(live_->take_trouble());
   if (trouble.isEmpty()) return;
   say(trouble);

@@ -76,17 +76,14 @@ void HeartWindow::make_exercise(QVBoxLayout* column) {
 void HeartWindow::begin_exercise() {
   exercise_ = std::make_unique<LiveExercise>(*options_.exercise, resting_place_mm());
   exercise_radius_mm_ = exercise_->exercise().tool_radius_mm;
-  const bool mouse = exercise_->device() == exercise_->mouse().name();
-  picture_->set_touching(mouse);
-  // Under a device force is felt, and not seen.
-  plots_->setVisible(mouse);
+  picture_->set_touching(exercise_->with_mouse());
+  plots_->setVisible(plots_->isVisible() && exercise_->with_mouse());
 }
 
 // The tool as the exercise's servo has it, and what there is to do. Returns the phase of the beat.
 double HeartWindow::show_exercise() {
   const LiveExercise::Seen seen = exercise_->seen();
   HeartDrawing& drawing = *picture_->drawing();
-  const bool mouse = exercise_->device() == exercise_->mouse().name();
   std::vector<ToolPicture> tools;
   if (seen.playing) {
     ToolPicture tool = tool_picture_of(seen.servo, exercise_radius_mm_);
@@ -94,7 +91,7 @@ double HeartWindow::show_exercise() {
     picture_->set_field_time(seen.servo.phase * heart_->field->rr_interval_s());
     picture_->set_tool(tool.position_mm, tool.radius_mm);
     history_.add(press_row({.servo = seen.servo, .circulation = {}}));
-    if (!mouse) tool.force_n = Vec3::Zero();
+    if (!exercise_->with_mouse()) tool.force_n = Vec3::Zero();
     tools.push_back(tool);
   }
   for (const Vec3& place_mm : seen.places_mm) {

@@ -39,8 +39,8 @@ class LiveExercise {
   // One thread.
   [[nodiscard]] MouseDevice& mouse() { return mouse_; }
   [[nodiscard]] const exercise::Exercise& exercise() const { return exercise_; }
-  /// What moves the tool: "mouse", "haply", ...
-  [[nodiscard]] const std::string& device() const { return arguments_.device; }
+  /// Whether the mouse moves the tool, and no device.
+  [[nodiscard]] bool with_mouse() const { return arguments_.device == mouse_.name(); }
   [[nodiscard]] Seen seen();
   /// The place that is touched is marked as the n-th kind, from 0.
   void mark(std::size_t kind) noexcept;

@@ -176,15 +176,6 @@ LiveTouch::LiveTouch(std::unique_ptr<Touch> touch, const Vec3& tool_mm)
   use_mouse();
 }
 
-std::string LiveTouch::take_trouble() {
-  for (std::size_t n = 0; n < fingers_.size(); ++n) {
-    const std::string trouble = fingers_[n]->take_trouble();
-    if (trouble.empty()) continue;
-    return fingers_.size() > 1 ? "Finger " + std::to_string(n + 1) + ": " + trouble : trouble;
-  }
-  return {};
-}
-
 device::RunReport LiveTouch::stop() {
   for (std::size_t n = fingers_.size(); n-- > 1;) (void)fingers_[n]->stop();
   return fingers_.front()->stop();

@@ -111,8 +111,7 @@ class LiveTouch {
   [[nodiscard]] const TickTimes& late_times() const { return fingers_.front()->late_times(); }
   void forget_times() noexcept { fingers_.front()->forget_times(); }
 
-  /// Of any finger, by its number where there are several.
-  [[nodiscard]] std::string take_trouble();
+  [[nodiscard]] std::string take_trouble() { return fingers_.front()->take_trouble(); }
   /// Ends all threads. @return how the first finger's last device ran
   device::RunReport stop();
 

@@ -159,7 +159,7 @@ void measure_servo(const viewer::OpenedHeart& heart) {
   options.view = "left";
   viewer::HeartWindow window(options);
   window.resize(1180, 760);
-  window.show_heart(viewer::loaded_heart(heart, ""));
+  window.show_heart(viewer::loaded_heart(heart, "", viewer::ViewOptions{}));
   window.use_device("simulated", "");
   while (window.live()->device() == "mouse") QApplication::processEvents();
   std::this_thread::sleep_for(kStart);

@@ -244,7 +244,9 @@ TEST_F(Colours, AreChosenInTheWindow) {
   HeartWindow window(options);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  window.show_heart(loaded_heart({atlas_, nullptr}, "ellipsoid.beatlas"));
+  OpenedHeart opened;
+  opened.atlas = atlas_;
+  window.show_heart(loaded_heart(opened, "ellipsoid.beatlas", {}));
   auto* colour = window.findChild<QComboBox*>("colour");
   ASSERT_NE(colour, nullptr);
   ASSERT_TRUE(colour->isEnabled());
