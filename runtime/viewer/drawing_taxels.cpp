@@ -14,6 +14,7 @@ namespace {
 constexpr double kTaxelSidePx = 110;
 constexpr double kTaxelMarginPx = 18;
 constexpr double kTaxelWordsPx = 145;
+constexpr double kLeftOfScaleBar = 0.68;  // of the picture's width
 constexpr Rgb kUntouched{46, 48, 54};
 
 }  // namespace
@@ -42,7 +43,9 @@ double HeartDrawing::Parts::update_taxels(std::size_t n, double left_px) {
   const ToolPicture* const tool = n < tools.size() ? &tools[n] : nullptr;
   const double grown = text_scale();
   const double side = std::min(0.2 * std::min(width, height), kTaxelSidePx * grown);
-  const bool roomy = options.caption && width >= 320 && height >= 240 && left_px + side <= width;
+  // What stands at the right is the scale bar.
+  const double room_px = n == 0 ? width : kLeftOfScaleBar * width - kTaxelWordsPx * grown;
+  const bool roomy = options.caption && width >= 320 && height >= 240 && left_px <= room_px;
   const bool shown = roomy && tool != nullptr && tool->touching && tool->taxels.area_mm2 > 0;
   taxels.actor->SetVisibility(shown ? 1 : 0);
   taxels.text->SetVisibility(shown ? 1 : 0);

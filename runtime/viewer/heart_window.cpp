@@ -311,12 +311,12 @@ void HeartWindow::show_looks() {
 }
 
 // Those that a device moves, and the mouse's where it may touch.
-void HeartWindow::show_tools(const Felt& first) {
+void HeartWindow::show_tools() {
   Touch& touch = live_->touch();
   HeartDrawing& drawing = *picture_->drawing();
   std::vector<ToolPicture> tools;
   for (std::size_t n = 0; n < touch.fingers(); ++n) {
-    const Felt felt = n == 0 ? first : touch.felt(n);
+    const Felt& felt = felt_[n];
     ToolPicture tool = touch.tool_picture(felt, n);
     const std::string moved_by = live_->finger(n).device();
     if (n == 0) picture_->set_tool(tool.position_mm, tool.radius_mm);
@@ -342,11 +342,15 @@ void HeartWindow::step() {
   if (exercise_) {
     phase = show_exercise();
   } else if (live_) {
-    felt = live_->touch().felt();
+    felt_.clear();
+    for (std::size_t n = 0; n < live_->touch().fingers(); ++n) {
+      felt_.push_back(live_->touch().felt(n));
+    }
+    felt = felt_.front();
     phase = felt.servo.phase;
     drawing->set_beats(phase);
     picture_->set_field_time(felt.servo.phase * heart_->field->rr_interval_s());
-    show_tools(felt);
+    show_tools();
     live_->touch().take_rows(rows_);
     for (const PressRow& row : rows_) history_.add(row);
     std::vector<Panel> panels = history_.panels();
@@ -385,11 +389,10 @@ void HeartWindow::tell_values(const Felt& felt) {
     where = " (" + where + ")";
   }
   QString others;
-  for (std::size_t n = 1; n < live_->touch().fingers(); ++n) {
-    const PressRow other = press_row(live_->touch().felt(n));
-    others += QString("   %1: %2 N").arg(n + 1).arg(other.force_n, 0, 'f', 2);
+  for (std::size_t n = 1; n < felt_.size(); ++n) {
+    others += QString("   %1: %2 N").arg(n + 1).arg(press_row(felt_[n]).force_n, 0, 'f', 2);
   }
-  told_->setText(QString("%1: %2 N   %3 mm deep%8   %4 /min   LV %5 ml, %6 mmHg   %9 l/min   "
+  told_->setText(QString("%1: %2 N%10   %3 mm deep%8   %4 /min   LV %5 ml, %6 mmHg   %9 l/min   "
                          "picture %7 ms behind")
                      .arg(QString::fromStdString(live_->device()))
                      .arg(row.force_n, 0, 'f', 2)
@@ -399,8 +402,8 @@ void HeartWindow::tell_values(const Felt& felt) {
                      .arg(row.lv_mmhg, 0, 'f', 0)
                      .arg(lag_ms_, 0, 'f', 0)
                      .arg(where)
-                     .arg(felt.circulation.beat.output_l_per_min, 0, 'f', 1) +
-                 others);
+                     .arg(felt.circulation.beat.output_l_per_min, 0, 'f', 1)
+                     .arg(others));
 }
 
 void HeartWindow::closeEvent(QCloseEvent* event) {

@@ -133,7 +133,7 @@ class HeartWindow : public QMainWindow {
   void save_state() const;
   void remember(const QString& file);
   void tell_values(const Felt& felt);
-  void show_tools(const Felt& first);
+  void show_tools();
 
   ViewOptions options_;
   std::optional<OpenedHeart> heart_;
@@ -145,6 +145,7 @@ class HeartWindow : public QMainWindow {
   Background<ReadyDevice> connecting_;
   Background<std::vector<ReadyDevice>> opening_fingers_;
   History history_;
+  std::vector<Felt> felt_;      ///< of each finger, the tick that is drawn
   std::vector<PressRow> rows_;  ///< just felt
   Panel volumes_;
   double lag_ms_ = 0;

@@ -32,7 +32,8 @@ PressRow press_row(const Felt& felt) noexcept {
           .volume_ml = felt.circulation.volume_ml,
           .lv_mmhg = felt.circulation.lv_mmhg,
           .beat = felt.circulation.beats,
-          .touching = servo.touching};
+          .touching = servo.touching || *std::max_element(felt.circulation.force_n.begin(),
+                                                          felt.circulation.force_n.end()) > 0};
 }
 
 ToolPicture tool_picture_of(const haptics::Published& servo, double radius_mm,
@@ -95,6 +96,7 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
   disease_ = settings_.disease ? *settings_.disease
                                : Disease{palpation::palpation_preset(settings_.preset)};
   wished_ = scaled(disease_);
+  muscle_felt_.store(settings_.model == "patch");
   make_muscle();
   dent_radius_mm_ = palpation::dent_radius_mm(wished_.circulation.contact_area_cm2);
   circulation_ = std::make_shared<palpation::CommonCirculation>(wished_, end_diastole_,
@@ -142,6 +144,7 @@ haptics::Scene Touch::scene(std::size_t finger) const {
 }
 
 void Touch::offer_scenes() {
+  muscle_felt_.store(settings_.model == "patch");
   std::vector<haptics::Scene> scenes;
   for (std::size_t n = 0; n < fingers_.size(); ++n) scenes.push_back(scene(n));
   for (std::size_t n = 0; n < fingers_.size(); ++n) fingers_[n]->servo->offer(std::move(scenes[n]));
@@ -192,7 +195,9 @@ Vec3 Touch::tick(const haptics::ServoState& state, std::size_t finger) noexcept 
   Finger& one = *fingers_[finger];
   if (finger > 0) keep_in_step(one);
   const haptics::Tick felt = one.servo->tick(state);
-  const bool away = within() || felt.status == haptics::TickStatus::Fault;
+  // A spring lies at the surface of the images, muscle where the circulation has moved it.
+  const bool untouched = !muscle_felt_.load(std::memory_order_relaxed) && !felt.contact.touching;
+  const bool away = within() || untouched || felt.status == haptics::TickStatus::Fault;
   circulation_->tell(finger, felt.contact.proxy_mm, away ? -1 : -kMPerMm * felt.contact.distance_mm,
                      one.servo->phase());
   circulation_->advance();

@@ -65,7 +65,7 @@ struct PressRow {
   double volume_ml;
   double lv_mmhg;
   std::uint64_t beat;  ///< of the circulation
-  bool touching;
+  bool touching;       ///< of any finger
 };
 [[nodiscard]] PressRow press_row(const Felt& felt) noexcept;
 
@@ -198,7 +198,8 @@ class Touch {
   std::shared_ptr<palpation::CommonCirculation> circulation_;
   std::vector<std::unique_ptr<Finger>> fingers_;
   std::atomic<double> rate_hz_{1};
-  std::atomic<bool> beating_{true};  ///< not paused and no phase held
+  std::atomic<bool> muscle_felt_{false};  ///< the model is the patch
+  std::atomic<bool> beating_{true};       ///< not paused and no phase held
   RowQueue rows_;
 };
 
