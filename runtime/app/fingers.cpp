@@ -208,6 +208,13 @@ std::vector<PlayArguments> read_fingers(const std::string& file, const PlayArgum
 }
 
 void run_fingers(const PlayArguments& arguments, std::ostream& out) {
+  const double rate_per_min = arguments.heart_rate_per_min;
+  using C = palpation::CirculationParameters;
+  if (is_patch(arguments) && rate_per_min > 0 &&
+      !(rate_per_min >= C::kSlowestPerMin && rate_per_min <= C::kQuickestPerMin)) {
+    throw Error(ErrorCode::Usage,
+                "--heart-rate must be from 30 to 220 where fingers share a circulation");
+  }
   const TouchedHeart heart(arguments);
   std::stop_source interrupted;
   const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });

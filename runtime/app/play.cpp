@@ -235,7 +235,7 @@ int play(int argc, const char* const* argv, std::istream& in, std::ostream& out,
   add_play_options(app, play_arguments);
   app.footer(
       "Example:\n"
-      "  beatlas-play heart.beatlas --headless --seconds 5 --tool-radius-mm 5\n"
+      "  beatlas-play heart.beatlas --headless --seconds 5 --tool-radius-mm 3\n"
       "  beatlas-play --headless --scene palpation --press out\n\n"
       "Method:\n"
       "  Force as published: Nakao et al., MEDINFO 2001. Proxy: Zilles and Salisbury, IROS 1995, "

@@ -167,8 +167,9 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
       "JSON of a heart and what was felt on it: its atlas, unless a PACKAGE is named, with "
       "paper B's muscle as it says");
   app.add_option(
-      "--fingers", arguments.fingers,
-      "JSON of two to eight devices that touch this heart at once; in the window as well");
+         "--fingers", arguments.fingers,
+         "JSON of two to eight devices that touch this heart at once; in the window as well")
+      ->check([](const std::string& file) { return file.empty() ? "names no file" : ""; });
   app.add_option("--exercise", arguments.exercise,
                  "JSON of what is hidden in this heart to be found by touch, with --session");
   app.add_option("--session", arguments.session,

@@ -120,8 +120,12 @@ TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t reco
   if (arguments.heart_rate_per_min > 0) options.heart.rate_per_min = arguments.heart_rate_per_min;
   options.recorded_ticks = recorded_ticks;
   const auto valve = out.touch.valve ? valve_of(atlas_, arguments.package) : nullptr;
-  out.servo =
-      std::make_unique<haptics::Servo>(make_scene(field_, out.touch, wall, valve, which), options);
+  try {
+    out.servo = std::make_unique<haptics::Servo>(make_scene(field_, out.touch, wall, valve, which),
+                                                 options);
+  } catch (const Error& error) {
+    throw error.with_context(arguments.package);
+  }
   return out;
 }
 

@@ -179,7 +179,8 @@ Vec3 PericardialField::outward(const Vec3& x) const noexcept {
 }
 
 double PericardialField::reach_mm() const noexcept {
-  return std::min(heart_->reach_mm(), effusion_mm_ / 2);
+  constexpr double kShare = 0.4;  // a tool that fills the space has no place in it to be free
+  return std::min(heart_->reach_mm(), kShare * effusion_mm_);
 }
 
 std::shared_ptr<const PericardialField> pericardial_space_of(

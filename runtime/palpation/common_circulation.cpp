@@ -15,6 +15,10 @@ constexpr double kMadeUp = 0.01;
 /// once.
 constexpr double kMostSlowed = 0.1;
 constexpr double kMostBehind = 0.05;
+/// As far above the wall as it may come towards a finger in a tick.
+constexpr double kClearM = 1e-3;
+/// Farther out an atlas's field need not know how far: nothing there touches.
+constexpr double kFarM = 4e-3;
 
 double wrapped(double phase) noexcept { return phase - std::floor(phase); }
 
@@ -42,21 +46,15 @@ CommonCirculation::CommonCirculation(const PalpationParameters& parameters, doub
 
 void CommonCirculation::tell(std::size_t finger, const Vec3& place_mm, double depth_m,
                              double phase) noexcept {
-  Told told;
+  Told told{.phase = std::isfinite(phase) ? wrapped(phase) : 0};
   if (place_mm.allFinite() && std::isfinite(depth_m)) {
-    told = {.place_mm = {place_mm.x(), place_mm.y(), place_mm.z()}, .depth_m = depth_m};
+    told.place_mm = {place_mm.x(), place_mm.y(), place_mm.z()};
+    told.depth_m = depth_m;
   }
   told_[finger].write(told);
-  std::size_t leader = kNobody;
-  const bool leads = leader_.compare_exchange_strong(leader, finger) || leader == finger;
-  if (leads && std::isfinite(phase)) phase_.store(wrapped(phase), std::memory_order_relaxed);
 }
 
-void CommonCirculation::lift(std::size_t finger) noexcept {
-  told_[finger].write({});
-  std::size_t leader = finger;
-  (void)leader_.compare_exchange_strong(leader, kNobody);
-}
+void CommonCirculation::lift(std::size_t finger) noexcept { told_[finger].write({}); }
 
 CommonCirculation::Felt CommonCirculation::felt(std::size_t finger) noexcept {
   Answer& read = read_[finger];
@@ -68,8 +66,17 @@ CommonCirculation::Felt CommonCirculation::felt(std::size_t finger) noexcept {
 }
 
 void CommonCirculation::advance() noexcept {
-  const double phase = phase_.load(std::memory_order_relaxed);
-  if (phase < 0 || advancing_.test_and_set(std::memory_order_acquire)) return;
+  if (advancing_.test_and_set(std::memory_order_acquire)) return;
+  double phase = -1;
+  for (std::size_t n = count_; n-- > 0;) {
+    (void)told_[n].try_read(heard_[n]);
+    if (heard_[n].phase >= 0) phase = heard_[n].phase;
+  }
+  if (phase >= 0) advance_to(phase);
+  advancing_.clear(std::memory_order_release);
+}
+
+void CommonCirculation::advance_to(double phase) noexcept {
   const double ahead = last_phase_ >= 0 ? way(last_phase_, phase) : 0;
   const Signals& now = trainer_.signals();
   const double behind = way(now.phase, wrapped(phase - end_diastole_));
@@ -83,19 +90,19 @@ void CommonCirculation::advance() noexcept {
     std::array<Finger, kMostFingers> fingers;
     const double shift_m = now.wall_m - natural_.signals().wall_m;
     for (std::size_t n = 0; n < count_; ++n) {
-      (void)told_[n].try_read(heard_[n]);
       const auto& [x, y, z] = heard_[n].place_mm;
       const double depth_m = heard_[n].depth_m;
       fingers[n].place_mm = Vec3(x, y, z);
       fingers[n].depth_m = depth_m - natural_.signals().wall_m;
       // What does not touch the moving wall displaces nothing, however little it moves there.
-      if (depth_m + shift_m <= 0) fingers[n].depth_m = std::min(fingers[n].depth_m, -now.wall_m);
+      if (depth_m + shift_m <= 0 || depth_m < -kFarM) {
+        fingers[n].depth_m = std::min(fingers[n].depth_m, -now.wall_m - kClearM);
+      }
     }
     (void)natural_.tick(std::min(step_s, kLongestS), {});
     (void)trainer_.tick(std::min(step_s, kLongestS), std::span(fingers).first(count_));
     answer();
   }
-  advancing_.clear(std::memory_order_release);
 }
 
 void CommonCirculation::answer() noexcept {

@@ -38,8 +38,8 @@ class CommonCirculation {
 
   // The finger's own thread; `finger` below the number that was told.
   /// @param place_mm on the surface  @param depth_m d, below the surface of the images; negative:
-  /// above  @param phase of the heart's cycle, 0..1; of the finger that told first, until it is
-  /// lifted, it is the circulation's
+  /// above  @param phase of the heart's cycle, 0..1; of the first finger that is not lifted it is
+  /// the circulation's
   void tell(std::size_t finger, const Vec3& place_mm, double depth_m, double phase) noexcept;
   /// It touches nothing any more, and its heart no longer leads.
   void lift(std::size_t finger) noexcept;
@@ -62,6 +62,7 @@ class CommonCirculation {
   struct Told {
     std::array<double, 3> place_mm{};
     double depth_m = -1;
+    double phase = -1;  ///< below 0: lifted
   };
   struct Answer {
     double pressure_n_per_m = 0;
@@ -69,6 +70,7 @@ class CommonCirculation {
     double shortening_ratio = 1;
     std::array<double, kMostFingers> given_m{};
   };
+  void advance_to(double phase) noexcept;
   void answer() noexcept;
 
   Trainer trainer_;
@@ -79,9 +81,6 @@ class CommonCirculation {
   std::array<Told, kMostFingers> heard_{};  ///< of whoever takes the circulation on
   haptics::Seqlock<Answer> answer_;
   std::array<Answer, kMostFingers> read_{};  ///< of each finger's own thread
-  static constexpr std::size_t kNobody = kMostFingers;
-  std::atomic<std::size_t> leader_{kNobody};
-  std::atomic<double> phase_{-1};  ///< the leader's; below 0: nobody has told
   double last_phase_ = -1;
   std::atomic_flag advancing_;
 };

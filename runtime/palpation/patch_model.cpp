@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kMPerMm = 1e-3;
 constexpr double kShortest = 0.05;  // of a gradient that is a direction
+constexpr int kLooks = 2;           // until the lowest point of a ball is found
+constexpr double kAwayM = -0.05;    // above the wall, wherever the others have moved it
 
 const haptics::ContactField& checked(const std::shared_ptr<const haptics::ContactField>& field) {
   if (!field) throw_invalid("there is no distance field to touch; open the atlas with it");
@@ -67,18 +69,30 @@ PatchModel::PatchModel(std::shared_ptr<const haptics::ContactField> field,
 haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
                                       const haptics::Moment& moment) noexcept {
   const Vec3& x = state.position_mm;
-  const haptics::FieldSample sample = field_->sample(x, moment.field_time_s);
-  const double slope = sample.gradient.norm();
+  haptics::FieldSample sample = field_->sample(x, moment.field_time_s);
+  double slope = sample.gradient.norm();
+  Vec3 at = x;  // where it was sampled
+  // Beyond the field's band a ball is touched where it is lowest, not by what its middle knows.
+  const bool beyond = slope < kShortest && sample.distance_mm > 0;
+  Vec3 lowest = beyond ? field_->outward(x) : Vec3(Vec3::Zero());
+  for (int look = 0; look < kLooks && beyond && radius_mm_ > 0; ++look) {
+    at = x - radius_mm_ * lowest;
+    sample = field_->sample(at, moment.field_time_s);
+    slope = sample.gradient.norm();
+    if (slope < kShortest) break;
+    lowest = sample.gradient / slope;
+  }
+  const bool away = beyond && slope < kShortest && sample.distance_mm > 0;
   const double beats = (moment.field_time_s - end_diastole_s_) / curve_.period_s();
   const double e = curve_.at((beats - std::floor(beats)) * curve_.period_s()).value;
 
   haptics::Contact contact;
   contact.normal = slope >= kShortest ? Vec3(sample.gradient / slope) : field_->outward(x);
-  contact.distance_mm = sample.distance_mm - radius_mm_;
+  contact.distance_mm = sample.distance_mm - (radius_mm_ - (x - at).norm());
   contact.depth_mm = std::max(0.0, -contact.distance_mm);
   contact.surface_velocity_mm_s = slope >= kShortest ? -moment.speed * sample.rate_mm_s / slope : 0;
   const PatchConstants& here = muscle_
-                                   ? muscle_->under(x - sample.distance_mm * contact.normal,
+                                   ? muscle_->under(at - sample.distance_mm * contact.normal,
                                                     moment.field_time_s / curve_.period_s(), trail_)
                                    : constants_;
   // The finger's force goes on where it slides to other muscle: that gives way from there on.
@@ -88,7 +102,7 @@ haptics::Contact PatchModel::evaluate(const haptics::ServoState& state,
                    : CommonCirculation::Felt{.pressure_n_per_m = natural_.pressure_at(beats)};
   const double shortening = told_shortening_ ? 1 : felt.shortening_ratio;
   const double force_n = patch_.advance(
-      -kMPerMm * contact.distance_mm + felt.wall_m - felt.given_m,
+      away ? kAwayM : -kMPerMm * contact.distance_mm + felt.wall_m - felt.given_m,
       here.k_v_n_per_m + here.contracted_n_per_m(e) * shortening + felt.pressure_n_per_m,
       moment.elapsed_s);
   contact.touching = force_n > 0;

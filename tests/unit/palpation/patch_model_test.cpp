@@ -81,6 +81,50 @@ TEST(PatchModel, ASofterPlaceIsFeltSofter) {
   EXPECT_THROW(PatchModel(std::make_shared<Beating>(0), {.long_axis = 2}), Error);
 }
 
+// As Beating, known to 6 mm outside alone, as an atlas is.
+class Banded final : public haptics::ContactField {
+ public:
+  [[nodiscard]] haptics::FieldSample sample(const Vec3& x, double t) const noexcept override {
+    constexpr double kOuterMm = 6;
+    haptics::FieldSample out = field_.sample(x, t);
+    if (out.distance_mm < kOuterMm) return out;
+    out = {};
+    out.distance_mm = kOuterMm;
+    return out;
+  }
+  [[nodiscard]] Vec3 outward(const Vec3& /*x*/) const noexcept override {
+    return Vec3(0.3, 0, 1).normalized();  // from the heart's middle, which lies askew
+  }
+  [[nodiscard]] double resolution_mm() const noexcept override { return 1; }
+  [[nodiscard]] double reach_mm() const noexcept override { return 4.5; }
+  [[nodiscard]] double period_s() const noexcept override { return kPeriod; }
+
+ private:
+  Beating field_{0};
+};
+
+// A fingertip is wider than the band that a field knows: far away it touches nothing, and as it
+// comes nearer its force is that on a field which knows every distance.
+TEST(PatchModel, AFingertipWiderThanTheBandTouchesWhereItIsLowest) {
+  constexpr double kRadiusMm = 10;
+  PatchModel banded(std::make_shared<Banded>(), {.radius_mm = kRadiusMm});
+  PatchModel known(std::make_shared<Beating>(0), {.radius_mm = kRadiusMm});
+  double most = 0;
+  for (int n = 0; n < 3000; ++n) {
+    const double above_mm = 30 - 0.01 * n;  // down to 10 mm deep
+    const Vec3 x(0, 0, above_mm);
+    const haptics::Moment moment{.elapsed_s = n == 0 ? 0 : 1e-3, .field_time_s = 1e-3 * n};
+    const double felt = banded.evaluate({.position_mm = x}, moment).force_n.norm();
+    const double expected = known.evaluate({.position_mm = x}, moment).force_n.norm();
+    if (above_mm > kRadiusMm) {
+      EXPECT_EQ(felt, 0) << above_mm;
+    }
+    EXPECT_NEAR(felt, expected, 0.02 + 0.02 * expected) << above_mm;
+    most = std::max(most, felt);
+  }
+  EXPECT_GT(most, 0.5);
+}
+
 // The heart around test::SampleWall, standing still, with 5 mm between them.
 class Ball final : public haptics::ContactField {
  public:

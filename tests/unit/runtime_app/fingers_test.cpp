@@ -146,6 +146,8 @@ TEST(Fingers, WhatMakesNoSenseIsRefusedByItsPlace) {
   refused({plain, {{"device", "replay"}, {"recording", "none.csv"}}}, "none.csv");
   refused({{{"device", "dhd"}}, {{"device", "dhd"}}}, "tell them apart by device_name", {});
   refused({{{"device", "dhd"}}, plain}, "leave --fast out");
+  refused({plain, plain}, "--heart-rate must be from 30 to 220",
+          {"--fast", "--model", "patch", "--heart-rate", "20"});
   refused({plain, plain}, "leave --exercise, --ticks and --recording out",
           {"--fast", "--ticks", (folder() / "t").string()});
   std::ofstream(folder() / "fingers.json") << "{";
