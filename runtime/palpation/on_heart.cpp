@@ -23,6 +23,10 @@ PalpationParameters on_heart(const PalpationParameters& told, const HeartSize& h
     out.circulation.*number *= fitted.*number / healthy.*number;
   }
   out.circulation.heart_rate_per_min = fitted.heart_rate_per_min;
+  // What was the dog's may be less than this heart holds without a pressure; its own is found now.
+  if (out.circulation.reference_volume_ml < out.circulation.v0_ml) {
+    out.circulation.reference_volume_ml = fitted.reference_volume_ml;
+  }
   out.circulation.reference_volume_ml = natural_beat(out.whole_circulation()).edv_ml;
   out.check();
   return out;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
+#include "runtime/palpation/on_heart.h"
 
 namespace beatlas::palpation {
 namespace {
@@ -126,6 +127,28 @@ TEST(PalpationParameters, PresetsAreThereByName) {
   healthy["circulation"].erase("contact_area_cm2");
   by_74["circulation"].erase("contact_area_cm2");
   EXPECT_EQ(healthy, by_74);
+}
+
+// Every lesson on hearts of every size and strength: from a child's to a dilated one's, and on one
+// that ejects little.
+TEST(PalpationParameters, EveryPresetGoesOnEveryHeart) {
+  for (const double edv_ml : {60.0, 215.0, 350.0}) {
+    for (const double ef : {0.28, 0.65}) {
+      const HeartSize heart{
+          .edv_ml = edv_ml, .esv_ml = edv_ml * (1 - ef), .heart_rate_per_min = 59};
+      for (const std::string& preset : palpation_presets()) {
+        SCOPED_TRACE(preset + " " + std::to_string(edv_ml) + " " + std::to_string(ef));
+        double filled_ml = 0;
+        EXPECT_NO_THROW(
+            filled_ml = on_heart(palpation_preset(preset), heart).circulation.reference_volume_ml);
+        if (preset == "healthy") {
+          EXPECT_NEAR(filled_ml, edv_ml, 0.01 * edv_ml);
+        } else if (preset == "low_pressure") {
+          EXPECT_LT(filled_ml, 0.9 * edv_ml);
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
