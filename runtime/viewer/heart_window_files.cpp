@@ -32,6 +32,7 @@ const char* const kKeys =
     "four-chamber\n"
     "X  no cut, or the four-chamber one    [ and ]  move the cut by 2 mm\n"
     "V  volume off, muscle, blood    R  reset\n"
+    "Ctrl+1 to 4  in an exercise: mark what is touched\n"
     "Ctrl+O  open    Ctrl+S  save a picture    Ctrl+Q  quit\n"
     "Ctrl+E  export the plots as CSV    Ctrl+P  export the plots as PNG\n"
     "F1  these keys\n\n"
