@@ -109,8 +109,8 @@ class Asked {
 
 TrialReplay replay_kept(const ExerciseGround& atlas, const KeptSession& session, const Asked& asked,
                         const fs::path& folder, const KeptTrial& trial) {
-  const TrialReplay replay = replay_trial(atlas, session.exercise, asked.lesions(),
-                                          read_parts(folder, trial), session.heart_rate_per_min);
+  TrialReplay replay = replay_trial(atlas, session.exercise, asked.lesions(),
+                                    read_parts(folder, trial), session.heart_rate_per_min);
   if (replay.different > 0) {
     throw_invalid((folder / trial.parts.front()).string() + ": " +
                   std::to_string(replay.different) + " of " + std::to_string(replay.ticks) +
@@ -209,7 +209,7 @@ std::vector<Vec3> places_over(const ExerciseGround& atlas,
 /// One part of the trial that is next; returns when that trial is done.
 void play_part(const PlayArguments& arguments, const ExerciseGround& atlas, const Asked& asked,
                const fs::path& folder, KeptSession& session, const ExerciseStage* stage,
-               std::stop_token stop) {
+               const std::stop_token& stop) {
   const bool goes_on = !session.trials.empty() && !session.trials.back().done;
   const std::size_t trial = session.trials.size() - (goes_on ? 1 : 0);
   const double played_s = goes_on ? session.trials.back().played_s : 0;

@@ -162,7 +162,7 @@ PericardialField::Sac PericardialField::envelope_at(const Vec3& x) const noexcep
 }
 
 FieldSample PericardialField::sample(const Vec3& x, double t) const noexcept {
-  const FieldSample heart = heart_->sample(x, t);
+  FieldSample heart = heart_->sample(x, t);
   const Sac sac = envelope_at(x);
   const double to_sac_mm = effusion_mm_ - sac.distance_mm;
   if (heart.distance_mm <= to_sac_mm) return heart;
@@ -184,7 +184,7 @@ double PericardialField::reach_mm() const noexcept {
 }
 
 std::shared_ptr<const PericardialField> pericardial_space_of(
-    std::shared_ptr<const field::FieldQuery> heart, double effusion_mm) {
+    const std::shared_ptr<const field::FieldQuery>& heart, double effusion_mm) {
   if (!heart) throw_invalid("there is no heart for a pericardium; open the atlas with its field");
   const atlas::FieldPayload& payload = heart->payload();
   Vec3 high_mm = payload.origin_mm;

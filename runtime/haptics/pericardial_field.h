@@ -75,6 +75,6 @@ class PericardialField final : public ContactField {
 
 /// Around the heart of an atlas. @throws Error{InvalidInput} as PericardialField
 [[nodiscard]] std::shared_ptr<const PericardialField> pericardial_space_of(
-    std::shared_ptr<const field::FieldQuery> heart, double effusion_mm);
+    const std::shared_ptr<const field::FieldQuery>& heart, double effusion_mm);
 
 }  // namespace beatlas::haptics

@@ -48,11 +48,13 @@ void spread(double force, const Eigen::Vector2d& place, double side,
   const Eigen::Array2d high = (place.array() + kHalf + half).min(2 * kHalf);
   const double density = force / (high - low).prod();
   const auto last = [](double end) { return std::min(static_cast<int>(end), TaxelMap::kSide - 1); };
+  constexpr std::size_t kSide = TaxelMap::kSide;
   for (int row = static_cast<int>(low.y()); row <= last(high.y()); ++row) {
     const double tall = std::min(row + 1.0, high.y()) - std::max<double>(row, low.y());
     for (int column = static_cast<int>(low.x()); column <= last(high.x()); ++column) {
       const double wide = std::min(column + 1.0, high.x()) - std::max<double>(column, low.x());
-      to[static_cast<std::size_t>(row * TaxelMap::kSide + column)] += density * tall * wide;
+      to[static_cast<std::size_t>(row) * kSide + static_cast<std::size_t>(column)] +=
+          density * tall * wide;
     }
   }
 }
@@ -77,7 +79,7 @@ Shell fingertip(double radius_mm, std::size_t points) {
     const double turn = golden * static_cast<double>(n);
     shell.points_mm.emplace_back(radius_mm * Vec3(r * std::cos(turn), r * std::sin(turn), z));
     shell.areas_mm2.push_back(area_mm2);
-    shell.normals.push_back(shell.points_mm.back() / radius_mm);
+    shell.normals.emplace_back(shell.points_mm.back() / radius_mm);
   }
   return shell;
 }
