@@ -219,15 +219,14 @@ void run_fingers(const PlayArguments& arguments, std::ostream& out) {
   std::stop_source interrupted;
   const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
   std::vector<PlayArguments> all = read_fingers(arguments.fingers, arguments);
-  // A heart that stands still has no blood to give to another place.
-  const auto circulation =
-      is_patch(arguments) && !arguments.held ? heart.circulation(arguments, all.size()) : nullptr;
+  FingerOfSeveral which = heart.in_common(arguments, all.size());
+  const auto circulation = which.circulation;
   std::vector<Finger> fingers;
   for (PlayArguments& told : all) {
     Finger finger;
     finger.arguments = std::move(told);
-    finger.tool =
-        heart.tool(finger.arguments, 0, {.circulation = circulation, .finger = fingers.size()});
+    which.finger = fingers.size();
+    finger.tool = heart.tool(finger.arguments, 0, which);
     finger.device = open_device(finger.arguments, heart.field(), heart.manifest(), finger.options);
     finger.options.stop = interrupted.get_token();
     finger.options.keep_trace = !arguments.trace.empty();

@@ -169,21 +169,29 @@ void run_headless(const PlayArguments& told, std::ostream& out) {
   }
 }
 
-CLI::App* add_replay_ticks(CLI::App& app, ReplayArguments& arguments) {
-  CLI::App* command = app.add_subcommand(
-      "replay-ticks", "tick what --ticks kept once more; all must come out the same to the bit");
+/// A subcommand that plays on a package what was kept of it.
+CLI::App* add_replay(CLI::App& app, const char* name, const char* what, const char* kept,
+                     const char* kept_by, ReplayArguments& arguments) {
+  CLI::App* command = app.add_subcommand(name, what);
   command->add_option("PACKAGE", arguments.package, "a .beatlas file")->required();
-  command->add_option("TICKS", arguments.file, "what --ticks wrote")->required();
+  command->add_option(kept, arguments.file, kept_by)->required();
+  return command;
+}
+
+CLI::App* add_replay_ticks(CLI::App& app, ReplayArguments& arguments) {
+  CLI::App* command =
+      add_replay(app, "replay-ticks",
+                 "tick what --ticks kept once more; all must come out the same to the bit", "TICKS",
+                 "what --ticks wrote", arguments);
   command->footer("Example:\n  beatlas-play replay-ticks heart.beatlas session.ticks");
   return command;
 }
 
 CLI::App* add_replay_exercise(CLI::App& app, ReplayArguments& arguments) {
-  CLI::App* command = app.add_subcommand(
-      "replay-exercise",
-      "play an exercise's session once more, to the bit, and write its score and report again");
-  command->add_option("PACKAGE", arguments.package, "a .beatlas file")->required();
-  command->add_option("FOLDER", arguments.file, "what --session named")->required();
+  CLI::App* command = add_replay(
+      app, "replay-exercise",
+      "play an exercise's session once more, to the bit, and write its score and report again",
+      "FOLDER", "what --session named", arguments);
   command->footer("Example:\n  beatlas-play replay-exercise heart.beatlas session");
   return command;
 }

@@ -94,7 +94,8 @@ haptics::Scene make_scene(const std::shared_ptr<const field::FieldQuery>& field,
   }
   std::shared_ptr<const haptics::ContactField> body;
   if (options.inside == kPericardium) {
-    body = haptics::pericardial_space_of(field, options.effusion_mm);
+    body = which.pericardium ? which.pericardium
+                             : haptics::pericardial_space_of(field, options.effusion_mm);
   } else if (!options.inside.empty()) {
     body = haptics::cavity_of(field, valve);
   } else {

@@ -44,6 +44,8 @@ struct TouchOptions {
 /// Which finger of several this is, and what they have in common.
 struct FingerOfSeveral {
   std::shared_ptr<palpation::CommonCirculation> circulation = nullptr;  ///< patch
+  /// Inside the pericardium: null, it is made, which takes a while
+  std::shared_ptr<const haptics::ContactField> pericardium = nullptr;
   std::size_t finger = 0;
 };
 

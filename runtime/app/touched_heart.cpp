@@ -1,9 +1,11 @@
 #include "runtime/app/touched_heart.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "runtime/app/ventricle.h"
 #include "runtime/base/error.h"
+#include "runtime/haptics/pericardial_field.h"
 #include "runtime/palpation/base_opening.h"
 
 namespace beatlas::app {
@@ -95,16 +97,22 @@ TouchedHeart::TouchedHeart(const PlayArguments& arguments)
       field_(std::make_shared<const field::FieldQuery>(
           atlas_.field(touched_structure(arguments.inside)), manifest().rr_interval_s)) {}
 
-std::shared_ptr<palpation::CommonCirculation> TouchedHeart::circulation(
-    const PlayArguments& arguments, std::size_t fingers) const {
+FingerOfSeveral TouchedHeart::in_common(const PlayArguments& arguments, std::size_t fingers) const {
+  FingerOfSeveral out;
+  if (arguments.inside == kPericardium) {
+    out.pericardium = haptics::pericardial_space_of(field_, arguments.effusion_mm);
+  }
+  // A heart that stands still has no blood to give to another place.
+  if (!is_patch(arguments) || arguments.held) return out;
   TouchOptions touch;
   (void)take_muscle(told_muscle(arguments.press.parameters, arguments.press.preset), atlas_,
                     arguments.package, touch);
+  using C = palpation::CirculationParameters;
   touch.parameters.circulation.heart_rate_per_min =
-      std::clamp(rate_per_min(arguments), palpation::CirculationParameters::kSlowestPerMin,
-                 palpation::CirculationParameters::kQuickestPerMin);
-  return std::make_shared<palpation::CommonCirculation>(
+      std::clamp(rate_per_min(arguments), C::kSlowestPerMin, C::kQuickestPerMin);
+  out.circulation = std::make_shared<palpation::CommonCirculation>(
       touch.parameters, static_cast<double>(manifest().end_diastole) / field_->phases(), fingers);
+  return out;
 }
 
 TouchingTool TouchedHeart::tool(const PlayArguments& arguments, std::size_t recorded_ticks,

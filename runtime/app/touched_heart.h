@@ -53,10 +53,10 @@ class TouchedHeart {
   /// @throws Error{InvalidInput} as its parts do
   [[nodiscard]] TouchingTool tool(const PlayArguments& arguments, std::size_t recorded_ticks,
                                   const FingerOfSeveral& which = {}) const;
-  /// What several fingers of the muscle have in common.
-  /// @throws Error{InvalidInput} as scale_to_atlas
-  [[nodiscard]] std::shared_ptr<palpation::CommonCirculation> circulation(
-      const PlayArguments& arguments, std::size_t fingers) const;
+  /// What several fingers have in common; `finger` is the first.
+  /// @throws Error{InvalidInput} as scale_to_atlas, or as pericardial_space_of
+  [[nodiscard]] FingerOfSeveral in_common(const PlayArguments& arguments,
+                                          std::size_t fingers) const;
   /// [1/min]
   [[nodiscard]] double rate_per_min(const PlayArguments& arguments) const;
 

@@ -23,7 +23,7 @@ constexpr double kFarM = 4e-3;
 double wrapped(double phase) noexcept { return phase - std::floor(phase); }
 
 /// The nearer way round the cycle, -0.5..0.5.
-double way(double from, double to) noexcept { return wrapped(to - from + 0.5) - 0.5; }
+double way(double from, double to) noexcept { return std::remainder(to - from, 1.0); }
 
 }  // namespace
 

@@ -186,7 +186,7 @@ void Touch::keep_in_step(Finger& finger) noexcept {
   const double rate_hz = rate_hz_.load(std::memory_order_relaxed);
   double off = 0;
   if (finger.led_by.servo.ticks > 0 && beating_.load(std::memory_order_relaxed)) {
-    off = wrapped(finger.led_by.servo.phase - finger.servo->phase() + 0.5) - 0.5;
+    off = std::remainder(finger.led_by.servo.phase - finger.servo->phase(), 1.0);
   }
   finger.servo->set_rate_hz(rate_hz * (1 + std::clamp(off, -kMostOff, kMostOff)));
 }

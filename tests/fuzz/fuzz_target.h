@@ -22,6 +22,15 @@ namespace beatlas::fuzz {
 [[nodiscard]] std::vector<std::string> seeds();
 [[nodiscard]] std::vector<std::string> tokens();
 
+/// Words of JSON, and `more` of the target's own.
+[[nodiscard]] inline std::vector<std::string> json_tokens(std::vector<std::string> more) {
+  for (const char* word :
+       {"{", "}", "[", "]", "\"", ":", ",", "null", "1e400", "-0", "1e-320", "[[[[[[[["}) {
+    more.emplace_back(word);
+  }
+  return more;
+}
+
 [[nodiscard]] inline std::string_view text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }

@@ -17,10 +17,7 @@ std::vector<std::string> seeds() {
                 "}");
   return out;
 }
-std::vector<std::string> tokens() {
-  return {"{",    "}",     "[",  "]",      "\"",    ":",          ",",
-          "null", "1e400", "-0", "1e-320", "1e300", "2147483648", "[[[[[[[["};
-}
+std::vector<std::string> tokens() { return json_tokens({"1e300", "2147483648"}); }
 }  // namespace beatlas::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

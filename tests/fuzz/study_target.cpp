@@ -15,9 +15,7 @@ std::vector<std::string> seeds() {
           R"({"size": [4, 5, 6], "mm_from_index": [1,0,0,1, 0,2,0,1, 0,0,3,1, 0,0,0,1]})",
           R"([1, 2.5, 3])", R"(["a", "b"])"};
 }
-std::vector<std::string> tokens() {
-  return {"{", "}", "[", "]", "\"", ":", ",", "null", "..", "/", "../../x", "1e400"};
-}
+std::vector<std::string> tokens() { return json_tokens({"..", "/", "../../x"}); }
 }  // namespace beatlas::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -34,6 +34,23 @@ std::unique_ptr<HeartWindow> window_of(const ViewOptions& options) {
   return made;
 }
 
+ViewOptions thin_tool_in(std::string_view place) {
+  ViewOptions options;
+  options.view = "anterior";
+  options.inside = std::string(place);
+  options.tool_radius_mm = 1;
+  return options;
+}
+
+/// Idle the tool rests in the fluid, and is free there.
+void expect_free(HeartWindow& window) {
+  ASSERT_NE(window.live(), nullptr) << window.message().toStdString();
+  const Touch& touch = window.live()->touch();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return touch.felt().servo.ticks > 100; }, 8000));
+  EXPECT_EQ(Vec3(touch.felt().servo.force_n.data()).norm(), 0);
+  EXPECT_GT(touch.felt().servo.distance_mm, 1);
+}
+
 double force_n(const Felt& felt) {
   const auto& [x, y, z] = felt.servo.force_n;
   return Vec3(x, y, z).norm();
@@ -105,17 +122,9 @@ TEST_F(Window, AFingerWhoseDeviceIsNotThereIsNamed) {
 }
 
 TEST_F(Window, ATipInACavityFeelsItsWallFromWithin) {
-  ViewOptions options;
-  options.view = "anterior";
-  options.inside = "lv_blood";
-  options.tool_radius_mm = 1;
-  const auto made = window_of(options);
-  ASSERT_NE(made->live(), nullptr) << made->message().toStdString();
+  const auto made = window_of(thin_tool_in("lv_blood"));
+  ASSERT_NO_FATAL_FAILURE(expect_free(*made));
   Touch& touch = made->live()->touch();
-  // Idle it rests in the blood, and is free there.
-  ASSERT_TRUE(QTest::qWaitFor([&] { return touch.felt().servo.ticks > 100; }, 8000));
-  EXPECT_EQ(force_n(touch.felt()), 0);
-  EXPECT_GT(touch.felt().servo.distance_mm, 1);
   for (const Structure structure : {Structure::Heart, Structure::LvBlood}) {
     EXPECT_LT(made->picture().drawing()->look(structure).opacity, 0.5) << "it is seen through";
   }
@@ -134,17 +143,11 @@ TEST_F(Window, ATipInACavityFeelsItsWallFromWithin) {
 }
 
 TEST_F(Window, AThinToolInThePericardiumMeetsTheHeartAndTheSac) {
-  ViewOptions options;
-  options.view = "anterior";
-  options.inside = std::string(app::kPericardium);
+  ViewOptions options = thin_tool_in(app::kPericardium);
   options.effusion_mm = 8;
-  options.tool_radius_mm = 1;
   const auto made = window_of(options);
-  ASSERT_NE(made->live(), nullptr) << made->message().toStdString();
+  ASSERT_NO_FATAL_FAILURE(expect_free(*made));
   Touch& touch = made->live()->touch();
-  // Idle it rests in the fluid.
-  ASSERT_TRUE(QTest::qWaitFor([&] { return touch.felt().servo.ticks > 100; }, 8000));
-  EXPECT_EQ(force_n(touch.felt()), 0);
   const auto& [x, y, z] = touch.felt().servo.position_mm;
   const Vec3 rest(x, y, z);
   const Vec3 outward = (rest - made->picture().drawing()->frame().centre_mm).normalized();

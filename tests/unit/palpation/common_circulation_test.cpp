@@ -12,6 +12,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/palpation/patch_model.h"
+#include "tests/unit/palpation/plane_field.h"
 
 namespace beatlas::palpation {
 namespace {
@@ -33,27 +34,18 @@ std::vector<double> natural_motion_m(const PalpationParameters& parameters) {
   return out;
 }
 
-/// A half space z < 0 that moves as the wall does without a finger.
-class NaturalWallField final : public haptics::ContactField {
+/// It moves as the wall does without a finger.
+class NaturalWallField final : public test::PlaneField {
  public:
-  explicit NaturalWallField(std::vector<double> motion_m) : motion_m_(std::move(motion_m)) {}
-  [[nodiscard]] double wall_m(double t) const noexcept {
+  explicit NaturalWallField(std::vector<double> motion_m)
+      : PlaneField(kPeriod), motion_m_(std::move(motion_m)) {}
+  [[nodiscard]] haptics::FieldSample sample(const Vec3& x, double t) const noexcept override {
     const double along = (t / kPeriod - std::floor(t / kPeriod)) * double(motion_m_.size());
     const auto at = static_cast<std::size_t>(along) % motion_m_.size();
     const double after = motion_m_[(at + 1) % motion_m_.size()];
-    return motion_m_[at] + (along - std::floor(along)) * (after - motion_m_[at]);
+    const double wall_m = motion_m_[at] + (along - std::floor(along)) * (after - motion_m_[at]);
+    return above(x, kMmPerM * wall_m, 0);
   }
-  [[nodiscard]] haptics::FieldSample sample(const Vec3& x, double t) const noexcept override {
-    haptics::FieldSample out;
-    out.distance_mm = x.z() - kMmPerM * wall_m(t);
-    out.gradient = Vec3::UnitZ();
-    out.in_band = true;
-    return out;
-  }
-  [[nodiscard]] Vec3 outward(const Vec3& /*x*/) const noexcept override { return Vec3::UnitZ(); }
-  [[nodiscard]] double resolution_mm() const noexcept override { return 1; }
-  [[nodiscard]] double reach_mm() const noexcept override { return 100; }
-  [[nodiscard]] double period_s() const noexcept override { return kPeriod; }
 
  private:
   std::vector<double> motion_m_;

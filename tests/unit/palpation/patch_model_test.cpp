@@ -10,6 +10,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/haptics/servo.h"
+#include "tests/unit/palpation/plane_field.h"
 #include "tests/unit/palpation/sample_wall.h"
 
 namespace beatlas::palpation {
@@ -17,23 +18,14 @@ namespace {
 
 constexpr double kPeriod = 0.75;
 
-// A half space z < 0 whose surface moves by 3 mm.
-class Beating final : public haptics::ContactField {
+// Its surface moves by so many millimetres up and down.
+class Beating final : public test::PlaneField {
  public:
-  explicit Beating(double swing_mm) : swing_mm_(swing_mm) {}
+  explicit Beating(double swing_mm) : PlaneField(kPeriod), swing_mm_(swing_mm) {}
   [[nodiscard]] haptics::FieldSample sample(const Vec3& x, double t) const noexcept override {
-    haptics::FieldSample out;
     const double w = 2 * std::numbers::pi / kPeriod;
-    out.distance_mm = x.z() - swing_mm_ * std::cos(w * t);
-    out.gradient = Vec3::UnitZ();
-    out.rate_mm_s = swing_mm_ * w * std::sin(w * t);
-    out.in_band = true;
-    return out;
+    return above(x, swing_mm_ * std::cos(w * t), -swing_mm_ * w * std::sin(w * t));
   }
-  [[nodiscard]] Vec3 outward(const Vec3& /*x*/) const noexcept override { return Vec3::UnitZ(); }
-  [[nodiscard]] double resolution_mm() const noexcept override { return 1; }
-  [[nodiscard]] double reach_mm() const noexcept override { return 100; }
-  [[nodiscard]] double period_s() const noexcept override { return kPeriod; }
 
  private:
   double swing_mm_;
@@ -82,11 +74,12 @@ TEST(PatchModel, ASofterPlaceIsFeltSofter) {
 }
 
 // As Beating, known to 6 mm outside alone, as an atlas is.
-class Banded final : public haptics::ContactField {
+class Banded final : public test::PlaneField {
  public:
-  [[nodiscard]] haptics::FieldSample sample(const Vec3& x, double t) const noexcept override {
+  Banded() : PlaneField(kPeriod) {}
+  [[nodiscard]] haptics::FieldSample sample(const Vec3& x, double /*t*/) const noexcept override {
     constexpr double kOuterMm = 6;
-    haptics::FieldSample out = field_.sample(x, t);
+    haptics::FieldSample out = above(x, 0, 0);
     if (out.distance_mm < kOuterMm) return out;
     out = {};
     out.distance_mm = kOuterMm;
@@ -95,12 +88,6 @@ class Banded final : public haptics::ContactField {
   [[nodiscard]] Vec3 outward(const Vec3& /*x*/) const noexcept override {
     return Vec3(0.3, 0, 1).normalized();  // from the heart's middle, which lies askew
   }
-  [[nodiscard]] double resolution_mm() const noexcept override { return 1; }
-  [[nodiscard]] double reach_mm() const noexcept override { return 4.5; }
-  [[nodiscard]] double period_s() const noexcept override { return kPeriod; }
-
- private:
-  Beating field_{0};
 };
 
 // A fingertip is wider than the band that a field knows: far away it touches nothing, and as it
