@@ -8,6 +8,7 @@
 #include "pipeline/core/slices.h"
 #include "pipeline/register/section_path.h"
 #include "pipeline/register/shape_level.h"
+#include "pipeline/register/shared_places.h"
 #include "pipeline/register/slice_distance.h"
 #include "runtime/base/error.h"
 
@@ -187,6 +188,7 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
     });
     shapes.push_back(std::move(shape));
   }
+  settle_shared_places(shapes);
   return shapes;
 }
 

@@ -26,7 +26,8 @@ struct RegisterOptions {
 /// [mm] Levels of shapes are kept this far from the surface and clamped there: files stay small.
 inline constexpr float kLevelReachMm = 6;
 
-/// One shape per structure of the coverage.
+/// One shape per structure of the coverage; no place lies in two of them, and the heart holds all
+/// (see shared_places.h).
 /// @param segmentation let go of as its shapes are made: whoever hands it over needs that much less
 ///        memory
 /// @throws Error{InvalidInput} if a structure covers no voxel in any phase.

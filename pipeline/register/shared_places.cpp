@@ -1,0 +1,87 @@
+#include "pipeline/register/shared_places.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/core/parallel.h"
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::reg {
+namespace {
+
+using Level = std::vector<float>;
+
+/// Calls body(row_a, row_b, length) for every row of samples that two lattices have in common.
+template <class Body>
+void for_shared_rows(const Grid& a, const Grid& b, const Body& body) {
+  const double step = a.spacing_mm().x();
+  const Vec3 between = (a.mm_from_index.translation() - b.mm_from_index.translation()) / step;
+  Index3 shift{};  // index in b of a's first sample
+  Index3 first{};  // of the common samples, in a
+  Index3 last{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    shift[axis] = static_cast<int>(std::lround(between[static_cast<Eigen::Index>(axis)]));
+    first[axis] = std::max(0, -shift[axis]);
+    last[axis] = std::min(a.size[axis], b.size[axis] - shift[axis]) - 1;
+    if (last[axis] < first[axis]) return;
+  }
+  const auto length = static_cast<std::size_t>(last[0] - first[0] + 1);
+  for (int k = first[2]; k <= last[2]; ++k) {
+    for (int j = first[1]; j <= last[1]; ++j) {
+      body(a.offset(first[0], j, k), b.offset(first[0] + shift[0], j + shift[1], k + shift[2]),
+           length);
+    }
+  }
+}
+
+void settle(std::vector<ShapeCycle>& shapes, std::size_t phase) {
+  std::vector<Level> claimed;
+  for (const ShapeCycle& shape : shapes) claimed.push_back(shape.level.phases[phase]);
+  ShapeCycle* heart = nullptr;
+  for (std::size_t n = 0; n < shapes.size(); ++n) {
+    ShapeCycle& one = shapes[n];
+    if (one.structure == Structure::Heart) {
+      heart = &one;
+      continue;
+    }
+    for (std::size_t m = 0; m < shapes.size(); ++m) {
+      const ShapeCycle& other = shapes[m];
+      if (m == n || other.structure == Structure::Heart) continue;
+      const bool beyond = is_beyond_base(one.structure);
+      if (!beyond && is_beyond_base(other.structure)) continue;
+      const float own = beyond == is_beyond_base(other.structure) ? 0.5F : 0.0F;
+      const float its = beyond == is_beyond_base(other.structure) ? -0.5F : -1.0F;
+      for_shared_rows(one.level.grid, other.level.grid,
+                      [&](std::size_t a, std::size_t b, std::size_t length) {
+                        float* level = one.level.phases[phase].data() + a;
+                        const float* mine = claimed[n].data() + a;
+                        const float* theirs = claimed[m].data() + b;
+                        for (std::size_t i = 0; i < length; ++i) {
+                          level[i] = std::max(level[i], own * mine[i] + its * theirs[i]);
+                        }
+                      });
+    }
+  }
+  if (heart == nullptr) return;
+  for (const ShapeCycle& part : shapes) {
+    if (&part == heart) continue;
+    for_shared_rows(heart->level.grid, part.level.grid,
+                    [&](std::size_t a, std::size_t b, std::size_t length) {
+                      float* whole = heart->level.phases[phase].data() + a;
+                      const float* held = part.level.phases[phase].data() + b;
+                      for (std::size_t i = 0; i < length; ++i) {
+                        whole[i] = std::min(whole[i], held[i]);
+                      }
+                    });
+  }
+}
+
+}  // namespace
+
+void settle_shared_places(std::vector<ShapeCycle>& shapes) {
+  if (shapes.empty()) return;
+  parallel_for(shapes.front().level.phases.size(),
+               [&](std::size_t phase) { settle(shapes, phase); });
+}
+
+}  // namespace beatlas::reg

@@ -1,0 +1,24 @@
+#pragma once
+/// One place, one structure: what shapes that were made apart both claim is settled between them.
+
+#include <vector>
+
+#include "pipeline/core/shapes.h"
+
+namespace beatlas::reg {
+
+/// Makes the shapes of structures agree with each other, phase by phase. Labels give every voxel to
+/// one structure; but between slices, and beyond the last of them, every surface is interpolated
+/// for itself, so that two structures may claim the same place and the heart may end within what it
+/// holds (of a real exam in slices 17.7 mm apart up to 13 ml of muscle lay outside of the heart).
+/// - Of two beside each other phi_a becomes max(phi_a, (phi_a - phi_b) / 2): what both claim is
+///   parted in its middle (Losasso, Shinar, Selle and Fedkiw, ACM TOG 25, 2006, who close gaps so,
+///   too; here a gap is a wall).
+/// - An atrium or a vessel gives way to ventricles and their muscle, max(phi_a, -phi_b): ventricles
+///   are the same whether atria are known or not.
+/// - The heart holds them all: min(phi, phi_a).
+/// @pre lattices have the same edge, and origins at multiples of it; the heart's holds what is
+/// inside of the others
+void settle_shared_places(std::vector<ShapeCycle>& shapes);
+
+}  // namespace beatlas::reg
