@@ -38,8 +38,8 @@ constexpr double kLongEdgeMm = 2;  ///< longer ones cut farther through curved p
 constexpr double kLostShare = 0.25;
 /// Of the same, told. Edges of e cut 3 e^2 / (8 R^2) off a ball of radius R: of 5 mm 4 % of 15 mm.
 constexpr double kToldShare = 0.1;
-/// Of triangles that are bad before the mesh is fitted. Of the heart of `adult` with atria, slivers
-/// are left in the end of 3.7 % and none of 1.2 %; of cavities there are 0.3 %.
+/// See CycleFit::flawed_share, before the mesh is fitted. Of the heart of `adult` with atria,
+/// slivers are left in the end of 4 % thin ones and none of 1.2 %; of cavities there are 0.3 %.
 constexpr double kHopefulShare = 0.02;
 /// Of the heart of `adult` with atria 1.1 % at end-diastole, which does not come through, and 0.3 %
 /// in systole, which does; of ventricles and cavities less than 0.5 %.
@@ -239,9 +239,9 @@ struct Fitted {
 struct Begun {
   CycleFit fit;
   Cycle cycle;
-  double bad_share = 0;  ///< see CycleFit
+  double flawed_share = 0;  ///< see CycleFit
 
-  [[nodiscard]] bool is_hopeful() const { return bad_share <= kHopefulShare; }
+  [[nodiscard]] bool is_hopeful() const { return flawed_share <= kHopefulShare; }
 };
 
 Begun begun(const FieldCycle& field, const std::vector<field::Interpolant>& surface,
@@ -252,7 +252,7 @@ Begun begun(const FieldCycle& field, const std::vector<field::Interpolant>& surf
             carried(mesh, field, reference, context.part(0.2, 0.8))};
   context.progress(0.8, "fit to all phases");
   out.fit.leave_slits(out.cycle);
-  out.bad_share = out.fit.bad_share(out.cycle);
+  out.flawed_share = out.fit.flawed_share(out.cycle);
   return out;
 }
 
@@ -330,8 +330,8 @@ std::vector<std::size_t> reference_phases(const FieldCycle& field) {
 }
 
 /// From the likeliest phase or, where triangles do not come through the cycle from there, the best
-/// of some others. Where most likely they do not is seen before half of the work is done; that is
-/// finished only if no other does.
+/// of some others. Where most likely they do not is seen before half of the work is done; those are
+/// finished only if no other does, the least flawed first.
 Fitted best_fitted(const FieldCycle& field, const std::vector<field::Interpolant>& surface,
                    const MeshOptions& options, const StageContext& context) {
   const std::vector<std::size_t> from = reference_phases(field);
@@ -358,6 +358,8 @@ Fitted best_fitted(const FieldCycle& field, const std::vector<field::Interpolant
       if (error.code() != ErrorCode::Quality || n == 0) throw;  // that phase cannot be meshed
     }
   }
+  std::stable_sort(put_off.begin(), put_off.end(),
+                   [](const Begun& a, const Begun& b) { return a.flawed_share < b.flawed_share; });
   for (std::size_t n = 0; n < put_off.size() && !is_done(); ++n) {
     finish(std::move(put_off[n]), context.part(1 - each, 1));
   }

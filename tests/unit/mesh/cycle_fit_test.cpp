@@ -50,6 +50,19 @@ struct BeatingBall {
   Cycle exact;
 };
 
+TEST(CycleFit, CountsWhatAMeshLacksBesideThinTriangles) {
+  const BeatingBall ball;
+  const CycleFit fit(ball.triangles, ball.surfaces, 2.0);
+  EXPECT_EQ(fit.flawed_share(ball.exact), 0);
+  // In one phase a cap of 30 degrees is cut off flat: its triangles lie off the ball, those by more
+  // than 1 mm from which it stood out by more than that.
+  Cycle cut = ball.exact;
+  const double at_mm = BeatingBall::radius_mm(0) * std::cos(std::numbers::pi / 6);
+  for (Vec3& x : cut[0]) x.z() = std::min(x.z(), at_mm);
+  const double lost = (1 - (at_mm + 1) / BeatingBall::radius_mm(0)) / 2;
+  EXPECT_NEAR(fit.flawed_share(cut), 10 * lost / kPhases, 0.3 * lost);
+}
+
 TEST(CycleFit, TakesJitterOffAndLeavesMotion) {
   const BeatingBall ball;
   CycleFit fit(ball.triangles, ball.surfaces, 2.0);
