@@ -5,7 +5,6 @@
 #include <string>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/mesh/beyond_base.h"
 #include "pipeline/mesh/levels.h"
 #include "pipeline/mesh/nested.h"
 #include "pipeline/mesh/surface_map.h"
@@ -13,14 +12,6 @@
 
 namespace beatlas::build {
 namespace {
-
-/// What `make` makes of the field that a structure is meshed by.
-template <class Make>
-SurfaceCycle on_meshed(const FieldCycle& field, const std::vector<FieldCycle>& all, double edge_mm,
-                       const Make& make) {
-  return is_beyond_base(field.structure) ? make(mesh::without_ventricles(field, all, edge_mm))
-                                         : make(field);
-}
 
 /// Makes the surface of each structure, several at a time, for parts of the work on one are a
 /// single thread's. What they say comes structure by structure.
@@ -60,9 +51,7 @@ std::vector<SurfaceCycle> make_surfaces(const std::vector<FieldCycle>& fields,
                                         const mesh::MeshOptions& options,
                                         const StageContext& context) {
   const auto make = [&](const FieldCycle& field, StageContext& own) {
-    return on_meshed(field, fields, options.edge_mm, [&](const FieldCycle& meshed) {
-      return mesh::mesh_cycle(meshed, options, own);
-    });
+    return mesh::mesh_cycle(field, options, own);
   };
   std::vector<SurfaceCycle> made;
   for (auto& surface : made_of(fields, context, make)) made.push_back(std::move(*surface));
@@ -81,9 +70,7 @@ std::vector<SurfaceCycle> surfaces_at_level(const std::vector<SurfaceCycle>& mad
       return candidate.structure == each.structure;
     });
     try {
-      return on_meshed(*field, fields, edge_mm, [&](const FieldCycle& meshed) {
-        return mesh::level_of_detail(each, meshed, options, own);
-      });
+      return mesh::level_of_detail(each, *field, options, own);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::Quality || finest) throw;
       own.warn(std::string(error.what()) + "; the package has no such level of it");

@@ -56,7 +56,7 @@ void look_around(const std::vector<Vec3>& points, const std::vector<Triangle>& t
 }
 
 bool draw_back(Body& body, const Middle& middle, Side& side, const std::vector<double>& more,
-               double thin_deg, double most_off_mm) {
+               double thin_deg) {
   const std::vector<Vec3>& points = body.points;
   std::vector<Place> places;
   bool any = false;
@@ -108,8 +108,6 @@ bool draw_back(Body& body, const Middle& middle, Side& side, const std::vector<d
     body.moved[v] = body.moves;
     body.fans->move(body.points, body.start, v, std::min(way[v], kMostMm) * middle.back(from),
                     thin_deg);
-    const double off_mm = std::abs(body.field.value(points[v]));
-    if (off_mm > most_off_mm && off_mm > std::abs(body.field.value(from))) body.points[v] = from;
   }
   return true;
 }

@@ -64,9 +64,10 @@ struct Body {
   field::Interpolant field;
   std::vector<Vec3> points;
   std::vector<Vec3> start;
-  Eigen::AlignedBox3d box;      ///< and what lies near it
-  Eigen::AlignedBox3d changed;  ///< triangles that moved since crossings were looked for
-  std::vector<int> moved;       ///< [vertex] at which of the body's moves last
+  std::vector<std::uint32_t> off;  ///< triangles that are off the structure's surface
+  Eigen::AlignedBox3d box;         ///< and what lies near it
+  Eigen::AlignedBox3d changed;     ///< triangles that moved since crossings were looked for
+  std::vector<int> moved;          ///< [vertex] at which of the body's moves last
   int moves = 0;
 
   [[nodiscard]] Structure structure() const { return surface->structure; }
@@ -89,9 +90,8 @@ void look_around(const std::vector<Vec3>& points, const std::vector<Triangle>& t
 /// squares.
 /// @param side what of the body may demand and move
 /// @param more [vertex] [mm] that it has to go beyond the middle
-/// @param most_off_mm that a vertex may get off its own surface
 /// @return whether anything moved
 [[nodiscard]] bool draw_back(Body& body, const Middle& middle, Side& side,
-                             const std::vector<double>& more, double thin_deg, double most_off_mm);
+                             const std::vector<double>& more, double thin_deg);
 
 }  // namespace beatlas::mesh

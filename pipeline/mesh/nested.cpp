@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/mesh/draw_back.h"
@@ -10,12 +11,11 @@
 namespace beatlas::mesh {
 namespace {
 
-constexpr double kFarFromOwnMm = 4;  // of what goes back alone
-constexpr double kMostOffMm = 1.25;  // from its own surface: farther it would be another shape
-constexpr int kMoreRounds = 12;      // for what crosses all the same
-constexpr double kMoreMm = 0.05;     // that its vertices go beyond the middle, a round
-constexpr double kClearMm = 0.03;    // and once more when nothing crosses
-constexpr double kThinDeg = 11;      // a triangle that would become thinner stays
+constexpr double kOffMm = 0.25;    // from its own surface: farther off, no field tells what crosses
+constexpr int kMoreRounds = 24;    // for what crosses all the same
+constexpr double kMoreMm = 0.05;   // that its vertices go on, a round
+constexpr double kClearMm = 0.03;  // and once more when nothing crosses
+constexpr double kThinDeg = 11;    // a triangle that would become thinner stays
 constexpr double kMoreThinDeg = 20;  // the same of what crosses all the same
 
 /// All of them lie beside each other, and in the heart.
@@ -55,7 +55,10 @@ class Phase {
         }
         if (!moved) break;
       }
-      for (Body& body : bodies_) body.changed = body.box;
+      for (Body& body : bodies_) {
+        body.changed = body.box;
+        body.off = off_surface(body);
+      }
       bool cleared = false;
       for (int round = 0; round < kMoreRounds; ++round) {
         if (part_crossings(*pairs)) continue;
@@ -73,8 +76,7 @@ class Phase {
   struct Half {
     Body* body;
     Middle middle;
-    bool stays;          ///< the other goes back alone
-    double most_off_mm;  ///< see draw_back
+    bool stays;  ///< the other goes back alone
     Side side;
     std::vector<double> more;  ///< see draw_back
   };
@@ -98,25 +100,55 @@ class Phase {
     const Bound& bound = inside ? kAround : stays ? kOutsideOf : kBeside;
     const bool apart = is_beyond_base(first) || is_beyond_base(second);
     (apart ? beyond_base_ : ventricles_)
-        .push_back({{Half{one,
-                          Middle(one->field, other->field, inside ? kWithin : kBeside),
-                          stays,
-                          kMostOffMm,
-                          {},
-                          {}},
-                     Half{other,
-                          Middle(other->field, one->field, bound),
-                          false,
-                          stays ? kFarFromOwnMm : kMostOffMm,
-                          {},
-                          {}}}});
+        .push_back(
+            {{Half{
+                  one, Middle(one->field, other->field, inside ? kWithin : kBeside), stays, {}, {}},
+              Half{other, Middle(other->field, one->field, bound), false, {}, {}}}});
   }
 
   static bool part(Half& half) {
     look_around(half.body->points, half.body->triangles(), half.middle, half.side);
     if (half.more.empty()) half.more.assign(half.body->points.size(), 0);
-    return !half.stays &&
-           draw_back(*half.body, half.middle, half.side, half.more, kThinDeg, half.most_off_mm);
+    return !half.stays && draw_back(*half.body, half.middle, half.side, half.more, kThinDeg);
+  }
+
+  /// Triangles that are off their surface, on a membrane across a slit that other phases have open.
+  static std::vector<std::uint32_t> off_surface(const Body& body) {
+    std::vector<bool> off(body.points.size());
+    for (std::size_t v = 0; v < off.size(); ++v) {
+      off[v] = std::abs(body.field.value(body.points[v])) > kOffMm;
+    }
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t n = 0; n < body.triangles().size(); ++n) {
+      const Triangle& t = body.triangles()[n];
+      if (off[t[0]] || off[t[1]] || off[t[2]]) out.push_back(n);
+    }
+    return out;
+  }
+
+  /// What of a half may cross the other: what is near the middle, and what either has off its
+  /// surface with what of the other is around that. Only where something changed.
+  static std::vector<Triangle> may_cross(const Half& half, const Half& other) {
+    const Body& body = *half.body;
+    Eigen::AlignedBox3d around;
+    for (const std::uint32_t n : other.body->off) {
+      around.extend(other.body->box_of(other.body->triangles()[n]));
+    }
+    std::vector<std::uint32_t> all = half.side.triangles;
+    all.insert(all.end(), body.off.begin(), body.off.end());
+    if (!around.isEmpty()) {
+      for (std::uint32_t n = 0; n < body.triangles().size(); ++n) {
+        if (around.intersects(body.box_of(body.triangles()[n]))) all.push_back(n);
+      }
+    }
+    sort_unique(all);
+    std::vector<Triangle> out;
+    for (const std::uint32_t n : all) {
+      const Triangle& t = body.triangles()[n];
+      const Eigen::AlignedBox3d box = body.box_of(t);
+      if (box.intersects(body.changed) || box.intersects(other.body->changed)) out.push_back(t);
+    }
+    return out;
   }
 
   /// What crosses all the same goes back farther, with the triangles around.
@@ -130,21 +162,10 @@ class Phase {
     for (Pair& pair : pairs) {
       Half& one = pair.halves[0];
       Half& other = pair.halves[1];
-      const auto near = [&](const Half& half) {
-        std::vector<Triangle> out;
-        for (const std::uint32_t n : half.side.triangles) {
-          const Triangle& t = half.body->triangles()[n];
-          const Eigen::AlignedBox3d box = half.body->box_of(t);
-          if (box.intersects(one.body->changed) || box.intersects(other.body->changed)) {
-            out.push_back(t);
-          }
-        }
-        return out;
-      };
       Found own{&one, {}};
       Found its{&other, {}};
-      for (const auto& [a, b] :
-           crossings(one.body->points, near(one), other.body->points, near(other))) {
+      for (const auto& [a, b] : crossings(one.body->points, may_cross(one, other),
+                                          other.body->points, may_cross(other, one))) {
         own.vertices.insert(own.vertices.end(), a.begin(), a.end());
         its.vertices.insert(its.vertices.end(), b.begin(), b.end());
       }
@@ -160,9 +181,12 @@ class Phase {
     return !found.empty();
   }
 
-  /// So much farther from the middle than before. @param crossing vertices, ascending
+  /// So much farther from the middle than before, or than they are. @param crossing vertices,
+  /// ascending
   static void push(Half& half, const std::vector<std::uint32_t>& crossing, double mm) {
-    for (const std::uint32_t v : crossing) half.more[v] += mm;
+    for (const std::uint32_t v : crossing) {
+      half.more[v] = std::max(half.more[v], -half.middle.beyond(half.body->points[v])) + mm;
+    }
     Side side;
     side.triangles = half.body->fans->around(crossing);
     for (const std::uint32_t n : side.triangles) {
@@ -172,7 +196,7 @@ class Phase {
     const std::vector<std::uint32_t> around = half.body->fans->around(side.vertices);
     std::vector<Vec3> before;
     for (const std::uint32_t v : side.vertices) before.push_back(half.body->points[v]);
-    (void)draw_back(*half.body, half.middle, side, half.more, kMoreThinDeg, half.most_off_mm);
+    (void)draw_back(*half.body, half.middle, side, half.more, kMoreThinDeg);
     keep_apart(*half.body, around, side.vertices, before);
     for (const std::uint32_t n : around) {
       half.body->changed.extend(half.body->box_of(half.body->triangles()[n]));
@@ -253,6 +277,7 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
       Body& body = bodies.emplace_back(Body{surface,
                                             &fans[bodies.size()],
                                             {field->distance_mm.grid, field->distance_mm.phases[p]},
+                                            {},
                                             {},
                                             {},
                                             {},

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/assess/surface_checks.h"
-#include "pipeline/mesh/beyond_base.h"
 #include "pipeline/mesh/levels.h"
 #include "tests/unit/mesh/beating_shapes.h"
 #include "tests/unit/mesh/expect_sound.h"
@@ -122,53 +121,25 @@ TEST(PartStructures, AnAtriumThatReachesIntoTheVentricleGoesBackAlone) {
   EXPECT_LT(error_against(made.fields[2], parted[2]).mean_mm, 0.15);
 }
 
-TEST(WithoutVentricles, AnAtriumIsMeshedWhereItCrossesNone) {
+TEST(PartStructures, WhatCrossesOffItsSurfaceGoesBackFromWhereItIs) {
+  // On one side the muscle's mesh stands up to 0.9 mm in the blood, as it does where it bridges
+  // what other phases have open: no distance tells of it.
   Ventricle made = ventricle();
-  made.fields.erase(made.fields.begin());
-  made.surfaces.erase(made.surfaces.begin());
-  // Up to 3 mm deep in the ventricle's blood and its muscle, the latter at an angle.
-  const auto atrium = [](double share, const Vec3& x) {
-    const double base = 30 - 14 * share;
-    return std::max(closed_form::ellipsoid_level({{0, 0, base + 6}, {28, 28, 18}}, x),
-                    base - 3 * std::cos(x.x() / 12) - x.z());
-  };
-  made.add(Structure::LaBlood, atrium);
-  constexpr double kEdgeMm = 2;
-  const FieldCycle apart = without_ventricles(made.fields[2], made.fields, kEdgeMm);
-  // Of the closed forms: inside where the atrium is and neither blood nor muscle.
-  const Grid& grid = apart.distance_mm.grid;
-  std::size_t changed = 0;
-  std::size_t v = 0;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++v) {
-        const Vec3 x = grid.mm(i, j, k);
-        const double ventricle_level = std::min(blood_of_cup(0, x), closed_form::cup(0, x));
-        const double level = std::max(atrium(0, x), -ventricle_level);
-        const float is = apart.distance_mm.phases[0][v];
-        if (std::abs(level) > 0.5) {
-          ASSERT_EQ(is < 0, level < 0) << x.transpose();
-        }
-        changed += is != made.fields[2].distance_mm.phases[0][v] ? 1 : 0;
-      }
+  std::vector<SurfaceCycle> parted = made.surfaces;
+  part_structures(parted, made.fields);
+  ASSERT_EQ(Ventricle::crossings(parted), 0U);
+  for (std::size_t p = 0; p < kPhases; ++p) {
+    for (Vec3f& x : parted[2].positions[p]) {
+      const Vec3 at = x.cast<double>();
+      const double bulge = 0.9 * std::exp(-(at - Vec3(24, 0, -10)).squaredNorm() / 60);
+      x -= Vec3f(static_cast<float>(bulge), 0, 0);
     }
   }
-  EXPECT_GT(changed, 1000U);
-
-  const auto with_atrium = [&](std::size_t n) {
-    return Ventricle::crossings({made.surfaces[n], made.surfaces[2]});
-  };
-  const std::array before{with_atrium(0), with_atrium(1)};
-  StageContext context;
-  made.surfaces[2] = mesh_cycle(apart, {}, context);
-  std::cout << before[0] << " and " << before[1] << " crossings became " << with_atrium(0)
-            << " and " << with_atrium(1) << '\n';
-  EXPECT_LT(with_atrium(0), before[0] / 2);
-  EXPECT_LT(with_atrium(1), before[1] / 2);
-  part_structures(made.surfaces, made.fields);
-  EXPECT_EQ(Ventricle::crossings(made.surfaces), 0U);
-  expect_sound(made.surfaces[2]);
-  EXPECT_LT(error_against(apart, made.surfaces[2]).mean_mm, 0.1);
+  const std::size_t before = Ventricle::crossings({parted[1], parted[2]});
+  ASSERT_GT(before, 100U);
+  part_structures(parted, made.fields);
+  EXPECT_EQ(Ventricle::crossings({parted[1], parted[2]}), 0U) << "of " << before;
+  for (const SurfaceCycle& surface : parted) expect_sound(surface);
 }
 
 TEST(PartStructures, LeavesWhatTouchesNothingAsItIs) {
