@@ -56,6 +56,7 @@ class Phase {
         if (!moved) break;
       }
       for (Body& body : bodies_) {
+        stay_apart(body);
         body.changed = body.box;
         body.off = off_surface(body);
       }
@@ -215,6 +216,18 @@ class Phase {
         if (!crossed.empty()) push(half, crossed, kClearMm);
       }
     }
+  }
+
+  /// Both sides of a thin wall may have gone back from what lies beside them, and into each other.
+  static void stay_apart(Body& body) {
+    std::vector<std::uint32_t> vertices;
+    std::vector<Vec3> before;
+    for (std::uint32_t v = 0; v < body.points.size(); ++v) {
+      if (body.points[v] == body.start[v]) continue;
+      vertices.push_back(v);
+      before.push_back(body.start[v]);
+    }
+    if (!vertices.empty()) keep_apart(body, body.fans->around(vertices), vertices, before);
   }
 
   /// Takes moves back that made a surface pass through itself.
