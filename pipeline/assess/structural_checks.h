@@ -26,8 +26,8 @@ struct StructuralLimits {
   double volume_gap_percent = 20;       ///< of field or surface against the package's volume curve
   double vertex_distance_voxels = 1.0;  ///< RMS of a surface's vertices in its structure's field
   double wrong_side_percent = 5;
-  double crossing_percent = 20;  ///< a thin wall that is carried through the cycle folds at its rim
-  double nested_crossing_percent = 10;  ///< between two structures; before version 5 any
+  double crossing_percent = 1;         ///< of a surface with itself
+  double nested_crossing_percent = 1;  ///< between two structures; before version 5 any
   double stray_percent = 1;
   double slope_error = 0.5;  ///< of |grad phi| = 1
   /// Mean distance of a surface's triangles from its structure's field, for edges of 4 mm and less;
