@@ -48,9 +48,10 @@ void settle(std::vector<ShapeCycle>& shapes, std::size_t phase) {
       const ShapeCycle& other = shapes[m];
       if (m == n || other.structure == Structure::Heart) continue;
       const bool beyond = is_beyond_base(one.structure);
-      if (!beyond && is_beyond_base(other.structure)) continue;
-      const float own = beyond == is_beyond_base(other.structure) ? 0.5F : 0.0F;
-      const float its = beyond == is_beyond_base(other.structure) ? -0.5F : -1.0F;
+      const bool alike = beyond == is_beyond_base(other.structure);
+      if (!alike && !beyond) continue;
+      const float own = alike ? 0.5F : 0.0F;
+      const float its = alike ? -0.5F : -1.0F;
       for_shared_rows(one.level.grid, other.level.grid,
                       [&](std::size_t a, std::size_t b, std::size_t length) {
                         float* level = one.level.phases[phase].data() + a;
@@ -63,14 +64,16 @@ void settle(std::vector<ShapeCycle>& shapes, std::size_t phase) {
     }
   }
   if (heart == nullptr) return;
-  for (const ShapeCycle& part : shapes) {
+  // Ventricles come before what lies beyond their base, and do not see what that makes of the
+  // heart.
+  for (ShapeCycle& part : shapes) {
     if (&part == heart) continue;
     for_shared_rows(heart->level.grid, part.level.grid,
                     [&](std::size_t a, std::size_t b, std::size_t length) {
                       float* whole = heart->level.phases[phase].data() + a;
-                      const float* held = part.level.phases[phase].data() + b;
+                      float* held = part.level.phases[phase].data() + b;
                       for (std::size_t i = 0; i < length; ++i) {
-                        whole[i] = std::min(whole[i], held[i]);
+                        if (held[i] < whole[i]) whole[i] = held[i] = 0.5F * (held[i] + whole[i]);
                       }
                     });
   }

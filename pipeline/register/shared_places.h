@@ -16,7 +16,9 @@ namespace beatlas::reg {
 ///   too; here a gap is a wall).
 /// - An atrium or a vessel gives way to ventricles and their muscle, max(phi_a, -phi_b): ventricles
 ///   are the same whether atria are known or not.
-/// - The heart holds them all: min(phi, phi_a).
+/// - The heart holds them all: where phi_a is below the heart's phi, both become their mean. Where
+///   both surfaces are one, as on the LV's free wall, neither so moves by the noise of both.
+/// @param shapes in the order of kAllStructures
 /// @pre lattices have the same edge, and origins at multiples of it; the heart's holds what is
 /// inside of the others
 void settle_shared_places(std::vector<ShapeCycle>& shapes);

@@ -121,12 +121,32 @@ TEST(SharedPlaces, VentriclesAreTheSameWhetherAtriaAreKnownOrNot) {
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_EQ(with.shapes[n].level.phases, without.shapes[n].level.phases);
   }
+}
+
+TEST(SharedPlaces, AnAtriumGivesWayToVentricles) {
+  Claims made;
+  made.shapes.pop_back();  // no heart, within which it would have to lie
+  settle_shared_places(made.shapes);
   for_all_places([&](const Vec3& mm, int phase) {
-    const bool claimed = with.level[3](mm, phase) < 0;
+    if (!(made.level[3](mm, phase) < 0)) return;
     bool ventricle = false;
-    for (std::size_t n = 0; n < 3; ++n) ventricle |= with.level[n](mm, phase) <= 0;
-    if (!claimed) return;
-    EXPECT_EQ(at(with.shapes[3], mm, phase) < 0, !ventricle) << mm.transpose();
+    for (std::size_t n = 0; n < 3; ++n) ventricle |= made.level[n](mm, phase) <= 0;
+    EXPECT_EQ(at(made.shapes[3], mm, phase) < 0, !ventricle) << mm.transpose();
+  });
+}
+
+TEST(SharedPlaces, TheHeartAndWhatStandsOutOfItMeetInTheMiddle) {
+  Claims made;
+  made.shapes = {made.shapes[0], made.shapes[4]};
+  settle_shared_places(made.shapes);
+  for_all_places([&](const Vec3& mm, int phase) {
+    const float held = at(made.shapes[0], mm, phase);
+    const float whole = at(made.shapes[1], mm, phase);
+    if (held == kNoSample || whole == kNoSample) return;
+    const double part = made.level[0](mm, phase);
+    const double heart = made.level[4](mm, phase);
+    EXPECT_NEAR(held, std::max(part, (part + heart) / 2), 1e-5);
+    EXPECT_NEAR(whole, std::min(heart, (part + heart) / 2), 1e-5);
   });
 }
 
