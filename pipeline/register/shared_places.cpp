@@ -64,16 +64,17 @@ void settle(std::vector<ShapeCycle>& shapes, std::size_t phase) {
     }
   }
   if (heart == nullptr) return;
-  // Ventricles come before what lies beyond their base, and do not see what that makes of the
-  // heart.
   for (ShapeCycle& part : shapes) {
     if (&part == heart) continue;
+    const bool beyond = is_beyond_base(part.structure);
     for_shared_rows(heart->level.grid, part.level.grid,
                     [&](std::size_t a, std::size_t b, std::size_t length) {
                       float* whole = heart->level.phases[phase].data() + a;
                       float* held = part.level.phases[phase].data() + b;
                       for (std::size_t i = 0; i < length; ++i) {
-                        if (held[i] < whole[i]) whole[i] = held[i] = 0.5F * (held[i] + whole[i]);
+                        if (!(held[i] < whole[i])) continue;
+                        if (!beyond) whole[i] = 0.5F * (held[i] + whole[i]);
+                        held[i] = whole[i];
                       }
                     });
   }

@@ -14,10 +14,11 @@ namespace beatlas::reg {
 /// - Of two beside each other phi_a becomes max(phi_a, (phi_a - phi_b) / 2): what both claim is
 ///   parted in its middle (Losasso, Shinar, Selle and Fedkiw, ACM TOG 25, 2006, who close gaps so,
 ///   too; here a gap is a wall).
-/// - An atrium or a vessel gives way to ventricles and their muscle, max(phi_a, -phi_b): ventricles
-///   are the same whether atria are known or not.
-/// - The heart holds them all: where phi_a is below the heart's phi, both become their mean. Where
-///   both surfaces are one, as on the LV's free wall, neither so moves by the noise of both.
+/// - The heart holds them all: where a ventricle's or its muscle's phi_a is below the heart's phi,
+///   both become their mean. Where both surfaces are one, as on the LV's free wall, neither so
+///   moves by the noise of both.
+/// - An atrium or a vessel gives way to ventricles and their muscle, max(phi_a, -phi_b), and to the
+///   heart, max(phi_a, phi): these are the same whether atria are known or not.
 /// @param shapes in the order of kAllStructures
 /// @pre lattices have the same edge, and origins at multiples of it; the heart's holds what is
 /// inside of the others

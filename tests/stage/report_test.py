@@ -13,6 +13,7 @@ import shutil
 import time
 
 import jsonschema
+import nibabel
 import numpy
 from PIL import Image
 from selenium import webdriver
@@ -96,6 +97,15 @@ def is_sound(told):
     return doubts == told["reasons"] and told["verdict"] == ("check" if doubts else "good")
 
 
+def parts_beyond_the_heart_ml():
+    """[phase]: of all voxels together, by how much what lies in the heart is covered by more than the heart."""
+    files = {file.name: nibabel.load(file) for file in (STUDY / "segment").glob("coverage_*.nii.gz")}
+    heart = files.pop("coverage_heart.nii.gz")
+    parts = sum(numpy.asarray(file.dataobj) for file in files.values())
+    voxel_ml = numpy.prod(heart.header.get_zooms()[:3]) / 1000
+    return numpy.clip(parts - numpy.asarray(heart.dataobj), 0, None).sum(axis=(0, 1, 2)) * voxel_ml
+
+
 def figures():
     """What programs read agrees with the package and follows the schema; the page is one file."""
     page = STUDY / "report.html"
@@ -103,11 +113,14 @@ def figures():
     info = json.loads(beatlas("info", WORK / "study.beatlas", "--json").stdout)
     assert told["package"]["bytes"] == (WORK / "study.beatlas").stat().st_size
     assert told["package"]["sha256"] == stage_test.digest(WORK / "study.beatlas")
-    # Fields are smooth where labels' coverage is not: a percent of a volume (1.1 of the heart's), a point of the EF.
+    # Fields are smooth where labels' coverage is not: a percent of a volume (1.2 of the heart's), a point of the EF.
+    # The field of the heart holds its parts, too, where they are covered by more than the heart is.
+    beyond_ml = parts_beyond_the_heart_ml()
     for structure in info["structures"]:
         assert len(told["volumes_ml"][structure["name"]]) == len(structure["volume_ml"]) == 10
-        for mine, theirs in zip(told["volumes_ml"][structure["name"]], structure["volume_ml"]):
-            assert abs(mine - theirs) < 0.015 * max(structure["volume_ml"]), structure["name"]
+        for phase, (mine, theirs) in enumerate(zip(told["volumes_ml"][structure["name"]], structure["volume_ml"])):
+            held_ml = beyond_ml[phase] if structure["name"] == "heart" else 0
+            assert abs(mine + held_ml - theirs) < 0.015 * max(structure["volume_ml"]), structure["name"]
     assert abs(told["figures"]["lv_ef_percent"] - 100 * info["ejection_fraction"]) < 1
     truth = json.loads((WORK / "phantom" / "truth.json").read_text())
     assert abs(told["rr_interval_s"] - truth["rr_interval_s"]) < 2e-3

@@ -112,7 +112,7 @@ TEST(SharedPlaces, WhatTwoClaimIsPartedInItsMiddleAndNothingElseMoves) {
   });
 }
 
-TEST(SharedPlaces, VentriclesAreTheSameWhetherAtriaAreKnownOrNot) {
+TEST(SharedPlaces, HeartAndVentriclesAreTheSameWhetherAtriaAreKnownOrNot) {
   Claims with;
   Claims without;
   without.shapes.erase(without.shapes.begin() + 3);
@@ -121,6 +121,7 @@ TEST(SharedPlaces, VentriclesAreTheSameWhetherAtriaAreKnownOrNot) {
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_EQ(with.shapes[n].level.phases, without.shapes[n].level.phases);
   }
+  EXPECT_EQ(with.shapes[4].level.phases, without.shapes[3].level.phases);
 }
 
 TEST(SharedPlaces, AnAtriumGivesWayToVentricles) {
