@@ -25,7 +25,8 @@ void for_shared_rows(const Grid& a, const Grid& b, const Body& body) {
     last[axis] = std::min(a.size[axis], b.size[axis] - shift[axis]) - 1;
     if (last[axis] < first[axis]) return;
   }
-  const auto length = static_cast<std::size_t>(last[0] - first[0] + 1);
+  const int wide = last[0] - first[0] + 1;
+  const auto length = static_cast<std::size_t>(wide);
   for (int k = first[2]; k <= last[2]; ++k) {
     for (int j = first[1]; j <= last[1]; ++j) {
       body(a.offset(first[0], j, k), b.offset(first[0] + shift[0], j + shift[1], k + shift[2]),
@@ -36,6 +37,7 @@ void for_shared_rows(const Grid& a, const Grid& b, const Body& body) {
 
 void settle(std::vector<ShapeCycle>& shapes, std::size_t phase) {
   std::vector<Level> claimed;
+  claimed.reserve(shapes.size());
   for (const ShapeCycle& shape : shapes) claimed.push_back(shape.level.phases[phase]);
   ShapeCycle* heart = nullptr;
   for (std::size_t n = 0; n < shapes.size(); ++n) {
