@@ -37,7 +37,8 @@ class CycleFit {
   /// Of all triangles of all phases the share that is turned over or thinner than 20 degrees, and
   /// ten times the share that lies more than 1 mm off its surface: thin triangles are mended later,
   /// but what is lost before a mesh is fitted stays lost. Of 24 meshes of real exams' hearts and
-  /// right ventricles .0003 to .034 were, and .0004 to .035 of the fitted ones, in the same order.
+  /// right ventricles .0003 to .034 lay so far off, and .0004 to .035 of the fitted ones, nearly in
+  /// the same order.
   [[nodiscard]] double flawed_share(const Cycle& cycle) const;
 
   /// What settle could not do on the surfaces is done off them, in the phase that needs it: two

@@ -39,7 +39,7 @@ constexpr double kLostShare = 0.25;
 /// Of the same, told. Edges of e cut 3 e^2 / (8 R^2) off a ball of radius R: of 5 mm 4 % of 15 mm.
 constexpr double kToldShare = 0.1;
 /// See CycleFit::flawed_share, before the mesh is fitted. Of the heart of `adult` with atria,
-/// slivers are left in the end of 4 % thin ones and none of 1.2 %; of cavities there are 0.3 %.
+/// slivers are left in the end of 3.7 % thin ones and none of 1.2 %; of cavities there are 0.3 %.
 constexpr double kHopefulShare = 0.02;
 /// Of the heart of `adult` with atria 1.1 % at end-diastole, which does not come through, and 0.3 %
 /// in systole, which does; of ventricles and cavities less than 0.5 %.

@@ -42,7 +42,7 @@ struct VerdictLimits {
   double shift_mm = 5;
   double uncertain_percent = 10;
   double uncertain_mm = 2;
-  double crossing_percent = 2;
+  double crossing_percent = 1;  ///< as `validate`, see assess/structural_checks.h
   ExpectedLimits expected;
   double least_rr_s = 0.4;
   double most_rr_s = 1.6;

@@ -237,7 +237,7 @@ TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   doubtful("strokes", [](VerdictInput& v) { v.segmentation.rv->edv_ml = 200; });
   doubtful("muscle", [](VerdictInput& v) { v.segmentation.muscle_change_percent = 15.1; });
   doubtful("ef_agrees", [](VerdictInput& v) { v.package->lv->esv_ml = 60; });
-  doubtful("surfaces", [](VerdictInput& v) { v.surfaces[0].crossing_percent = 2.1; });
+  doubtful("surfaces", [](VerdictInput& v) { v.surfaces[0].crossing_percent = 1.1; });
   doubtful("boundaries", [](VerdictInput& v) { v.uncertain_percent = 10.1; });
   doubtful("slice_shifts", [](VerdictInput& v) { v.slice_shifts_mm = {{0, 1}, {3.1, 4}}; });
   doubtful("beat", [](VerdictInput& v) { v.rr_interval_s = 0.3; });
