@@ -67,6 +67,26 @@ Vec3 CycleFit::middle_of_ring(const std::vector<Vec3>& points, std::size_t v) co
   return sum / static_cast<double>(ring_[v].size());
 }
 
+std::vector<double> CycleFit::area_around(const std::vector<Vec3>& points) const {
+  std::vector<double> area(points.size(), 0);
+  for (const Triangle& t : triangles_) {
+    const double own = doubled_area(points, t).norm();
+    for (const std::uint32_t v : t) area[v] += own;
+  }
+  return area;
+}
+
+Vec3 CycleFit::drawn_middle(const std::vector<Vec3>& points, const std::vector<double>& area,
+                            std::size_t v) const {
+  Vec3 sum = Vec3::Zero();
+  double drawn = 0;
+  for (const std::uint32_t n : ring_[v]) {
+    sum += area[n] * points[n];
+    drawn += area[n];
+  }
+  return drawn > 0 ? Vec3(sum / drawn) : points[v];
+}
+
 Vec3 CycleFit::on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase) const {
   const field::Interpolant& surface = phases_[phase];
   const Vec3 there = surface.project_to_zero(mm, kMaxStepMm);
@@ -294,22 +314,12 @@ void CycleFit::leave_slits(std::vector<Vec3>& points, std::size_t phase) const {
     std::vector<bool> loose = off;
     grow(loose, kRings);
     // Large triangles draw: else those of a deep slit would shrink to a point.
-    std::vector<double> area(points.size(), 0);
-    for (const Triangle& t : triangles_) {
-      const double own = doubled_area(points, t).norm();
-      for (const std::uint32_t v : t) area[v] += own;
-    }
+    const std::vector<double> area = area_around(points);
     const std::vector<Vec3> normals = vertex_normals(points, triangles_);
     for (int sweep = 1; sweep <= kSweeps; ++sweep) {
       for (std::size_t v = 0; v < points.size(); ++v) {
         if (!loose[v]) continue;
-        Vec3 sum = Vec3::Zero();
-        double drawn = 0;
-        for (const std::uint32_t n : ring_[v]) {
-          sum += area[n] * points[n];
-          drawn += area[n];
-        }
-        if (drawn > 0) points[v] = sum / drawn;
+        points[v] = drawn_middle(points, area, v);
         if (!off[v] || sweep == kSweeps) points[v] = on_surface(points[v], normals[v], phase);
       }
     }
@@ -476,9 +486,12 @@ void CycleFit::smooth_flaws(std::vector<Vec3>& points, int rings, bool stalled,
   // As often as there are rings, so that it reaches across them.
   for (int n = 0; n < rings; ++n) {
     std::vector<Vec3> moved = points;
+    const std::vector<double> area = stalled ? area_around(points) : std::vector<double>();
     for (std::size_t v = 0; v < moved.size(); ++v) {
       if (!around_crossing[v] && !(around_thin[v] && n < (stalled ? kThinRings : 1))) continue;
-      moved[v] = 0.5 * (points[v] + middle_of_ring(points, v));
+      // Where evening out does not help, large triangles draw those of a lump apart.
+      const Vec3 middle = stalled ? drawn_middle(points, area, v) : middle_of_ring(points, v);
+      moved[v] = 0.5 * (points[v] + middle);
     }
     points = std::move(moved);
   }

@@ -44,8 +44,10 @@ class CycleFit {
   /// What settle could not do on the surfaces is done off them, in the phase that needs it: two
   /// rings around triangles that pass through each other (CGAL), and one around those that are
   /// turned over or so thin that a package's rounding could bring them below 10 degrees, are
-  /// smoothed, and more as long as that does not help:
-  /// a slit that opens in some phases alone is bridged. @return crossings left, all phases
+  /// smoothed; as long as that does not help, more of them and by area, so that large triangles
+  /// draw apart what a shut pocket left in a lump. A slit that opens in some phases alone is
+  /// bridged.
+  /// @return crossings left, all phases
   int mend(Cycle& cycle);
 
   [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
@@ -82,6 +84,11 @@ class CycleFit {
   /// The neighbours of vertices too, so many times.
   void grow(std::vector<bool>& vertices, int rings) const;
   void leave_slits(std::vector<Vec3>& points, std::size_t phase) const;
+  /// [vertex] twice the area of the triangles at it.
+  [[nodiscard]] std::vector<double> area_around(const std::vector<Vec3>& points) const;
+  /// Of the ring, weighted by these areas.
+  [[nodiscard]] Vec3 drawn_middle(const std::vector<Vec3>& points, const std::vector<double>& area,
+                                  std::size_t v) const;
   [[nodiscard]] Vec3 middle_of_ring(const std::vector<Vec3>& points, std::size_t v) const;
   [[nodiscard]] Vec3 on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase) const;
   /// @return how many edges were flipped

@@ -161,6 +161,48 @@ TEST(CycleFit, SheetsThatCrossAreParted) {
   }
 }
 
+TEST(CycleFit, ALumpIsDrawnApart) {
+  // A ball with a finger of 12 mm, which the second phase lacks.
+  constexpr double kBallMm = 14;
+  constexpr double kFingerMm = 5;
+  const FieldCycle field = closed_form::beating_field(
+      [](double share, const Vec3& x) {
+        const Vec3 along(0, 0, std::clamp(x.z(), 5.0, 21.0 - 12 * share));
+        return std::min(x.norm() - kBallMm, (x - along).norm() - kFingerMm);
+      },
+      2, {-20, -20, -20}, {20, 20, 32});
+  std::vector<field::Interpolant> surfaces;
+  for (const auto& samples : field.distance_mm.phases) {
+    surfaces.emplace_back(field.distance_mm.grid, samples);
+  }
+  field::TriangleSoup soup = field::extract_surface(field, 0);
+  TriangleMesh mesh = remeshed({soup.points, soup.triangles}, 2.0);
+  relax_on_surface(mesh, surfaces[0], 3);
+  // Its vertices are left in a grain, which a package's rounding would fold in any way.
+  Cycle cycle{mesh.points, mesh.points};
+  std::mt19937 random(5);
+  std::normal_distribution<double> any(0, 0.02);
+  int lump = 0;
+  for (Vec3& x : cycle[1]) {
+    if (x.z() < 14) continue;
+    x = Vec3(any(random), any(random), kBallMm + any(random));
+    ++lump;
+  }
+  ASSERT_GT(lump, 100);
+  CycleFit fit(mesh.triangles, surfaces, 2.0);
+  EXPECT_EQ(fit.mend(cycle), 0);
+  for (const std::vector<Vec3>& points : cycle) {
+    double least_deg = 180;
+    double least_mm = 1e9;
+    for (const Triangle& t : fit.triangles()) {
+      least_deg = std::min(least_deg, least_angle_deg(points[t[0]], points[t[1]], points[t[2]]));
+      least_mm = std::min(least_mm, (points[t[1]] - points[t[0]]).norm());
+    }
+    EXPECT_GT(least_deg, 10.9);
+    EXPECT_GT(least_mm, 0.02);  // shorter ones could be turned over when both ends are rounded
+  }
+}
+
 TEST(CycleFit, TheFilterKeepsMotionAndTakesTheQuickest) {
   EXPECT_GT(kept_of_harmonic(4, 15), 0.95);
   EXPECT_LT(kept_of_harmonic(7, 15), 0.35);
