@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kLongestMm = 80;          // of a ray through the wall
 constexpr double kTouchMm = 1e-6;          // a span that begins here begins at the endocardium
+constexpr double kLookMm = 0.25;           // below the thinnest wall
 constexpr std::size_t kMappedATask = 128;  // vertices a task
 
 /// The true heart at a moment.
@@ -28,6 +29,25 @@ class TrueWall {
 
   /// None where there is no wall, or its end is too near to the rim.
   [[nodiscard]] std::optional<double> thickness_mm(Structure structure, const Vec3& lps) const {
+    return structure == Structure::RvBlood ? of_rv_mm(lps) : of_lv_mm(structure, lps);
+  }
+
+  [[nodiscard]] int segment(const Vec3& lps) const {
+    const Vec3 heart_mm = heart_from_lps_ * lps;
+    const double apex_mm = anatomy_.scale * anatomy_.apex_mm;
+    const double share = (heart_mm.z() - apex_mm) / (frame_->shape().lv_base_z_mm - apex_mm);
+    if (share < 0.08) return 17;
+    // x lies towards the RV, y towards the front.
+    const double turns = std::atan2(heart_mm.x(), heart_mm.y()) / (2 * std::numbers::pi);
+    const auto sector = [turns](int count) {
+      return (static_cast<int>(std::lround(turns * count)) + count) % count;
+    };
+    if (share < 1.0 / 3) return 13 + sector(4);
+    return (share < 2.0 / 3 ? 7 : 1) + sector(6);
+  }
+
+ private:
+  [[nodiscard]] std::optional<double> of_lv_mm(Structure structure, const Vec3& lps) const {
     const Vec3 at = frame_->nearest(structure, lps).point;
     if ((at - lps).norm() > options_.off_wall_mm || near_rim(at)) return std::nullopt;
     const phantom::Nearest inner = frame_->nearest(Structure::LvBlood, at);
@@ -46,21 +66,36 @@ class TrueWall {
     return spans.front().length_mm();
   }
 
-  [[nodiscard]] int segment(const Vec3& lps) const {
-    const Vec3 heart_mm = heart_from_lps_ * lps;
-    const double apex_mm = anatomy_.scale * anatomy_.apex_mm;
-    const double share = (heart_mm.z() - apex_mm) / (frame_->shape().lv_base_z_mm - apex_mm);
-    if (share < 0.08) return 17;
-    // x lies towards the RV, y towards the front.
-    const double turns = std::atan2(heart_mm.x(), heart_mm.y()) / (2 * std::numbers::pi);
-    const auto sector = [turns](int count) {
-      return (static_cast<int>(std::lround(turns * count)) + count) % count;
+  /// Along the endocardium's normal through the free wall and out of the heart.
+  [[nodiscard]] std::optional<double> of_rv_mm(const Vec3& lps) const {
+    const phantom::Nearest inner = frame_->nearest(Structure::RvBlood, lps);
+    const auto near_its_rim = [&](const Vec3& at) {
+      return frame_->crease_distance_mm(phantom::Part::RvWall, at) < options_.rim_mm;
     };
-    if (share < 1.0 / 3) return 13 + sector(4);
-    return (share < 2.0 / 3 ? 7 : 1) + sector(6);
+    if ((inner.point - lps).norm() > options_.off_wall_mm || near_its_rim(inner.point)) {
+      return std::nullopt;
+    }
+    const auto along = [&](double way_mm) -> Vec3 { return inner.point + way_mm * inner.outward; };
+    const auto in_wall = [&](double way_mm) {
+      return frame_->contains(phantom::Part::RvWall, along(way_mm));
+    };
+    double low = kTouchMm;
+    if (!in_wall(low)) return std::nullopt;
+    double high = low + kLookMm;
+    while (in_wall(high)) {
+      low = high;
+      high += kLookMm;
+      if (high > kLongestMm) return std::nullopt;
+    }
+    while (high - low > kTouchMm) {
+      const double middle = 0.5 * (low + high);
+      (in_wall(middle) ? low : high) = middle;
+    }
+    const bool leaves_heart = !frame_->contains(Structure::Heart, along(high + kTouchMm));
+    if (!leaves_heart || near_its_rim(along(high))) return std::nullopt;
+    return high;
   }
 
- private:
   [[nodiscard]] bool near_rim(const Vec3& lps) const {
     return frame_->crease_distance_mm(Structure::LvMyocardium, lps) < options_.rim_mm;
   }
@@ -105,7 +140,7 @@ MapErrors map_errors(const atlas::SurfaceMapPayload& map, const atlas::SurfacePa
       const std::size_t v = n * every;
       const Vec3 lps = lps_from_workspace * surface.positions[p][v].cast<double>();
       const auto told_mm = static_cast<double>(map.thickness_mm[p][v]);
-      if (p == 0 && told_mm > 0) {
+      if (p == 0 && told_mm > 0 && map.segment[v] > 0) {
         ++own.named;
         own.rightly += walls[p].segment(lps) == map.segment[v] ? 1 : 0;
       }

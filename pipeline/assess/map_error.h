@@ -20,8 +20,9 @@ struct MapOptions {
 /// of muscle along its normal, on the epicardium the distance to the endocardium. Segment: of the
 /// vertex's own place between the wall's apical end and the base plane and about the long axis, the
 /// middle of the septum towards the RV, by thirds of the length and sectors of 60 (apical: 90)
-/// degrees; the lowest 8 % are the apex. Asked where the map has a wall.
-/// @param map, surface of one structure, lv_blood or lv_myocardium, vertex by vertex
+/// degrees; the lowest 8 % are the apex. Asked where the map has a wall. On the RV's endocardium
+/// thickness is the length of its free wall along the normal, and nothing has a segment.
+/// @param map, surface of one structure, lv_blood, lv_myocardium or rv_blood, vertex by vertex
 [[nodiscard]] MapErrors map_errors(const atlas::SurfaceMapPayload& map,
                                    const atlas::SurfacePayload& surface,
                                    const Affine& workspace_from_lps, const phantom::Phantom& truth,

@@ -34,6 +34,7 @@ nlohmann::json structure_to_json(const StructureErrors& structure) {
   }
   if (structure.map) {
     nlohmann::json& entry = out["map"] = figures_to_json(kMapFigures, *structure.map);
+    if (structure.map->named > 0) entry.update(figures_to_json(kSegmentFigures, *structure.map));
     entry["points"] = structure.map->points;
     entry["missing"] = structure.map->missing;
     entry["named"] = structure.map->named;

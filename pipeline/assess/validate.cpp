@@ -189,7 +189,9 @@ void judge_structure(const Limits& limits, const StructureErrors& structure, Ver
     Judge(limits, name, verdict).figures(kMotionFigures, *structure.motion, "motion ");
   }
   if (structure.map && structure.map->points > 0) {
-    Judge(limits, name, verdict).figures(kMapFigures, *structure.map, "map ");
+    Judge judge_map(limits, name, verdict);
+    judge_map.figures(kMapFigures, *structure.map, "map ");
+    if (structure.map->named > 0) judge_map.figures(kSegmentFigures, *structure.map, "map ");
   }
   if (structure.ejection_fraction_error) {
     Judge(limits, name, verdict)

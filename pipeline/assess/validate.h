@@ -107,7 +107,7 @@ void hold_to(const PromiseSet& promises, ValidationReport& report);
 
 /// {"structures": [{"name", "phases": [{figures of kPhaseFigures, "points", "wall_thickness"?:
 /// {figures of kThicknessFigures, "points", "missing"}}], "motion"?: {figures of kMotionFigures,
-/// "points"}, "map"?: {figures of kMapFigures, "points", "missing", "named"},
+/// "points"}, "map"?: {figures of kMapFigures and kSegmentFigures, "points", "missing", "named"},
 /// "ejection_fraction_error"?}], "drawn": [{"name", "phases": [{figures of kDrawnFigures,
 /// "points"}]}],
 /// "force"?: {"structure", "stiffness_n_per_m", figures of kForceFigures, "ticks", ...}, "held_to",

@@ -10,7 +10,10 @@ void IncrementalBuild::surfaces() {
   run(Stage::Mesh, [&](StageContext& context) {
     const StageContext making = context.part(0, kMade);
     surfaces_ = make_surfaces(field_cycles(), orders_.recipe.mesh, making);
-    maps_ = make_maps(field_cycles(), *surfaces_, axis(), workspace_from_lps());
+    if (!exam_noted_) (void)exam();
+    maps_ =
+        make_maps(field_cycles(), *surfaces_,
+                  map_frame(*surfaces_, axis(), workspace_from_lps(), facts_.source.spacing_mm()));
     context.progress(kMade, "files of the study");
     leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
       study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);

@@ -54,14 +54,23 @@ std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
   return out;
 }
 
-/// Maps of `surface`, which stands in place of the one that was made; the wall's other side stays.
-std::vector<SurfaceMap> maps_beside(const SurfaceCycle& surface, const Facts& facts,
-                                    const MadeOfExam& made) {
+/// The map of `surface`, which stands in place of the one that was made; the wall's other side
+/// stays.
+std::optional<SurfaceMap> map_beside(const SurfaceCycle& surface, const MadeOfExam& made,
+                                     const std::optional<mesh::MapFrame>& frame) {
+  if (!frame) return std::nullopt;
   std::vector<SurfaceCycle> around = made.surfaces;
   for (SurfaceCycle& each : around) {
     if (each.structure == surface.structure) each = surface;
   }
-  return make_maps(made.fields, around, made.axis, *facts.workspace_from_lps);
+  return mesh::surface_map(surface.structure, made.fields, around, *frame);
+}
+
+std::optional<SurfaceMap> map_made(Structure structure, const MadeOfExam& made) {
+  const auto found = std::find_if(made.maps.begin(), made.maps.end(), [&](const SurfaceMap& map) {
+    return map.structure == structure;
+  });
+  return found == made.maps.end() ? std::nullopt : std::optional(*found);
 }
 
 /// Surfaces of the scene in its levels of detail, with their maps and errors.
@@ -72,6 +81,8 @@ void add_surfaces(const Scene& scene, const Recipe& recipe, const Facts& facts,
   const double made_mm = recipe.mesh.edge_mm;
   content.manifest.surface_edges_mm = surface_edges_mm(scene, made_mm);
   const std::vector<double>& edges_mm = content.manifest.surface_edges_mm;
+  const std::optional<mesh::MapFrame> frame =
+      map_frame(made.surfaces, made.axis, *facts.workspace_from_lps, facts.source.spacing_mm());
   json figures = json::array();
   for (std::size_t n = 0; n < edges_mm.size(); ++n) {
     const auto each = static_cast<double>(edges_mm.size());
@@ -82,17 +93,16 @@ void add_surfaces(const Scene& scene, const Recipe& recipe, const Facts& facts,
         as_made ? used
                 : surfaces_at_level(used, made.fields, recipe.mesh, edges_mm[n], n == 0, part);
     for (SurfaceCycle& surface : level) {
-      std::vector<SurfaceMap> maps;
+      std::optional<SurfaceMap> map;
       if (atlas::kind_exists(atlas::kMapKind, surface.structure)) {
-        maps = as_made ? made.maps : maps_beside(surface, facts, made);
+        map = as_made ? map_made(surface.structure, made) : map_beside(surface, made, frame);
       }
       figures.push_back(
           error_figures(of(made.fields, surface.structure), surface, static_cast<int>(n)));
-      for (SurfaceMap& map : maps) {
-        if (map.structure != surface.structure) continue;
-        content.maps.push_back({map.structure, std::move(map.long_axis), std::move(map.angle_rad),
-                                std::move(map.segment), std::move(map.thickness_mm),
-                                static_cast<int>(n)});
+      if (map) {
+        content.maps.push_back({map->structure, std::move(map->long_axis),
+                                std::move(map->angle_rad), std::move(map->segment),
+                                std::move(map->thickness_mm), static_cast<int>(n)});
       }
       content.surfaces.push_back({surface.structure, std::move(surface.triangles),
                                   std::move(surface.positions), static_cast<int>(n)});

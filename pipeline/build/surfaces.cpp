@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <string>
+#include <utility>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/mesh/levels.h"
 #include "pipeline/mesh/nested.h"
-#include "pipeline/mesh/surface_map.h"
+#include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::build {
@@ -85,18 +86,30 @@ std::vector<SurfaceCycle> surfaces_at_level(const std::vector<SurfaceCycle>& mad
   return out;
 }
 
-std::vector<SurfaceMap> make_maps(const std::vector<FieldCycle>& fields,
-                                  const std::vector<SurfaceCycle>& surfaces,
-                                  const std::optional<LongAxis>& axis,
-                                  const Affine& workspace_from_lps) {
+std::optional<mesh::MapFrame> map_frame(const std::vector<SurfaceCycle>& surfaces,
+                                        const std::optional<LongAxis>& axis,
+                                        const Affine& workspace_from_lps, const Vec3& voxel_mm) {
   const auto rv = std::find_if(surfaces.begin(), surfaces.end(), [](const SurfaceCycle& surface) {
     return surface.structure == Structure::RvBlood;
   });
-  if (!axis || rv == surfaces.end()) return {};
+  if (!axis || rv == surfaces.end()) return std::nullopt;
   Vec3 centre = Vec3::Zero();
   for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
   centre /= static_cast<double>(rv->positions.front().size());
-  return mesh::surface_maps(fields, surfaces, mesh::lv_frame(*axis, workspace_from_lps, centre));
+  return mesh::map_frame(*axis, workspace_from_lps, centre, voxel_mm);
+}
+
+std::vector<SurfaceMap> make_maps(const std::vector<FieldCycle>& fields,
+                                  const std::vector<SurfaceCycle>& surfaces,
+                                  const std::optional<mesh::MapFrame>& frame) {
+  std::vector<SurfaceMap> maps;
+  if (!frame) return maps;
+  for (const SurfaceCycle& surface : surfaces) {
+    if (!atlas::kind_exists(atlas::kMapKind, surface.structure)) continue;
+    auto map = mesh::surface_map(surface.structure, fields, surfaces, *frame);
+    if (map) maps.push_back(std::move(*map));
+  }
+  return maps;
 }
 
 }  // namespace beatlas::build

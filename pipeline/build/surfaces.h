@@ -10,6 +10,7 @@
 #include "pipeline/core/stage_context.h"
 #include "pipeline/core/surface_map.h"
 #include "pipeline/mesh/mesh.h"
+#include "pipeline/mesh/surface_map.h"
 
 namespace beatlas::build {
 
@@ -28,11 +29,17 @@ namespace beatlas::build {
                                                           mesh::MeshOptions options, double edge_mm,
                                                           bool finest, const StageContext& context);
 
-/// Of the LV's surfaces; none without its long axis or without a right ventricle, from which its
-/// segments are counted.
+/// What maps are measured by; none without the LV's long axis or without a right ventricle, from
+/// which its segments are counted.
+/// @param voxel_mm of the images, along the workspace's axes
+[[nodiscard]] std::optional<mesh::MapFrame> map_frame(const std::vector<SurfaceCycle>& surfaces,
+                                                      const std::optional<LongAxis>& axis,
+                                                      const Affine& workspace_from_lps,
+                                                      const Vec3& voxel_mm);
+
+/// Of every surface that has one, in their order; see mesh::surface_map.
 [[nodiscard]] std::vector<SurfaceMap> make_maps(const std::vector<FieldCycle>& fields,
                                                 const std::vector<SurfaceCycle>& surfaces,
-                                                const std::optional<LongAxis>& axis,
-                                                const Affine& workspace_from_lps);
+                                                const std::optional<mesh::MapFrame>& frame);
 
 }  // namespace beatlas::build

@@ -111,10 +111,10 @@ std::string maps(const assess::ValidationReport& report) {
           "segment\n";
     }
     const assess::MapErrors& map = *entry.map;
-    text +=
-        line("%-15s %24.3f %7.3f %+8.3f %15d / %-4d %11.1f %%\n",
-             structure_name(entry.structure).data(), map.thickness_mean_mm, map.thickness_p95_mm,
-             map.thickness_bias_mm, map.missing, map.points + map.missing, map.segments_percent);
+    text += line("%-15s %24.3f %7.3f %+8.3f %15d / %-4d", structure_name(entry.structure).data(),
+                 map.thickness_mean_mm, map.thickness_p95_mm, map.thickness_bias_mm, map.missing,
+                 map.points + map.missing);
+    text += map.named > 0 ? line(" %11.1f %%\n", map.segments_percent) : "\n";
   }
   return text;
 }

@@ -7,6 +7,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/closest_triangle.h"
 #include "pipeline/field/interpolant.h"
+#include "pipeline/mesh/rv_wall.h"
 #include "pipeline/mesh/triangle_mesh.h"
 #include "runtime/palpation/segments.h"
 
@@ -65,29 +66,70 @@ constexpr double kNameParts = 1e4;
 constexpr double kThicknessParts = 100;
 
 /// Names of places in the first phase.
-SurfaceMap named(const SurfaceCycle& surface, const LvFrame& frame) {
+SurfaceMap named(const SurfaceCycle& surface, const MapFrame& frame) {
   SurfaceMap out;
   out.structure = surface.structure;
   for (const Vec3f& x : surface.positions.front()) {
     const Vec3 from = x.cast<double>() - frame.origin_mm;
     const double share =
-        (from.dot(frame.towards_base) - frame.apex_mm) / (frame.base_mm - frame.apex_mm);
+        (frame.height_mm(x.cast<double>()) - frame.apex_mm) / (frame.base_mm - frame.apex_mm);
     double angle = std::atan2(from.dot(frame.septal), from.dot(frame.anterior));
     if (angle < 0) angle += 2 * std::numbers::pi;
     out.long_axis.push_back(rounded(std::clamp(share, 0.0, 1.0), kNameParts));
     out.angle_rad.push_back(rounded(angle, kNameParts));
     if (out.angle_rad.back() > 2 * std::numbers::pi) out.angle_rad.back() = 0;
-    out.segment.push_back(static_cast<std::uint8_t>(
-        palpation::segment_at(out.long_axis.back(), out.angle_rad.back())));
+    const int segment = surface.structure == Structure::RvBlood
+                            ? 0
+                            : palpation::segment_at(out.long_axis.back(), out.angle_rad.back());
+    out.segment.push_back(static_cast<std::uint8_t>(segment));
+  }
+  return out;
+}
+
+std::vector<double> from_endocardium_mm(const field::Interpolant& muscle, const SurfaceCycle& blood,
+                                        std::size_t phase) {
+  const std::vector<Vec3> at = as_double(blood.positions[phase]);
+  const std::vector<Vec3> normal = vertex_normals(at, blood.triangles);
+  std::vector<double> out;
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    out.push_back(through_muscle_mm(muscle, at[v], normal[v]));
+  }
+  return out;
+}
+
+/// Of a surface that is both the endocardium and the epicardium.
+std::vector<double> from_muscle_mm(const field::Interpolant& inside, const SurfaceCycle& blood,
+                                   const SurfaceCycle& muscle, std::size_t phase) {
+  constexpr double kOnEndocardiumMm = 1.5;
+  constexpr double kAlong = 0.5;  // cosine between a normal and the way to the endocardium
+  constexpr double kProbeMm = 0.25;
+  const field::ClosestTriangle endocardium({as_double(blood.positions[phase]), blood.triangles});
+  const auto away_mm = [&](const Vec3& mm) {
+    return std::sqrt(endocardium.nearest(mm, {}).distance2_mm2);
+  };
+  const std::vector<Vec3> at = as_double(muscle.positions[phase]);
+  const std::vector<Vec3> normal = vertex_normals(at, muscle.triangles);
+  std::vector<double> out;
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    const double away = away_mm(at[v]);
+    double thick = 0;
+    if (away < kOnEndocardiumMm) {
+      thick = through_muscle_mm(inside, at[v], -normal[v]);
+    } else if (away < kThickestMm &&
+               away_mm(at[v] + kProbeMm * normal[v]) - away > kAlong * kProbeMm) {
+      thick = away;
+    }
+    out.push_back(thick);
   }
   return out;
 }
 
 }  // namespace
 
-LvFrame lv_frame(const LongAxis& axis, const Affine& workspace_from_lps, const Vec3& rv_centre_mm) {
+MapFrame map_frame(const LongAxis& axis, const Affine& workspace_from_lps, const Vec3& rv_centre_mm,
+                   const Vec3& voxel_mm) {
   const Vec3 to_front_and_above = workspace_from_lps.linear() * Vec3(0, -1, 1);
-  LvFrame out;
+  MapFrame out;
   out.origin_mm = workspace_from_lps * axis.origin_mm;
   out.towards_base = (workspace_from_lps.linear() * axis.towards_base).normalized();
   const Vec3 to_rv = rv_centre_mm - out.origin_mm;
@@ -96,50 +138,31 @@ LvFrame lv_frame(const LongAxis& axis, const Affine& workspace_from_lps, const V
   if (out.anterior.dot(to_front_and_above) < 0) out.anterior = -out.anterior;
   out.apex_mm = axis.apex_mm.front();
   out.base_mm = axis.lv_base_mm.front();
+  out.rv_base_mm = axis.rv_base_mm;
+  out.voxel_mm = voxel_mm;
   return out;
 }
 
-std::vector<SurfaceMap> surface_maps(const std::vector<FieldCycle>& fields,
-                                     const std::vector<SurfaceCycle>& surfaces,
-                                     const LvFrame& frame) {
+std::optional<SurfaceMap> surface_map(Structure structure, const std::vector<FieldCycle>& fields,
+                                      const std::vector<SurfaceCycle>& surfaces,
+                                      const MapFrame& frame) {
   const FieldCycle* muscle_field = of(fields, Structure::LvMyocardium);
   const SurfaceCycle* blood = of(surfaces, Structure::LvBlood);
   const SurfaceCycle* muscle = of(surfaces, Structure::LvMyocardium);
-  if (muscle_field == nullptr || blood == nullptr || muscle == nullptr) return {};
-  std::vector<SurfaceMap> out{named(*blood, frame), named(*muscle, frame)};
-  const std::size_t phases = blood->positions.size();
-  for (SurfaceMap& map : out) map.thickness_mm.resize(phases);
-  parallel_for(phases, [&](std::size_t p) {
-    constexpr double kOnEndocardiumMm = 1.5;
-    constexpr double kAlong = 0.5;  // cosine between a normal and the way to the endocardium
+  const SurfaceCycle* mapped = of(surfaces, structure);
+  if (muscle_field == nullptr || blood == nullptr || muscle == nullptr || mapped == nullptr) {
+    return std::nullopt;
+  }
+  SurfaceMap out = named(*mapped, frame);
+  out.thickness_mm.resize(mapped->positions.size());
+  parallel_for(mapped->positions.size(), [&](std::size_t p) {
     const field::Interpolant inside(muscle_field->distance_mm.grid,
                                     muscle_field->distance_mm.phases[p]);
-    const std::vector<Vec3> inner = as_double(blood->positions[p]);
-    const std::vector<Vec3> inner_normal = vertex_normals(inner, blood->triangles);
-    std::vector<float>& of_blood = out[0].thickness_mm[p];
-    for (std::size_t v = 0; v < inner.size(); ++v) {
-      of_blood.push_back(
-          rounded(through_muscle_mm(inside, inner[v], inner_normal[v]), kThicknessParts));
-    }
-    const field::ClosestTriangle endocardium({inner, blood->triangles});
-    const std::vector<Vec3> wall = as_double(muscle->positions[p]);
-    const std::vector<Vec3> wall_normal = vertex_normals(wall, muscle->triangles);
-    std::vector<float>& of_muscle = out[1].thickness_mm[p];
-    const auto away_mm = [&](const Vec3& mm) {
-      return std::sqrt(endocardium.nearest(mm, {}).distance2_mm2);
-    };
-    for (std::size_t v = 0; v < wall.size(); ++v) {
-      constexpr double kProbeMm = 0.25;
-      const double away = away_mm(wall[v]);
-      double thick = 0;
-      if (away < kOnEndocardiumMm) {
-        thick = through_muscle_mm(inside, wall[v], -wall_normal[v]);
-      } else if (away < kThickestMm &&
-                 away_mm(wall[v] + kProbeMm * wall_normal[v]) - away > kAlong * kProbeMm) {
-        thick = away;
-      }
-      of_muscle.push_back(rounded(thick, kThicknessParts));
-    }
+    const std::vector<double> thick =
+        structure == Structure::RvBlood   ? rv_wall_mm(fields, *mapped, p, frame)
+        : structure == Structure::LvBlood ? from_endocardium_mm(inside, *blood, p)
+                                          : from_muscle_mm(inside, *blood, *muscle, p);
+    for (const double mm : thick) out.thickness_mm[p].push_back(rounded(mm, kThicknessParts));
   });
   return out;
 }

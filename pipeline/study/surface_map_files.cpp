@@ -60,8 +60,10 @@ void read_row(const std::string& line, std::size_t vertex, SurfaceMap& map) {
   if (!within(cell[1], 1)) throw_invalid("must have a long_axis from 0 to 1");
   if (!within(cell[2], 2 * std::numbers::pi))
     throw_invalid("must have an angle_rad from 0 to 2 pi");
-  if (!within(cell[3] - 1, kSegments - 1) ||
-      cell[3] != static_cast<double>(static_cast<int>(cell[3]))) {
+  const bool has_segments = map.structure != Structure::RvBlood;
+  if (!has_segments && cell[3] != 0) throw_invalid("must have segment 0, for the RV has none");
+  if (has_segments && (!within(cell[3] - 1, kSegments - 1) ||
+                       cell[3] != static_cast<double>(static_cast<int>(cell[3])))) {
     throw_invalid("must have a segment from 1 to 17");
   }
   map.long_axis.push_back(static_cast<float>(cell[1]));

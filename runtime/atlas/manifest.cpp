@@ -130,7 +130,9 @@ Item item_from_json(const json& entry, const std::string& path, int format_versi
   require_at(item.kind != kVolumeKind || *structure == Structure::Heart, path + "/structure",
              "must be heart for a volume");
   require_at(kind_exists(item.kind, *structure), path + "/structure",
-             "must be lv_blood or lv_myocardium for a surface_map");
+             "must be lv_blood, lv_myocardium or rv_blood for a surface_map");
+  require_at(item.kind != kMapKind || *structure != Structure::RvBlood || format_version >= 6,
+             path + "/structure", "must be lv_blood or lv_myocardium before format version 6");
   const std::string expected = item_path(item.kind, *structure, item.level);
   require_at(item.path == expected, path + "/path", "must be " + expected);
   const json& bytes = object.at("bytes");

@@ -13,9 +13,9 @@
 
 namespace beatlas::atlas {
 
-inline constexpr int kFormatVersion = 5;
-/// Version 4 had one level of surfaces and did not tell their edges. Version 3 had no surface maps,
-/// and a palpation scene of the heart's field alone.
+inline constexpr int kFormatVersion = 6;
+/// Version 5 had no map of rv_blood. Version 4 had one level of surfaces and did not tell their
+/// edges. Version 3 had no surface maps, and a palpation scene of the heart's field alone.
 inline constexpr int kOldestFormatVersion = 3;
 
 inline constexpr std::string_view kManifestEntry = "atlas.json";

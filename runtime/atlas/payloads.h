@@ -73,17 +73,18 @@ struct SurfacePayload {
   int level = 0;  ///< of Manifest::surface_edges_mm: 0 the finest, 1 the next coarser, ...
 };
 
-/// What the vertices of a surface on the LV's wall are called, and how thick the wall is there.
-/// Names belong to the muscle: they are those of the first phase and stay with the vertex.
+/// What the vertices of a surface on a ventricle's wall are called, and how thick the wall is
+/// there. Names belong to the muscle: they are those of the first phase and stay with the vertex.
 struct SurfaceMapPayload {
   Structure structure{};
   std::vector<float> long_axis;  ///< [vertex] 0 at the wall's apical end .. 1 at the base plane
   /// [vertex] about the long axis, 0 in the middle of the anterior wall, towards the septum,
   /// 0..2 pi
   std::vector<float> angle_rad;
-  std::vector<std::uint8_t> segment;  ///< [vertex] 1..17 (Cerqueira et al., AHA 2002)
+  std::vector<std::uint8_t> segment;  ///< [vertex] 1..17 (Cerqueira et al., AHA 2002), 0 on the RV
   /// [phase][vertex] [mm] from endocardium to epicardium along the endocardium's normal; 0: there
-  /// is no wall, as on the flat base.
+  /// is no wall, as on the flat base. On the RV that of the free wall; 0 also where the images do
+  /// not resolve it, so that what is told is of its thicker part.
   std::vector<std::vector<float>> thickness_mm;
   int level = 0;  ///< of the surface that it is a map of
 };

@@ -16,7 +16,8 @@ bool is_kind(std::string_view name) noexcept {
 bool kind_exists(std::string_view kind, Structure structure) noexcept {
   if (kind == kVolumeKind) return structure == Structure::Heart;
   if (kind == kMapKind) {
-    return structure == Structure::LvBlood || structure == Structure::LvMyocardium;
+    return structure == Structure::LvBlood || structure == Structure::LvMyocardium ||
+           structure == Structure::RvBlood;
   }
   if (kind == kFieldKind) return !is_beyond_base(structure);
   return is_kind(kind);

@@ -11,7 +11,8 @@
 namespace beatlas::atlas {
 
 /// `Item::kind`: a signed distance of the cycle; a surface's mean over it; how its vertices move
-/// through the phases; what its vertices are called and how thick the LV's wall is there; the
+/// through the phases; what its vertices are called and how thick the ventricle's wall is
+/// there; the
 /// images around the heart, for drawing.
 inline constexpr std::string_view kFieldKind = "field";
 inline constexpr std::string_view kSurfaceKind = "surface";
@@ -23,7 +24,7 @@ inline constexpr std::array kKinds{kFieldKind, kSurfaceKind, kMotionKind, kMapKi
 /// palpation: the field of the heart, which a finger on its outside touches, and the LV's
 /// endocardium with its map, which tells what muscle lies under it. anatomy: every surface and map,
 /// no field. full: everything. There is one volume, the heart's, and none without images; maps of
-/// lv_blood and lv_myocardium, and none without an LV and an RV.
+/// lv_blood, lv_myocardium and rv_blood, and none without an LV and an RV.
 inline constexpr std::array<std::string_view, 3> kScenes{"palpation", "anatomy", "full"};
 
 [[nodiscard]] bool is_scene(std::string_view name) noexcept;

@@ -83,8 +83,12 @@ void check_surface_map(const SurfaceMapPayload& map) {
   require(within(map.angle_rad, 2 * std::numbers::pi + 1e-6),
           "surface map has an angle out of range");
   for (const std::uint8_t segment : map.segment) {
-    require(segment >= 1 && segment <= kMapSegments,
-            "surface map has a segment that is none of 17");
+    if (map.structure == Structure::RvBlood) {
+      require(segment == 0, "surface map of the right ventricle has a segment");
+    } else {
+      require(segment >= 1 && segment <= kMapSegments,
+              "surface map has a segment that is none of 17");
+    }
   }
   for (const std::vector<float>& phase : map.thickness_mm) {
     require(phase.size() == vertices, "surface map has phases of different lengths");

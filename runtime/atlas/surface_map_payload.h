@@ -10,7 +10,8 @@
 ///       28  u8[V]     segment, 1..17
 ///           u8[2][V]     place on the long axis in 1/kMapParts, 0..kMapParts
 ///           u8[2][V]     angle in turns / kMapParts, 0..kMapParts - 1
-///           u8[2][P][V]  thickness in step_mm, 0: no wall
+///           u8[2][P][V]  thickness in step_mm, 0: no wall, of
+///                        rv_blood also where the images do not resolve it
 ///
 /// Vertices are those of surfaces/<structure>.drc in their order. The last three are counts of 16
 /// bit less what is foretold, coded 0, -1, 1, -2, ... as 0, 1, 2, 3, ...; first the low bytes of
@@ -36,8 +37,8 @@ inline constexpr double kMaxAngleErrorRad = 3.14159265358979324 / kMapParts;  //
 inline constexpr double kThickestMm = 100;
 
 /// @throws Error{InvalidInput} if the map has no vertex or phase, lists of different lengths, a
-/// place or an angle out of range, a segment that is none, or a thickness that is negative, no
-/// number or above kThickestMm.
+/// place or an angle out of range, a segment that is none (or, on the RV, one), or a thickness that
+/// is negative, no number or above kThickestMm.
 void check_surface_map(const SurfaceMapPayload& map);
 
 /// Bytes of the entry -> payload. @throws Error{InvalidInput}

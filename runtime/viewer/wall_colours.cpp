@@ -75,6 +75,9 @@ Rgb colour_of_segment(int segment) noexcept {
 WallColours::WallColours(std::vector<std::shared_ptr<const atlas::SurfaceMapPayload>> maps,
                          ColourBy by, const palpation::PalpationParameters& parameters)
     : maps_(std::move(maps)), by_(by), parameters_(parameters) {
+  if (by != ColourBy::Thickness) {
+    std::erase_if(maps_, [](const auto& map) { return map->structure == Structure::RvBlood; });
+  }
   std::vector<double> values;
   for (const auto& map : maps_) {
     for (const std::vector<float>& phase : map->thickness_mm) {

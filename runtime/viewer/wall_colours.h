@@ -1,5 +1,5 @@
 #pragma once
-/// The LV's wall as colour: thickness, stiffness, AHA segments. Without VTK.
+/// The ventricles' walls as colour: thickness, stiffness, AHA segments. Without VTK.
 
 #include <array>
 #include <cstdint>
@@ -41,7 +41,8 @@ struct ColourScale {
   }
 };
 
-/// Colours of the vertices of one or more surfaces on the LV's wall.
+/// Colours of the vertices of one or more surfaces on the ventricles' walls. The RV has a thickness
+/// alone: stiffness and segments are the LV's.
 class WallColours {
  public:
   /// @param maps of the surfaces; the scale holds 98 % of their values through the whole beat
@@ -68,8 +69,9 @@ class WallColours {
   ColourScale scale_;
 };
 
-/// How a structure is drawn beside a coloured wall: the heart's outside not at all, the right
-/// ventricle faintly, so that the septum is known, and so what lies beyond the base.
+/// How a structure is drawn beside a coloured wall: the heart's outside not at all; the right
+/// ventricle faintly, though it may have colours, so that the septum is seen, and so what lies
+/// beyond the base.
 [[nodiscard]] double coloured_opacity(Structure structure) noexcept;
 
 /// Multiples of 1, 2 or 5 times a power of ten within the scale, at most `most` + 1 of them.

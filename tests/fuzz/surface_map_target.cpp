@@ -24,11 +24,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace beatlas;
   atlas::Bytes packed(ZSTD_compressBound(size));
   packed.resize(ZSTD_compress(packed.data(), packed.size(), data, size, 1));
-  fuzz::only_errors([&] {
-    const atlas::SurfaceMapPayload map = atlas::decode_surface_map(packed, Structure::LvBlood);
-    atlas::check_surface_map(map);
-    fuzz::require(map.segment.size() * map.thickness_mm.size() <= size);
-  });
+  for (const Structure structure : {Structure::LvBlood, Structure::RvBlood}) {
+    fuzz::only_errors([&] {
+      const atlas::SurfaceMapPayload map = atlas::decode_surface_map(packed, structure);
+      atlas::check_surface_map(map);
+      fuzz::require(map.segment.size() * map.thickness_mm.size() <= size);
+    });
+  }
   // And as it stands, for the frame's own header.
   fuzz::only_errors([&] {
     (void)atlas::decode_surface_map(std::as_bytes(std::span(data, size)), Structure::LvBlood);

@@ -114,6 +114,23 @@ TEST(GoldenPackage, OfVersion5LoadsInBothLevels) {
   EXPECT_EQ(alone.surface(Structure::LvBlood, 1)->positions, coarse->positions);
 }
 
+TEST(GoldenPackage, OfVersion6LoadsWithTheMapOfTheRv) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v6.beatlas";
+  ASSERT_LT(std::filesystem::file_size(file), 65536U);
+  const atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(file, {}).manifest());
+  EXPECT_EQ(needs.maps, (std::set{Structure::LvBlood, Structure::RvBlood}));
+  const atlas::Atlas opened = atlas::Atlas::open(file, needs);
+  EXPECT_EQ(opened.manifest().format_version, 6);
+  EXPECT_EQ(opened.manifest().items.size(), 14U);
+  const auto map = opened.surface_map(Structure::RvBlood);
+  ASSERT_NE(map, nullptr);
+  EXPECT_EQ(map->segment, std::vector<std::uint8_t>(66, 0));
+  // Recorded when the package was made.
+  EXPECT_FLOAT_EQ(map->thickness_mm[0][17], 9);
+  EXPECT_FLOAT_EQ(map->thickness_mm[1][17], 10.8F);
+  EXPECT_EQ(opened.surface_map(Structure::RvBlood, 1), nullptr);
+}
+
 TEST(GoldenPackage, OfOlderVersionsIsRefusedByItsNumber) {
   for (const std::string number : {"1", "2"}) {
     const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / ("v" + number + ".beatlas");

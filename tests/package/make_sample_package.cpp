@@ -1,7 +1,8 @@
-/// make_sample_package FILE [INFO [fields]]: writes the tiny sample package, and what `info --json`
+/// make_sample_package FILE INFO [fields]: writes the tiny sample package, and what `info --json`
 /// says of it; of `fields`, without surfaces. make_sample_package FILE large: a ball of 0.8 l in 15
-/// phases, the scene palpation; FILE palpation: one that can be palpated. Made golden/v5.beatlas
-/// and, of fields and before there were maps, golden/v3_volume.beatlas.
+/// phases, the scene palpation; FILE palpation: one that can be palpated. make_sample_package FILE:
+/// the golden package; made golden/v6.beatlas and, of fields and before there were maps,
+/// golden/v3_volume.beatlas.
 
 #include <fstream>
 #include <iostream>
@@ -20,7 +21,8 @@ int main(int argc, char** argv) {
     beatlas::pack::PackageContent content = is_palpated ? beatlas::test::palpation_content()
                                             : is_large
                                                 ? beatlas::test::sample_content(15, 58, 1.5, 5)
-                                                : beatlas::test::tiny_content();
+                                            : argc == 2 ? beatlas::test::golden_content()
+                                                        : beatlas::test::tiny_content();
     if (is_large) content.manifest.scene = "palpation";
     if (argc > 3) {
       content.surfaces.clear();

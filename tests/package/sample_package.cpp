@@ -118,7 +118,9 @@ atlas::SurfaceMapPayload beating_map(const atlas::SurfacePayload& surface) {
     const double turn = std::atan2(unit.y(), unit.x());
     map.long_axis.push_back(static_cast<float>(std::clamp(0.5 + 0.5 * unit.z(), 0.0, 1.0)));
     map.angle_rad.push_back(static_cast<float>(turn < 0 ? turn + kTwoPi : turn));
-    map.segment.push_back(static_cast<std::uint8_t>(1 + static_cast<int>(v * 5 % 17)));
+    const int segment =
+        surface.structure == Structure::RvBlood ? 0 : 1 + static_cast<int>(v * 5 % 17);
+    map.segment.push_back(static_cast<std::uint8_t>(segment));
     for (std::size_t p = 0; p < map.thickness_mm.size(); ++p) {
       const double beat = 0.5 - 0.5 * std::cos(kTwoPi * static_cast<double>(p) / phases);
       const double wall_mm = (8.2 + unit.y()) * (1 + 0.4 * beat);
@@ -238,6 +240,20 @@ pack::PackageContent palpation_content() {
 }
 
 pack::PackageContent tiny_content() { return sample_content(4, 10, 1.5, 2); }
+
+pack::PackageContent golden_content() {
+  pack::PackageContent content = tiny_content();
+  content.surfaces.push_back(beating_surface(Structure::RvBlood, 7, 1, 4, 2));
+  content.maps.push_back(beating_map(content.surfaces.back()));
+  std::vector<double> volume_ml;
+  for (const auto& positions : content.surfaces.back().positions) {
+    volume_ml.push_back(1e-3 * 4 / 3 * std::numbers::pi *
+                        std::pow((positions.front().cast<double>() - kCentre).norm(), 3));
+  }
+  content.manifest.structures.push_back(
+      {std::string(structure_name(Structure::RvBlood)), std::move(volume_ml)});
+  return content;
+}
 
 namespace {
 

@@ -44,6 +44,8 @@ struct SampleImages {
 [[nodiscard]] pack::PackageContent palpation_content();
 /// Below 64 kB.
 [[nodiscard]] pack::PackageContent tiny_content();
+/// The same with rv_blood and its map, of one level and without a field.
+[[nodiscard]] pack::PackageContent golden_content();
 
 /// A zip of stored entries, written by hand from the format's description: names may repeat or be
 /// of any bytes.

@@ -111,6 +111,32 @@ TEST(WallColours, TheBullsEyeIsThatOfTheAha) {
   for (const int lateral : {5, 6, 11, 12, 16}) EXPECT_GT(middle(lateral).x(), 0.8);
 }
 
+TEST(WallColours, TheRvHasAThicknessAlone) {
+  const auto map_of = [](Structure structure, std::uint8_t segment, float wall_mm) {
+    auto map = std::make_shared<atlas::SurfaceMapPayload>();
+    map->structure = structure;
+    map->long_axis = {0.5F, 0.6F};
+    map->angle_rad = {0, 3};
+    map->segment = {segment, segment};
+    map->thickness_mm = {{wall_mm, 0}};
+    return map;
+  };
+  const std::vector<std::shared_ptr<const atlas::SurfaceMapPayload>> maps{
+      map_of(Structure::LvBlood, 7, 9), map_of(Structure::RvBlood, 0, 4)};
+  const WallColours thickness(maps, ColourBy::Thickness, {});
+  ASSERT_TRUE(thickness.has(Structure::RvBlood));
+  EXPECT_EQ(thickness.scale().low, 4);
+  std::vector<Rgb> seen;
+  thickness.colours_at(Structure::RvBlood, 0, seen);
+  EXPECT_EQ(seen[0], thickness.scale().colour_of(4));
+  EXPECT_EQ(seen[1], kNoWall);
+  for (const ColourBy by : {ColourBy::Stiffness, ColourBy::Segments}) {
+    const WallColours colours(maps, by, palpation::palpation_preset("healthy"));
+    EXPECT_TRUE(colours.has(Structure::LvBlood));
+    EXPECT_FALSE(colours.has(Structure::RvBlood));
+  }
+}
+
 TEST(WallColours, MarksAreRoundNumbersWithinTheScale) {
   EXPECT_EQ(scale_marks({.title = "", .low = 5, .high = 17}, 6),
             (std::vector<double>{6, 8, 10, 12, 14, 16}));

@@ -21,7 +21,7 @@ ValidationReport perfect() {
   muscle.wall_thickness = {wall, wall};
   muscle.motion = MotionErrors{};
   muscle.map = MapErrors{};
-  muscle.map->points = 10;
+  muscle.map->points = muscle.map->named = 10;
   report.structures = {muscle};
   report.force = FeltErrors{Structure::Heart, 150, {}};
   return report;
@@ -77,6 +77,9 @@ TEST(Limits, EachBoundsItsOwnFigureAndIsNamedWhenItBreaks) {
   each_is_bounded(
       kMapFigures, [](ValidationReport& report) -> MapErrors& { return *report.structures[0].map; },
       seen);
+  each_is_bounded(
+      kSegmentFigures,
+      [](ValidationReport& report) -> MapErrors& { return *report.structures[0].map; }, seen);
   each_is_bounded(
       kForceFigures, [](ValidationReport& report) -> ForceErrors& { return report.force->errors; },
       seen);

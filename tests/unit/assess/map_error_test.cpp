@@ -94,6 +94,58 @@ TEST_P(MapError, TellsHolesAndWrongNames) {
   EXPECT_NEAR(static_cast<double>(errors.missing) / (errors.points + errors.missing), 0.125, 0.02);
 }
 
+/// The RV's free wall, which the phantom makes as thick as it is told along every semi-axis.
+struct MappedRv {
+  explicit MappedRv(const test::Made& made) {
+    surface.structure = map.structure = Structure::RvBlood;
+    const auto frame = made.truth.frame(0);
+    const auto phases = static_cast<std::size_t>(made.truth.spec().phases);
+    surface.positions.resize(phases);
+    map.thickness_mm.resize(phases);
+    for (const Vec3& lps : frame->sample_surface(Structure::RvBlood, 5.0)) {
+      const Vec3 outward = frame->nearest(Structure::RvBlood, lps).outward;
+      double wall_mm = 0.005;
+      while (wall_mm < 40 && frame->contains(phantom::Part::RvWall, lps + wall_mm * outward)) {
+        wall_mm += 0.01;
+      }
+      map.long_axis.push_back(0.5F);
+      map.angle_rad.push_back(1);
+      map.segment.push_back(0);
+      for (std::size_t p = 0; p < phases; ++p) {
+        surface.positions[p].push_back((made.workspace_from_lps * lps).cast<float>());
+        map.thickness_mm[p].push_back(static_cast<float>(wall_mm));
+      }
+    }
+  }
+  atlas::SurfacePayload surface;
+  atlas::SurfaceMapPayload map;
+};
+
+TEST(MapErrorOfTheRv, IsOfItsFreeWallAndOfNoSegments) {
+  const test::Made made{test::Made::still()};
+  MappedRv mapped(made);
+  const auto errors = [&] {
+    return map_errors(mapped.map, mapped.surface, made.workspace_from_lps, made.truth, {});
+  };
+  MapErrors found = errors();
+  EXPECT_GT(found.points, 500);
+  EXPECT_EQ(found.missing, 0);
+  EXPECT_EQ(found.named, 0);
+  EXPECT_LT(found.thickness_mean_mm, 0.011);  // of the steps
+  EXPECT_LT(found.thickness_p95_mm, 0.02);
+  EXPECT_NEAR(found.thickness_true_mean_mm, made.truth.spec().anatomy.rv_wall_mm, 0.5);
+  // The septum is no free wall: nothing is asked there, whatever the map says of it.
+  const int all = static_cast<int>(mapped.map.segment.size()) * made.truth.spec().phases;
+  EXPECT_LT(found.points, 0.8 * all);
+  for (auto& phase : mapped.map.thickness_mm) {
+    for (std::size_t v = 0; v < phase.size(); v += 2) phase[v] = 0;
+    for (float& mm : phase) mm += mm > 0 ? 0.5F : 0;
+  }
+  found = errors();
+  EXPECT_NEAR(found.thickness_bias_mm, 0.5, 0.011);
+  EXPECT_NEAR(static_cast<double>(found.missing) / (found.points + found.missing), 0.5, 0.05);
+}
+
 INSTANTIATE_TEST_SUITE_P(Of, MapError,
                          ::testing::Values(Structure::LvBlood, Structure::LvMyocardium),
                          [](const auto& of) { return std::string(structure_name(of.param)); });

@@ -119,7 +119,7 @@ TEST(Manifest, HasTheKeysOfItsSchemaAndNoOthers) {
   std::ifstream stream(std::string(BEATLAS_SCHEMAS) + "/manifest.schema.json");
   const json schema = json::parse(stream);
   EXPECT_EQ(schema["properties"]["format_version"]["enum"],
-            json::array({kOldestFormatVersion, 4, kFormatVersion}));
+            json::array({kOldestFormatVersion, 4, 5, kFormatVersion}));
   compare_keys(schema, sample(), "");
 }
 
@@ -204,7 +204,7 @@ TEST(Manifest, HasAVolumeOfTheHeartAlone) {
   EXPECT_NE(refusal(document).find("/items/0/structure"), std::string::npos);
 }
 
-TEST(Manifest, HasMapsOfTheLvsWallAloneAndNotBeforeVersion4) {
+TEST(Manifest, HasMapsOfTheVentriclesWallsAloneAndNotBeforeTheirVersions) {
   json document = sample();
   json& item = document["items"][0];
   item["kind"] = "surface_map";
@@ -215,6 +215,15 @@ TEST(Manifest, HasMapsOfTheLvsWallAloneAndNotBeforeVersion4) {
   old["format_version"] = 3;
   old.erase("surface_edges_mm");
   EXPECT_NE(refusal(old).find("/items/0/kind"), std::string::npos);
+  item["structure"] = "rv_blood";
+  item["path"] = "maps/rv_blood.map.zst";
+  document["structures"].push_back(document["structures"][0]);
+  document["structures"].back()["name"] = "rv_blood";
+  EXPECT_EQ(refusal(document), "");
+  old = document;
+  old["format_version"] = 5;
+  EXPECT_NE(refusal(old).find("/items/0/structure must be lv_blood or lv_myocardium before"),
+            std::string::npos);
   item["structure"] = "heart";
   item["path"] = "maps/heart.map.zst";
   EXPECT_NE(refusal(document).find("/items/0/structure"), std::string::npos);

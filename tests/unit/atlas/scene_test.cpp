@@ -8,7 +8,8 @@ namespace {
 TEST(Scene, HoldsWhatItsUseNeeds) {
   for (Structure structure : kAllStructures) {
     for (std::string_view kind : kKinds) {
-      const bool of_wall = structure == Structure::LvBlood || structure == Structure::LvMyocardium;
+      const bool of_wall = structure == Structure::LvBlood ||
+                           structure == Structure::LvMyocardium || structure == Structure::RvBlood;
       const bool of_surface =
           kind == kSurfaceKind || kind == kMotionKind || (kind == kMapKind && of_wall);
       const bool is_there = (kind == kFieldKind && !is_beyond_base(structure)) || of_surface ||

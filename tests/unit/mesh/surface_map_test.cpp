@@ -65,11 +65,23 @@ struct Turned {
   }
 };
 
+/// Of both faces of the LV's wall.
+std::vector<SurfaceMap> lv_maps(const Ventricle& ventricle, const MapFrame& frame) {
+  std::vector<SurfaceMap> out;
+  for (const Structure structure : {Structure::LvBlood, Structure::LvMyocardium}) {
+    auto map = surface_map(structure, ventricle.fields, ventricle.surfaces, frame);
+    if (map) out.push_back(std::move(*map));
+  }
+  return out;
+}
+
+MapFrame frame_of(const Turned& turned, const Vec3& rv_centre_mm) {
+  return map_frame(turned.axis, turned.workspace_from_lps, rv_centre_mm, {1, 1, 1});
+}
+
 TEST(SurfaceMaps, ThicknessIsThatOfTheShell) {
   const Ventricle ventricle;
-  const std::vector<SurfaceMap> maps =
-      surface_maps(ventricle.fields, ventricle.surfaces,
-                   lv_frame(Turned().axis, Turned().workspace_from_lps, {40, 2, 5}));
+  const std::vector<SurfaceMap> maps = lv_maps(ventricle, frame_of(Turned(), {40, 2, 5}));
   ASSERT_EQ(maps.size(), 2U);
   for (std::size_t m = 0; m < 2; ++m) {
     for (std::size_t p = 0; p < 2; ++p) {
@@ -98,10 +110,11 @@ TEST(SurfaceMaps, ThicknessIsThatOfTheShell) {
 TEST(SurfaceMaps, NamesFollowTheAxisAndTheRightVentricle) {
   const Ventricle ventricle;
   const Turned turned;
-  const LvFrame frame = lv_frame(turned.axis, turned.workspace_from_lps, {40, 0, 5});
+  const MapFrame frame = frame_of(turned, {40, 0, 5});
   EXPECT_NEAR((frame.septal - Vec3::UnitX()).norm(), 0, 1e-12);
   EXPECT_NEAR((frame.anterior - Vec3::UnitY()).norm(), 0, 1e-12);
-  const std::vector<SurfaceMap> maps = surface_maps(ventricle.fields, ventricle.surfaces, frame);
+  const std::vector<SurfaceMap> maps = lv_maps(ventricle, frame);
+  ASSERT_EQ(maps.size(), 2U);
   std::set<int> seen;
   for (const SurfaceMap& map : maps) {
     const std::vector<Vec3f>& at =
@@ -137,8 +150,11 @@ TEST(SurfaceMaps, NamesFollowTheAxisAndTheRightVentricle) {
 
 TEST(SurfaceMaps, AreNoneWithoutBothFacesOfTheWall) {
   const Ventricle ventricle;
-  EXPECT_TRUE(surface_maps(ventricle.fields, {ventricle.surfaces[0]}, {}).empty());
-  EXPECT_TRUE(surface_maps({ventricle.fields[0]}, ventricle.surfaces, {}).empty());
+  for (const Structure structure : {Structure::LvBlood, Structure::LvMyocardium}) {
+    EXPECT_FALSE(surface_map(structure, ventricle.fields, {ventricle.surfaces[0]}, {}));
+    EXPECT_FALSE(surface_map(structure, {ventricle.fields[0]}, ventricle.surfaces, {}));
+  }
+  EXPECT_FALSE(surface_map(Structure::RvBlood, ventricle.fields, ventricle.surfaces, {}));
 }
 
 }  // namespace

@@ -70,6 +70,22 @@ TEST_F(SurfaceMapFiles, come_back_bit_by_bit) {
   EXPECT_EQ(maps[0].thickness_mm, made().thickness_mm);
 }
 
+TEST_F(SurfaceMapFiles, of_the_rv_have_no_segments) {
+  SurfaceMap map = made();
+  map.structure = Structure::RvBlood;
+  map.segment = {0, 0, 0, 0};
+  EXPECT_EQ(write_surface_maps(folder_.path(), {map}), FileList{"mesh/map_rv_blood.csv"});
+  const auto read_rv = [&] {
+    return read_surface_maps(folder_.path(), {surface_of(Structure::RvBlood)});
+  };
+  ASSERT_EQ(read_rv().size(), 1U);
+  EXPECT_EQ(read_rv()[0].segment, map.segment);
+  EXPECT_EQ(read_rv()[0].thickness_mm, map.thickness_mm);
+  map.segment[2] = 3;
+  (void)write_surface_maps(folder_.path(), {map});
+  EXPECT_THROW((void)read_rv(), Error);
+}
+
 TEST_F(SurfaceMapFiles, may_be_painted_over_and_saved_by_an_office_program) {
   EXPECT_EQ(refusal("2,0.3333,3.1416,12,", "2,0.3333,3.1416,7,"), "accepted");
   EXPECT_EQ(read()[0].segment[2], 7);
