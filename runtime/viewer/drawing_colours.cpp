@@ -179,7 +179,7 @@ void HeartDrawing::set_colouring(ColourBy by, const palpation::PalpationParamete
     if (auto map = parts_->atlas->surface_map(part.structure)) maps.push_back(std::move(map));
   }
   if (maps.empty()) {
-    throw_invalid("the package has no map of a wall to colour by; build it again");
+    throw_invalid("the package has no map of the LV's wall to colour by; build it again");
   }
   parts_->colours = std::make_unique<const WallColours>(std::move(maps), by, parameters);
 }
