@@ -5,6 +5,7 @@
 
 #include "pipeline/field/interpolant.h"
 #include "pipeline/mesh/triangle_mesh.h"
+#include "pipeline/mesh/zero_along.h"
 
 namespace beatlas::mesh {
 namespace {
@@ -13,7 +14,6 @@ constexpr double kNormalWallMm = 5;  // the most that is normal (Rudski et al. 2
 constexpr double kThickestFreeWallMm = 3 * kNormalWallMm;
 constexpr double kVoxelsOfWall = 2;  // that a wall must be thick to be resolved
 constexpr double kAlongWayMm = 0.5;  // below a sample of the fields
-constexpr double kEndFoundMm = 1e-3;
 constexpr double kAcrossWall =
     0.5;  // cosine between the way and the heart's normal where it leaves
 
@@ -47,11 +47,7 @@ std::vector<double> rv_wall_mm(const std::vector<FieldCycle>& fields, const Surf
       low = high;
       high += kAlongWayMm;
     }
-    while (high - low > kEndFoundMm) {
-      const double middle = 0.5 * (low + high);
-      (heart->value(from + middle * along) < 0 ? low : high) = middle;
-    }
-    return 0.5 * (low + high);
+    return high > 0 ? zero_between(*heart, from, along, low, high) : 0;
   };
   std::vector<Vec3> at;
   at.reserve(out.size());

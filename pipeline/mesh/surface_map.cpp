@@ -9,6 +9,7 @@
 #include "pipeline/field/interpolant.h"
 #include "pipeline/mesh/rv_wall.h"
 #include "pipeline/mesh/triangle_mesh.h"
+#include "pipeline/mesh/zero_along.h"
 #include "runtime/palpation/segments.h"
 
 namespace beatlas::mesh {
@@ -30,17 +31,6 @@ std::vector<Vec3> as_double(const std::vector<Vec3f>& points) {
   out.reserve(points.size());
   for (const Vec3f& p : points) out.emplace_back(p.cast<double>());
   return out;
-}
-
-/// The zero between two places of a ray, to 1e-4 mm.
-double zero_between(const field::Interpolant& muscle, const Vec3& from, const Vec3& along,
-                    double low, double high) {
-  const bool low_inside = muscle.value(from + low * along) < 0;
-  while (high - low > 1e-4) {
-    const double middle = 0.5 * (low + high);
-    ((muscle.value(from + middle * along) < 0) == low_inside ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
 }
 
 /// The way from an endocardial place through the muscle; 0 if there is none.

@@ -11,9 +11,8 @@
 namespace beatlas::atlas {
 
 /// `Item::kind`: a signed distance of the cycle; a surface's mean over it; how its vertices move
-/// through the phases; what its vertices are called and how thick the ventricle's wall is
-/// there; the
-/// images around the heart, for drawing.
+/// through the phases; what its vertices are called and how thick the ventricle's wall is there;
+/// the images around the heart, for drawing.
 inline constexpr std::string_view kFieldKind = "field";
 inline constexpr std::string_view kSurfaceKind = "surface";
 inline constexpr std::string_view kMotionKind = "motion";

@@ -7,11 +7,11 @@
 ///       12  u32       vertices V
 ///       16  u32       phases P
 ///       20  f64       step_mm
-///       28  u8[V]     segment, 1..17
+///       28  u8[V]     segment, 1..17; of rv_blood 0
 ///           u8[2][V]     place on the long axis in 1/kMapParts, 0..kMapParts
 ///           u8[2][V]     angle in turns / kMapParts, 0..kMapParts - 1
-///           u8[2][P][V]  thickness in step_mm, 0: no wall, of
-///                        rv_blood also where the images do not resolve it
+///           u8[2][P][V]  thickness in step_mm, 0: no wall; of rv_blood
+///                        also where the images do not resolve it
 ///
 /// Vertices are those of surfaces/<structure>.drc in their order. The last three are counts of 16
 /// bit less what is foretold, coded 0, -1, 1, -2, ... as 0, 1, 2, 3, ...; first the low bytes of
