@@ -28,7 +28,14 @@ Vec3 side_lps(const std::string& side) {
   return side == "superior" ? Vec3(Vec3::UnitZ()) : Vec3(-Vec3::UnitZ());
 }
 
-std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
+// On a side of what is touched, at end-diastole.
+Vec3 full_surface_mm(const field::FieldQuery& field, const atlas::Manifest& manifest,
+                     const Vec3& outward) {
+  const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
+  return field::surface_point_mm(field, outward, end_diastole_s);
+}
+
+std::unique_ptr<device::Device> make_device(const PlayArguments& arguments, const Vec3& outward,
                                             const field::FieldQuery& field,
                                             const atlas::Manifest& manifest, double& seconds) {
   const device::Pace pace = arguments.fast ? device::Pace::Fast : device::Pace::RealTime;
@@ -41,10 +48,8 @@ std::unique_ptr<device::Device> make_device(const PlayArguments& arguments,
     return replay;
   }
   seconds = arguments.seconds;
-  const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
-  const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
   device::SimulatedOptions options;
-  options.path.anchor_m = 1e-3 * field::surface_point_mm(field, outward, end_diastole_s);
+  options.path.anchor_m = 1e-3 * full_surface_mm(field, manifest, outward);
   options.path.direction = is_in_cavity(arguments) ? outward : Vec3(-outward);
   options.path.offset_m = 1e-3 * arguments.depth_mm;
   if (arguments.hand == "palpation") {
@@ -67,15 +72,22 @@ std::unique_ptr<device::Device> open_device(const PlayArguments& arguments,
                                             const field::FieldQuery& field,
                                             const atlas::Manifest& manifest,
                                             SessionOptions& options) {
+  return open_device(arguments, manifest.workspace_from_lps.linear() * side_lps(arguments.side),
+                     field, manifest, options);
+}
+
+std::unique_ptr<device::Device> open_device(const PlayArguments& arguments, const Vec3& direction,
+                                            const field::FieldQuery& field,
+                                            const atlas::Manifest& manifest,
+                                            SessionOptions& options) {
+  const Vec3 outward = direction.normalized();
   double seconds = arguments.seconds;
   std::unique_ptr<device::Device> device;
   if (is_hardware(arguments.device)) {
     device::HardwareOptions hardware = arguments.hardware;
     hardware.device = arguments.device;
     device = device::open_hardware(hardware);
-    const Vec3 outward = manifest.workspace_from_lps.linear() * side_lps(arguments.side);
-    const double end_diastole_s = manifest.rr_interval_s * manifest.end_diastole / field.phases();
-    const Vec3 surface_mm = field::surface_point_mm(field, outward, end_diastole_s);
+    const Vec3 surface_mm = full_surface_mm(field, manifest, outward);
     // In a cavity a device's middle is the cavity's, in the pericardium that of the fluid.
     double clear_mm = kHardwareClearMm;
     if (is_in_cavity(arguments)) clear_mm = -(surface_mm - field.centre_mm()).norm();
@@ -84,7 +96,7 @@ std::unique_ptr<device::Device> open_device(const PlayArguments& arguments,
         device::workspace_from_hardware(manifest.workspace_from_lps, surface_mm, outward, clear_mm);
     options.seconds = seconds;
   } else {
-    device = make_device(arguments, field, manifest, seconds);
+    device = make_device(arguments, outward, field, manifest, seconds);
   }
   if (!(seconds <= 36000)) throw_invalid("a session longer than 10 hours is not played");
   // A device of 4 kHz is the quickest there is.

@@ -1,41 +1,14 @@
 #include "runtime/viewer/device_choice.h"
 
 #include <algorithm>
-#include <fstream>
 
+#include "runtime/app/play_device.h"
 #include "runtime/base/error.h"
-#include "runtime/device/hardware.h"
-#include "runtime/device/replay.h"
-#include "runtime/device/simulated.h"
-#include "runtime/field/surface_point.h"
 
 namespace beatlas::viewer {
 namespace {
 
-constexpr double kHardwareClearMm = 20;
-// What the simulated hand does, as `beatlas-play --device simulated` does by default.
-constexpr double kDepthMm = 4;
-constexpr double kAmplitudeMm = 4;
-constexpr double kFrequencyHz = 1.5;
 constexpr double kLongS = 36000;
-
-std::unique_ptr<device::Device> open_replay(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw_invalid(file + " cannot be read; check its name and rights");
-  return std::make_unique<device::ReplayDevice>(device::read_recording(stream, file),
-                                                device::ReplayOptions{});
-}
-
-std::unique_ptr<device::Device> open_simulated(const Vec3& surface_mm, const Vec3& pressed) {
-  device::SimulatedOptions options;
-  options.path.anchor_m = kMPerMm * surface_mm;
-  options.path.direction = pressed;
-  options.path.offset_m = kMPerMm * kDepthMm;
-  options.path.amplitude_m = kMPerMm * kAmplitudeMm;
-  options.path.frequency_hz = kFrequencyHz;
-  options.seconds = kLongS;
-  return std::make_unique<device::SimulatedDevice>(options);
-}
 
 device::HardwareOptions hardware_options(const DeviceChoice& choice, const std::string& detail) {
   device::HardwareOptions options;
@@ -57,22 +30,13 @@ device::HardwareOptions hardware_options(const DeviceChoice& choice, const std::
 
 }  // namespace
 
-ReadyDevice open_device(const DeviceChoice& choice, const std::string& detail,
-                        const atlas::Manifest& manifest, const field::FieldQuery& field,
-                        const Vec3& direction, const ToolPlace& place) {
-  if (choice.name == "replay") return {.device = open_replay(detail)};
-  const double end_diastole_s =
-      manifest.rr_interval_s * manifest.end_diastole / std::max(1, manifest.phase_count());
-  const Vec3 outward = direction.normalized();
-  const Vec3 surface_mm = field::surface_point_mm(field, outward, end_diastole_s);
-  if (choice.name == "simulated") {
-    return {.device = open_simulated(surface_mm, place.in_cavity ? outward : Vec3(-outward))};
-  }
-  double clear_mm = place.effusion_mm > 0 ? place.effusion_mm / 2 : kHardwareClearMm;
-  if (place.in_cavity) clear_mm = -(surface_mm - field.centre_mm()).norm();
-  return {.device = device::open_hardware(hardware_options(choice, detail)),
-          .workspace_from_device = device::workspace_from_hardware(manifest.workspace_from_lps,
-                                                                   surface_mm, outward, clear_mm)};
+app::PlayArguments device_arguments(const DeviceChoice& choice, const std::string& detail) {
+  app::PlayArguments out;
+  out.device = choice.name;
+  out.seconds = kLongS;
+  if (choice.name == "replay") out.recording = detail;
+  if (app::is_hardware(out.device)) out.hardware = hardware_options(choice, detail);
+  return out;
 }
 
 }  // namespace beatlas::viewer

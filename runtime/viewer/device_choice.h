@@ -2,13 +2,10 @@
 /// What may move the tool, as a list to choose from.
 
 #include <array>
-#include <memory>
 #include <string>
 #include <string_view>
 
-#include "runtime/atlas/manifest.h"
-#include "runtime/field/field_query.h"
-#include "runtime/viewer/live_touch.h"
+#include "runtime/app/play_options.h"
 
 namespace beatlas::viewer {
 
@@ -53,22 +50,11 @@ inline constexpr std::array<DeviceChoice, 7> kDevices{
       .needs_detail = true,
       .detail_is_file = true}}};
 
-/// Where a device's middle lies.
-struct ToolPlace {
-  bool in_cavity = false;
-  double effusion_mm = 0;  ///< > 0: in the pericardium's fluid
-};
-
-/// Opens one; may take two seconds. A simulated hand palpates in `direction` from the heart's
-/// middle (workspace), from the surface at end-diastole; hardware's middle lies 20 mm outside of
-/// the surface there; in a cavity it palpates from within, and the middle is the cavity's, in the
-/// pericardium that of the fluid.
-/// @param field of what is touched  @pre `choice` is one of kDevices, not the mouse
-/// @throws Error{Usage} if the detail is no such thing; Error{InvalidInput} for a recording that
-/// cannot be read; Error{Machine} if the device is not there.
-[[nodiscard]] ReadyDevice open_device(const DeviceChoice& choice, const std::string& detail,
-                                      const atlas::Manifest& manifest,
-                                      const field::FieldQuery& field, const Vec3& direction,
-                                      const ToolPlace& place = {});
+/// What the command line says of a device that is chosen here, for app::open_device: a simulated
+/// hand palpates for ten hours.
+/// @pre `choice` is one of kDevices, not the mouse
+/// @throws Error{Usage} if the detail is no such thing
+[[nodiscard]] app::PlayArguments device_arguments(const DeviceChoice& choice,
+                                                  const std::string& detail);
 
 }  // namespace beatlas::viewer

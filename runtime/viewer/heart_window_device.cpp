@@ -100,12 +100,17 @@ void HeartWindow::connect_device() {
   const HeartFrame& frame = picture_->drawing()->frame();
   // The left ventricle's free wall, as a scripted press.
   const Vec3 direction = free_wall_direction(frame, heart_->touched->centre_mm());
-  ToolPlace place;
-  place.effusion_mm = options_.effusion_mm;
-  place.in_cavity = !heart_->inside.empty() && place.effusion_mm == 0;
   connecting_.begin([choice, detail = detail_->text().toStdString(), heart = *heart_, direction,
-                     place] {
-    return open_device(choice, detail, heart.atlas->manifest(), *heart.touched, direction, place);
+                     effusion_mm = options_.effusion_mm] {
+    app::PlayArguments wanted = device_arguments(choice, detail);
+    wanted.inside = heart.inside;
+    wanted.effusion_mm = effusion_mm;
+    app::SessionOptions session;
+    ReadyDevice out;
+    out.device =
+        app::open_device(wanted, direction, *heart.touched, heart.atlas->manifest(), session);
+    out.workspace_from_device = session.workspace_from_device;
+    return out;
   });
   say(QString("%1: is it there? ...").arg(text(choice.title)));
 }
