@@ -6,9 +6,10 @@
 namespace beatlas::segment {
 
 /// Smooths the outlines of cavities, LV wall and heart in each slice: Gaussian of their signed
-/// distance. Cavities with thin walls keep their area, for smoothing cuts the horns of a crescent
-/// (volume of the RV at end-diastole over the truth's, mean of 12 drawn exams: .903, and .919 so).
-/// Not over phases: early filling bends a wall's path by millimetres between two phases.
+/// distance. Not over phases: early filling bends a wall's path by millimetres between two phases.
+/// That horns of a crescent are cut stays: with its area kept, 12 drawn exams had an RV better by
+/// .004 in Dice, and surfaces of cine-exam with edges of 4 mm crossed (1.5 % of the heart's
+/// triangles those of the RV, .06 without).
 void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm);
 
 }  // namespace beatlas::segment
