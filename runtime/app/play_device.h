@@ -26,8 +26,8 @@ namespace beatlas::app {
                                                           const field::FieldQuery& field,
                                                           const atlas::Manifest& manifest,
                                                           SessionOptions& options);
-/// The same on the side of a direction from the heart's middle [workspace], whatever
-/// `arguments.side` says.
+/// The same on the side of a direction from the middle of what is touched [workspace, any length],
+/// whatever `arguments.side` says.
 [[nodiscard]] std::unique_ptr<device::Device> open_device(const PlayArguments& arguments,
                                                           const Vec3& direction,
                                                           const field::FieldQuery& field,

@@ -8,7 +8,7 @@
 namespace beatlas::viewer {
 namespace {
 
-constexpr double kLongS = 36000;
+constexpr double kLongS = 36000;  ///< as long as a session may be, app::open_device
 
 device::HardwareOptions hardware_options(const DeviceChoice& choice, const std::string& detail) {
   device::HardwareOptions options;
