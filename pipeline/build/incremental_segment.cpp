@@ -145,9 +145,11 @@ void IncrementalBuild::segment() {
         segmentation_ = segment_with(images, corrections, orders_.recipe.segment, growing,
                                      learned ? &*learned : nullptr);
       } catch (const Error& error) {
-        if (error.code() != ErrorCode::InvalidInput) throw;
-        throw error.with_context(images.shown_source.empty() ? study_->folder().string()
-                                                             : images.shown_source);
+        const std::string source = !images.shown_source.empty() ? images.shown_source
+                                   : study_                     ? study_->folder().string()
+                                                                : std::string();
+        if (error.code() != ErrorCode::InvalidInput || source.empty()) throw;
+        throw error.with_context(source);
       }
       ask_for_leaks(context);
       // Labels given stay as they are, whatever a seed says: where they leak, they must be painted.
