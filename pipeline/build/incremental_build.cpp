@@ -49,12 +49,13 @@ IncrementalBuild::IncrementalBuild(Listener& listener, Orders orders,
     : listener_(listener), orders_(std::move(orders)), study_(std::move(study)) {}
 
 void IncrementalBuild::make(const Scene& scene, const fs::path& file) {
-  if (!study_ && !scene_has_atria(scene)) orders_.recipe.segment.atria = false;
+  plan_ = study_ ? plan_of_study(scene) : plan_of(scene);
+  if (!plan_.atria) orders_.recipe.segment.atria = false;
   segment();
   demand_heart(scene, file);
-  registration(scene_has_volume(scene));
+  registration();
   fields();
-  if (study_ || scene_has_surfaces(scene)) surfaces();
+  surfaces();
   pack(scene, file);
 }
 
@@ -292,7 +293,7 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
   for (const std::string& decision : facts_.decisions) listener_.tell("import: " + decision);
 }
 
-void IncrementalBuild::registration(bool for_volume) {
+void IncrementalBuild::registration() {
   if (!keeps(Stage::Register, wanted_of(Stage::Register, orders_))) {
     run(Stage::Register, [&](StageContext& context) {
       const Affine map = reg::workspace_from_lps(exam().stack.grid(), segmentation().coverage);
@@ -303,7 +304,7 @@ void IncrementalBuild::registration(bool for_volume) {
                                          orders_.recipe.registration, part);
       segmentation_.reset();
       facts_.workspace_from_lps = map;
-      if (for_volume) keep_heart_images();
+      if (plan_.volume) keep_heart_images();
       leave(Stage::Register, new_record(Stage::Register), [&] {
         context.progress(0.3, "images for the eye");
         const ImageCycle<float> images = reg::cine_in_workspace(std::move(exam_->stack), map);
@@ -337,6 +338,10 @@ void IncrementalBuild::fields() {
     run(Stage::Field, [&](StageContext& context) {
       std::vector<FieldCycle> made;
       (void)shapes();
+      // All of them were needed: they agree on where they meet.
+      std::erase_if(*shapes_, [&](const ShapeCycle& shape) {
+        return !is_among(shape.structure, plan_.fields);
+      });
       for (ShapeCycle& shape : *shapes_) {
         context.check_cancelled();
         StageContext part = part_of(context, shape.structure, made.size(), shapes_->size());

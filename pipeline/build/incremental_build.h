@@ -14,7 +14,7 @@
 #include "pipeline/build/heart_images.h"
 #include "pipeline/build/listener.h"
 #include "pipeline/build/orders.h"
-#include "pipeline/build/scene.h"
+#include "pipeline/build/scene_plan.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/surface_map.h"
@@ -37,22 +37,19 @@ class IncrementalBuild {
   /// An exam that was made, not read; @param files it was made from, of which a study keeps the
   /// hash
   void import_made(Exam exam, const std::vector<std::filesystem::path>& files);
-  /// What was imported -> the package of a scene: all that follows, in order. A study gets atria
-  /// and surfaces whatever the scene, so that it can be packed again for another one.
+  /// What was imported -> the package of a scene: all that follows, in order, by the scene's plan.
   /// @throws as the stages
   void make(const Scene& scene, const std::filesystem::path& file);
 
   /// Also brings the pictures up to date.
   void segment();
-  /// @param for_volume whether the package will hold the images around the heart
-  void registration(bool for_volume = false);
+  void registration();
   void fields();
   void surfaces();
   /// Refuses at once, before surfaces and fields are made, what `pack` would refuse by the
   /// segmentation alone. @throws Error{Quality}
   void demand_heart(const Scene& scene, const std::filesystem::path& file);
-  /// Volume curves are those of all fields, whatever the scene. What the report calls rejected is
-  /// refused.
+  /// What the report calls rejected is refused.
   /// @throws Error{Quality} if the result is below what the recipe demands; nothing is written.
   void pack(const Scene& scene, const std::filesystem::path& file);
 
@@ -126,6 +123,7 @@ class IncrementalBuild {
   Listener& listener_;
   Orders orders_;
   std::optional<study::Study> study_;
+  ScenePlan plan_ = plan_of_study({.content = "anatomy"});  ///< as `make` is asked
   Facts facts_;
   std::vector<study::Stage> kept_;
   std::vector<study::Stage> made_;

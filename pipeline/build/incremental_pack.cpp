@@ -42,7 +42,6 @@ pack::PackedVolume IncrementalBuild::packed_volume(const FieldCycle& heart) {
 
 study::Wanted IncrementalBuild::wanted_pack(const Scene& scene) {
   study::Wanted with = wanted_of(Stage::Pack, orders_);
-  with.with_surfaces = scene_has_surfaces(scene);
   with.options["scene"] = scene_to_json(scene);
   with.options["quality"] = recipe_to_json(orders_.recipe).at("quality");
   with.options["needs"] = names_of(needed(scene));
@@ -65,22 +64,19 @@ void IncrementalBuild::pack(const Scene& scene, const fs::path& file) {
   run(Stage::Pack, [&](StageContext& context) {
     note_for_package();
     segmentation_.reset();
-    demand_usable(scene, with.with_surfaces ? surface_cycles() : std::vector<SurfaceCycle>());
+    demand_usable(scene, surface_cycles());
     const std::vector<FieldCycle>& fields = field_cycles();
     std::optional<pack::PackedVolume> volume;
     const auto heart = std::find_if(fields.begin(), fields.end(), [](const FieldCycle& field) {
       return field.structure == Structure::Heart;
     });
-    if (scene_has_volume(scene) && heart != fields.end()) {
+    if (plan_of(scene).volume && heart != fields.end()) {
       context.progress(0, "images around the heart");
       volume = packed_volume(*heart);
     }
     exam_.reset();
     heart_images_.reset();
-    const std::vector<SurfaceCycle> no_surfaces;
-    const std::vector<SurfaceMap> no_maps;
-    const MadeOfExam made{fields, with.with_surfaces ? surface_cycles() : no_surfaces,
-                          with.with_surfaces ? surface_maps() : no_maps, axis()};
+    const MadeOfExam made{fields, surface_cycles(), surface_maps(), axis()};
     StageContext making = context.part(0.1, 0.75);
     pack::PackageContent content =
         package_content(scene, orders_.recipe, facts_, needed(scene), made, making);
@@ -93,7 +89,7 @@ void IncrementalBuild::pack(const Scene& scene, const fs::path& file) {
     for (const std::string& failure : assess::failures_of(checks)) context.warn(failure);
     study::StageRecord record{with.version, with.options, {}, {}, {}, {}};
     if (study_) {
-      record.inputs = study_->inputs_now(Stage::Pack, with.with_surfaces);
+      record.inputs = study_->inputs_now(Stage::Pack);
       record.package_sha256 = study::sha256_of_file(file);
     }
     leave(Stage::Pack, std::move(record), [&] {

@@ -9,11 +9,10 @@ void IncrementalBuild::surfaces() {
   if (keeps(Stage::Mesh, wanted_of(Stage::Mesh, orders_))) return;
   run(Stage::Mesh, [&](StageContext& context) {
     const StageContext making = context.part(0, kMade);
-    surfaces_ = make_surfaces(field_cycles(), orders_.recipe.mesh, making);
+    surfaces_ = make_surfaces(field_cycles(), plan_.surfaces, orders_.recipe.mesh, making);
     if (!exam_noted_) (void)exam();
-    maps_ =
-        make_maps(field_cycles(), *surfaces_,
-                  map_frame(*surfaces_, axis(), workspace_from_lps(), facts_.source.spacing_mm()));
+    maps_ = make_maps(field_cycles(), *surfaces_,
+                      mesh::map_frame(axis(), workspace_from_lps(), facts_.source.spacing_mm()));
     context.progress(kMade, "files of the study");
     leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
       study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);

@@ -108,11 +108,4 @@ study::Wanted wanted_of(Stage stage, const Orders& orders) {
   return out;
 }
 
-bool packed_with_surfaces(const study::StageRecord& record) {
-  for (const auto& input : record.inputs) {
-    if (input.first.starts_with("mesh/")) return true;
-  }
-  return false;
-}
-
 }  // namespace beatlas::build

@@ -37,7 +37,4 @@ void keep_orders(const Orders& orders, study::Study& study);
 /// What a stage would be run with; of Pack without scene and quality, see pack_options.
 [[nodiscard]] study::Wanted wanted_of(study::Stage stage, const Orders& orders);
 
-/// Whether the package of this record of Pack held surfaces.
-[[nodiscard]] bool packed_with_surfaces(const study::StageRecord& record);
-
 }  // namespace beatlas::build

@@ -5,9 +5,11 @@
 #include <utility>
 
 #include "pipeline/build/quality.h"
+#include "pipeline/build/scene_plan.h"
 #include "pipeline/build/surfaces.h"
 #include "pipeline/build/version.h"
 #include "pipeline/mesh/levels.h"
+#include "pipeline/mesh/nested.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
@@ -30,12 +32,8 @@ json error_figures(const FieldCycle& field, const SurfaceCycle& surface, int lev
           {"worst_phase_mm", error.worst_phase_mm},         {"bias_mm", error.bias_mm}};
 }
 
-/// A package is the same from a study that knows atria and from a build that had no use for them.
-bool is_told(const Scene& scene, Structure structure) {
-  return scene_has_atria(scene) || !is_beyond_base(structure);
-}
-
 /// Of the surfaces that were made those that a package of the scene holds, in order of the fields.
+/// They make room for each other, and for no others.
 std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
                                             const std::vector<FieldCycle>& fields,
                                             const std::vector<SurfaceCycle>& made) {
@@ -51,6 +49,7 @@ std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
     }
     out.push_back(*surface);
   }
+  mesh::part_structures(out, fields);
   return out;
 }
 
@@ -82,7 +81,7 @@ void add_surfaces(const Scene& scene, const Recipe& recipe, const Facts& facts,
   content.manifest.surface_edges_mm = surface_edges_mm(scene, made_mm);
   const std::vector<double>& edges_mm = content.manifest.surface_edges_mm;
   const std::optional<mesh::MapFrame> frame =
-      map_frame(made.surfaces, made.axis, *facts.workspace_from_lps, facts.source.spacing_mm());
+      mesh::map_frame(made.axis, *facts.workspace_from_lps, facts.source.spacing_mm());
   json figures = json::array();
   for (std::size_t n = 0; n < edges_mm.size(); ++n) {
     const auto each = static_cast<double>(edges_mm.size());
@@ -112,15 +111,14 @@ void add_surfaces(const Scene& scene, const Recipe& recipe, const Facts& facts,
 }
 
 json provenance(const Scene& scene, const Recipe& recipe, const Facts& facts,
-                const std::vector<Structure>& needed, bool with_surfaces,
+                const std::vector<Structure>& needed,
                 const std::vector<StructureQuality>& quality) {
   json stages = json::object();
   for (const auto& [stage, fact] : facts.stages) {
-    if (stage == Stage::Mesh && !with_surfaces) continue;
     stages[std::string(study::stage_name(stage))] = {{"version", fact.version},
                                                      {"options", fact.options}};
   }
-  if (!scene_has_atria(scene) && stages.contains("segment")) {
+  if (!plan_of(scene).atria && stages.contains("segment")) {
     stages["segment"]["options"]["atria"] = false;
   }
   stages["pack"] = {{"version", kVersion}, {"options", stage_options(recipe, Stage::Pack)}};
@@ -161,9 +159,12 @@ pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, c
                                      const std::vector<Structure>& needed, const MadeOfExam& made,
                                      StageContext& context) {
   const std::vector<SurfaceCycle> used = surfaces_of_scene(scene, made.fields, made.surfaces);
+  // A package is the same from a study that holds more than the scene needs.
+  const ScenePlan plan = plan_of(scene);
   std::vector<StructureQuality> quality = measure_quality(facts.volumes, made.fields, used);
-  std::erase_if(quality,
-                [&](const StructureQuality& each) { return !is_told(scene, each.structure); });
+  std::erase_if(quality, [&](const StructureQuality& each) {
+    return !is_among(each.structure, plan.fields);
+  });
   demand_quality(quality, recipe.quality);
 
   pack::PackageContent content;
@@ -177,11 +178,11 @@ pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, c
   manifest.source_lps_from_index = facts.source.mm_from_index;
   manifest.end_diastole = facts.end_diastole;
   manifest.end_systole = facts.end_systole;
-  for (const FieldCycle& field : made.fields) {
-    if (!is_told(scene, field.structure)) continue;
-    manifest.structures.push_back({std::string(structure_name(field.structure)), field.volume_ml});
+  for (const report::VolumeCurve& curve : facts.volumes) {
+    if (is_beyond_base(curve.structure) && !plan.atria) continue;
+    manifest.structures.push_back({std::string(structure_name(curve.structure)), curve.volume_ml});
   }
-  manifest.provenance = provenance(scene, recipe, facts, needed, !used.empty(), quality);
+  manifest.provenance = provenance(scene, recipe, facts, needed, quality);
   for (const FieldCycle& field : made.fields) {
     context.check_cancelled();
     if (!atlas::scene_holds(scene.content, atlas::kFieldKind, field.structure)) continue;

@@ -14,14 +14,14 @@ namespace beatlas::build {
 
 /// What the stages made; all of it stands elsewhere and is only looked at.
 struct MadeOfExam {
-  const std::vector<FieldCycle>& fields;      ///< of every structure
-  const std::vector<SurfaceCycle>& surfaces;  ///< of those that the scene shows, at least
+  const std::vector<FieldCycle>& fields;      ///< of the scene's plan, at least
+  const std::vector<SurfaceCycle>& surfaces;  ///< of the scene's plan, at least; see make_surfaces
   const std::vector<SurfaceMap>& maps;        ///< of these surfaces
   std::optional<LongAxis> axis;               ///< the LV's
 };
 
 /// The package of a scene, but for the images around the heart, which whoever has them packs.
-/// Volume curves are those of all fields, whatever the scene.
+/// Volume curves are those of the segmentation, of every structure and whatever the scene.
 /// @param needed see structures_needed
 /// @pre facts.workspace_from_lps
 /// @throws Error{Quality} if volumes are farther from the segmentation's than the recipe allows;

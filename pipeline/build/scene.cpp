@@ -9,13 +9,10 @@
 #include "runtime/base/json_object.h"
 
 namespace beatlas::build {
-namespace {
 
 bool is_among(Structure structure, const std::vector<Structure>& list) {
   return std::find(list.begin(), list.end(), structure) != list.end();
 }
-
-}  // namespace
 
 Scene scene_from_json(const nlohmann::json& scene_json) {
   Scene scene;
@@ -124,20 +121,6 @@ Scene read_scene(const std::string& name_or_file) {
   } catch (const Error& error) {
     throw error.with_context(file.string());
   }
-}
-
-bool scene_has_surfaces(const Scene& scene) {
-  return std::any_of(kAllStructures.begin(), kAllStructures.end(), [&](Structure structure) {
-    return atlas::scene_holds(scene.content, atlas::kSurfaceKind, structure);
-  });
-}
-
-bool scene_has_atria(const Scene& scene) {
-  return atlas::scene_holds(scene.content, atlas::kSurfaceKind, Structure::LaBlood);
-}
-
-bool scene_has_volume(const Scene& scene) {
-  return atlas::scene_holds(scene.content, atlas::kVolumeKind, Structure::Heart);
 }
 
 }  // namespace beatlas::build

@@ -33,12 +33,7 @@ inline constexpr double kCoarseEdgeMm = 4;
 /// hold is what there is, and only a scene that names structures needs more of them than a heart
 [[nodiscard]] std::vector<Structure> structures_needed(const Scene& scene, bool every_phase_given);
 
-/// Whether a package of the scene holds any surface, so that the stage mesh must run.
-[[nodiscard]] bool scene_has_surfaces(const Scene& scene);
-/// Whether it draws atria and the aorta; nothing else needs them.
-[[nodiscard]] bool scene_has_atria(const Scene& scene);
-/// Whether it holds the images around the heart.
-[[nodiscard]] bool scene_has_volume(const Scene& scene);
+[[nodiscard]] bool is_among(Structure structure, const std::vector<Structure>& list);
 
 /// As a study's record keeps it.
 [[nodiscard]] nlohmann::json scene_to_json(const Scene& scene);

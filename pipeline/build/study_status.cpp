@@ -28,7 +28,6 @@ StageStatus status_of(const study::Study& study, Stage stage, const Orders& orde
   if (stage == Stage::Pack) {
     // What it was packed for is the order of the command, not of the study.
     wanted.options = record->options;
-    wanted.with_surfaces = packed_with_surfaces(*record);
   }
   const study::StageState state = study::state_of(study, stage, wanted);
   out.edited = state.edited;
@@ -82,7 +81,7 @@ StudyStatus status_of(const study::Study& study) {
   bool runs_before = false;  // a stage that others read will run again
   for (const Stage stage : study::kAllStages) {
     bool readable = true;
-    for (const Stage source : study::sources_of(stage, false)) {
+    for (const Stage source : study::sources_of(stage)) {
       readable = readable && study.find(source) != nullptr;
     }
     StageStatus status;

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "pipeline/build/scene_plan.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/mesh/levels.h"
 #include "pipeline/mesh/nested.h"
@@ -17,7 +18,7 @@ namespace {
 /// Makes the surface of each structure, several at a time, for parts of the work on one are a
 /// single thread's. What they say comes structure by structure.
 template <class Of, class Make>
-std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<Of>& all,
+std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<const Of*>& all,
                                                  const StageContext& context, const Make& make) {
   struct Making {
     std::optional<SurfaceCycle> surface;
@@ -32,11 +33,11 @@ std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<Of>& all,
       making[n].done = done;
       double sum = 0;
       for (const Making& each : making) sum += each.done;
-      context.part(0, 1, structure_name(all[n].structure))
+      context.part(0, 1, structure_name(all[n]->structure))
           .progress(sum / static_cast<double>(all.size()), step);
     };
     own.check_cancelled();
-    making[n].surface = make(all[n], own);
+    making[n].surface = make(*all[n], own);
   });
   std::vector<std::optional<SurfaceCycle>> out;
   for (Making& each : making) {
@@ -49,14 +50,18 @@ std::vector<std::optional<SurfaceCycle>> made_of(const std::vector<Of>& all,
 }  // namespace
 
 std::vector<SurfaceCycle> make_surfaces(const std::vector<FieldCycle>& fields,
+                                        const std::vector<Structure>& of,
                                         const mesh::MeshOptions& options,
                                         const StageContext& context) {
+  std::vector<const FieldCycle*> asked;
+  for (const FieldCycle& field : fields) {
+    if (is_among(field.structure, of)) asked.push_back(&field);
+  }
   const auto make = [&](const FieldCycle& field, StageContext& own) {
     return mesh::mesh_cycle(field, options, own);
   };
   std::vector<SurfaceCycle> made;
-  for (auto& surface : made_of(fields, context, make)) made.push_back(std::move(*surface));
-  mesh::part_structures(made, fields);
+  for (auto& surface : made_of(asked, context, make)) made.push_back(std::move(*surface));
   return made;
 }
 
@@ -78,25 +83,14 @@ std::vector<SurfaceCycle> surfaces_at_level(const std::vector<SurfaceCycle>& mad
       return std::nullopt;
     }
   };
+  std::vector<const SurfaceCycle*> all;
+  for (const SurfaceCycle& each : made) all.push_back(&each);
   std::vector<SurfaceCycle> out;
-  for (auto& surface : made_of(made, context, make)) {
+  for (auto& surface : made_of(all, context, make)) {
     if (surface) out.push_back(std::move(*surface));
   }
   mesh::part_structures(out, fields);
   return out;
-}
-
-std::optional<mesh::MapFrame> map_frame(const std::vector<SurfaceCycle>& surfaces,
-                                        const std::optional<LongAxis>& axis,
-                                        const Affine& workspace_from_lps, const Vec3& voxel_mm) {
-  const auto rv = std::find_if(surfaces.begin(), surfaces.end(), [](const SurfaceCycle& surface) {
-    return surface.structure == Structure::RvBlood;
-  });
-  if (!axis || rv == surfaces.end()) return std::nullopt;
-  Vec3 centre = Vec3::Zero();
-  for (const Vec3f& x : rv->positions.front()) centre += x.cast<double>();
-  centre /= static_cast<double>(rv->positions.front().size());
-  return mesh::map_frame(*axis, workspace_from_lps, centre, voxel_mm);
 }
 
 std::vector<SurfaceMap> make_maps(const std::vector<FieldCycle>& fields,

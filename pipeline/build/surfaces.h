@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "pipeline/core/long_axis.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/stage_context.h"
 #include "pipeline/core/surface_map.h"
@@ -14,13 +13,17 @@
 
 namespace beatlas::build {
 
-/// One surface a field, in their order; those of structures that touch do not cross each other.
+/// One surface a field of the structures that are asked for, in order of the fields. Each follows
+/// its own field alone, so that it is the same whichever others are made; where structures share a
+/// wall they cross by hundredths of a millimetre, see mesh::part_structures.
 /// @throws as mesh::mesh_cycle
 [[nodiscard]] std::vector<SurfaceCycle> make_surfaces(const std::vector<FieldCycle>& fields,
+                                                      const std::vector<Structure>& of,
                                                       const mesh::MeshOptions& options,
                                                       const StageContext& context);
 
-/// The same surfaces with edges of `edge_mm`.
+/// The same surfaces with edges of `edge_mm`; those of structures that touch do not cross each
+/// other.
 /// @param fields of at least the structures that have a surface
 /// @param finest what cannot be made is refused; else it is left out, and warned of
 /// @throws Error{Quality} for the finest level
@@ -28,14 +31,6 @@ namespace beatlas::build {
                                                           const std::vector<FieldCycle>& fields,
                                                           mesh::MeshOptions options, double edge_mm,
                                                           bool finest, const StageContext& context);
-
-/// What maps are measured by; none without the LV's long axis or without a right ventricle, from
-/// which its segments are counted.
-/// @param voxel_mm of the images, along the workspace's axes
-[[nodiscard]] std::optional<mesh::MapFrame> map_frame(const std::vector<SurfaceCycle>& surfaces,
-                                                      const std::optional<LongAxis>& axis,
-                                                      const Affine& workspace_from_lps,
-                                                      const Vec3& voxel_mm);
 
 /// Of every surface that has one, in their order; see mesh::surface_map.
 [[nodiscard]] std::vector<SurfaceMap> make_maps(const std::vector<FieldCycle>& fields,

@@ -15,6 +15,7 @@
 #include "pipeline/formats/gltf.h"
 #include "pipeline/formats/label_table.h"
 #include "pipeline/formats/obj.h"
+#include "pipeline/mesh/nested.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
 #include "runtime/atlas/atlas.h"
@@ -106,7 +107,9 @@ Content from_study(const fs::path& folder, const std::string& format) {
   content.rr_interval_s = exam.stack.rr_interval_s;
   content.workspace_from_lps = study::read_workspace_from_lps(folder);
   if (!fields) {
-    for (SurfaceCycle& cycle : study::read_surfaces(folder)) {
+    std::vector<SurfaceCycle> surfaces = study::read_surfaces(folder);
+    mesh::part_structures(surfaces, study::read_fields(folder));
+    for (SurfaceCycle& cycle : surfaces) {
       content.surfaces.push_back(std::make_shared<atlas::SurfacePayload>(atlas::SurfacePayload{
           cycle.structure, std::move(cycle.triangles), std::move(cycle.positions)}));
     }

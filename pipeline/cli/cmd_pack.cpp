@@ -31,8 +31,7 @@ void add_pack(CLI::App& app, Run& run) {
               ? std::filesystem::path(arguments->stage.study) / "heart.beatlas"
               : std::filesystem::path(arguments->output);
       if (!arguments->output.empty()) study::check_writable(file);
-      const bool surfaces = build::scene_has_surfaces(scene);
-      return run_stage(arguments->stage, surfaces ? study::Stage::Mesh : study::Stage::Field,
+      return run_stage(arguments->stage, study::Stage::Mesh,
                        [&](build::IncrementalBuild& stages) { stages.pack(scene, file); });
     };
   });

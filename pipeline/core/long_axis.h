@@ -1,6 +1,7 @@
 #pragma once
 /// The left ventricle's long axis, and where along it the ventricles begin and end.
 
+#include <optional>
 #include <vector>
 
 #include "pipeline/core/grid.h"
@@ -16,6 +17,9 @@ struct LongAxis {
   std::vector<double> lv_base_mm;     ///< [phase] height at which the LV ends at its mitral plane
   std::vector<double> rv_base_mm;     ///< [phase] height of the tricuspid plane; empty without RV
   bool atria = false;  ///< atria or the aorta lie beyond the base as structures of their own
+  /// The middle of the RV's blood in the first phase: segments are counted from the septum, which
+  /// lies towards it. None without an RV.
+  std::optional<Vec3> rv_centre_mm = {};
 
   [[nodiscard]] double height_mm(const Vec3& lps_mm) const {
     return towards_base.dot(lps_mm - origin_mm);

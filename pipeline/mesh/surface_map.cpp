@@ -116,19 +116,20 @@ std::vector<double> from_muscle_mm(const field::Interpolant& inside, const Surfa
 
 }  // namespace
 
-MapFrame map_frame(const LongAxis& axis, const Affine& workspace_from_lps, const Vec3& rv_centre_mm,
-                   const Vec3& voxel_mm) {
+std::optional<MapFrame> map_frame(const std::optional<LongAxis>& axis,
+                                  const Affine& workspace_from_lps, const Vec3& voxel_mm) {
+  if (!axis || !axis->rv_centre_mm) return std::nullopt;
   const Vec3 to_front_and_above = workspace_from_lps.linear() * Vec3(0, -1, 1);
   MapFrame out;
-  out.origin_mm = workspace_from_lps * axis.origin_mm;
-  out.towards_base = (workspace_from_lps.linear() * axis.towards_base).normalized();
-  const Vec3 to_rv = rv_centre_mm - out.origin_mm;
+  out.origin_mm = workspace_from_lps * axis->origin_mm;
+  out.towards_base = (workspace_from_lps.linear() * axis->towards_base).normalized();
+  const Vec3 to_rv = workspace_from_lps * *axis->rv_centre_mm - out.origin_mm;
   out.septal = (to_rv - to_rv.dot(out.towards_base) * out.towards_base).normalized();
   out.anterior = out.towards_base.cross(out.septal);
   if (out.anterior.dot(to_front_and_above) < 0) out.anterior = -out.anterior;
-  out.apex_mm = axis.apex_mm.front();
-  out.base_mm = axis.lv_base_mm.front();
-  out.rv_base_mm = axis.rv_base_mm;
+  out.apex_mm = axis->apex_mm.front();
+  out.base_mm = axis->lv_base_mm.front();
+  out.rv_base_mm = axis->rv_base_mm;
   out.voxel_mm = voxel_mm;
   return out;
 }
@@ -138,9 +139,9 @@ std::optional<SurfaceMap> surface_map(Structure structure, const std::vector<Fie
                                       const MapFrame& frame) {
   const FieldCycle* muscle_field = of(fields, Structure::LvMyocardium);
   const SurfaceCycle* blood = of(surfaces, Structure::LvBlood);
-  const SurfaceCycle* muscle = of(surfaces, Structure::LvMyocardium);
   const SurfaceCycle* mapped = of(surfaces, structure);
-  if (muscle_field == nullptr || blood == nullptr || muscle == nullptr || mapped == nullptr) {
+  const bool both_sides = structure == Structure::LvMyocardium;
+  if (muscle_field == nullptr || mapped == nullptr || (both_sides && blood == nullptr)) {
     return std::nullopt;
   }
   SurfaceMap out = named(*mapped, frame);
@@ -148,10 +149,10 @@ std::optional<SurfaceMap> surface_map(Structure structure, const std::vector<Fie
   parallel_for(mapped->positions.size(), [&](std::size_t p) {
     const field::Interpolant inside(muscle_field->distance_mm.grid,
                                     muscle_field->distance_mm.phases[p]);
-    const std::vector<double> thick =
-        structure == Structure::RvBlood   ? rv_wall_mm(fields, *mapped, p, frame)
-        : structure == Structure::LvBlood ? from_endocardium_mm(inside, *blood, p)
-                                          : from_muscle_mm(inside, *blood, *muscle, p);
+    const std::vector<double> thick = structure == Structure::RvBlood
+                                          ? rv_wall_mm(fields, *mapped, p, frame)
+                                      : both_sides ? from_muscle_mm(inside, *blood, *mapped, p)
+                                                   : from_endocardium_mm(inside, *mapped, p);
     for (const double mm : thick) out.thickness_mm[p].push_back(rounded(mm, kThicknessParts));
   });
   return out;

@@ -30,17 +30,19 @@ struct MapFrame {
 
 /// The septum's middle lies towards the right ventricle's centre; of the two directions across it
 /// and the axis the anterior wall's is the one more to the front and above in the patient (the
-/// segments' names follow the ventricles, not the patient's axes: Cerqueira et al. 2002).
-/// @param rv_centre_mm workspace, mean of the RV surface in the first phase
-[[nodiscard]] MapFrame map_frame(const LongAxis& axis, const Affine& workspace_from_lps,
-                                 const Vec3& rv_centre_mm, const Vec3& voxel_mm);
+/// segments' names follow the ventricles, not the patient's axes: Cerqueira et al. 2002). None
+/// without an axis that tells of a right ventricle.
+/// @param voxel_mm of the images, along the workspace's axes
+[[nodiscard]] std::optional<MapFrame> map_frame(const std::optional<LongAxis>& axis,
+                                                const Affine& workspace_from_lps,
+                                                const Vec3& voxel_mm);
 
-/// The map of `structure`, lv_blood, lv_myocardium or rv_blood; none where its surface or either of
-/// the LV's is missing. Thickness of a vertex on the LV's endocardium is the way along its normal
-/// through the distances of lv_myocardium; on the epicardium it is the way to the nearest triangle
-/// of lv_blood, which is a normal of the endocardium. On the RV's endocardium it is that of the
-/// free wall, see rv_wall.h, and there are no segments.
-/// @param fields, surfaces of one study
+/// The map of `structure`, lv_blood, lv_myocardium or rv_blood; none without its surface or the
+/// distances of lv_myocardium. Thickness of a vertex on the LV's endocardium is the way along its
+/// normal through these; on the epicardium it is the way to the nearest triangle of lv_blood (none
+/// without), which is a normal of the endocardium. On the RV's endocardium it is that of the free
+/// wall, see rv_wall.h, and there are no segments.
+/// @param fields, surfaces of one study, those named at least
 [[nodiscard]] std::optional<SurfaceMap> surface_map(Structure structure,
                                                     const std::vector<FieldCycle>& fields,
                                                     const std::vector<SurfaceCycle>& surfaces,

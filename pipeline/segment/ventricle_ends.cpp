@@ -220,21 +220,27 @@ std::vector<float> within_cut(const Segmentation& segmentation, Structure struct
   return out;
 }
 
+/// Of what the structures hold together, LPS. @pre that is something
+Vec3 centre_mm(const Segmentation& segmentation, const std::vector<Structure>& structures,
+               int phase) {
+  double sum = 0;
+  Vec3 first = Vec3::Zero();
+  Body(segmentation, structures, static_cast<std::size_t>(phase))
+      .each([&](const Vec3& lps, double share) {
+        sum += share;
+        first += share * lps;
+      });
+  return first / sum;
+}
+
 /// Origin and direction alone: the middle of the LV's blood and wall, and the way they lie.
 std::optional<LongAxis> line_of_lv(const Segmentation& segmentation) {
   const std::optional<Vec3> along =
       lv_direction(segmentation.coverage.grid, within_cut(segmentation, Structure::LvBlood),
                    within_cut(segmentation, Structure::LvMyocardium));
   if (!along) return {};
-  double sum = 0;
-  Vec3 first = Vec3::Zero();
-  Body(segmentation, kVentricle, static_cast<std::size_t>(segmentation.end_diastole))
-      .each([&](const Vec3& lps, double share) {
-        sum += share;
-        first += share * lps;
-      });
   LongAxis axis;
-  axis.origin_mm = first / sum;
+  axis.origin_mm = centre_mm(segmentation, kVentricle, segmentation.end_diastole);
   axis.towards_base = *along;
   return axis;
 }
@@ -270,6 +276,7 @@ std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation) {
     axis->lv_base_mm[p] = *left[p];
     if (rv) axis->rv_base_mm[p] = *right[p];
   }
+  if (rv) axis->rv_centre_mm = centre_mm(segmentation, {Structure::RvBlood}, 0);
   return axis;
 }
 
@@ -280,7 +287,12 @@ void follow_changed_labels(Segmentation& segmentation, const std::vector<char>& 
     return;
   }
   LongAxis& axis = *segmentation.axis;
-  if (!holds(segmentation, Structure::RvBlood)) axis.rv_base_mm.clear();
+  if (!holds(segmentation, Structure::RvBlood)) {
+    axis.rv_base_mm.clear();
+    axis.rv_centre_mm.reset();
+  } else if (changed.front() != 0) {
+    axis.rv_centre_mm = centre_mm(segmentation, {Structure::RvBlood}, 0);
+  }
   const LongAxis direction = axis;
   parallel_for(changed.size(), [&](std::size_t p) {
     if (changed[p] == 0) return;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kVersion = 1;
 constexpr double kFarMm = 1e5;
+constexpr double kLeastOffAxisMm = 1;
 constexpr double kUnit = 1e-6;  ///< how far from 1 a written direction's length may be by rounding
 
 json vector_to_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -31,11 +32,13 @@ json long_axis_to_json(const LongAxis& axis) {
     phases.push_back({{"apex_mm", axis.apex_mm[p]}, {"lv_base_mm", axis.lv_base_mm[p]}});
     if (!axis.rv_base_mm.empty()) phases.back()["rv_base_mm"] = axis.rv_base_mm[p];
   }
-  return {{"version", kVersion},
-          {"origin_lps_mm", vector_to_json(axis.origin_mm)},
-          {"towards_base_lps", vector_to_json(axis.towards_base)},
-          {"atria", axis.atria},
-          {"phases", phases}};
+  json out{{"version", kVersion},
+           {"origin_lps_mm", vector_to_json(axis.origin_mm)},
+           {"towards_base_lps", vector_to_json(axis.towards_base)},
+           {"atria", axis.atria},
+           {"phases", phases}};
+  if (axis.rv_centre_mm) out["rv_centre_lps_mm"] = vector_to_json(*axis.rv_centre_mm);
+  return out;
 }
 
 LongAxis long_axis_from_json(const json& value) {
@@ -55,6 +58,13 @@ LongAxis long_axis_from_json(const json& value) {
   }
   if (std::abs(length - 1) > kUnit) axis.towards_base /= length;
   object.read("atria", axis.atria);
+  if (object.has("rv_centre_lps_mm")) {
+    axis.rv_centre_mm = vector_from_json(object.at("rv_centre_lps_mm"), "/rv_centre_lps_mm");
+    const Vec3 off_axis = (*axis.rv_centre_mm - axis.origin_mm).cross(axis.towards_base);
+    if (!(off_axis.norm() > kLeastOffAxisMm)) {
+      throw_invalid("/rv_centre_lps_mm must lie beside the axis: it tells where the septum is");
+    }
+  }
   const json& phases = object.at("phases");
   if (!phases.is_array() || phases.empty()) throw_invalid("/phases must be a list");
   for (std::size_t p = 0; p < phases.size(); ++p) {

@@ -12,7 +12,7 @@ std::string_view stage_command(Stage stage) noexcept {
   return stage_name(stage == Stage::Pictures ? Stage::Segment : stage);
 }
 
-std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
+std::vector<Stage> sources_of(Stage stage) {
   switch (stage) {
     case Stage::Import:
       return {};
@@ -28,9 +28,7 @@ std::vector<Stage> sources_of(Stage stage, bool with_surfaces) {
     case Stage::Pack:
       break;
   }
-  std::vector<Stage> out{Stage::Import, Stage::Segment, Stage::Register, Stage::Field};
-  if (with_surfaces) out.push_back(Stage::Mesh);
-  return out;
+  return {Stage::Import, Stage::Segment, Stage::Register, Stage::Field, Stage::Mesh};
 }
 
 bool reads(Stage stage, Stage source, std::string_view file) noexcept {

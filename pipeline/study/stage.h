@@ -20,8 +20,7 @@ inline constexpr std::array kAllStages{Stage::Import,   Stage::Segment, Stage::P
 [[nodiscard]] std::string_view stage_command(Stage stage) noexcept;
 
 /// The stages whose outputs a stage reads.
-/// @param with_surfaces whether Pack reads those of Mesh
-[[nodiscard]] std::vector<Stage> sources_of(Stage stage, bool with_surfaces = true);
+[[nodiscard]] std::vector<Stage> sources_of(Stage stage);
 
 /// Whether a stage reads an output, named as in study.json, of one of its sources.
 [[nodiscard]] bool reads(Stage stage, Stage source, std::string_view file) noexcept;

@@ -40,7 +40,7 @@ StageState state_of(const Study& study, Stage stage, const Wanted& wanted) {
     }
     return out;
   }
-  const FileHashes now = study.inputs_now(stage, wanted.with_surfaces);
+  const FileHashes now = study.inputs_now(stage);
   std::set<std::string> names;
   for (const auto& input : now) names.insert(input.first);
   for (const auto& input : record->inputs) names.insert(input.first);

@@ -13,7 +13,6 @@ namespace beatlas::study {
 struct Wanted {
   std::string version;
   nlohmann::json options = nlohmann::json::object();
-  bool with_surfaces = true;                     ///< see sources_of
   std::optional<std::string> source_files = {};  ///< of Import: hash of the files named now, if any
 };
 

@@ -199,9 +199,9 @@ const StageRecord* Study::find(Stage stage) const {
   return found == records_.end() ? nullptr : &found->second;
 }
 
-FileHashes Study::inputs_now(Stage stage, bool with_surfaces) const {
+FileHashes Study::inputs_now(Stage stage) const {
   FileHashes out;
-  for (Stage source : sources_of(stage, with_surfaces)) {
+  for (Stage source : sources_of(stage)) {
     const StageRecord* record = find(source);
     if (!record) {
       throw_invalid("the study " + folder_.string() + " has no result of the stage " +

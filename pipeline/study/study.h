@@ -98,7 +98,7 @@ class Study {
   /// Hashes of what `stage` would read now: the outputs of its sources, less those for the eye
   /// and those that are gone.
   /// @throws Error{InvalidInput} naming the command to run if a source has not run
-  [[nodiscard]] FileHashes inputs_now(Stage stage, bool with_surfaces = true) const;
+  [[nodiscard]] FileHashes inputs_now(Stage stage) const;
 
   /// Call before `stage` writes its first file. Drops its record; outputs for the eye that were
   /// changed by hand are put aside as NAME.edited.

@@ -1,8 +1,8 @@
-#include "pipeline/build/scene.h"
+#include "runtime/atlas/scene.h"
 
 #include <gtest/gtest.h>
 
-#include "runtime/atlas/scene.h"
+#include "pipeline/build/scene_plan.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::build {
@@ -30,6 +30,41 @@ TEST(StructuresNeeded, are_those_that_the_scene_names) {
 
 TEST(StructuresNeeded, are_the_heart_alone_where_all_labels_were_given) {
   EXPECT_EQ(structures_needed(Scene(), true), List{Heart});
+}
+
+TEST(ScenePlan, holds_what_a_finger_touches_and_what_tells_of_the_muscle_under_it) {
+  const ScenePlan plan = plan_of(read_scene("palpation"));
+  EXPECT_EQ(plan.fields, (List{Heart, LvBlood, LvMyocardium}));
+  EXPECT_EQ(plan.surfaces, List{LvBlood});
+  EXPECT_FALSE(plan.atria);
+  EXPECT_FALSE(plan.volume);
+}
+
+TEST(ScenePlan, holds_every_surface_where_all_is_seen) {
+  const List all(kAllStructures.begin(), kAllStructures.end());
+  for (const char* name : {"anatomy", "full"}) {
+    SCOPED_TRACE(name);
+    const ScenePlan plan = plan_of(read_scene(name));
+    EXPECT_EQ(plan.surfaces, all);
+    EXPECT_EQ(plan.fields, all);  // surfaces are made from them
+    EXPECT_TRUE(plan.atria);
+    EXPECT_EQ(plan.volume, name == std::string("full"));
+  }
+}
+
+TEST(ScenePlan, of_a_study_is_enough_for_any_scene) {
+  for (const std::string_view name : atlas::kScenes) {
+    SCOPED_TRACE(name);
+    const Scene scene = read_scene(std::string(name));
+    const ScenePlan study = plan_of_study(scene);
+    for (const std::string_view other : atlas::kScenes) {
+      const ScenePlan plan = plan_of(read_scene(std::string(other)));
+      for (const Structure each : plan.fields) EXPECT_TRUE(is_among(each, study.fields));
+      for (const Structure each : plan.surfaces) EXPECT_TRUE(is_among(each, study.surfaces));
+      EXPECT_TRUE(study.atria);
+    }
+    EXPECT_EQ(study.volume, plan_of(scene).volume);
+  }
 }
 
 TEST(SceneFromJson, refuses_structures_that_are_none_by_their_place) {

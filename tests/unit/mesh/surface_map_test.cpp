@@ -76,7 +76,9 @@ std::vector<SurfaceMap> lv_maps(const Ventricle& ventricle, const MapFrame& fram
 }
 
 MapFrame frame_of(const Turned& turned, const Vec3& rv_centre_mm) {
-  return map_frame(turned.axis, turned.workspace_from_lps, rv_centre_mm, {1, 1, 1});
+  LongAxis axis = turned.axis;
+  axis.rv_centre_mm = turned.lps_from_heart * rv_centre_mm;
+  return map_frame(axis, turned.workspace_from_lps, {1, 1, 1}).value();
 }
 
 TEST(SurfaceMaps, ThicknessIsThatOfTheShell) {
@@ -148,12 +150,20 @@ TEST(SurfaceMaps, NamesFollowTheAxisAndTheRightVentricle) {
   EXPECT_EQ(seen.size(), 17U);
 }
 
-TEST(SurfaceMaps, AreNoneWithoutBothFacesOfTheWall) {
+TEST(SurfaceMaps, AreNoneWithoutWhatTheyAreMeasuredThrough) {
   const Ventricle ventricle;
   for (const Structure structure : {Structure::LvBlood, Structure::LvMyocardium}) {
-    EXPECT_FALSE(surface_map(structure, ventricle.fields, {ventricle.surfaces[0]}, {}));
     EXPECT_FALSE(surface_map(structure, {ventricle.fields[0]}, ventricle.surfaces, {}));
   }
+  EXPECT_FALSE(surface_map(Structure::LvMyocardium, ventricle.fields, {ventricle.surfaces[1]}, {}));
+  // The endocardium looks through the distances of the muscle, whether that has a surface or not.
+  const MapFrame frame = frame_of(Turned(), {40, 2, 5});
+  const auto alone =
+      surface_map(Structure::LvBlood, ventricle.fields, {ventricle.surfaces[0]}, frame);
+  const auto beside = surface_map(Structure::LvBlood, ventricle.fields, ventricle.surfaces, frame);
+  ASSERT_TRUE(alone && beside);
+  EXPECT_EQ(alone->thickness_mm, beside->thickness_mm);
+  EXPECT_EQ(alone->segment, beside->segment);
   EXPECT_FALSE(surface_map(Structure::RvBlood, ventricle.fields, ventricle.surfaces, {}));
 }
 

@@ -57,6 +57,12 @@ void expect_the_phantoms(const phantom::PhantomSpec& spec, const std::optional<L
       (anatomy.rv_direction_lps - anatomy.rv_direction_lps.dot(towards_base) * towards_base)
           .normalized();
   const Vec3 rv_middle = anatomy.origin_lps_mm + anatomy.rv_end_diastole.centre_x_mm * towards_rv;
+  // The RV lies on both sides of its own direction alike.
+  ASSERT_TRUE(axis->rv_centre_mm);
+  const Vec3 to_rv = *axis->rv_centre_mm - axis->origin_mm;
+  const Vec3 across = to_rv - to_rv.dot(towards_base) * towards_base;
+  const double off_septum = std::atan2(across.cross(towards_rv).norm(), across.dot(towards_rv));
+  EXPECT_LT(off_septum * 180 / std::numbers::pi, 5) << "of the 60 of a segment";
   Vec3 worst = Vec3::Zero();
   for (std::size_t p = 0; p < n; ++p) {
     const double loss =

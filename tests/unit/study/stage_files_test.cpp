@@ -103,7 +103,8 @@ Segmentation make_segmentation() {
                       {-60.5, -61.0 / 3, -60},
                       {30, 20, 10.0 / 7},
                       {31, 22, 9},
-                      true};
+                      true,
+                      Vec3(-40, 2.0 / 3, 11)};
   for (int p = 0; p < kPhases; ++p) {
     out.uncertainty[Structure::RvBlood].push_back(
         {{static_cast<std::uint32_t>(p), 0.1F}, {static_cast<std::uint32_t>(p + 7), 1.0F / 3}});
@@ -181,6 +182,7 @@ TEST(StageFiles, the_long_axis_comes_back_bit_by_bit) {
   EXPECT_EQ(again->lv_base_mm, made.axis->lv_base_mm);
   EXPECT_EQ(again->rv_base_mm, made.axis->rv_base_mm);
   EXPECT_EQ(again->atria, made.axis->atria);
+  EXPECT_EQ(again->rv_centre_mm, made.axis->rv_centre_mm);
   EXPECT_EQ(read_long_axis(folder.path())->apex_mm, made.axis->apex_mm);
 }
 
@@ -223,6 +225,10 @@ TEST(StageFiles, a_long_axis_that_is_none_is_refused_by_its_place) {
   EXPECT_NE(refusal(with("/phases/1/lv_base_mm", "x")).find("/phases/1/lv_base_mm"),
             std::string::npos);
   EXPECT_NE(refusal(with("/phases/1/middle_mm", 1)).find("/phases/1/middle_mm"), std::string::npos);
+  EXPECT_NE(refusal(with("/rv_centre_lps_mm", {1, 2})).find("/rv_centre_lps_mm"),
+            std::string::npos);
+  EXPECT_NE(refusal(with("/rv_centre_lps_mm", good["origin_lps_mm"])).find("beside the axis"),
+            std::string::npos);
   nlohmann::json changed = good;
   changed["phases"][2].erase("rv_base_mm");
   EXPECT_NE(refusal(changed).find("in each or in none"), std::string::npos);

@@ -34,7 +34,7 @@ class StudyTest : public ::testing::Test {
     for (const std::string& file : files) put(file, file);
     study.commit(stage, std::move(record), files);
   }
-  const Wanted wanted_{"1", json::object(), true, std::nullopt};
+  const Wanted wanted_{"1", json::object(), std::nullopt};
 
   std::string refusal() {
     try {
@@ -93,9 +93,9 @@ TEST_F(StudyTest, a_stage_is_stale_for_inputs_options_version_and_missing_files)
   Study study = Study::create(folder_.path());
   run(study, Stage::Import, {"exam/exam.json"});
   run(study, Stage::Segment, {"segment/segment.json"});
-  EXPECT_EQ(state_of(study, Stage::Segment, {"2", json::object(), true, std::nullopt}).changed,
+  EXPECT_EQ(state_of(study, Stage::Segment, {"2", json::object(), std::nullopt}).changed,
             std::vector<std::string>{"the program's version"});
-  EXPECT_EQ(state_of(study, Stage::Segment, {"1", {{"edge", 1}}, true, std::nullopt}).changed,
+  EXPECT_EQ(state_of(study, Stage::Segment, {"1", {{"edge", 1}}, std::nullopt}).changed,
             std::vector<std::string>{"its options"});
   Wanted other_source = wanted_;
   other_source.source_files = "abc";
@@ -172,13 +172,14 @@ TEST_F(StudyTest, one_program_at_a_time_writes) {
   EXPECT_EQ(told, 1);
 }
 
-TEST_F(StudyTest, pack_reads_surfaces_only_for_scenes_that_hold_them) {
+TEST_F(StudyTest, pack_reads_surfaces_too) {
   Study study = Study::create(folder_.path());
   for (const Stage stage : {Stage::Import, Stage::Segment, Stage::Register, Stage::Field}) {
     run(study, stage, {std::string(stage_name(stage)) + "/a.json"});
   }
-  EXPECT_EQ(study.inputs_now(Stage::Pack, false).size(), 4U);
   EXPECT_THROW((void)study.inputs_now(Stage::Pack), Error);
+  run(study, Stage::Mesh, {"mesh/mesh.json"});
+  EXPECT_EQ(study.inputs_now(Stage::Pack).size(), 5U);
 }
 
 TEST_F(StudyTest, a_folder_with_other_files_is_not_taken) {
