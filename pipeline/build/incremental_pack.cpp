@@ -7,6 +7,7 @@
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/build/package_content.h"
 #include "pipeline/build/report_facts.h"
+#include "pipeline/build/surfaces.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/stage_files.h"
@@ -76,7 +77,8 @@ void IncrementalBuild::pack(const Scene& scene, const fs::path& file) {
     }
     exam_.reset();
     heart_images_.reset();
-    const MadeOfExam made{fields, surface_cycles(), surface_maps(), axis()};
+    const MadeOfExam made{fields, surface_cycles(), surface_maps(),
+                          study_ ? edited_surfaces(*study_) : std::vector<Structure>(), axis()};
     StageContext making = context.part(0.1, 0.75);
     pack::PackageContent content =
         package_content(scene, orders_.recipe, facts_, needed(scene), made, making);

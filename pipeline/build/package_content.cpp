@@ -34,22 +34,20 @@ json error_figures(const FieldCycle& field, const SurfaceCycle& surface, int lev
 
 /// Of the surfaces that were made those that a package of the scene holds, in order of the fields.
 /// They make room for each other, and for no others.
-std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene,
-                                            const std::vector<FieldCycle>& fields,
-                                            const std::vector<SurfaceCycle>& made) {
+std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene, const MadeOfExam& made) {
   std::vector<SurfaceCycle> out;
-  for (const FieldCycle& field : fields) {
+  for (const FieldCycle& field : made.fields) {
     if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, field.structure)) continue;
-    const auto surface = std::find_if(made.begin(), made.end(), [&](const SurfaceCycle& candidate) {
-      return candidate.structure == field.structure;
-    });
-    if (surface == made.end()) {
+    const auto surface = std::find_if(
+        made.surfaces.begin(), made.surfaces.end(),
+        [&](const SurfaceCycle& candidate) { return candidate.structure == field.structure; });
+    if (surface == made.surfaces.end()) {
       throw_invalid("there is no surface of " + std::string(structure_name(field.structure)) +
                     ", which the scene " + scene.content + " needs; run the stage mesh again");
     }
     out.push_back(*surface);
   }
-  mesh::part_structures(out, fields);
+  mesh::part_structures(out, made.fields, made.edited);
   return out;
 }
 
@@ -158,7 +156,7 @@ void add_volume(pack::PackedVolume volume, pack::PackageContent& content) {
 pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, const Facts& facts,
                                      const std::vector<Structure>& needed, const MadeOfExam& made,
                                      StageContext& context) {
-  const std::vector<SurfaceCycle> used = surfaces_of_scene(scene, made.fields, made.surfaces);
+  const std::vector<SurfaceCycle> used = surfaces_of_scene(scene, made);
   // A package is the same from a study that holds more than the scene needs.
   const ScenePlan plan = plan_of(scene);
   std::vector<StructureQuality> quality = measure_quality(facts.volumes, made.fields, used);

@@ -17,6 +17,7 @@ struct MadeOfExam {
   const std::vector<FieldCycle>& fields;      ///< of the scene's plan, at least
   const std::vector<SurfaceCycle>& surfaces;  ///< of the scene's plan, at least; see make_surfaces
   const std::vector<SurfaceMap>& maps;        ///< of these surfaces
+  std::vector<Structure> edited;              ///< whose surfaces a person edited: they stay so
   std::optional<LongAxis> axis;               ///< the LV's
 };
 

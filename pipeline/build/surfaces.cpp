@@ -9,6 +9,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/mesh/levels.h"
 #include "pipeline/mesh/nested.h"
+#include "pipeline/study/state.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
@@ -63,6 +64,18 @@ std::vector<SurfaceCycle> make_surfaces(const std::vector<FieldCycle>& fields,
   std::vector<SurfaceCycle> made;
   for (auto& surface : made_of(asked, context, make)) made.push_back(std::move(*surface));
   return made;
+}
+
+std::vector<Structure> edited_surfaces(const study::Study& study) {
+  const std::vector<std::string> edited = study::edited_outputs(study, study::Stage::Mesh);
+  std::vector<Structure> out;
+  for (const Structure structure : kAllStructures) {
+    const std::string prefix = "mesh/" + std::string(structure_name(structure)) + "_";
+    const bool any = std::any_of(edited.begin(), edited.end(),
+                                 [&](const std::string& file) { return file.starts_with(prefix); });
+    if (any) out.push_back(structure);
+  }
+  return out;
 }
 
 std::vector<SurfaceCycle> surfaces_at_level(const std::vector<SurfaceCycle>& made,

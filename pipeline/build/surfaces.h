@@ -10,6 +10,7 @@
 #include "pipeline/core/surface_map.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/mesh/surface_map.h"
+#include "pipeline/study/study.h"
 
 namespace beatlas::build {
 
@@ -21,6 +22,9 @@ namespace beatlas::build {
                                                       const std::vector<Structure>& of,
                                                       const mesh::MeshOptions& options,
                                                       const StageContext& context);
+
+/// Structures whose surfaces were edited by hand, in any phase.
+[[nodiscard]] std::vector<Structure> edited_surfaces(const study::Study& study);
 
 /// The same surfaces with edges of `edge_mm`; those of structures that touch do not cross each
 /// other.

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/build/study_status.h"
+#include "pipeline/build/surfaces.h"
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/editor_files.h"
 #include "pipeline/cli/source_labels.h"
@@ -108,7 +109,7 @@ Content from_study(const fs::path& folder, const std::string& format) {
   content.workspace_from_lps = study::read_workspace_from_lps(folder);
   if (!fields) {
     std::vector<SurfaceCycle> surfaces = study::read_surfaces(folder);
-    mesh::part_structures(surfaces, study::read_fields(folder));
+    mesh::part_structures(surfaces, study::read_fields(folder), build::edited_surfaces(study));
     for (SurfaceCycle& cycle : surfaces) {
       content.surfaces.push_back(std::make_shared<atlas::SurfacePayload>(atlas::SurfacePayload{
           cycle.structure, std::move(cycle.triangles), std::move(cycle.positions)}));

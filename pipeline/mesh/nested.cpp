@@ -38,7 +38,8 @@ constexpr Bound kOutsideOf{0.0, -1.0};  // the other's own surface
 /// All structures of one phase.
 class Phase {
  public:
-  explicit Phase(std::vector<Body> bodies) : bodies_(std::move(bodies)) {
+  Phase(std::vector<Body> bodies, const std::vector<Structure>& held)
+      : bodies_(std::move(bodies)), held_(held) {
     for (std::size_t n = 0; n < kInHeart.size(); ++n) {
       for (std::size_t m = n + 1; m < kInHeart.size(); ++m) add_pair(kInHeart[n], kInHeart[m]);
     }
@@ -77,7 +78,7 @@ class Phase {
   struct Half {
     Body* body;
     Middle middle;
-    bool stays;  ///< the other goes back alone
+    bool stays;  ///< the other, if any, goes back alone
     Side side;
     std::vector<double> more;  ///< see draw_back
   };
@@ -97,14 +98,18 @@ class Phase {
     Body* other = body_of(second);
     if (one == nullptr || other == nullptr || !one->box.intersects(other->box)) return;
     const bool inside = second == Structure::Heart;
-    const bool stays = !inside && is_beyond_base(second) && !is_beyond_base(first);
-    const Bound& bound = inside ? kAround : stays ? kOutsideOf : kBeside;
+    const bool ventricle = !inside && is_beyond_base(second) && !is_beyond_base(first);
+    const Bound& bound = inside ? kAround : ventricle ? kOutsideOf : kBeside;
     const bool apart = is_beyond_base(first) || is_beyond_base(second);
+    const Middle middle(one->field, other->field, inside ? kWithin : kBeside);
     (apart ? beyond_base_ : ventricles_)
         .push_back(
-            {{Half{
-                  one, Middle(one->field, other->field, inside ? kWithin : kBeside), stays, {}, {}},
-              Half{other, Middle(other->field, one->field, bound), false, {}, {}}}});
+            {{Half{one, middle, ventricle || is_held(first), {}, {}},
+              Half{other, Middle(other->field, one->field, bound), is_held(second), {}, {}}}});
+  }
+
+  [[nodiscard]] bool is_held(Structure structure) const {
+    return std::find(held_.begin(), held_.end(), structure) != held_.end();
   }
 
   static bool part(Half& half) {
@@ -172,7 +177,7 @@ class Phase {
       }
       if (own.vertices.empty()) continue;
       if (!one.stays) found.push_back(std::move(own));
-      found.push_back(std::move(its));
+      if (!other.stays) found.push_back(std::move(its));
     }
     for (Body& body : bodies_) body.changed.setEmpty();
     for (Found& each : found) {
@@ -262,13 +267,15 @@ class Phase {
   }
 
   std::vector<Body> bodies_;
+  const std::vector<Structure>& held_;
   std::vector<Pair> ventricles_;   ///< among them, and with the heart
   std::vector<Pair> beyond_base_;  ///< with atria and vessels
 };
 
 }  // namespace
 
-void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<FieldCycle>& given) {
+void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<FieldCycle>& given,
+                     const std::vector<Structure>& held) {
   if (surfaces.empty()) return;
   std::vector<const FieldCycle*> fields;
   for (const SurfaceCycle& surface : surfaces) {
@@ -305,7 +312,7 @@ void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<Fiel
       body.box.min().array() -= kFarMm;
       body.box.max().array() += kFarMm;
     }
-    Phase phase(std::move(bodies));
+    Phase phase(std::move(bodies), held);
     phase.part();
     for (const Body& body : phase.bodies()) {
       for (std::size_t v = 0; v < body.points.size(); ++v) {

@@ -22,6 +22,8 @@ namespace beatlas::mesh {
 /// lacks a part that the other has. The same bits for any number of threads.
 /// @param surfaces of one level of detail  @param fields of their structures, the same phases;
 /// structures of which either is missing are left as they are
-void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<FieldCycle>& fields);
+/// @param held structures whose surfaces stay as they are, for a person made them so
+void part_structures(std::vector<SurfaceCycle>& surfaces, const std::vector<FieldCycle>& fields,
+                     const std::vector<Structure>& held = {});
 
 }  // namespace beatlas::mesh

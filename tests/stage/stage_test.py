@@ -2,6 +2,7 @@
 import hashlib
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -353,18 +354,34 @@ def quality():
     assert out.read_text() == "the old one"
 
 
+def vertices_of_ply(file):
+    """Offset and positions of vertices that are three floats each."""
+    data = file.read_bytes()
+    first = data.index(b"end_header\n") + len(b"end_header\n")
+    count = int(re.search(rb"element vertex (\d+)", data).group(1))
+    return data, first, numpy.frombuffer(data, "<f4", 3 * count, first).reshape(count, 3)
+
+
 def corrections():
-    """Surfaces moved by hand in a study reach the package; a broken one is refused by its name."""
+    """Surfaces moved by hand in a study reach the package where they are; a broken one is refused by its name."""
     folder = new_folder("corrections")
     shutil.copytree(STUDY, folder)
-    mesh = folder / "mesh" / "heart_000.ply"
-    data = mesh.read_bytes()
-    first = data.index(b"end_header\n") + len(b"end_header\n")
-    x = numpy.frombuffer(data[first:first + 4], "<f4")[0] + numpy.float32(0.25)
-    mesh.write_bytes(data[:first] + numpy.float32(x).tobytes() + data[first + 4:])
+    moved = []
+    for mesh in sorted((folder / "mesh").glob("lv_blood_*.ply")):
+        data, first, points = vertices_of_ply(mesh)
+        moved.append(points + numpy.float32([0.8, 0, 0]))  # into the muscle, whose surface makes room
+        mesh.write_bytes(data[:first] + moved[-1].tobytes() + data[first + 4 * points.size:])
     beatlas("pack", "--study", folder, "-o", WORK / "corrected.beatlas")
-    assert digest(WORK / "corrected.beatlas") != digest(PACKAGE)
-    mesh.write_bytes(data[:-5])
+    out = new_folder("corrected_obj")
+    beatlas("export", WORK / "corrected.beatlas", "--to", "obj", "-o", out)
+    for phase in (0, len(moved) // 2):
+        lines = (out / f"lv_blood_{phase:03}.obj").read_text().splitlines()
+        shown = numpy.array([line.split()[1:4] for line in lines if line.startswith("v ")], float)
+        assert shown.shape == moved[phase].shape
+        off = max(numpy.abs(moved[phase] - x).max(axis=1).min() for x in shown[::20])
+        assert off < 0.015, f"a vertex of the package lies {off} mm from where it was put"
+    mesh = folder / "mesh" / "heart_000.ply"
+    mesh.write_bytes(mesh.read_bytes()[:-5])
     said = beatlas("pack", "--study", folder, "-o", WORK / "corrected.beatlas", code=3).stderr
     assert "heart_000.ply" in said, said
 

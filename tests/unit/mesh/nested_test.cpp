@@ -142,6 +142,17 @@ TEST(PartStructures, WhatCrossesOffItsSurfaceGoesBackFromWhereItIs) {
   for (const SurfaceCycle& surface : parted) expect_sound(surface);
 }
 
+TEST(PartStructures, OfOneThatIsHeldTheOthersGoBackAlone) {
+  const Ventricle& made = ventricle();
+  const std::size_t before = Ventricle::crossings(made.surfaces);
+  std::vector<SurfaceCycle> parted = made.surfaces;
+  part_structures(parted, made.fields, {Structure::LvMyocardium});
+  EXPECT_EQ(parted[2].positions, made.surfaces[2].positions);
+  EXPECT_NE(parted[1].positions, made.surfaces[1].positions);
+  EXPECT_LT(Ventricle::crossings(parted), before / 100);
+  for (const SurfaceCycle& surface : parted) expect_sound(surface);
+}
+
 TEST(PartStructures, LeavesWhatTouchesNothingAsItIs) {
   Ventricle made = ventricle();
   made.surfaces.resize(1);  // the heart alone
