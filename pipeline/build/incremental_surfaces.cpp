@@ -11,8 +11,14 @@ void IncrementalBuild::surfaces() {
     const StageContext making = context.part(0, kMade);
     surfaces_ = make_surfaces(field_cycles(), plan_.surfaces, orders_.recipe.mesh, making);
     if (!exam_noted_) (void)exam();
+    const std::optional<LongAxis> along = axis();
+    if (along && !along->rv_base_mm.empty() && !along->rv_centre_mm) {
+      context.warn(
+          "segment/long_axis.json does not tell rv_centre_lps_mm, from which segments are counted: "
+          "nothing on the wall is named, and no thickness is told");
+    }
     maps_ = make_maps(field_cycles(), *surfaces_,
-                      mesh::map_frame(axis(), workspace_from_lps(), facts_.source.spacing_mm()));
+                      mesh::map_frame(along, workspace_from_lps(), facts_.source.spacing_mm()));
     context.progress(kMade, "files of the study");
     leave(Stage::Mesh, new_record(Stage::Mesh), [&] {
       study::FileList files = study::write_surfaces(study_->folder(), *surfaces_);

@@ -32,18 +32,18 @@ json error_figures(const FieldCycle& field, const SurfaceCycle& surface, int lev
           {"worst_phase_mm", error.worst_phase_mm},         {"bias_mm", error.bias_mm}};
 }
 
-/// Of the surfaces that were made those that a package of the scene holds, in order of the fields.
-/// They make room for each other, and for no others.
-std::vector<SurfaceCycle> surfaces_of_scene(const Scene& scene, const MadeOfExam& made) {
+/// Of the surfaces that were made those of the plan, in order of the fields. They make room for
+/// each other, and for no others.
+std::vector<SurfaceCycle> surfaces_of_plan(const ScenePlan& plan, const MadeOfExam& made) {
   std::vector<SurfaceCycle> out;
   for (const FieldCycle& field : made.fields) {
-    if (!atlas::scene_holds(scene.content, atlas::kSurfaceKind, field.structure)) continue;
+    if (!is_among(field.structure, plan.surfaces)) continue;
     const auto surface = std::find_if(
         made.surfaces.begin(), made.surfaces.end(),
         [&](const SurfaceCycle& candidate) { return candidate.structure == field.structure; });
     if (surface == made.surfaces.end()) {
       throw_invalid("there is no surface of " + std::string(structure_name(field.structure)) +
-                    ", which the scene " + scene.content + " needs; run the stage mesh again");
+                    ", which the scene needs; run the stage mesh again");
     }
     out.push_back(*surface);
   }
@@ -108,7 +108,7 @@ void add_surfaces(const Scene& scene, const Recipe& recipe, const Facts& facts,
   content.manifest.provenance["surfaces"] = std::move(figures);
 }
 
-json provenance(const Scene& scene, const Recipe& recipe, const Facts& facts,
+json provenance(const ScenePlan& plan, const Recipe& recipe, const Facts& facts,
                 const std::vector<Structure>& needed,
                 const std::vector<StructureQuality>& quality) {
   json stages = json::object();
@@ -116,7 +116,7 @@ json provenance(const Scene& scene, const Recipe& recipe, const Facts& facts,
     stages[std::string(study::stage_name(stage))] = {{"version", fact.version},
                                                      {"options", fact.options}};
   }
-  if (!plan_of(scene).atria && stages.contains("segment")) {
+  if (!plan.atria && stages.contains("segment")) {
     stages["segment"]["options"]["atria"] = false;
   }
   stages["pack"] = {{"version", kVersion}, {"options", stage_options(recipe, Stage::Pack)}};
@@ -156,9 +156,9 @@ void add_volume(pack::PackedVolume volume, pack::PackageContent& content) {
 pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, const Facts& facts,
                                      const std::vector<Structure>& needed, const MadeOfExam& made,
                                      StageContext& context) {
-  const std::vector<SurfaceCycle> used = surfaces_of_scene(scene, made);
   // A package is the same from a study that holds more than the scene needs.
   const ScenePlan plan = plan_of(scene);
+  const std::vector<SurfaceCycle> used = surfaces_of_plan(plan, made);
   std::vector<StructureQuality> quality = measure_quality(facts.volumes, made.fields, used);
   std::erase_if(quality, [&](const StructureQuality& each) {
     return !is_among(each.structure, plan.fields);
@@ -180,7 +180,7 @@ pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, c
     if (is_beyond_base(curve.structure) && !plan.atria) continue;
     manifest.structures.push_back({std::string(structure_name(curve.structure)), curve.volume_ml});
   }
-  manifest.provenance = provenance(scene, recipe, facts, needed, quality);
+  manifest.provenance = provenance(plan, recipe, facts, needed, quality);
   for (const FieldCycle& field : made.fields) {
     context.check_cancelled();
     if (!atlas::scene_holds(scene.content, atlas::kFieldKind, field.structure)) continue;

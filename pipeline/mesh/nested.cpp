@@ -98,13 +98,13 @@ class Phase {
     Body* other = body_of(second);
     if (one == nullptr || other == nullptr || !one->box.intersects(other->box)) return;
     const bool inside = second == Structure::Heart;
-    const bool ventricle = !inside && is_beyond_base(second) && !is_beyond_base(first);
-    const Bound& bound = inside ? kAround : ventricle ? kOutsideOf : kBeside;
+    const bool beyond_alone = !inside && is_beyond_base(second) && !is_beyond_base(first);
+    const Bound& bound = inside ? kAround : beyond_alone ? kOutsideOf : kBeside;
     const bool apart = is_beyond_base(first) || is_beyond_base(second);
     const Middle middle(one->field, other->field, inside ? kWithin : kBeside);
     (apart ? beyond_base_ : ventricles_)
         .push_back(
-            {{Half{one, middle, ventricle || is_held(first), {}, {}},
+            {{Half{one, middle, beyond_alone || is_held(first), {}, {}},
               Half{other, Middle(other->field, one->field, bound), is_held(second), {}, {}}}});
   }
 

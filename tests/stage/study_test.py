@@ -419,6 +419,14 @@ def axis():
     file.write_text(json.dumps(whole))
     said = beatlas("build", "-o", package, "--study", folder, code=3).stderr
     assert "long_axis.json" in said and "/phases/0" in said, said
+    # Without the RV's place no segment can be counted, and that is said.
+    whole["phases"][0]["apex_mm"] = whole["phases"][0]["lv_base_mm"] - max(lengths)
+    del whole["rv_centre_lps_mm"]
+    file.write_text(json.dumps(whole))
+    _, made, said = again(folder, package)
+    assert "mesh" in made and "rv_centre_lps_mm" in said, said
+    items = json.loads(beatlas("info", package, "--json").stdout)["items"]
+    assert not any(item["path"].startswith("maps/") for item in items), items
     again(folder, package, "--discard-edits")
     expect_same(PACKAGE, package)
 
