@@ -208,6 +208,7 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   fill_cavity(task.by_prior ? task.ground.seeds : task.marks, labels);
   add_thin_walls(task.images, task.ground.levels, labels);
   smooth_outlines(labels, task.options.outline_sigma_mm);
+  reach_walls(task.images, task.ground.levels, labels);
   trim_wall(labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
   hold(task, labels);

@@ -1,6 +1,7 @@
 #include "pipeline/segment/thin_walls.h"
 
 #include <algorithm>
+#include <array>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
@@ -12,10 +13,12 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kThickestMm = 5;
+constexpr double kPriorPixelMm = 2;  ///< of the built-in prior, see its README
+
+constexpr std::array kThinWalled{kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta};
 
 bool has_thin_wall(std::uint8_t label) {
-  return label == kLabelRvBlood || label == kLabelLaBlood || label == kLabelRaBlood ||
-         label == kLabelAorta;
+  return std::find(kThinWalled.begin(), kThinWalled.end(), label) != kThinWalled.end();
 }
 
 /// Of voxels beside the pool, by faces, the way into it; from there on through what is muscle.
@@ -62,6 +65,34 @@ void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
                                           value > levels.dark && value < levels.threshold);
     }
     walk(grid, across_slices, wall, std::move(front), phase);
+  });
+}
+
+void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels,
+                 ImageCycle<std::uint8_t>& labels) {
+  const Grid& grid = labels.grid;
+  // A pixel of the prior beyond the outline, which lies half a pixel off the outermost centres.
+  const double reach_mm = kPriorPixelMm + grid.spacing_mm().head<2>().maxCoeff() / 2;
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    std::vector<std::uint8_t>& phase = labels.phases[p];
+    const std::vector<std::uint8_t> before = phase;
+    std::vector<float> nearest(phase.size(), kNoDistance);  // of the cavities
+    for (const std::uint8_t cavity : kThinWalled) {
+      const bool right = cavity == kLabelRvBlood || cavity == kLabelRaBlood;
+      const double blood = right ? levels.rv_blood : levels.blood;
+      const auto half_way = static_cast<float>((levels.muscle + blood) / 2);
+      std::vector<std::uint8_t> pool(phase.size());
+      std::transform(before.begin(), before.end(), pool.begin(), [&](std::uint8_t label) {
+        return static_cast<std::uint8_t>(label == cavity);
+      });
+      const std::vector<float> away = distance_near(grid, pool, false, reach_mm);
+      for (std::size_t v = 0; v < phase.size(); ++v) {
+        if (before[v] != kLabelRestOfHeart || images.phases[p][v] <= half_way) continue;
+        if (static_cast<double>(away[v]) > reach_mm || away[v] >= nearest[v]) continue;
+        nearest[v] = away[v];
+        phase[v] = cavity;
+      }
+    }
   });
 }
 

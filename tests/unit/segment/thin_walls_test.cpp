@@ -1,0 +1,100 @@
+#include "pipeline/segment/thin_walls.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "runtime/atlas/structures.h"
+
+namespace beatlas::segment {
+namespace {
+
+constexpr int kSide = 60;
+constexpr double kPixelMm = 1.5;
+constexpr float kMuscle = 100;
+constexpr float kBlood = 300;
+
+/// A slice whose blood reaches as far as `blood_mm` from its middle, beside darker muscle, labelled
+/// as the RV as far as 15 mm and as rest of the heart from there to 27 mm.
+struct Section {
+  ImageCycle<float> images;
+  ImageCycle<std::uint8_t> labels;
+};
+
+double radius_mm(int i, int j) { return kPixelMm * std::hypot(i - 30, j - 30); }
+
+Section section(double blood_mm) {
+  Section out;
+  out.images.grid.size = {kSide, kSide, 1};
+  out.images.grid.mm_from_index.linear() = Vec3(kPixelMm, kPixelMm, 8).asDiagonal();
+  out.labels.grid = out.images.grid;
+  out.images.phases.emplace_back(out.images.grid.count(), kMuscle);
+  out.labels.phases.emplace_back(out.images.grid.count(), kLabelBackground);
+  for (int j = 0; j < kSide; ++j) {
+    for (int i = 0; i < kSide; ++i) {
+      const double r = radius_mm(i, j);
+      const std::size_t v = out.images.grid.offset(i, j, 0);
+      if (r <= blood_mm) out.images.phases[0][v] = kBlood;
+      if (r <= 27) out.labels.phases[0][v] = r <= 15 ? kLabelRvBlood : kLabelRestOfHeart;
+    }
+  }
+  return out;
+}
+
+TissueLevels levels() {
+  TissueLevels out{.blood = kBlood, .rv_blood = kBlood, .muscle = kMuscle};
+  out.part();
+  return out;
+}
+
+/// Where along the row through the middle the RV's label ends [mm].
+double end_mm(const Section& section) {
+  double end = 0;
+  for (int i = 30; i < kSide; ++i) {
+    if (section.labels.phases[0][section.labels.grid.offset(i, 30, 0)] == kLabelRvBlood) {
+      end = radius_mm(i, 30);
+    }
+  }
+  return end;
+}
+
+TEST(ReachWalls, takes_in_blood_within_a_pixel_of_the_prior_and_no_more) {
+  Section near = section(16.8);
+  reach_walls(near.images, levels(), near.labels);
+  EXPECT_DOUBLE_EQ(end_mm(near), 16.5);
+  Section far = section(24);
+  reach_walls(far.images, levels(), far.labels);
+  // 2 mm and half a pixel beyond the outermost labelled centre.
+  EXPECT_LE(end_mm(far), 15 + 2.75);
+  EXPECT_GT(end_mm(far), 15);
+}
+
+TEST(ReachWalls, leaves_muscle_and_what_is_no_heart) {
+  Section dark = section(15);
+  const auto before = dark.labels.phases;
+  reach_walls(dark.images, levels(), dark.labels);
+  EXPECT_EQ(dark.labels.phases, before);
+  // Bright fat beside the cavity is background, however bright.
+  Section fat = section(27);
+  for (std::uint8_t& label : fat.labels.phases[0]) {
+    if (label == kLabelRestOfHeart) label = kLabelBackground;
+  }
+  const auto as_labelled = fat.labels.phases;
+  reach_walls(fat.images, levels(), fat.labels);
+  EXPECT_EQ(fat.labels.phases, as_labelled);
+}
+
+TEST(ReachWalls, gives_what_lies_between_two_cavities_to_the_nearer_one) {
+  Section two = section(29);
+  std::vector<std::uint8_t>& labels = two.labels.phases[0];
+  // The right atrium begins two pixels beyond the RV, on one side.
+  for (int j = 0; j < kSide; ++j) {
+    for (int i = 43; i < 48; ++i) labels[two.labels.grid.offset(i, j, 0)] = kLabelRaBlood;
+  }
+  reach_walls(two.images, levels(), two.labels);
+  EXPECT_EQ(labels[two.labels.grid.offset(41, 30, 0)], kLabelRvBlood);
+  EXPECT_EQ(labels[two.labels.grid.offset(42, 30, 0)], kLabelRaBlood);
+}
+
+}  // namespace
+}  // namespace beatlas::segment
