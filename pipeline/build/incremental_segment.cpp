@@ -10,6 +10,7 @@
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/build/learned_prior.h"
 #include "pipeline/build/tried_seeds.h"
+#include "pipeline/report/doubt.h"
 #include "pipeline/report/overlay.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/painting.h"
@@ -124,9 +125,16 @@ void IncrementalBuild::note_segmentation() {
   }
   for (const std::string& warning : facts_.warnings) listener_.warn(warning);
   for (std::size_t at = 0; at < segmentation_->alarms.size(); ++at) {
-    const std::string& sentence = segmentation_->alarms[at].sentence;
-    facts_.warnings.push_back(sentence);
-    listener_.warn(sentence + (study_ ? "; see " + leak_picture(kLeak, at) + " in the study" : ""));
+    const LeakAlarm& alarm = segmentation_->alarms[at];
+    const std::string look = study_ ? "; see " + leak_picture(kLeak, at) + " in the study" : "";
+    // As in the report's verdict: where labels are as expected an alarm is a place to look at.
+    if (report::is_borne_out(alarm, *segmentation_, report::ExpectedLimits{})) {
+      facts_.warnings.push_back(alarm.sentence);
+      listener_.warn(alarm.sentence + look);
+    } else {
+      listener_.log("segment: a place to look at, where labels are as expected: " + alarm.sentence +
+                    look);
+    }
   }
 }
 
