@@ -13,9 +13,9 @@ namespace beatlas::report {
 /// `scripts/score_draws`). Good is .85 and .8 (LV at end-diastole and end-systole), .75 and .65
 /// (RV), .75 (muscle).
 struct ExpectedLimits {
-  double lv_ed = 0.87;  ///< of the heart's outside, too
+  double lv_ed = 0.86;  ///< of the heart's outside, too
   double lv_es = 0.83;
-  double rv_ed = 0.78;
+  double rv_ed = 0.76;
   double rv_es = 0.63;
   double muscle = 0.73;
 
