@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
@@ -80,14 +81,17 @@ void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels,
     for (const std::uint8_t cavity : kThinWalled) {
       const bool right = cavity == kLabelRvBlood || cavity == kLabelRaBlood;
       const double blood = right ? levels.rv_blood : levels.blood;
-      const auto half_way = static_cast<float>((levels.muscle + blood) / 2);
+      const auto is_blood = [&](float value) {
+        const auto level = static_cast<double>(value);
+        return std::abs(level - blood) < std::abs(level - levels.muscle);
+      };
       std::vector<std::uint8_t> pool(phase.size());
       std::transform(before.begin(), before.end(), pool.begin(), [&](std::uint8_t label) {
         return static_cast<std::uint8_t>(label == cavity);
       });
       const std::vector<float> away = distance_near(grid, pool, false, reach_mm);
       for (std::size_t v = 0; v < phase.size(); ++v) {
-        if (before[v] != kLabelRestOfHeart || images.phases[p][v] <= half_way) continue;
+        if (before[v] != kLabelRestOfHeart || !is_blood(images.phases[p][v])) continue;
         if (static_cast<double>(away[v]) > reach_mm || away[v] >= nearest[v]) continue;
         nearest[v] = away[v];
         phase[v] = cavity;

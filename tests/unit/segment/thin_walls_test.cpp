@@ -1,6 +1,7 @@
 #include "pipeline/segment/thin_walls.h"
 
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -67,6 +68,16 @@ TEST(ReachWalls, takes_in_blood_within_a_pixel_of_the_prior_and_no_more) {
   // 2 mm and half a pixel beyond the outermost labelled centre.
   EXPECT_LE(end_mm(far), 15 + 2.75);
   EXPECT_GT(end_mm(far), 15);
+}
+
+TEST(ReachWalls, knows_blood_that_is_darker_than_muscle) {
+  Section dark = section(16.8);
+  for (float& value : dark.images.phases[0]) value = kMuscle + kBlood - value;
+  TissueLevels turned = levels();
+  std::swap(turned.blood, turned.muscle);
+  turned.rv_blood = turned.blood;
+  reach_walls(dark.images, turned, dark.labels);
+  EXPECT_DOUBLE_EQ(end_mm(dark), 16.5);
 }
 
 TEST(ReachWalls, leaves_muscle_and_what_is_no_heart) {
