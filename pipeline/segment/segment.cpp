@@ -49,6 +49,7 @@ struct Task {
   const SegmentOptions& options;
   const std::vector<Seed>& given;
   bool by_prior = false;  ///< else marks alone tell where the heart is
+  double pixel_mm = 0;    ///< of what tells it: the prior's, or the images'
   Box box = {};
   std::vector<Seed> drawn = {};   ///< of those given, the ones that reach the box
   KnownLabels known = {};         ///< in the box
@@ -123,7 +124,12 @@ Task lay_ground(const ImageCycle<float>& stack, const std::vector<Seed>& given,
   // Where the prior overlooks the heart, what a person marked counts alone.
   const bool by_prior = likeliest && holds_heart(*likeliest);
   if (!by_prior && !tell_heart(given, known)) throw_no_heart(prior != nullptr);
-  Task task{.stack = stack, .options = options, .given = given, .by_prior = by_prior};
+  const Grid& told_on = by_prior ? prior->grid : stack.grid;
+  Task task{.stack = stack,
+            .options = options,
+            .given = given,
+            .by_prior = by_prior,
+            .pixel_mm = told_on.spacing_mm().head<2>().maxCoeff()};
   task.drawn = given;
   const Box found =
       by_prior ? box_of_heart(stack.grid, *likeliest) : box_of_marks(stack.grid, given, known);
@@ -208,7 +214,7 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   fill_cavity(task.by_prior ? task.ground.seeds : task.marks, labels);
   add_thin_walls(task.images, task.ground.levels, labels);
   smooth_outlines(labels, task.options.outline_sigma_mm);
-  reach_walls(task.images, task.ground.levels, labels);
+  reach_walls(task.images, task.ground.levels, task.pixel_mm, labels);
   trim_wall(labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
   hold(task, labels);

@@ -14,7 +14,6 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kThickestMm = 5;
-constexpr double kPriorPixelMm = 2;  ///< of the built-in prior, see its README
 
 constexpr std::array kThinWalled{kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta};
 
@@ -69,11 +68,11 @@ void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
   });
 }
 
-void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels,
+void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels, double pixel_mm,
                  ImageCycle<std::uint8_t>& labels) {
   const Grid& grid = labels.grid;
-  // A pixel of the prior beyond the outline, which lies half a pixel off the outermost centres.
-  const double reach_mm = kPriorPixelMm + grid.spacing_mm().head<2>().maxCoeff() / 2;
+  // From the outermost centres, off which the outline lies by half a pixel of the images.
+  const double reach_mm = pixel_mm + grid.spacing_mm().head<2>().maxCoeff() / 2;
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     const std::vector<std::uint8_t> before = phase;

@@ -15,12 +15,13 @@ void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
                     ImageCycle<std::uint8_t>& labels);
 
 /// The RV, the atria and the aorta reach as far as their blood is seen: what is rest of the heart,
-/// lies within a pixel of the prior of one of them, and is nearer to its blood than to muscle
-/// becomes that cavity. A prior tells no outline better than by its pixel, its rest of the heart
-/// holds vessels as bright as blood beside walls, and smooth outlines round off the RV's horns. Of
-/// 64 drawn stacks of thick slices (9000 to 9079) the RV lacked 13 % at end-diastole without it.
+/// lies within `pixel_mm` of one of them, and is nearer to its blood than to muscle becomes that
+/// cavity. A prior tells no outline better than by its pixel, its rest of the heart holds vessels
+/// as bright as blood beside walls, and smooth outlines round off the RV's horns. Of 64 drawn
+/// stacks of thick slices (9000 to 9079) the RV lacked 13 % at end-diastole without it.
 /// @param images of the labels' grid, evenly lit
-void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels,
+/// @param pixel_mm of what told where labels are: the prior's, or, of marks, the images'
+void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels, double pixel_mm,
                  ImageCycle<std::uint8_t>& labels);
 
 }  // namespace beatlas::segment

@@ -6,12 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "runtime/atlas/structures.h"
+#include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {
 
 constexpr int kSide = 60;
 constexpr double kPixelMm = 1.5;
+constexpr double kPriorMm = 2;  ///< a pixel of the prior
 constexpr float kMuscle = 100;
 constexpr float kBlood = 300;
 
@@ -26,10 +28,9 @@ double radius_mm(int i, int j) { return kPixelMm * std::hypot(i - 30, j - 30); }
 
 Section section(double blood_mm) {
   Section out;
-  out.images.grid.size = {kSide, kSide, 1};
-  out.images.grid.mm_from_index.linear() = Vec3(kPixelMm, kPixelMm, 8).asDiagonal();
+  out.images = made::constant_images(
+      made::straight_grid({kSide, kSide, 1}, {kPixelMm, kPixelMm, 8}), 1, kMuscle);
   out.labels.grid = out.images.grid;
-  out.images.phases.emplace_back(out.images.grid.count(), kMuscle);
   out.labels.phases.emplace_back(out.images.grid.count(), kLabelBackground);
   for (int j = 0; j < kSide; ++j) {
     for (int i = 0; i < kSide; ++i) {
@@ -61,13 +62,16 @@ double end_mm(const Section& section) {
 
 TEST(ReachWalls, takes_in_blood_within_a_pixel_of_the_prior_and_no_more) {
   Section near = section(16.8);
-  reach_walls(near.images, levels(), near.labels);
+  reach_walls(near.images, levels(), kPriorMm, near.labels);
   EXPECT_DOUBLE_EQ(end_mm(near), 16.5);
   Section far = section(24);
-  reach_walls(far.images, levels(), far.labels);
-  // 2 mm and half a pixel beyond the outermost labelled centre.
-  EXPECT_LE(end_mm(far), 15 + 2.75);
-  EXPECT_GT(end_mm(far), 15);
+  reach_walls(far.images, levels(), kPriorMm, far.labels);
+  // 2 mm and half a pixel beyond the outermost labelled centre: one pixel of 1.5 mm, of a prior of
+  // 4 mm three.
+  EXPECT_DOUBLE_EQ(end_mm(far), 16.5);
+  Section coarse = section(24);
+  reach_walls(coarse.images, levels(), 4, coarse.labels);
+  EXPECT_DOUBLE_EQ(end_mm(coarse), 19.5);
 }
 
 TEST(ReachWalls, knows_blood_that_is_darker_than_muscle) {
@@ -76,14 +80,14 @@ TEST(ReachWalls, knows_blood_that_is_darker_than_muscle) {
   TissueLevels turned = levels();
   std::swap(turned.blood, turned.muscle);
   turned.rv_blood = turned.blood;
-  reach_walls(dark.images, turned, dark.labels);
+  reach_walls(dark.images, turned, kPriorMm, dark.labels);
   EXPECT_DOUBLE_EQ(end_mm(dark), 16.5);
 }
 
 TEST(ReachWalls, leaves_muscle_and_what_is_no_heart) {
   Section dark = section(15);
   const auto before = dark.labels.phases;
-  reach_walls(dark.images, levels(), dark.labels);
+  reach_walls(dark.images, levels(), kPriorMm, dark.labels);
   EXPECT_EQ(dark.labels.phases, before);
   // Bright fat beside the cavity is background, however bright.
   Section fat = section(27);
@@ -91,7 +95,7 @@ TEST(ReachWalls, leaves_muscle_and_what_is_no_heart) {
     if (label == kLabelRestOfHeart) label = kLabelBackground;
   }
   const auto as_labelled = fat.labels.phases;
-  reach_walls(fat.images, levels(), fat.labels);
+  reach_walls(fat.images, levels(), kPriorMm, fat.labels);
   EXPECT_EQ(fat.labels.phases, as_labelled);
 }
 
@@ -102,7 +106,7 @@ TEST(ReachWalls, gives_what_lies_between_two_cavities_to_the_nearer_one) {
   for (int j = 0; j < kSide; ++j) {
     for (int i = 43; i < 48; ++i) labels[two.labels.grid.offset(i, j, 0)] = kLabelRaBlood;
   }
-  reach_walls(two.images, levels(), two.labels);
+  reach_walls(two.images, levels(), kPriorMm, two.labels);
   EXPECT_EQ(labels[two.labels.grid.offset(41, 30, 0)], kLabelRvBlood);
   EXPECT_EQ(labels[two.labels.grid.offset(42, 30, 0)], kLabelRaBlood);
 }
