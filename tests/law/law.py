@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks one law of the house and prints what breaks it; exit status 1 if anything does.
 
-law.py --root ROOT arrows | libraries | public_headers | order | scratch | documents
+law.py --root ROOT arrows | libraries | public_headers | order | scratch | documents | counts | test_names
 law.py --root ROOT compiled BUILD
 law.py loaded PROGRAM...
 """
@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import built
+import counts
 import documents
 import sources
 
@@ -21,6 +22,8 @@ TEXT_LAWS = {
     "order": sources.check_order,
     "scratch": sources.check_scratch,
     "documents": documents.check_documents,
+    "counts": counts.check_counts,
+    "test_names": sources.check_test_names,
 }
 
 

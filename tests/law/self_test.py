@@ -7,6 +7,7 @@ import unittest
 from pathlib import Path
 
 import built
+import counts
 import documents
 import rules
 import sources
@@ -177,6 +178,27 @@ class TextLaws(House):
                            'int x;\nif (getenv("X")) y();\n', ":2", "getenv")
         self.write("pipeline/mesh/remesh.cpp", 'open("/tmp/x");\n')
         self.assertIn("/tmp/", self.broken(sources.check_scratch)[0])
+
+    def test_a_room_with_too_much_in_it_is_found(self):
+        inner = "  if (x) {\n    y({1, 2});\n  }\n"
+        self.write("pipeline/mesh/long.cpp", "namespace beatlas {\n\n/// {\nvoid f(int x,\n       int y) {\n" +
+                   inner * 40 + "}\n\nstruct S {\n  int x = {};\n  int g() const { return x; }\n};\n\n}\n")
+        lengths = dict(counts.functions((self.root / "pipeline/mesh/long.cpp").read_text()))
+        self.assertEqual(lengths, {4: 123, 130: 1})
+        self.assertIn("longest function: 123", self.broken(counts.check_counts)[0])
+        self.assertEqual(list(counts.functions("template <class T, class... Ts>\nvoid f(T x = {}) {\n  x();\n}\n")),
+                         [(1, 4)])
+        self.write("pipeline/mesh/long.cpp", "constexpr double kA = 1;\nconstexpr int kB{2};\n" * 100)
+        self.assertIn("constants: 200", self.broken(counts.check_counts)[0])
+        self.write("pipeline/mesh/long.cpp", "int x;\n")
+        for here, there in ("ab", "bc", "cd", "da"):
+            self.write(f"pipeline/mesh/{here}.h", f'#include "pipeline/mesh/{there}.h"\n')
+        self.assertIn("knot: 4", self.broken(counts.check_counts)[0])
+
+    def test_a_test_that_is_named_otherwise_is_found(self):
+        self.write("tests/unit/x_test.cpp", "TEST(Ball, IsRound) {}\n")
+        self.assert_breaks(sources.check_test_names, "tests/unit/y_test.cpp", "\nTEST(Ball, is_round) {}\n", ":2",
+                           "is_round")
 
     def test_a_file_that_is_too_long_is_found(self):
         self.assert_breaks(sources.check_order, "tests/unit/long_test.cpp",

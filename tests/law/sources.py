@@ -127,6 +127,19 @@ def check_order(root):
             yield f"{path}: {lines} lines, more than {rules.MAX_LINES}; one concept a file"
 
 
+_TEST_NAME = re.compile(r"^TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)", re.MULTILINE)
+
+
+def check_test_names(root):
+    """Suites and tests are named alike: words that begin with capitals."""
+    for path, text in source_files(root, ("tests",), (".cpp",)):
+        for found in _TEST_NAME.finditer(text):
+            for name in found.groups():
+                if not name[0].isupper() or "_" in name:
+                    line = text.count("\n", 0, found.start()) + 1
+                    yield f"{path}:{line}: {name}: name it in CamelCase, as the others are"
+
+
 _MACHINE_PATH = re.compile(r'"/(?:tmp|home|root|work|mnt|media|Users)/')
 _SAYS = re.compile(r"\bgetenv\b|\bv?f?printf\s*\(|\bf?puts\s*\(|\bstd::c(?:out|err|log)\b")
 

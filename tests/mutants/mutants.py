@@ -33,7 +33,7 @@ class Mutant(NamedTuple):
 MUTANTS = (
     # Whatever begins as a folder does would lie within it.
     Mutant("runtime/base", "within.cpp", ".first == from.end()", ".first != from.begin()",
-           "runtime_base_test", "LiesWithin.what_is_beside_or_below"),
+           "runtime_base_test", "LiesWithin.WhatIsBesideOrBelow"),
     # An entry's size would be believed by one more than there may be.
     Mutant("runtime/atlas", "zip_archive.cpp", "count < 0 || static_cast<std::size_t>(count) > kMaxEntries",
            "count < 0 || static_cast<std::size_t>(count) > 2 * kMaxEntries",
@@ -61,7 +61,7 @@ MUTANTS = (
            "phantom_test", "PhantomShape.VolumesEqualClosedForms"),
     # A volume that fell in one phase would count as one that rose.
     Mutant("pipeline/segment", "volume_jumps.cpp", "above > below ? above : -below", "above > below ? above : below",
-           "segment_test", "VolumeJumps.one_phase_that_leaked_or_lost_is_found_wherever_it_is"),
+           "segment_test", "VolumeJumps.OnePhaseThatLeakedOrLostIsFoundWhereverItIs"),
     # Errors would be told ten times as small as they are felt.
     Mutant("pipeline/assess", "force_error.cpp", "kJndShare = 0.07;", "kJndShare = 0.7;",
            "assess_test", "ForceErrors.FollowFromThePairsOfForces"),

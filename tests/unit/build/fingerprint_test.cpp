@@ -16,7 +16,7 @@ Cine make_cine() {
   return cine;
 }
 
-TEST(Fingerprint, tells_every_part_of_a_stack_apart) {
+TEST(Fingerprint, TellsEveryPartOfAStackApart) {
   std::set<std::string> seen{stack_sha256(make_cine())};
   const auto expect_new = [&](const Cine& cine) {
     EXPECT_TRUE(seen.insert(stack_sha256(cine)).second);
@@ -41,7 +41,7 @@ TEST(Fingerprint, tells_every_part_of_a_stack_apart) {
   expect_new(cine);
 }
 
-TEST(Fingerprint, is_the_same_for_the_same_stack) {
+TEST(Fingerprint, IsTheSameForTheSameStack) {
   EXPECT_EQ(stack_sha256(make_cine()), stack_sha256(make_cine()));
   EXPECT_EQ(stack_sha256(make_cine()).size(), 64U);
 }

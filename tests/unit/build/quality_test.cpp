@@ -24,7 +24,7 @@ FieldCycle field_of(std::vector<double> volume_ml) {
   return field;
 }
 
-TEST(Quality, is_the_largest_gap_as_a_share_of_the_largest_volume) {
+TEST(Quality, IsTheLargestGapAsAShareOfTheLargestVolume) {
   const std::vector<report::VolumeCurve> segmented{{Structure::LvBlood, {100, 36}}};
   SurfaceCycle surface{Structure::LvBlood, kTetrahedron, {}};
   surface.positions = {corner(60, {0, 0, 0}), corner(60, {0, 0, 0})};  // 36 ml and 36 ml
@@ -34,7 +34,7 @@ TEST(Quality, is_the_largest_gap_as_a_share_of_the_largest_volume) {
   EXPECT_NEAR(quality[0].surface_volume_excess_percent, -64, 1e-3);
 }
 
-TEST(Quality, below_the_demand_it_is_refused_with_figure_and_limit) {
+TEST(Quality, BelowTheDemandItIsRefusedWithFigureAndLimit) {
   const auto quality = measure_quality({{Structure::LvBlood, {100}}}, {field_of({93})}, {});
   QualityOptions options;
   options.max_volume_gap_percent = 7.1;
@@ -51,12 +51,12 @@ TEST(Quality, below_the_demand_it_is_refused_with_figure_and_limit) {
   }
 }
 
-TEST(Quality, an_empty_segmentation_does_not_pass) {
+TEST(Quality, AnEmptySegmentationDoesNotPass) {
   const auto quality = measure_quality({{Structure::LvBlood, {0}}}, {field_of({0})}, {});
   EXPECT_THROW(demand_quality(quality, {}), Error);
 }
 
-TEST(Quality, other_phases_or_structures_are_refused) {
+TEST(Quality, OtherPhasesOrStructuresAreRefused) {
   EXPECT_THROW((void)measure_quality({{Structure::LvBlood, {1, 2}}}, {field_of({1})}, {}), Error);
   EXPECT_THROW((void)measure_quality({{Structure::Heart, {1}}}, {field_of({1})}, {}), Error);
 }

@@ -25,7 +25,7 @@ std::string recipe_refusal(const char* text) {
   return refusal([&] { (void)recipe_from_json(json::parse(text)); });
 }
 
-TEST(Recipe, defaults_are_those_of_the_structs) {
+TEST(Recipe, DefaultsAreThoseOfTheStructs) {
   const Recipe recipe = recipe_from_json(json::object());
   EXPECT_EQ(recipe.field.voxel_mm, field::FieldOptions{}.voxel_mm);
   EXPECT_EQ(recipe.mesh.edge_mm, mesh::MeshOptions{}.edge_mm);
@@ -33,7 +33,7 @@ TEST(Recipe, defaults_are_those_of_the_structs) {
   EXPECT_EQ(recipe.pack.step_mm, pack::EncodeOptions{}.step_mm);
 }
 
-TEST(Recipe, goes_through_json_unchanged) {
+TEST(Recipe, GoesThroughJsonUnchanged) {
   json changed = recipe_to_json({});
   for (auto& section : changed.items()) {
     for (auto& option : section.value().items()) {
@@ -45,20 +45,20 @@ TEST(Recipe, goes_through_json_unchanged) {
   EXPECT_EQ(recipe_to_json(recipe_from_json(changed)), changed);
 }
 
-TEST(Recipe, what_it_does_not_name_keeps_its_default) {
+TEST(Recipe, WhatItDoesNotNameKeepsItsDefault) {
   const Recipe recipe = recipe_from_json(json::parse(R"({"mesh": {"edge_mm": 3}})"));
   EXPECT_EQ(recipe.mesh.edge_mm, 3);
   EXPECT_EQ(recipe.mesh.reference_phase, mesh::MeshOptions{}.reference_phase);
 }
 
-TEST(Recipe, what_nothing_asks_any_more_is_passed_over) {
+TEST(Recipe, WhatNothingAsksAnyMoreIsPassedOver) {
   const Recipe recipe = recipe_from_json(
       json::parse(R"({"segment": {"tricuspid_excursion_mm": 22, "atria": false}})"));
   EXPECT_FALSE(recipe.segment.atria);
   EXPECT_FALSE(recipe_to_json(recipe).at("segment").contains("tricuspid_excursion_mm"));
 }
 
-TEST(Recipe, refusals_name_the_path) {
+TEST(Recipe, RefusalsNameThePath) {
   EXPECT_NE(recipe_refusal(R"({"mesh": {"edge": 1}})").find("/mesh/edge"), std::string::npos);
   EXPECT_NE(recipe_refusal(R"({"msh": {}})").find("/msh"), std::string::npos);
   EXPECT_NE(recipe_refusal(R"({"field": {"voxel_mm": 0.1}})").find("/field/voxel_mm"),
@@ -71,7 +71,7 @@ TEST(Recipe, refusals_name_the_path) {
   EXPECT_NE(recipe_refusal("[]"), "(accepted)");
 }
 
-TEST(Recipe, a_leak_warns_or_is_an_error) {
+TEST(Recipe, ALeakWarnsOrIsAnError) {
   EXPECT_EQ(recipe_from_json(json::object()).segment.leak.action, segment::LeakAction::Warn);
   const Recipe strict = recipe_from_json(json::parse(R"({"segment": {"leak": "error"}})"));
   EXPECT_EQ(strict.segment.leak.action, segment::LeakAction::Error);
@@ -81,7 +81,7 @@ TEST(Recipe, a_leak_warns_or_is_an_error) {
   EXPECT_NE(recipe_refusal(R"({"segment": {"leak": 1}})").find("/segment/leak"), std::string::npos);
 }
 
-TEST(Recipe, the_method_and_the_papillary_muscles_are_chosen_by_name) {
+TEST(Recipe, TheMethodAndThePapillaryMusclesAreChosenByName) {
   const segment::SegmentOptions plain = recipe_from_json(json::object()).segment;
   EXPECT_EQ(plain.method, segment::Method::Competition);
   EXPECT_EQ(plain.papillary, segment::Papillary::Cavity);
@@ -104,7 +104,7 @@ TEST(Recipe, the_method_and_the_papillary_muscles_are_chosen_by_name) {
             std::string::npos);
 }
 
-TEST(Recipe, limits_are_of_all_structures_and_of_single_ones) {
+TEST(Recipe, LimitsAreOfAllStructuresAndOfSingleOnes) {
   const Recipe recipe = recipe_from_json(json::parse(
       R"({"validate": {"max_rms_mm": 0.5, "min_dice": null,
           "structures": {"lv_blood": {"max_rms_mm": 0.2}}}})"));
@@ -123,13 +123,13 @@ TEST(Recipe, limits_are_of_all_structures_and_of_single_ones) {
             std::string::npos);
 }
 
-TEST(Recipe, every_stage_finds_its_options) {
+TEST(Recipe, EveryStageFindsItsOptions) {
   for (study::Stage stage : study::kAllStages) {
     EXPECT_TRUE(stage_options({}, stage).is_object()) << study::stage_name(stage);
   }
 }
 
-TEST(Scene, names_and_objects_are_understood) {
+TEST(Scene, NamesAndObjectsAreUnderstood) {
   EXPECT_EQ(read_scene("palpation").content, "palpation");
   const Scene scene = scene_from_json(
       json::parse(R"({"content": "anatomy", "material": {"stiffness_n_per_m": 80}})"));
@@ -145,7 +145,7 @@ TEST(Scene, names_and_objects_are_understood) {
   EXPECT_EQ(surface_edges_mm(levels, 2), (Edges{1, 2, 4}));
 }
 
-TEST(Scene, refusals_name_the_path) {
+TEST(Scene, RefusalsNameThePath) {
   const auto scene_refusal = [](const char* text) {
     return refusal([&] { (void)scene_from_json(json::parse(text)); });
   };
@@ -161,7 +161,7 @@ TEST(Scene, refusals_name_the_path) {
   EXPECT_THROW((void)read_scene("everything"), Error);
 }
 
-TEST(Seeds, go_through_json_unchanged) {
+TEST(Seeds, GoThroughJsonUnchanged) {
   const json text = json::parse(
       R"({"seeds": [{"label": 3, "lps_mm": [1.5, -2, 0.1], "radius_mm": 4.5, "phase": -1}]})");
   const std::vector<segment::Seed> seeds = seeds_from_json(text);
@@ -172,7 +172,7 @@ TEST(Seeds, go_through_json_unchanged) {
   EXPECT_EQ(seeds_from_json(seeds_to_json(seeds))[0].radius_mm, 4.5);
 }
 
-TEST(Seeds, refusals_name_the_path) {
+TEST(Seeds, RefusalsNameThePath) {
   const auto seeds_refusal = [](const char* text) {
     return refusal([&] { (void)seeds_from_json(json::parse(text)); });
   };

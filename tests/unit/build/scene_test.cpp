@@ -13,7 +13,7 @@ using List = std::vector<Structure>;
 
 Scene of(const std::string& text) { return scene_from_json(nlohmann::json::parse(text)); }
 
-TEST(StructuresNeeded, are_the_four_of_every_scene_that_is_known_by_name) {
+TEST(StructuresNeeded, AreTheFourOfEverySceneThatIsKnownByName) {
   const List four{Heart, LvBlood, RvBlood, LvMyocardium};
   for (const std::string_view name : atlas::kScenes) {
     EXPECT_EQ(structures_needed(read_scene(std::string(name)), false), four) << name;
@@ -21,18 +21,18 @@ TEST(StructuresNeeded, are_the_four_of_every_scene_that_is_known_by_name) {
   EXPECT_EQ(structures_needed(Scene(), false), four);
 }
 
-TEST(StructuresNeeded, are_those_that_the_scene_names) {
+TEST(StructuresNeeded, AreThoseThatTheSceneNames) {
   const Scene scene = of(R"({"structures": ["lv_blood", "heart", "aorta"]})");
   const List named{Heart, LvBlood, Aorta};
   EXPECT_EQ(structures_needed(scene, false), named);
   EXPECT_EQ(structures_needed(scene, true), named);
 }
 
-TEST(StructuresNeeded, are_the_heart_alone_where_all_labels_were_given) {
+TEST(StructuresNeeded, AreTheHeartAloneWhereAllLabelsWereGiven) {
   EXPECT_EQ(structures_needed(Scene(), true), List{Heart});
 }
 
-TEST(ScenePlan, holds_what_a_finger_touches_and_what_tells_of_the_muscle_under_it) {
+TEST(ScenePlan, HoldsWhatAFingerTouchesAndWhatTellsOfTheMuscleUnderIt) {
   const ScenePlan plan = plan_of(read_scene("palpation"));
   EXPECT_EQ(plan.fields, (List{Heart, LvBlood, LvMyocardium}));
   EXPECT_EQ(plan.surfaces, List{LvBlood});
@@ -40,7 +40,7 @@ TEST(ScenePlan, holds_what_a_finger_touches_and_what_tells_of_the_muscle_under_i
   EXPECT_FALSE(plan.volume);
 }
 
-TEST(ScenePlan, holds_every_surface_where_all_is_seen) {
+TEST(ScenePlan, HoldsEverySurfaceWhereAllIsSeen) {
   const List all(kAllStructures.begin(), kAllStructures.end());
   for (const char* name : {"anatomy", "full"}) {
     SCOPED_TRACE(name);
@@ -52,7 +52,7 @@ TEST(ScenePlan, holds_every_surface_where_all_is_seen) {
   }
 }
 
-TEST(ScenePlan, of_a_study_is_enough_for_any_scene) {
+TEST(ScenePlan, OfAStudyIsEnoughForAnyScene) {
   for (const std::string_view name : atlas::kScenes) {
     SCOPED_TRACE(name);
     const Scene scene = read_scene(std::string(name));
@@ -67,7 +67,7 @@ TEST(ScenePlan, of_a_study_is_enough_for_any_scene) {
   }
 }
 
-TEST(SceneFromJson, refuses_structures_that_are_none_by_their_place) {
+TEST(SceneFromJson, RefusesStructuresThatAreNoneByTheirPlace) {
   const auto refusal = [](const std::string& text) -> std::string {
     try {
       (void)of(text);
@@ -86,7 +86,7 @@ TEST(SceneFromJson, refuses_structures_that_are_none_by_their_place) {
             std::string::npos);
 }
 
-TEST(SceneToJson, keeps_what_a_record_of_one_without_structures_had) {
+TEST(SceneToJson, KeepsWhatARecordOfOneWithoutStructuresHad) {
   EXPECT_EQ(scene_to_json(Scene()).size(), 3U);
   EXPECT_EQ(scene_to_json(of(R"({"structures": ["heart"]})")).at("structures"),
             nlohmann::json::array({"heart"}));

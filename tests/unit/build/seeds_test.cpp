@@ -24,7 +24,7 @@ json stroke() {
   return {{"label", 2}, {"stroke_lps_mm", {{0, 0, 1}, {5, 0, 1.25}, {5, 6, 1}}}, {"phase", 4}};
 }
 
-TEST(SeedsFile, keeps_balls_and_strokes_in_the_order_drawn) {
+TEST(SeedsFile, KeepsBallsAndStrokesInTheOrderDrawn) {
   const auto seeds = seeds_from_json({{"version", 1}, {"seeds", {ball(), stroke(), ball()}}});
   ASSERT_EQ(seeds.size(), 3U);
   EXPECT_EQ(seeds[0].lps_mm, Vec3(1.5, -2, 3));
@@ -37,7 +37,7 @@ TEST(SeedsFile, keeps_balls_and_strokes_in_the_order_drawn) {
   EXPECT_TRUE(seeds[2].stroke_lps_mm.empty());
 }
 
-TEST(SeedsFile, reads_back_what_it_wrote_to_the_last_bit) {
+TEST(SeedsFile, ReadsBackWhatItWroteToTheLastBit) {
   segment::Seed odd{1, Vec3(0.1, -1.0 / 3, 1e-9), 0.3, -1, {Vec3(2.0 / 7, 4999.9, -0.7)}};
   const json written = seeds_to_json({{3, Vec3(0.2, 0.3, 0.6), 2.5, 7, {}}, odd});
   EXPECT_EQ(written.at("version"), 1);
@@ -49,7 +49,7 @@ TEST(SeedsFile, reads_back_what_it_wrote_to_the_last_bit) {
   EXPECT_EQ(seeds_to_json(seeds), written);
 }
 
-TEST(SeedsFile, without_a_version_is_of_the_first_and_others_are_refused_by_their_number) {
+TEST(SeedsFile, WithoutAVersionIsOfTheFirstAndOthersAreRefusedByTheirNumber) {
   EXPECT_EQ(seeds_from_json({{"seeds", {ball()}}}).size(), 1U);
   const std::string said = refusal({{"version", 2}, {"seeds", {ball()}}});
   EXPECT_NE(said.find("version is 2"), std::string::npos) << said;
@@ -57,7 +57,7 @@ TEST(SeedsFile, without_a_version_is_of_the_first_and_others_are_refused_by_thei
   EXPECT_NE(refusal({{"version", "1"}, {"seeds", {ball()}}}).find("/version"), std::string::npos);
 }
 
-TEST(SeedsFile, names_what_is_wrong_with_a_stroke) {
+TEST(SeedsFile, NamesWhatIsWrongWithAStroke) {
   const auto with = [](const std::string& key, const json& value) {
     json seed = stroke();
     seed[key] = value;

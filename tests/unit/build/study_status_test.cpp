@@ -13,7 +13,7 @@ StageStatus refused_pack() {
   return out;
 }
 
-TEST(StudyStatus, counts_files_of_a_folder_where_there_are_many) {
+TEST(StudyStatus, CountsFilesOfAFolderWhereThereAreMany) {
   StudyStatus status;
   status.stages.push_back(refused_pack());
   std::vector<std::string>& changed = status.stages.back().changed;
@@ -28,7 +28,7 @@ TEST(StudyStatus, counts_files_of_a_folder_where_there_are_many) {
   EXPECT_EQ(to_json(status)["stages"][0]["changed"].size(), changed.size());
 }
 
-TEST(StudyStatus, parts_what_it_tells_of_a_stage) {
+TEST(StudyStatus, PartsWhatItTellsOfAStage) {
   StudyStatus status;
   StageStatus stage;
   stage.stage = study::Stage::Segment;

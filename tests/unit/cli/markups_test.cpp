@@ -61,7 +61,7 @@ void expect_said(const json& value, const std::vector<std::string>& words) {
   }
 }
 
-TEST(LabelNames, are_known_whatever_their_case_and_separators) {
+TEST(LabelNames, AreKnownWhateverTheirCaseAndSeparators) {
   for (const char* name : {"lv_blood", "LV blood", "LvBlood", "lv-blood", "LV_BLOOD-3",
                            "lvblood 12", "LV", "3", "3-1", " lv . blood "}) {
     EXPECT_EQ(label_from_name(name), std::uint8_t{kLabelLvBlood}) << name;
@@ -81,7 +81,7 @@ TEST(LabelNames, are_known_whatever_their_case_and_separators) {
   }
 }
 
-TEST(LabelNames, that_are_unknown_are_answered_with_what_they_may_mean) {
+TEST(LabelNames, ThatAreUnknownAreAnsweredWithWhatTheyMayMean) {
   // Cavity or wall: nobody but its user knows.
   EXPECT_EQ(what_it_may_be("left_ventricle"), "did you mean 'lv_blood' or 'lv_myocardium'?");
   EXPECT_EQ(what_it_may_be("Left Ventricle@4-1"), "did you mean 'lv_blood' or 'lv_myocardium'?");
@@ -90,7 +90,7 @@ TEST(LabelNames, that_are_unknown_are_answered_with_what_they_may_mean) {
   EXPECT_EQ(what_it_may_be("spleen").rfind("call it one of background, rv_blood", 0), 0U);
 }
 
-TEST(LabelMap, is_read_from_presets_and_pairs) {
+TEST(LabelMap, IsReadFromPresetsAndPairs) {
   EXPECT_EQ(label_map_from_word("acdc"), (LabelMap{{1, 1}, {2, 2}, {3, 3}}));
   EXPECT_EQ(label_map_from_word("mms"), (LabelMap{{1, 3}, {2, 2}, {3, 1}}));
   EXPECT_EQ(label_map_from_word("200=LV blood,7=background"), (LabelMap{{7, 0}, {200, 3}}));
@@ -107,7 +107,7 @@ TEST(LabelMap, is_read_from_presets_and_pairs) {
   }
 }
 
-TEST(Markups, lists_become_balls_by_the_points_label_or_else_by_the_lists_name) {
+TEST(Markups, ListsBecomeBallsByThePointsLabelOrElseByTheListsName) {
   const auto seeds =
       seeds_from_markups(file({markup("Fiducial", "LV blood",
                                       {point("LV blood-1", {1, 2, 3}), point("RV-7", {4, 5, 6}),
@@ -125,7 +125,7 @@ TEST(Markups, lists_become_balls_by_the_points_label_or_else_by_the_lists_name) 
   EXPECT_EQ(seeds[1].lps_mm, Vec3(4, 5, 6));
 }
 
-TEST(Markups, in_ras_or_micrometres_are_turned_into_lps_millimetres) {
+TEST(Markups, InRasOrMicrometresAreTurnedIntoLpsMillimetres) {
   json ras = markup("Fiducial", "lv", {point("lv-1", {1, 2, 3})});
   ras["coordinateSystem"] = "RAS";
   EXPECT_EQ(seeds_from_markups(file({ras}), {})[0].lps_mm, Vec3(-1, -2, 3));
@@ -140,7 +140,7 @@ TEST(Markups, in_ras_or_micrometres_are_turned_into_lps_millimetres) {
   EXPECT_EQ(seeds_from_markups(shortest, {})[0].lps_mm, Vec3(1, 2, 3));
 }
 
-TEST(Markups, curves_become_strokes_and_closed_ones_return) {
+TEST(Markups, CurvesBecomeStrokesAndClosedOnesReturn) {
   const std::vector<json> points = {point("myo-1", {0, 0, 0}), point("myo-2", {1, 0, 0}),
                                     point("myo-3", {1, 1, 0})};
   const auto open = seeds_from_markups(file({markup("Curve", "myo", points)}), {});
@@ -151,7 +151,7 @@ TEST(Markups, curves_become_strokes_and_closed_ones_return) {
   EXPECT_EQ(closed[0].stroke_lps_mm, (std::vector<Vec3>{{1, 0, 0}, {1, 1, 0}, {0, 0, 0}}));
 }
 
-TEST(Markups, tell_their_phase_by_the_end_of_a_name) {
+TEST(Markups, TellTheirPhaseByTheEndOfAName) {
   const auto seeds =
       seeds_from_markups(file({markup("Fiducial", "lv_blood@5",
                                       {point("lv_blood@5-1", {0, 0, 0}), point("rv", {0, 0, 0}),
@@ -165,7 +165,7 @@ TEST(Markups, tell_their_phase_by_the_end_of_a_name) {
   expect_said(file({markup("Fiducial", "lv@5000", {point("x", {0, 0, 0})})}), {"phase"});
 }
 
-TEST(Markups, whose_points_are_only_counted_take_the_name_of_their_list) {
+TEST(Markups, WhosePointsAreOnlyCountedTakeTheNameOfTheirList) {
   json counted = markup("Fiducial", "background", {point("1", {0, 0, 0}), point("2", {1, 0, 0})});
   counted["labelFormat"] = "%d";
   for (const segment::Seed& seed : seeds_from_markups(file({counted}), {})) {
@@ -173,7 +173,7 @@ TEST(Markups, whose_points_are_only_counted_take_the_name_of_their_list) {
   }
 }
 
-TEST(Markups, points_that_were_not_placed_are_passed_over) {
+TEST(Markups, PointsThatWereNotPlacedArePassedOver) {
   json unplaced = point("lv-2", {0, 0, 0});
   unplaced["positionStatus"] = "undefined";
   json shown = unplaced;
@@ -185,7 +185,7 @@ TEST(Markups, points_that_were_not_placed_are_passed_over) {
   expect_said(file({markup("Fiducial", "lv", {unplaced})}), {"no point"});
 }
 
-TEST(Markups, a_description_may_tell_the_radius) {
+TEST(Markups, ADescriptionMayTellTheRadius) {
   json large = point("lv-1", {0, 0, 0});
   large["description"] = "radius 6.5 mm";
   json talk = point("lv-2", {0, 0, 0});
@@ -199,7 +199,7 @@ TEST(Markups, a_description_may_tell_the_radius) {
   expect_said(file({markup("Fiducial", "lv", {large})}), {"/controlPoints/0/description", "50 mm"});
 }
 
-TEST(Markups, give_back_the_seeds_they_were_written_from) {
+TEST(Markups, GiveBackTheSeedsTheyWereWrittenFrom) {
   const std::vector<segment::Seed> seeds = {
       {.label = kLabelLvBlood, .lps_mm = {0.1, -20.25, 1e-3}, .radius_mm = 6.5, .phase = 5},
       {.label = kLabelLvBlood, .lps_mm = {1, 2, 3}, .radius_mm = 0.1, .phase = 5},
@@ -222,7 +222,7 @@ TEST(Markups, give_back_the_seeds_they_were_written_from) {
   }
 }
 
-TEST(Markups, that_cannot_be_meant_are_refused_by_their_place) {
+TEST(Markups, ThatCannotBeMeantAreRefusedByTheirPlace) {
   expect_said(file({markup("Fiducial", "F", {point("F-1", {0, 0, 0})})}),
               {"/markups/0/name", "'F'", "lv_myocardium"});
   expect_said(file({markup("Plane", "lv", {point("lv", {0, 0, 0})})}),

@@ -114,13 +114,13 @@ void expect_balls(const Shapes& shapes, double heart_mm, double inner_mm, Label 
   EXPECT_GT(inside, 4000U);
 }
 
-TEST(SourceLabels, are_the_signs_of_the_fields_on_an_oblique_grid) {
+TEST(SourceLabels, AreTheSignsOfTheFieldsOnAnObliqueGrid) {
   expect_balls({{ball(Structure::Heart, 30), ball(Structure::LvBlood, 18)}, {}}, 30, 18,
                kLabelLvBlood);
 }
 
 // As of an atrium, which has no field; and of a package of surfaces, whose order says nothing.
-TEST(SourceLabels, are_what_surfaces_enclose_where_there_is_no_field) {
+TEST(SourceLabels, AreWhatSurfacesEncloseWhereThereIsNoField) {
   expect_balls({{ball(Structure::Heart, 30)}, {ball_surface(Structure::LaBlood, 18)}}, 30, 18,
                kLabelLaBlood);
   const auto heart = ball_surface(Structure::Heart, 30);
@@ -129,13 +129,13 @@ TEST(SourceLabels, are_what_surfaces_enclose_where_there_is_no_field) {
   expect_balls({{}, {aorta, heart}}, 30, 18, kLabelAorta);
 }
 
-TEST(SourceLabels, of_a_field_stay_where_a_surface_overlaps_it) {
+TEST(SourceLabels, OfAFieldStayWhereASurfaceOverlapsIt) {
   expect_balls({{ball(Structure::Heart, 30), ball(Structure::LvBlood, 18)},
                 {ball_surface(Structure::RaBlood, 17)}},
                30, 18, kLabelLvBlood);
 }
 
-TEST(SourceLabels, need_shapes_of_the_same_phases) {
+TEST(SourceLabels, NeedShapesOfTheSamePhases) {
   StageContext context;
   const Grid grid{{2, 2, 2}, Affine::Identity()};
   EXPECT_THROW((void)labels_from_shapes({}, grid, Affine::Identity(), 1, context), Error);

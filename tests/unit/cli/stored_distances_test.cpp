@@ -44,7 +44,7 @@ FieldCycle ball() {
   return cycle;
 }
 
-TEST(StoredDistances, reach_another_reader_as_float_grids_in_mm) {
+TEST(StoredDistances, ReachAnotherReaderAsFloatGridsInMm) {
   const FieldCycle made = ball();
   const auto stored = std::make_shared<const atlas::FieldPayload>(pack::stored_field(made, {}));
   const test::TemporaryFolder folder;

@@ -55,7 +55,7 @@ FieldCycle ball(const Vec3& centre) {
   return out;
 }
 
-TEST(HeartImages, hold_every_voxel_whose_centre_lies_in_the_lattice_and_few_more) {
+TEST(HeartImages, HoldEveryVoxelWhoseCentreLiesInTheLatticeAndFewMore) {
   const ImageCycle<float> images = stack();
   const Affine workspace_from_index = workspace_from_lps() * images.grid.mm_from_index;
   const FieldCycle heart = ball(workspace_from_index * Vec3(20, 18, 6));
@@ -92,7 +92,7 @@ TEST(HeartImages, hold_every_voxel_whose_centre_lies_in_the_lattice_and_few_more
             0);
 }
 
-TEST(StoredImages, lie_where_the_source_had_them) {
+TEST(StoredImages, LieWhereTheSourceHadThem) {
   const ImageCycle<float> images = stack();
   const Affine workspace_from_index = workspace_from_lps() * images.grid.mm_from_index;
   const FieldCycle heart = ball(workspace_from_index * Vec3(20, 18, 6));

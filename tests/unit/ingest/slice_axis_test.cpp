@@ -40,7 +40,7 @@ float value_at(const Vec3& mm, int phase) {
   return static_cast<float>(mm[0] + 3.1 * mm[1] - 2.3 * mm[2] + 100 * phase);
 }
 
-TEST(SliceAxis, is_found_and_put_last_in_every_order_and_direction) {
+TEST(SliceAxis, IsFoundAndPutLastInEveryOrderAndDirection) {
   const Grid scanned = grid_of({7, 6, 4}, {1.7, 1.9, 10});
   std::array<int, 3> order{0, 1, 2};
   do {
@@ -84,7 +84,7 @@ TEST(SliceAxis, is_found_and_put_last_in_every_order_and_direction) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST(SliceAxis, that_nothing_tells_is_the_third) {
+TEST(SliceAxis, ThatNothingTellsIsTheThird) {
   EXPECT_EQ(slice_axis(grid_of({40, 50, 60}, {1, 1, 1})), 2);         // isotropic
   EXPECT_EQ(slice_axis(grid_of({40, 90, 100}, {1.1, 1, 1})), 2);      // hardly apart
   EXPECT_EQ(slice_axis(grid_of({90, 100, 200}, {4, 4, 0.5})), 2);     // the odd one is the finest

@@ -17,7 +17,7 @@ PhantomSpec quick(const std::string& preset) {
   return spec;
 }
 
-TEST(PhantomCoverage, adds_up_to_the_volumes_in_closed_form) {
+TEST(PhantomCoverage, AddsUpToTheVolumesInClosedForm) {
   const Phantom phantom(quick("small"));
   StageContext context;
   const CoverageCycle made = true_coverage(phantom, context);
@@ -34,7 +34,7 @@ TEST(PhantomCoverage, adds_up_to_the_volumes_in_closed_form) {
   }
 }
 
-TEST(PhantomCoverage, is_the_share_of_points_inside) {
+TEST(PhantomCoverage, IsTheShareOfPointsInside) {
   const Phantom phantom(quick("clinical"));
   StageContext context;
   const CoverageCycle made = true_coverage(phantom, context);
@@ -70,7 +70,7 @@ TEST(PhantomCoverage, is_the_share_of_points_inside) {
   }
 }
 
-TEST(PhantomCoverage, is_that_of_the_labels_and_holds_all_of_them) {
+TEST(PhantomCoverage, IsThatOfTheLabelsAndHoldsAllOfThem) {
   const Phantom phantom(quick("small"));
   StageContext context;
   const CoverageCycle made = true_coverage(phantom, context);
@@ -91,7 +91,7 @@ TEST(PhantomCoverage, is_that_of_the_labels_and_holds_all_of_them) {
   }
 }
 
-TEST(PhantomCoverage, is_the_same_on_one_thread_and_two_and_of_degraded_images) {
+TEST(PhantomCoverage, IsTheSameOnOneThreadAndTwoAndOfDegradedImages) {
   PhantomSpec spec = quick("small");
   spec.anatomy = ventricles_alone(spec.anatomy);
   StageContext context;

@@ -47,7 +47,7 @@ PriorCycle seen(const Grid& grid, const Vec3& along) {
 
 const Grid kStack = grid_of({64, 64, 40}, {2, 2, 3});
 
-TEST(AcrossLv, looks_along_an_lv_that_lies_in_the_slices) {
+TEST(AcrossLv, LooksAlongAnLvThatLiesInTheSlices) {
   const Vec3 along = Vec3(1, 1, 0.3).normalized();
   const auto found = across_lv(seen(kStack, along), kStack, card());
   ASSERT_TRUE(found);
@@ -71,7 +71,7 @@ TEST(AcrossLv, looks_along_an_lv_that_lies_in_the_slices) {
   }
 }
 
-TEST(AcrossLv, leaves_slices_that_are_thick_or_lie_across_as_they_are) {
+TEST(AcrossLv, LeavesSlicesThatAreThickOrLieAcrossAsTheyAre) {
   EXPECT_FALSE(across_lv(seen(kStack, Vec3(0.3, 0, 1).normalized()), kStack, card()));
   const Grid thick = grid_of({64, 64, 12}, {2, 2, 8});
   EXPECT_FALSE(across_lv(seen(thick, Vec3::UnitX()), thick, card()));
@@ -80,7 +80,7 @@ TEST(AcrossLv, leaves_slices_that_are_thick_or_lie_across_as_they_are) {
   EXPECT_FALSE(across_lv(nothing, kStack, card()));
 }
 
-TEST(AcrossLv, cutting_anew_keeps_what_is_linear_in_space) {
+TEST(AcrossLv, CuttingAnewKeepsWhatIsLinearInSpace) {
   Cine stack;
   stack.images.grid = kStack;
   stack.images.phases.assign(2, std::vector<float>(kStack.count()));
@@ -118,7 +118,7 @@ TEST(AcrossLv, cutting_anew_keeps_what_is_linear_in_space) {
   EXPECT_GT(inside, 500);
 }
 
-TEST(AcrossLv, both_views_count_alike_and_what_one_did_not_look_at_stays) {
+TEST(AcrossLv, BothViewsCountAlikeAndWhatOneDidNotLookAtStays) {
   const Vec3 along = Vec3::UnitX();
   PriorCycle native = seen(kStack, along);
   const PriorCycle before = native;

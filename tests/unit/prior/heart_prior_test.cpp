@@ -57,7 +57,7 @@ std::vector<double> stored(const std::vector<double>& logits) {
   return out;
 }
 
-TEST(HeartPrior, is_what_the_network_says_of_every_channel) {
+TEST(HeartPrior, IsWhatTheNetworkSaysOfEveryChannel) {
   // Slices 5 mm apart: neighbours two away; of the second slice the first, 5 mm away.
   const Exam exam = made::rough_exam(made::turned_grid({23, 18, 6}, {2, 2, 5}), 3);
   const Model model = Model::load(made::model_file("pixelwise"));
@@ -108,7 +108,7 @@ TEST(HeartPrior, is_what_the_network_says_of_every_channel) {
   EXPECT_GT(least, 0);  // the least is reached
 }
 
-TEST(HeartPrior, a_network_of_frames_with_four_outputs_stands_in) {
+TEST(HeartPrior, ANetworkOfFramesWithFourOutputsStandsIn) {
   const Exam exam = made::rough_exam(made::turned_grid({9, 11, 1}, {2, 2, 8}), 1);
   const Model model = Model::load(made::model_file("frame_alone"));
   StageContext context;
@@ -127,7 +127,7 @@ TEST(HeartPrior, a_network_of_frames_with_four_outputs_stands_in) {
   }
 }
 
-TEST(HeartPrior, is_the_same_for_any_number_of_threads) {
+TEST(HeartPrior, IsTheSameForAnyNumberOfThreads) {
   const Exam exam = made::rough_exam(made::turned_grid({75, 61, 5}, {1.4, 1.3, 8}), 4);
   const Model model = Model::load(made::model_file("unet"));
   StageContext context;
@@ -144,7 +144,7 @@ TEST(HeartPrior, is_the_same_for_any_number_of_threads) {
             *std::max_element(one.phases[0].begin(), one.phases[0].end()));
 }
 
-TEST(HeartPrior, exams_of_two_phases_and_of_one_slice_have_one) {
+TEST(HeartPrior, ExamsOfTwoPhasesAndOfOneSliceHaveOne) {
   const Model model = Model::load(made::model_file("unet"));
   for (const auto& [size, phases] :
        {std::pair{Index3{30, 40, 3}, 2}, std::pair{Index3{40, 30, 1}, 5},
@@ -183,7 +183,7 @@ Exam turned_exam(const Exam& exam, const std::vector<std::size_t>& there) {
   return out;
 }
 
-TEST(HeartPrior, a_mean_over_orientations_turns_with_the_exam) {
+TEST(HeartPrior, AMeanOverOrientationsTurnsWithTheExam) {
   const made::Folder folder;
   const Exam exam = made::rough_exam(made::turned_grid({32, 48, 3}, {2, 2, 8}), 2);
   for (const int orientations : {1, 8}) {
@@ -211,7 +211,7 @@ TEST(HeartPrior, a_mean_over_orientations_turns_with_the_exam) {
   }
 }
 
-TEST(HeartPrior, neighbours_of_a_long_beat_share_the_orientations) {
+TEST(HeartPrior, NeighboursOfALongBeatShareTheOrientations) {
   for (const int orientations : {2, 3, 4, 8}) {
     const TurnsOfImages turns(orientations, 300);
     for (const auto& [slice, phase] : {std::pair{3, 6}, std::pair{0, 0}, std::pair{4, 1}}) {
@@ -241,7 +241,7 @@ TEST(HeartPrior, neighbours_of_a_long_beat_share_the_orientations) {
   EXPECT_EQ(TurnsOfImages(8, 100000).of(1, 0).count, 2);
 }
 
-TEST(HeartPrior, stops_when_asked_and_tells_how_far_it_is) {
+TEST(HeartPrior, StopsWhenAskedAndTellsHowFarItIs) {
   const Exam exam = made::rough_exam(made::turned_grid({30, 40, 6}, {2, 2, 8}), 3);
   const Model model = Model::load(made::model_file("unet"));
   StageContext context;
@@ -266,7 +266,7 @@ TEST(HeartPrior, stops_when_asked_and_tells_how_far_it_is) {
   }
 }
 
-TEST(HeartPrior, an_exam_without_images_is_refused) {
+TEST(HeartPrior, AnExamWithoutImagesIsRefused) {
   const Model model = Model::load(made::model_file("unet"));
   StageContext context;
   EXPECT_TRUE(

@@ -23,7 +23,7 @@ std::string refusal_of(const fs::path& onnx) {
   return made::refusal([&] { (void)Model::load(onnx); });
 }
 
-TEST(PriorModel, tells_what_its_json_says) {
+TEST(PriorModel, TellsWhatItsJsonSays) {
   const Model model = Model::load(made::model_file("pixelwise"));
   EXPECT_EQ(model.card().pixel_mm, 2);
   EXPECT_EQ(model.card().multiple, 4);
@@ -34,7 +34,7 @@ TEST(PriorModel, tells_what_its_json_says) {
   EXPECT_EQ(model.card().card.at("made_by"), "tests/unit/prior/make_models.py");
 }
 
-TEST(PriorModel, an_onnx_file_tells_its_planes) {
+TEST(PriorModel, AnOnnxFileTellsItsPlanes) {
   const Model model = Model::load(made::model_file("frame_alone"));
   const GraphEnds ends = graph_ends(model.onnx());
   ASSERT_EQ(ends.inputs.size(), 1U);
@@ -44,7 +44,7 @@ TEST(PriorModel, an_onnx_file_tells_its_planes) {
   EXPECT_EQ(ends.outputs[0][1], 4);
 }
 
-TEST(PriorModel, missing_files_are_named) {
+TEST(PriorModel, MissingFilesAreNamed) {
   const made::Folder folder;
   EXPECT_TRUE(made::tells(refusal_of(folder.path() / "none.onnx"), "none.onnx: there is no such"));
   const fs::path lonely = folder.copy_of("frame_alone");
@@ -56,7 +56,7 @@ TEST(PriorModel, missing_files_are_named) {
   EXPECT_TRUE(made::tells(refusal_of(card_path(whole)), "name the .onnx file beside it"));
 }
 
-TEST(PriorModel, a_file_that_was_cut_or_is_none_is_refused) {
+TEST(PriorModel, AFileThatWasCutOrIsNoneIsRefused) {
   const made::Folder folder;
   const auto changed = [&](const std::function<void(std::string&)>& change) {
     return refusal_of(folder.copy_of("unet", change));
@@ -69,7 +69,7 @@ TEST(PriorModel, a_file_that_was_cut_or_is_none_is_refused) {
                           "no ONNX file"));
 }
 
-TEST(PriorModel, no_cut_of_a_file_passes) {
+TEST(PriorModel, NoCutOfAFilePasses) {
   std::string whole;
   const made::Folder folder;
   (void)folder.copy_of("frame_alone", [&](std::string& onnx) { whole = onnx; });
@@ -83,14 +83,14 @@ TEST(PriorModel, no_cut_of_a_file_passes) {
   }
 }
 
-TEST(PriorModel, files_that_do_not_belong_together_are_refused) {
+TEST(PriorModel, FilesThatDoNotBelongTogetherAreRefused) {
   const made::Folder folder;
   const fs::path onnx =
       folder.copy_of("unet", {}, [](json& card) { card["sha256"] = std::string(64, '0'); });
   EXPECT_TRUE(made::tells(refusal_of(onnx), "do not belong together"));
 }
 
-TEST(PriorModel, its_json_is_read_strictly) {
+TEST(PriorModel, ItsJsonIsReadStrictly) {
   const made::Folder folder;
   const auto changed = [&](const std::function<void(json&)>& change) {
     return refusal_of(folder.copy_of("unet", {}, change));
@@ -121,7 +121,7 @@ TEST(PriorModel, its_json_is_read_strictly) {
   EXPECT_TRUE(made::tells(refusal_of(onnx), "unet.json: it is no JSON"));
 }
 
-TEST(PriorModel, its_schema_names_the_same_keys_and_words) {
+TEST(PriorModel, ItsSchemaNamesTheSameKeysAndWords) {
   const json schema = json::parse(std::ifstream(BEATLAS_PRIOR_SCHEMA));
   const json& keys = schema.at("properties");
   for (const json& word : keys.at("channels").at("items").at("enum")) {
@@ -159,7 +159,7 @@ TEST(PriorModel, its_schema_names_the_same_keys_and_words) {
 }
 
 // OpenCV would take a convolution of one channel for one in groups.
-TEST(PriorModel, another_number_of_planes_is_refused) {
+TEST(PriorModel, AnotherNumberOfPlanesIsRefused) {
   const made::Folder folder;
   const fs::path more = folder.copy_of("frame_alone", {}, [](json& card) {
     card["channels"] = {"frame", "mean"};
@@ -171,7 +171,7 @@ TEST(PriorModel, another_number_of_planes_is_refused) {
       made::tells(refusal_of(outputs), "output has 4 planes, and its JSON names 5 outputs"));
 }
 
-TEST(PriorModel, what_a_network_gives_is_counted_when_it_runs) {
+TEST(PriorModel, WhatANetworkGivesIsCountedWhenItRuns) {
   const Model model = Model::load(made::model_file("frame_alone"));
   ModelCard card = model.card();
   card.outputs.push_back(kLabelAorta);
@@ -181,7 +181,7 @@ TEST(PriorModel, what_a_network_gives_is_counted_when_it_runs) {
                   "gives 1 x 4 x 4 x 4 for an input of 1 x 1 x 4 x 4"));
 }
 
-TEST(PriorModel, a_layer_that_opencv_refuses_is_told_in_one_line) {
+TEST(PriorModel, ALayerThatOpencvRefusesIsToldInOneLine) {
   const made::Folder folder;
   const fs::path onnx = folder.copy_of("frame_alone", [](std::string& bytes) {
     const std::string type = "\4Conv";  // its length before it, as no name has
@@ -192,7 +192,7 @@ TEST(PriorModel, a_layer_that_opencv_refuses_is_told_in_one_line) {
   EXPECT_EQ(said.find(".cpp"), std::string::npos) << said;
 }
 
-TEST(PriorModel, a_network_for_another_multiple_is_refused) {
+TEST(PriorModel, ANetworkForAnotherMultipleIsRefused) {
   const made::Folder folder;  // one level halves: an odd side does not come back
   const fs::path onnx = folder.copy_of("unet", {}, [](json& card) { card["multiple"] = 1; });
   const std::string said = refusal_of(onnx);
@@ -200,7 +200,7 @@ TEST(PriorModel, a_network_for_another_multiple_is_refused) {
   EXPECT_EQ(said.find(".cpp"), std::string::npos) << said;
 }
 
-TEST(PriorModel, the_built_in_one_is_there_or_its_absence_is_told) {
+TEST(PriorModel, TheBuiltInOneIsThereOrItsAbsenceIsTold) {
   try {
     const fs::path ours = default_model_path();
     EXPECT_EQ(Model::load(ours).sha256().size(), 64U);

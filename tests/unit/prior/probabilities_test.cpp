@@ -29,7 +29,7 @@ double stored(const PriorCycle& prior, std::size_t output, int i, int j, int k) 
   return std::exp(prior.phases[0][output * prior.grid.count() + prior.grid.offset(i, j, k)] / 16.0);
 }
 
-TEST(PriorProbabilities, on_its_own_lattice_are_those_stored) {
+TEST(PriorProbabilities, OnItsOwnLatticeAreThoseStored) {
   const Grid stack = made::turned_grid({20, 15, 3}, {2, 2, 8});
   const PriorCycle prior = rough_prior(stack);
   const auto found = probabilities_on(prior, 0, stack);
@@ -46,7 +46,7 @@ TEST(PriorProbabilities, on_its_own_lattice_are_those_stored) {
   }
 }
 
-TEST(PriorProbabilities, are_linear_in_plane_at_the_voxels_own_place) {
+TEST(PriorProbabilities, AreLinearInPlaneAtTheVoxelsOwnPlace) {
   const Grid stack = made::turned_grid({31, 45, 5}, {1.3, 0.9, 8});
   const PriorCycle prior = rough_prior(stack);
   const Grid part = stack.part({4, 7, 2}, {20, 30, 3});
@@ -75,7 +75,7 @@ TEST(PriorProbabilities, are_linear_in_plane_at_the_voxels_own_place) {
   }
 }
 
-TEST(PriorProbabilities, go_on_to_the_edge_of_the_stack) {
+TEST(PriorProbabilities, GoOnToTheEdgeOfTheStack) {
   const Grid stack = made::turned_grid({31, 45, 2}, {1.3, 0.9, 8});
   const PriorCycle prior = rough_prior(stack);
   const auto found = probabilities_on(prior, 0, stack);
@@ -88,7 +88,7 @@ TEST(PriorProbabilities, go_on_to_the_edge_of_the_stack) {
   }
 }
 
-TEST(PriorProbabilities, of_other_voxels_are_refused) {
+TEST(PriorProbabilities, OfOtherVoxelsAreRefused) {
   const Grid stack = made::turned_grid({20, 15, 3}, {2, 2, 8});
   const PriorCycle prior = rough_prior(stack);
   const auto refused = [&](const Grid& part) {

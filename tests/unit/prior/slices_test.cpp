@@ -10,7 +10,7 @@
 namespace beatlas::prior {
 namespace {
 
-TEST(PriorSlices, the_lattice_has_the_middle_of_the_stack) {
+TEST(PriorSlices, TheLatticeHasTheMiddleOfTheStack) {
   const Grid stack = made::turned_grid({101, 67, 9}, {1.37, 0.83, 7.5});
   const Grid seen = network_grid(stack, 2, 16);
   EXPECT_EQ(seen.size, (Index3{69, 28, 9}));
@@ -25,7 +25,7 @@ TEST(PriorSlices, the_lattice_has_the_middle_of_the_stack) {
   EXPECT_LT((i_axis - stack.mm_from_index.linear().col(0).normalized()).norm(), 1e-12);
 }
 
-TEST(PriorSlices, a_rim_is_left_out_where_a_multiple_of_zeros_would_be_seen) {
+TEST(PriorSlices, ARimIsLeftOutWhereAMultipleOfZerosWouldBeSeen) {
   const auto width = [](int size, double spacing_mm, int multiple) {
     return network_grid(made::turned_grid({size, 20, 1}, {spacing_mm, 2, 8}), 2, multiple).size[0];
   };
@@ -38,7 +38,7 @@ TEST(PriorSlices, a_rim_is_left_out_where_a_multiple_of_zeros_would_be_seen) {
   EXPECT_EQ(width(1, 0.5, 16), 1);
 }
 
-TEST(PriorSlices, percentiles_are_those_of_all_phases_of_the_slice) {
+TEST(PriorSlices, PercentilesAreThoseOfAllPhasesOfTheSlice) {
   // 1000 values 0..999 in the slice of both phases, another slice beside it.
   ImageCycle<float> images;
   images.grid.size = {25, 20, 2};
@@ -58,7 +58,7 @@ TEST(PriorSlices, percentiles_are_those_of_all_phases_of_the_slice) {
   EXPECT_EQ(found.of(std::nanf("")), 0);
 }
 
-TEST(PriorSlices, a_ramp_stays_where_it_is_in_the_patient) {
+TEST(PriorSlices, ARampStaysWhereItIsInThePatient) {
   for (const double spacing_mm : {0.7, 1.0, 1.37, 2.0, 2.6, 4.0}) {
     const double factor = 2 / spacing_mm;
     const int source = 90;
@@ -80,7 +80,7 @@ TEST(PriorSlices, a_ramp_stays_where_it_is_in_the_patient) {
   }
 }
 
-TEST(PriorSlices, shrinking_is_a_gaussian_and_then_linear) {
+TEST(PriorSlices, ShrinkingIsAGaussianAndThenLinear) {
   // Straight from the definition, in two dimensions and in double.
   const Exam exam = made::rough_exam(made::turned_grid({31, 26, 1}, {1.2, 0.8, 8}), 1);
   const SeenSlices seen = see(exam.stack, ModelCard{}, {});
@@ -121,7 +121,7 @@ TEST(PriorSlices, shrinking_is_a_gaussian_and_then_linear) {
   }
 }
 
-TEST(PriorSlices, neighbours_are_the_slices_that_show_something_else) {
+TEST(PriorSlices, NeighboursAreTheSlicesThatShowSomethingElse) {
   const auto none = std::optional<int>();
   // 8 mm wanted of slices 3 mm apart: three away.
   EXPECT_EQ(neighbour_of(10, -1, 20, 3, 8), 7);
@@ -136,7 +136,7 @@ TEST(PriorSlices, neighbours_are_the_slices_that_show_something_else) {
   EXPECT_EQ(neighbour_of(0, +1, 1, 8, 8), none);  // one slice
 }
 
-TEST(PriorSlices, the_deviation_is_four_times_that_of_the_phases) {
+TEST(PriorSlices, TheDeviationIsFourTimesThatOfThePhases) {
   Exam exam = made::rough_exam(made::turned_grid({12, 10, 2}, {2, 2, 9}), 2);
   const SeenSlices seen = see(exam.stack, ModelCard{}, {});
   for (std::size_t k = 0; k < 2; ++k) {

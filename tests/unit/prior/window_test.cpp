@@ -34,7 +34,7 @@ class Looked {
   PriorCycle prior_;
 };
 
-TEST(PriorWindow, holds_the_heart_and_25_mm_beside_it) {
+TEST(PriorWindow, HoldsTheHeartAnd25MmBesideIt) {
   Looked looked;
   looked.fill(1, {30, 30, 4}, {35, 34, 7});
   looked.fill(2, {36, 30, 5}, {39, 32, 6});  // hangs together with it
@@ -44,7 +44,7 @@ TEST(PriorWindow, holds_the_heart_and_25_mm_beside_it) {
   EXPECT_EQ(window.size, (Index3{20, 15, 10}));
 }
 
-TEST(PriorWindow, is_a_multiple_where_the_lattice_has_room) {
+TEST(PriorWindow, IsAMultipleWhereTheLatticeHasRoom) {
   Looked looked;
   looked.fill(1, {70, 30, 4}, {79, 34, 7});
   const Window window = looked.window(16);
@@ -52,7 +52,7 @@ TEST(PriorWindow, is_a_multiple_where_the_lattice_has_room) {
   EXPECT_EQ(window.size, (Index3{16, 16, 10}));
 }
 
-TEST(PriorWindow, holds_every_body_that_may_be_the_heart) {
+TEST(PriorWindow, HoldsEveryBodyThatMayBeTheHeart) {
   Looked looked;
   looked.fill(1, {10, 30, 4}, {19, 39, 6});
   looked.fill(1, {50, 30, 4}, {59, 36, 6});  // seven tenths of its blood
@@ -62,14 +62,14 @@ TEST(PriorWindow, holds_every_body_that_may_be_the_heart) {
   EXPECT_EQ(window.size[0], 60);
 }
 
-TEST(PriorWindow, is_all_of_the_lattice_where_no_heart_is_seen) {
+TEST(PriorWindow, IsAllOfTheLatticeWhereNoHeartIsSeen) {
   Looked looked;
   looked.fill(2, {10, 30, 4}, {19, 39, 6});
   EXPECT_EQ(looked.window(16).size, (Index3{80, 64, 12}));
   EXPECT_EQ(Looked().window(16).size, (Index3{80, 64, 12}));
 }
 
-TEST(PriorWindow, three_phases_of_a_beat_are_looked_at) {
+TEST(PriorWindow, ThreePhasesOfABeatAreLookedAt) {
   EXPECT_EQ(looked_at(25), (std::vector<int>{0, 8, 16}));
   EXPECT_EQ(looked_at(2), (std::vector<int>{0, 1}));
   EXPECT_EQ(looked_at(1), (std::vector<int>{0}));

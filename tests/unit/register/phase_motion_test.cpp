@@ -50,7 +50,7 @@ ImageCycle<float> uniform(const Index3& size, int phases) {
   return out;
 }
 
-TEST(PhaseMotion, of_a_pattern_that_goes_round_is_its_way_from_phase_to_phase) {
+TEST(PhaseMotion, OfAPatternThatGoesRoundIsItsWayFromPhaseToPhase) {
   const ImageCycle<float> images = moving_pattern();
   const PhaseMotion motion = phase_motion(images, 200);
   ASSERT_EQ(motion.to_next.size(), static_cast<std::size_t>(kPhases));
@@ -77,7 +77,7 @@ TEST(PhaseMotion, of_a_pattern_that_goes_round_is_its_way_from_phase_to_phase) {
   }
 }
 
-TEST(PhaseMotion, ends_within_the_slice) {
+TEST(PhaseMotion, EndsWithinTheSlice) {
   const ImageCycle<float> images = moving_pattern();
   const PhaseMotion motion = phase_motion(images, 200);
   for (const auto* steps : {&motion.to_next, &motion.to_previous}) {
@@ -92,7 +92,7 @@ TEST(PhaseMotion, ends_within_the_slice) {
   }
 }
 
-TEST(PhaseMotion, of_what_shows_nothing_is_none) {
+TEST(PhaseMotion, OfWhatShowsNothingIsNone) {
   for (const Index3& size : {Index3{40, 40, 2}, Index3{1, 1, 1}, Index3{3, 70, 1}}) {
     const PhaseMotion motion = phase_motion(uniform(size, 2), 100);
     for (const auto& phase : motion.to_next) {
@@ -101,7 +101,7 @@ TEST(PhaseMotion, of_what_shows_nothing_is_none) {
   }
 }
 
-TEST(PhaseMotion, to_a_phase_that_shows_something_else_is_told_of_little) {
+TEST(PhaseMotion, ToAPhaseThatShowsSomethingElseIsToldOfLittle) {
   ImageCycle<float> images = moving_pattern();
   constexpr int kOdd = 3;
   for (int j = 0; j < kSize[1]; ++j) {
@@ -125,7 +125,7 @@ TEST(PhaseMotion, to_a_phase_that_shows_something_else_is_told_of_little) {
   EXPECT_LT(moved_share(kOdd), 0.5);
 }
 
-TEST(PhaseMotion, is_the_same_on_one_thread_and_two) {
+TEST(PhaseMotion, IsTheSameOnOneThreadAndTwo) {
   const ImageCycle<float> images = moving_pattern();
   set_thread_count(1);
   const PhaseMotion one = phase_motion(images, 200);

@@ -12,7 +12,7 @@ float ramp(const Vec3& lps) {
   return static_cast<float>(500 + 0.7 * lps[0] - 1.1 * lps[1] + 0.4 * lps[2]);
 }
 
-TEST(CineInWorkspace, of_a_linear_ramp_is_exact) {
+TEST(CineInWorkspace, OfALinearRampIsExact) {
   Cine cine;
   cine.images.grid = made::oblique_grid({60, 50, 14}, {1.5, 1.7, 6}, {20, -30, 10});
   const Grid& grid = cine.images.grid;
@@ -57,7 +57,7 @@ TEST(CineInWorkspace, of_a_linear_ramp_is_exact) {
   EXPECT_NEAR(inside, 59 * 1.5 * 49 * 1.7 * 13 * 6 / 3, 0.04 * inside);
 }
 
-TEST(CineInWorkspace, of_the_published_grid_is_the_cine_itself) {
+TEST(CineInWorkspace, OfThePublishedGridIsTheCineItself) {
   Cine cine;
   cine.images.grid = made::oblique_grid({256, 256, 64}, {1, 1, 3}, {5, 6, 7});
   cine.images.phases.assign(1, std::vector<float>(cine.images.grid.count()));
@@ -73,7 +73,7 @@ TEST(CineInWorkspace, of_the_published_grid_is_the_cine_itself) {
   EXPECT_LT(worst, 1e-2);  // indices are whole to 1e-12 of 1000 counts, in single precision
 }
 
-TEST(CineInWorkspace, takes_a_single_slice) {
+TEST(CineInWorkspace, TakesASingleSlice) {
   Cine cine;
   cine.images.grid = made::straight_grid({20, 20, 1}, {2, 2, 6});
   cine.images.phases.assign(1, std::vector<float>(cine.images.grid.count(), 7));
@@ -83,7 +83,7 @@ TEST(CineInWorkspace, takes_a_single_slice) {
   EXPECT_EQ(out.phases[0][out.grid.offset(110, 110, 25)], 0);
 }
 
-TEST(LabelsInWorkspace, of_a_phantoms_exact_coverage_are_its_labels) {
+TEST(LabelsInWorkspace, OfAPhantomsExactCoverageAreItsLabels) {
   phantom::PhantomSpec spec = phantom::preset("small");
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   spec.phases = 2;
@@ -145,9 +145,7 @@ TEST(LabelsInWorkspace, of_a_phantoms_exact_coverage_are_its_labels) {
   }
 }
 
-TEST(LabelsInWorkspace, of_no_shapes_are_none) {
-  EXPECT_EQ(labels_in_workspace({}).phase_count(), 0);
-}
+TEST(LabelsInWorkspace, OfNoShapesAreNone) { EXPECT_EQ(labels_in_workspace({}).phase_count(), 0); }
 
 }  // namespace
 }  // namespace beatlas::reg

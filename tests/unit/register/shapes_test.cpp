@@ -59,7 +59,7 @@ Segmentation ball(const Grid& grid, double radius = kRadius) {
   return segmentation;
 }
 
-TEST(Shape, of_a_balls_exact_coverage_on_thin_slices_is_the_ball) {
+TEST(Shape, OfABallsExactCoverageOnThinSlicesIsTheBall) {
   const Segmentation segmentation = ball(made::oblique_grid({76, 76, 28}, {1, 1, 3}, kMiddle));
   const Affine map = workspace_from_lps(segmentation.labels.grid, segmentation.coverage);
   const auto shapes = shapes_of(segmentation, map);
@@ -74,7 +74,7 @@ TEST(Shape, of_a_balls_exact_coverage_on_thin_slices_is_the_ball) {
             << " volume " << made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius) << "\n";
 }
 
-TEST(Shape, of_a_balls_exact_coverage_on_thick_slices_is_near_the_ball) {
+TEST(Shape, OfABallsExactCoverageOnThickSlicesIsNearTheBall) {
   const Segmentation segmentation = ball(made::oblique_grid({64, 64, 9}, {1.4, 1.4, 10}, kMiddle));
   const Affine map = workspace_from_lps(segmentation.labels.grid, segmentation.coverage);
   const auto shapes = shapes_of(segmentation, map);
@@ -95,7 +95,7 @@ TEST(Shape, of_a_balls_exact_coverage_on_thick_slices_is_near_the_ball) {
 }
 
 /// Slices twenty pixels apart.
-TEST(Shape, of_voxels_twenty_times_as_long_as_wide_is_near_the_ball) {
+TEST(Shape, OfVoxelsTwentyTimesAsLongAsWideIsNearTheBall) {
   const Segmentation segmentation =
       ball(made::oblique_grid({150, 150, 9}, {0.5, 0.5, 10}, kMiddle));
   const Affine map = workspace_from_lps(segmentation.labels.grid, segmentation.coverage);
@@ -107,7 +107,7 @@ TEST(Shape, of_voxels_twenty_times_as_long_as_wide_is_near_the_ball) {
   EXPECT_NEAR(made::volume_ml(shapes[0], 0) / made::ball_ml(kRadius), 1, 0.03);
 }
 
-TEST(Shape, lattice_is_isotropic_and_leaves_the_margin_around_the_structure) {
+TEST(Shape, LatticeIsIsotropicAndLeavesTheMarginAroundTheStructure) {
   const Segmentation segmentation = ball(made::straight_grid({70, 30, 24}, {1, 1, 3}), 12);
   StageContext context;
   Segmentation moved = segmentation;
@@ -131,7 +131,7 @@ TEST(Shape, lattice_is_isotropic_and_leaves_the_margin_around_the_structure) {
 }
 
 /// A ball that the stack cuts: its centre lies 8 mm from the stack's last voxel face.
-TEST(Shape, ends_flat_half_a_gap_beyond_the_stack) {
+TEST(Shape, EndsFlatHalfAGapBeyondTheStack) {
   struct Stack {
     Vec3 spacing;
     Index3 size;
@@ -158,7 +158,7 @@ TEST(Shape, ends_flat_half_a_gap_beyond_the_stack) {
 
 // A stack whose last slice lies in the tip, wherever in it: cavity and muscle go through that
 // slice, and no image shows how they close.
-TEST(Shape, of_a_ventricle_is_closed_by_muscle_beyond_the_last_slice) {
+TEST(Shape, OfAVentricleIsClosedByMuscleBeyondTheLastSlice) {
   constexpr double kOuter = 30;
   constexpr double kInner = 25;
   for (const int step : {1, -1}) {
@@ -196,7 +196,7 @@ TEST(Shape, of_a_ventricle_is_closed_by_muscle_beyond_the_last_slice) {
   }
 }
 
-TEST(Shape, ends_flat_where_a_valve_plane_cuts_it_in_each_phase) {
+TEST(Shape, EndsFlatWhereAValvePlaneCutsItInEachPhase) {
   const Grid grid = made::straight_grid({56, 56, 8}, {1.4, 1.4, 8});
   for (int step : {1, -1}) {
     Segmentation segmentation = made::segmentation_of(grid, 2);
@@ -227,7 +227,7 @@ TEST(Shape, ends_flat_where_a_valve_plane_cuts_it_in_each_phase) {
 }
 
 // Discs of 8 mm radius, each 14 mm beside the one in the slice before, hardly lie over each other.
-TEST(Shape, of_a_thin_leaning_body_hangs_together_between_thick_slices) {
+TEST(Shape, OfAThinLeaningBodyHangsTogetherBetweenThickSlices) {
   constexpr double kRadiusMm = 8;
   constexpr double kGapMm = 16;
   const Grid grid = made::straight_grid({76, 48, 5}, {1.4, 1.4, kGapMm});
@@ -254,7 +254,7 @@ TEST(Shape, of_a_thin_leaning_body_hangs_together_between_thick_slices) {
 
 // A ventricle of 30 mm radius in slices 0 to 3, of which an outflow tract of 7 mm goes on to
 // slice 6.
-TEST(Shape, of_a_part_without_a_counterpart_ends_flat_and_bends_nothing) {
+TEST(Shape, OfAPartWithoutACounterpartEndsFlatAndBendsNothing) {
   constexpr double kGapMm = 10;
   const Grid grid = made::straight_grid({60, 60, 7}, {1.5, 1.5, kGapMm});
   const Vec3 axis(44, 44, 0);
@@ -289,7 +289,7 @@ TEST(Shape, of_a_part_without_a_counterpart_ends_flat_and_bends_nothing) {
   }
 }
 
-TEST(Shape, of_the_myocardium_is_the_space_between_two_filled_shapes) {
+TEST(Shape, OfTheMyocardiumIsTheSpaceBetweenTwoFilledShapes) {
   for (const Vec3& spacing : {Vec3(1, 1, 3), Vec3(1.4, 1.4, 8)}) {
     const Grid grid =
         made::straight_grid({static_cast<int>(84 / spacing[0]), static_cast<int>(84 / spacing[1]),
@@ -322,7 +322,7 @@ TEST(Shape, of_the_myocardium_is_the_space_between_two_filled_shapes) {
 }
 
 // The ring ends a slice before the cavity does, which is narrower there: an outflow tract.
-TEST(Shape, of_the_myocardium_has_no_lid_where_the_cavity_narrows_toward_the_base) {
+TEST(Shape, OfTheMyocardiumHasNoLidWhereTheCavityNarrowsTowardTheBase) {
   const Grid grid = made::straight_grid({56, 56, 8}, {1.4, 1.4, 10});
   constexpr double kOuterMm = 31;
   constexpr double kInnerMm = 23;
@@ -369,7 +369,7 @@ TEST(Shape, of_the_myocardium_has_no_lid_where_the_cavity_narrows_toward_the_bas
   }
 }
 
-TEST(Shape, follows_a_coverage_that_is_a_part_of_the_stack) {
+TEST(Shape, FollowsACoverageThatIsAPartOfTheStack) {
   const Grid grid = made::oblique_grid({76, 76, 28}, {1, 1, 3}, kMiddle);
   Segmentation part = ball(grid);
   const Segmentation whole = part;
@@ -387,7 +387,7 @@ TEST(Shape, follows_a_coverage_that_is_a_part_of_the_stack) {
   }
 }
 
-TEST(Shape, is_the_same_on_one_thread_and_two) {
+TEST(Shape, IsTheSameOnOneThreadAndTwo) {
   Segmentation segmentation = ball(made::straight_grid({50, 50, 20}, {1, 1, 3}));
   auto& phases = segmentation.coverage.phases[Structure::Heart];
   phases = {made::ball_coverage(segmentation.coverage.grid, {25, 25, 30}, 15),
@@ -400,7 +400,7 @@ TEST(Shape, is_the_same_on_one_thread_and_two) {
   EXPECT_EQ(one[0].level.phases, two[0].level.phases);
 }
 
-TEST(Shape, of_a_structure_without_a_voxel_is_refused_by_name) {
+TEST(Shape, OfAStructureWithoutAVoxelIsRefusedByName) {
   Segmentation segmentation = ball(made::straight_grid({20, 20, 8}, {1, 1, 3}), 0.1);
   segmentation.coverage.phases.clear();
   segmentation.coverage.phases[Structure::RvBlood] = {

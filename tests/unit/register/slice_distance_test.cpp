@@ -52,11 +52,11 @@ void expect_disc(const Vec3& spacing) {
   EXPECT_NEAR(mean / near, 0, 0.05);  // no bias at the outline
 }
 
-TEST(SliceDistance, of_a_disc_is_the_radius_less) { expect_disc({1.4, 1.4, 10}); }
+TEST(SliceDistance, OfADiscIsTheRadiusLess) { expect_disc({1.4, 1.4, 10}); }
 
-TEST(SliceDistance, is_in_millimetres_for_oblong_pixels) { expect_disc({1.0, 1.6, 10}); }
+TEST(SliceDistance, IsInMillimetresForOblongPixels) { expect_disc({1.0, 1.6, 10}); }
 
-TEST(SliceDistance, is_empty_for_a_slice_without_the_structure) {
+TEST(SliceDistance, IsEmptyForASliceWithoutTheStructure) {
   const Grid grid = made::straight_grid({8, 8, 3}, {1, 1, 8});
   std::vector<float> coverage(grid.count(), 0);
   coverage[grid.offset(4, 4, 1)] = 1;
@@ -67,7 +67,7 @@ TEST(SliceDistance, is_empty_for_a_slice_without_the_structure) {
   EXPECT_TRUE(slices[2].empty());
 }
 
-TEST(SliceDistance, is_empty_for_a_voxel_half_covered_that_no_contour_surrounds) {
+TEST(SliceDistance, IsEmptyForAVoxelHalfCoveredThatNoContourSurrounds) {
   const Grid grid = made::straight_grid({8, 8, 1}, {2, 2, 8});
   std::vector<float> coverage(grid.count(), 0);
   coverage[grid.offset(4, 4, 0)] = 0.51F;
@@ -78,7 +78,7 @@ TEST(SliceDistance, is_empty_for_a_voxel_half_covered_that_no_contour_surrounds)
   for (const float d : slices[0]) EXPECT_LT(std::abs(d), 16);
 }
 
-TEST(SliceDistance, of_a_full_slice_is_finite_and_inside) {
+TEST(SliceDistance, OfAFullSliceIsFiniteAndInside) {
   const Grid grid = made::straight_grid({8, 6, 1}, {1, 1, 8});
   const auto slices = slice_distances(grid, std::vector<float>(grid.count(), 1));
   ASSERT_EQ(slices[0].size(), grid.count());

@@ -60,7 +60,7 @@ double left_mm(const std::vector<Vec2>& found, const std::vector<Vec2>& truth) {
 
 class ShiftsOf : public testing::TestWithParam<Vec3> {};
 
-TEST_P(ShiftsOf, slices_are_found_but_for_an_even_trend) {
+TEST_P(ShiftsOf, SlicesAreFoundButForAnEvenTrend) {
   const Case shifted = imaged(2.0, GetParam());
   const SliceShifts found = find_slice_shifts(shifted.images);
   EXPECT_TRUE(found.certain());
@@ -69,7 +69,7 @@ TEST_P(ShiftsOf, slices_are_found_but_for_an_even_trend) {
   EXPECT_LT(left_mm(found.shift_mm, shifted.truth), 0.5);
 }
 
-TEST_P(ShiftsOf, a_still_stack_are_none) {
+TEST_P(ShiftsOf, AStillStackAreNone) {
   const SliceShifts found = find_slice_shifts(imaged(0, GetParam()).images);
   EXPECT_FALSE(found.certain());
   EXPECT_LT(found.size_mm, 0.1);
@@ -77,7 +77,7 @@ TEST_P(ShiftsOf, a_still_stack_are_none) {
 
 INSTANTIATE_TEST_SUITE_P(Directions, ShiftsOf, testing::Values(Vec3(0, 0, 0), Vec3(25, -20, 40)));
 
-TEST(SliceShifts, do_not_depend_on_the_number_of_threads) {
+TEST(SliceShifts, DoNotDependOnTheNumberOfThreads) {
   const Case shifted = imaged(2.0);
   set_thread_count(1);
   const SliceShifts one = find_slice_shifts(shifted.images);
@@ -89,7 +89,7 @@ TEST(SliceShifts, do_not_depend_on_the_number_of_threads) {
   }
 }
 
-TEST(SliceShifts, of_few_or_empty_slices_are_none) {
+TEST(SliceShifts, OfFewOrEmptySlicesAreNone) {
   for (const int slices : {1, 4, 6}) {
     ImageCycle<float> images;
     images.grid.size = {20, 24, slices};
@@ -100,7 +100,7 @@ TEST(SliceShifts, of_few_or_empty_slices_are_none) {
   }
 }
 
-TEST(SliceShifts, of_coarse_pixels_are_none) {
+TEST(SliceShifts, OfCoarsePixelsAreNone) {
   phantom::PhantomSpec spec = phantom::preset("small");
   spec.phases = 3;
   spec.oblique_deg = Vec3(12, -7, 20);
@@ -113,7 +113,7 @@ TEST(SliceShifts, of_coarse_pixels_are_none) {
   }
 }
 
-TEST(WithoutShifts, moves_a_wave_back) {
+TEST(WithoutShifts, MovesAWaveBack) {
   ImageCycle<float> images;
   images.grid.size = {60, 50, 2};
   images.grid.mm_from_index.linear() = Vec3(1.5, 2, 8).asDiagonal();
@@ -147,7 +147,7 @@ TEST(WithoutShifts, moves_a_wave_back) {
   EXPECT_THROW((void)without_shifts(images, {shift}), Error);
 }
 
-TEST(WithAlignedSlices, keeps_and_tells_what_it_undid) {
+TEST(WithAlignedSlices, KeepsAndTellsWhatItUndid) {
   Exam exam;
   const Case shifted = imaged(2.0);
   exam.stack.images = shifted.images;

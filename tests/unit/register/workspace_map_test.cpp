@@ -24,7 +24,7 @@ void expect_rigid(const Affine& map) {
   EXPECT_NEAR(r.determinant(), 1, 1e-12);
 }
 
-TEST(WorkspaceMap, takes_the_published_grid_voxel_to_voxel_wherever_it_lies) {
+TEST(WorkspaceMap, TakesThePublishedGridVoxelToVoxelWhereverItLies) {
   for (const Grid& grid : {made::straight_grid({256, 256, 64}, {1, 1, 3}),
                            made::oblique_grid({256, 256, 64}, {1, 1, 3}, {31, -55, 120})}) {
     const Affine map = workspace_from_lps(grid, {});
@@ -39,7 +39,7 @@ TEST(WorkspaceMap, takes_the_published_grid_voxel_to_voxel_wherever_it_lies) {
   }
 }
 
-TEST(WorkspaceMap, puts_the_time_mean_centroid_of_any_other_grid_at_the_centre) {
+TEST(WorkspaceMap, PutsTheTimeMeanCentroidOfAnyOtherGridAtTheCentre) {
   const Vec3 middle(20, -40, 60);
   const std::vector<Vec3> centres{middle + Vec3(-4, 1, 2), middle + Vec3(3, 2, -1),
                                   middle + Vec3(0, -4, 4)};
@@ -60,7 +60,7 @@ TEST(WorkspaceMap, puts_the_time_mean_centroid_of_any_other_grid_at_the_centre) 
   }
 }
 
-TEST(WorkspaceMap, weighs_phases_by_their_volume) {
+TEST(WorkspaceMap, WeighsPhasesByTheirVolume) {
   const Grid grid = made::straight_grid({60, 60, 30}, {1, 1, 2});
   CoverageCycle coverage;
   coverage.grid = grid;
@@ -71,7 +71,7 @@ TEST(WorkspaceMap, weighs_phases_by_their_volume) {
   EXPECT_LT((map * Vec3(x, 30, 28) - kCentre).norm(), 0.02);
 }
 
-TEST(WorkspaceMap, is_no_mirror_for_a_left_handed_grid) {
+TEST(WorkspaceMap, IsNoMirrorForALeftHandedGrid) {
   // Even one of the published matrix and spacing: no rigid map takes it voxel to voxel.
   for (const Index3& size : {Index3{256, 256, 64}, Index3{40, 40, 20}}) {
     Grid grid = made::oblique_grid(size, {1, 1, 3}, {5, 6, 7});
@@ -90,7 +90,7 @@ TEST(WorkspaceMap, is_no_mirror_for_a_left_handed_grid) {
   }
 }
 
-TEST(WorkspaceMap, stays_rigid_for_axes_that_are_slightly_askew) {
+TEST(WorkspaceMap, StaysRigidForAxesThatAreSlightlyAskew) {
   Grid grid = made::oblique_grid({40, 40, 20}, {1.2, 1.2, 4}, {5, 6, 7});
   grid.mm_from_index.linear().col(1) += 2e-3 * grid.mm_from_index.linear().col(0);
   const Affine map = workspace_from_lps(grid, wandering_ball(grid, {grid.mm(20, 20, 10)}));
@@ -98,7 +98,7 @@ TEST(WorkspaceMap, stays_rigid_for_axes_that_are_slightly_askew) {
   EXPECT_LT((map * grid.mm(20, 20, 10) - kCentre).norm(), 0.05);
 }
 
-TEST(WorkspaceMap, refuses_a_segmentation_without_a_heart) {
+TEST(WorkspaceMap, RefusesASegmentationWithoutAHeart) {
   const Grid grid = made::straight_grid({20, 20, 10}, {1, 1, 1});
   EXPECT_THROW((void)workspace_from_lps(grid, {}), Error);
   CoverageCycle empty;

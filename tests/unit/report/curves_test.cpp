@@ -22,7 +22,7 @@ std::vector<std::pair<double, double>> points_of(const std::string& svg) {
   return points;
 }
 
-TEST(Curves, are_closed_and_linear_in_volume_and_time) {
+TEST(Curves, AreClosedAndLinearInVolumeAndTime) {
   const std::vector<double> volume_ml{120, 90, 60, 90};
   const auto points = points_of(volume_curves_svg({{Structure::LvBlood, volume_ml}}, 0.8, 0, 2));
   ASSERT_EQ(points.size(), 5U);
@@ -36,20 +36,20 @@ TEST(Curves, are_closed_and_linear_in_volume_and_time) {
   }
 }
 
-TEST(Curves, refuse_curves_of_different_phases) {
+TEST(Curves, RefuseCurvesOfDifferentPhases) {
   EXPECT_THROW(
       (void)volume_curves_svg({{Structure::LvBlood, {1, 2}}, {Structure::Heart, {1}}}, 0.8, 0, 0),
       Error);
   EXPECT_THROW((void)volume_curves_svg({}, 0.8, 0, 0), Error);
 }
 
-TEST(Curves, stay_finite_for_an_empty_structure) {
+TEST(Curves, StayFiniteForAnEmptyStructure) {
   const std::string svg = volume_curves_svg({{Structure::LvBlood, {0, 0}}}, 0.8, 0, 1);
   EXPECT_EQ(svg.find("nan"), std::string::npos);
   EXPECT_EQ(svg.find("inf"), std::string::npos);
 }
 
-TEST(SpeedTable, shares_add_up_to_the_whole) {
+TEST(SpeedTable, SharesAddUpToTheWhole) {
   const std::string table = speed_table({{"field", 3, 5}, {"mesh", 1, 1}}, 812.4);
   EXPECT_NE(table.find("75.0 %"), std::string::npos);
   EXPECT_NE(table.find("25.0 %"), std::string::npos);

@@ -66,7 +66,7 @@ std::vector<cv::Point> pixels_of(const cv::Mat& picture, Structure structure,
   return found;
 }
 
-TEST(Overlay, draws_the_contour_where_coverage_is_a_half) {
+TEST(Overlay, DrawsTheContourWhereCoverageIsAHalf) {
   const Case c;
   OverlayOptions options;
   options.margin_mm = 10;
@@ -105,24 +105,24 @@ TEST(Overlay, draws_the_contour_where_coverage_is_a_half) {
   EXPECT_NEAR(farthest, radius_px, 3.0);
 }
 
-TEST(Overlay, repeats_to_the_byte) {
+TEST(Overlay, RepeatsToTheByte) {
   const Case c;
   EXPECT_EQ(overlay_png(c.cine, c.segmentation), overlay_png(c.cine, c.segmentation));
 }
 
-TEST(Overlay, refuses_a_segmentation_of_other_phases) {
+TEST(Overlay, RefusesASegmentationOfOtherPhases) {
   Case c;
   c.segmentation.coverage.phases[Structure::LvBlood].pop_back();
   EXPECT_THROW((void)overlay_png(c.cine, c.segmentation), Error);
 }
 
-TEST(Overlay, refuses_coverage_that_leaves_the_grid) {
+TEST(Overlay, RefusesCoverageThatLeavesTheGrid) {
   Case c;
   c.segmentation.coverage.first = {30, 6, 1};
   EXPECT_THROW((void)overlay_png(c.cine, c.segmentation), Error);
 }
 
-TEST(LeakPicture, rings_the_place_in_its_slice_with_the_contour_and_without) {
+TEST(LeakPicture, RingsThePlaceInItsSliceWithTheContourAndWithout) {
   const Case c;
   LeakAlarm alarm;
   alarm.kind = LeakKind::NoEdge;
@@ -161,14 +161,14 @@ TEST(LeakPicture, rings_the_place_in_its_slice_with_the_contour_and_without) {
   EXPECT_NEAR(left.x - x, 5 * px_per_voxel, 6);
 }
 
-TEST(LeakPicture, of_a_place_outside_the_images_is_refused) {
+TEST(LeakPicture, OfAPlaceOutsideTheImagesIsRefused) {
   const Case c;
   LeakAlarm alarm;
   alarm.lps_mm = c.cine.grid().mm(60, 16, 1);
   EXPECT_THROW((void)leak_png(c.cine, c.segmentation, alarm), Error);
 }
 
-TEST(Overlay, shows_whole_slices_where_nothing_was_found) {
+TEST(Overlay, ShowsWholeSlicesWhereNothingWasFound) {
   Case c;
   c.segmentation.coverage.phases.clear();
   EXPECT_FALSE(decode(overlay_png(c.cine, c.segmentation)).empty());

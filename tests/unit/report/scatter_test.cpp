@@ -66,7 +66,7 @@ std::vector<std::pair<double, double>> circles(const std::string& svg) {
   return out;
 }
 
-TEST(Scatter, is_well_formed_whatever_its_words_are) {
+TEST(Scatter, IsWellFormedWhateverItsWordsAre) {
   const std::string svg =
       scatter_svg(plot_of({{1, 2, "a<b>&c", true, true}, {30, 0.02, "d", false, true}}));
   EXPECT_TRUE(is_well_formed(svg)) << svg;
@@ -75,7 +75,7 @@ TEST(Scatter, is_well_formed_whatever_its_words_are) {
   EXPECT_NE(svg.find("fill=\"white\""), std::string::npos);  // also in a reader with dark pages
 }
 
-TEST(Scatter, axes_are_logarithmic) {
+TEST(Scatter, AxesAreLogarithmic) {
   const auto at = circles(scatter_svg(plot_of({{1, 1, ""}, {10, 0.1, ""}, {100, 0.01, ""}})));
   ASSERT_GE(at.size(), 3U);
   // Equal ratios are equal ways; coordinates are written to a tenth.
@@ -85,7 +85,7 @@ TEST(Scatter, axes_are_logarithmic) {
   EXPECT_GT(at[1].second, at[0].second);  // smaller is lower
 }
 
-TEST(Scatter, leaves_a_label_out_rather_than_write_it_over_another) {
+TEST(Scatter, LeavesALabelOutRatherThanWriteItOverAnother) {
   std::vector<ScatterPoint> crowd;
   for (int n = 0; n < 60; ++n) {
     crowd.push_back({10 + 0.01 * n, 1, "label of this point", false, false});
@@ -98,7 +98,7 @@ TEST(Scatter, leaves_a_label_out_rather_than_write_it_over_another) {
   EXPECT_LT(count(svg, "label of this point"), 12);
 }
 
-TEST(Scatter, draws_what_has_a_logarithm_and_refuses_to_draw_nothing) {
+TEST(Scatter, DrawsWhatHasALogarithmAndRefusesToDrawNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto at =
       circles(scatter_svg(plot_of({{0, 1, "zero"}, {-1, 1, ""}, {nan, 1, ""}, {3, 3, ""}})));

@@ -26,7 +26,7 @@ std::size_t count_files(const fs::path& folder) {
 
 void fill(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
 
-TEST(ReplaceFile, gives_the_name_the_new_content_and_leaves_nothing_else) {
+TEST(ReplaceFile, GivesTheNameTheNewContentAndLeavesNothingElse) {
   const TemporaryFolder folder;
   replace_file(folder.path() / "a", "old");
   replace_file(folder.path() / "a", "new");
@@ -34,7 +34,7 @@ TEST(ReplaceFile, gives_the_name_the_new_content_and_leaves_nothing_else) {
   EXPECT_EQ(count_files(folder.path()), 1U);
 }
 
-TEST(ReplaceFile, leaves_the_old_file_and_nothing_else_when_writing_fails) {
+TEST(ReplaceFile, LeavesTheOldFileAndNothingElseWhenWritingFails) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "a.txt";
   replace_file(file, "old");
@@ -47,7 +47,7 @@ TEST(ReplaceFile, leaves_the_old_file_and_nothing_else_when_writing_fails) {
   EXPECT_EQ(count_files(folder.path()), 1U);
 }
 
-TEST(ReplaceFile, keeps_the_ending_of_the_name) {
+TEST(ReplaceFile, KeepsTheEndingOfTheName) {
   const TemporaryFolder folder;
   for (const std::string& name : {std::string("x.nii.gz"), std::string(240, 'x') + ".nii.gz"}) {
     std::string temporary;
@@ -61,7 +61,7 @@ TEST(ReplaceFile, keeps_the_ending_of_the_name) {
   }
 }
 
-TEST(ReplaceFile, writes_through_no_link_that_lies_in_its_way) {
+TEST(ReplaceFile, WritesThroughNoLinkThatLiesInItsWay) {
   const TemporaryFolder folder;
   const fs::path victim = folder.path() / "victim";
   fill(victim, "untouched");
@@ -86,7 +86,7 @@ TEST(ReplaceFile, writes_through_no_link_that_lies_in_its_way) {
   EXPECT_EQ(text_of(victim), "untouched");
 }
 
-TEST(ReplaceFile, replaces_a_link_and_not_what_it_leads_to) {
+TEST(ReplaceFile, ReplacesALinkAndNotWhatItLeadsTo) {
   const TemporaryFolder folder;
   fill(folder.path() / "victim", "untouched");
   fs::create_symlink(folder.path() / "victim", folder.path() / "a");
@@ -95,7 +95,7 @@ TEST(ReplaceFile, replaces_a_link_and_not_what_it_leads_to) {
   EXPECT_FALSE(fs::is_symlink(folder.path() / "a"));
 }
 
-TEST(ReplaceFile, lets_several_writers_of_one_file_work_at_a_time) {
+TEST(ReplaceFile, LetsSeveralWritersOfOneFileWorkAtATime) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "a";
   replace_file(file, [&](const fs::path& outer) {
@@ -106,7 +106,7 @@ TEST(ReplaceFile, lets_several_writers_of_one_file_work_at_a_time) {
   EXPECT_EQ(text_of(file), "outer");
 }
 
-TEST(ReplaceFile, names_the_file_where_there_is_no_folder) {
+TEST(ReplaceFile, NamesTheFileWhereThereIsNoFolder) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "none" / "a";
   EXPECT_FALSE(can_replace(file));

@@ -24,7 +24,7 @@ class LiesWithin : public ::testing::Test {
   const fs::path& root_ = folder_.path();
 };
 
-TEST_F(LiesWithin, what_is_beside_or_below) {
+TEST_F(LiesWithin, WhatIsBesideOrBelow) {
   EXPECT_TRUE(lies_within(root_ / "exam/a.raw", root_ / "exam"));
   EXPECT_TRUE(lies_within(root_ / "exam/raw/b.raw", root_ / "exam/"));
   EXPECT_TRUE(lies_within(root_ / "exam/raw/../a.raw", root_ / "exam"));
@@ -33,7 +33,7 @@ TEST_F(LiesWithin, what_is_beside_or_below) {
   EXPECT_FALSE(lies_within(root_ / "exam/none.raw", root_ / "exam"));
 }
 
-TEST_F(LiesWithin, not_what_a_link_leads_out_to) {
+TEST_F(LiesWithin, NotWhatALinkLeadsOutTo) {
   fs::create_symlink(root_ / "d.raw", root_ / "exam/link.raw");
   fs::create_directory_symlink(root_ / "exam2", root_ / "exam/linked");
   EXPECT_FALSE(lies_within(root_ / "exam/link.raw", root_ / "exam"));

@@ -116,12 +116,12 @@ Vec3 at_the_liver() {
   return nearest;
 }
 
-TEST(LeakAlarm, is_silent_on_a_right_segmentation_that_touches_the_liver) {
+TEST(LeakAlarm, IsSilentOnARightSegmentationThatTouchesTheLiver) {
   const std::vector<LeakAlarm> alarms = alarms_of(made_case().right);
   EXPECT_TRUE(alarms.empty()) << told(alarms);
 }
 
-TEST(LeakAlarm, is_silent_at_the_base_of_thick_slices_whose_outlines_follow_rules) {
+TEST(LeakAlarm, IsSilentAtTheBaseOfThickSlicesWhoseOutlinesFollowRules) {
   const Grid grid(made_case().right.labels.grid.part({0, 0, 0}, {40, 40, 8}));
   Grid thick = grid;
   thick.mm_from_index.linear().col(2) *= 10 / grid.spacing_mm()[2];
@@ -160,7 +160,7 @@ TEST(LeakAlarm, is_silent_at_the_base_of_thick_slices_whose_outlines_follow_rule
   EXPECT_FALSE(edgeless());
 }
 
-TEST(LeakAlarm, rings_for_a_blob_in_the_liver_in_its_phase_and_at_its_surface) {
+TEST(LeakAlarm, RingsForABlobInTheLiverInItsPhaseAndAtItsSurface) {
   const Vec3 touch = at_the_liver();
   const Vec3 down = (Vec3(-44, -5, -98) - touch).normalized();
   const Vec3 centre = touch + 10 * down;
@@ -182,7 +182,7 @@ TEST(LeakAlarm, rings_for_a_blob_in_the_liver_in_its_phase_and_at_its_surface) {
   EXPECT_NE(bare[0].sentence.find("/segment/leak_edgeless_mm2"), std::string::npos);
 }
 
-TEST(LeakAlarm, rings_for_a_liver_that_was_filled_to_its_own_edge) {
+TEST(LeakAlarm, RingsForALiverThatWasFilledToItsOwnEdge) {
   // In every phase, so that no volume jumps; the edge is sharp, but it does not beat.
   const Segmentation leaked = painted([&](int, const Vec3& lps, std::uint8_t& label) {
     if (in_liver(lps) < 1 && label == kLabelBackground) label = kLabelRestOfHeart;
@@ -194,7 +194,7 @@ TEST(LeakAlarm, rings_for_a_liver_that_was_filled_to_its_own_edge) {
   EXPECT_TRUE(of_kind(alarms, LeakKind::VolumeJump).empty()) << told(alarms);
 }
 
-TEST(LeakAlarm, rings_for_a_cavity_that_doubles_in_one_phase) {
+TEST(LeakAlarm, RingsForACavityThatDoublesInOnePhase) {
   const Grid& grid = made_case().right.labels.grid;
   Vec3 centre = Vec3::Zero();
   double count = 0;
@@ -226,7 +226,7 @@ TEST(LeakAlarm, rings_for_a_cavity_that_doubles_in_one_phase) {
   for (const LeakAlarm& alarm : alarms) EXPECT_LE(std::abs(alarm.phase - kLeaked), 1);
 }
 
-TEST(LeakAlarm, rings_for_an_outline_that_lies_beside_the_heart_in_one_phase) {
+TEST(LeakAlarm, RingsForAnOutlineThatLiesBesideTheHeartInOnePhase) {
   const LabelCycle& labels = made_case().right.labels;
   constexpr int kShiftPx = 6;  // 12 mm: a wall and more
   const Segmentation leaked = painted([&](int phase, const Vec3& lps, std::uint8_t& label) {
@@ -250,7 +250,7 @@ TEST(LeakAlarm, rings_for_an_outline_that_lies_beside_the_heart_in_one_phase) {
             kLabelBackground);
 }
 
-TEST(LeakAlarm, rings_where_labels_reach_the_border_of_the_slices) {
+TEST(LeakAlarm, RingsWhereLabelsReachTheBorderOfTheSlices) {
   const Grid& grid = made_case().right.labels.grid;
   const Vec3 rim = grid.mm(grid.size[0] - 1, 0.5 * grid.size[1], 0.5 * grid.size[2]);
   const Segmentation leaked = painted([&](int phase, const Vec3& lps, std::uint8_t& label) {
@@ -264,7 +264,7 @@ TEST(LeakAlarm, rings_where_labels_reach_the_border_of_the_slices) {
   EXPECT_NEAR(border[0].figure, M_PI * 25 * 25, 0.1 * M_PI * 25 * 25);
 }
 
-TEST(LeakAlarm, rings_for_a_leak_that_grows_until_the_cycle_closes) {
+TEST(LeakAlarm, RingsForALeakThatGrowsUntilTheCycleCloses) {
   const Vec3 touch = at_the_liver();
   const Segmentation leaked = painted([&](int phase, const Vec3& lps, std::uint8_t& label) {
     const double radius_mm = 60.0 * std::cbrt(phase / (kPhases - 1.0));
@@ -279,7 +279,7 @@ TEST(LeakAlarm, rings_for_a_leak_that_grows_until_the_cycle_closes) {
   EXPECT_LT(in_liver(open[0].lps_mm), 1);
 }
 
-TEST(LeakAlarm, is_an_error_only_where_the_recipe_makes_it_one) {
+TEST(LeakAlarm, IsAnErrorOnlyWhereTheRecipeMakesItOne) {
   const Grid& grid = made_case().right.labels.grid;
   const Vec3 rim = grid.mm(0, 0.5 * grid.size[1], 0.5 * grid.size[2]);
   const std::vector<LeakAlarm> alarms =

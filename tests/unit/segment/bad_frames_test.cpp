@@ -27,7 +27,7 @@ made::ImagedPhantom clinical() {
   return made;
 }
 
-TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
+TEST(BadFrames, AreNamedAndLeaveTheLabelsOfAllPhasesAsTheyWere) {
   made::ImagedPhantom made = clinical();
   ASSERT_TRUE(bad_frames(made.exam.stack.images).empty());
   const Segmentation good = made::segmented(made.exam);
@@ -51,7 +51,7 @@ TEST(BadFrames, are_named_and_leave_the_labels_of_all_phases_as_they_were) {
   }
 }
 
-TEST(BadFrames, of_one_slice_are_drawn_straight_between_their_neighbours_in_time) {
+TEST(BadFrames, OfOneSliceAreDrawnStraightBetweenTheirNeighboursInTime) {
   made::ImagedPhantom made = clinical();
   ImageCycle<float>& images = made.exam.stack.images;
   const ImageCycle<float> before{images.grid, images.phases};

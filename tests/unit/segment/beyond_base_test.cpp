@@ -31,7 +31,7 @@ void put(ImageCycle<std::uint8_t>& labels, std::size_t phase, std::uint8_t label
   }
 }
 
-TEST(BeyondBase, what_opens_into_its_own_ventricle_through_the_beat_stays) {
+TEST(BeyondBase, WhatOpensIntoItsOwnVentricleThroughTheBeatStays) {
   ImageCycle<std::uint8_t> labels = ventricles();
   for (std::size_t p = 0; p < 4; ++p) {
     put(labels, p, kLabelLaBlood, 1, 6);
@@ -43,7 +43,7 @@ TEST(BeyondBase, what_opens_into_its_own_ventricle_through_the_beat_stays) {
   EXPECT_EQ(labels.phases, before.phases);
 }
 
-TEST(BeyondBase, what_the_prior_doubts_in_one_phase_is_said_and_rest_of_the_heart) {
+TEST(BeyondBase, WhatThePriorDoubtsInOnePhaseIsSaidAndRestOfTheHeart) {
   for (const double agreed : {700.0, 600.0}) {
     ImageCycle<std::uint8_t> labels = ventricles();
     for (std::size_t p = 0; p < 4; ++p) put(labels, p, kLabelLaBlood, 1, 6);
@@ -57,7 +57,7 @@ TEST(BeyondBase, what_the_prior_doubts_in_one_phase_is_said_and_rest_of_the_hear
   }
 }
 
-TEST(BeyondBase, what_opens_into_the_wrong_ventricle_is_said_and_rest_of_the_heart) {
+TEST(BeyondBase, WhatOpensIntoTheWrongVentricleIsSaidAndRestOfTheHeart) {
   ImageCycle<std::uint8_t> labels = ventricles();
   for (std::size_t p = 0; p < 4; ++p) put(labels, p, kLabelAorta, 12, 18);
   const std::vector<std::string> said = drop_doubtful_beyond_base({}, labels);
@@ -69,7 +69,7 @@ TEST(BeyondBase, what_opens_into_the_wrong_ventricle_is_said_and_rest_of_the_hea
   }
 }
 
-TEST(BeyondBase, what_comes_and_goes_or_jumps_is_said_and_rest_of_the_heart) {
+TEST(BeyondBase, WhatComesAndGoesOrJumpsIsSaidAndRestOfTheHeart) {
   for (const bool jumps : {false, true}) {
     ImageCycle<std::uint8_t> labels = ventricles();
     for (std::size_t p = 0; p < 4; ++p) {

@@ -129,7 +129,7 @@ OutlineError outline_error(const Ellipse& e, const std::vector<float>& coverage)
 const std::vector<Ellipse> kShapes{{47.3, 46.6, 20, 20, 0}, {47.3, 46.6, 25, 15, 0.4}};
 
 /// A bowl of muscle full of blood, open where a straight base cuts it; beyond lies lung.
-TEST(Boundary, of_an_open_base_is_told_by_the_blood_that_meets_it) {
+TEST(Boundary, OfAnOpenBaseIsToldByTheBloodThatMeetsIt) {
   constexpr double kFineMm = 1;
   constexpr double kBaseMm = 36.9;
   constexpr double kLung = 40;
@@ -188,7 +188,7 @@ TEST(Boundary, of_an_open_base_is_told_by_the_blood_that_meets_it) {
   EXPECT_GT(error_mm(nullptr), 0.3 * kFineMm) << "muscle beside it tells a place too far out";
 }
 
-TEST(Boundary, of_a_disc_or_ellipse_lies_within_a_tenth_of_a_pixel) {
+TEST(Boundary, OfADiscOrEllipseLiesWithinATenthOfAPixel) {
   for (const Ellipse& e : kShapes) {
     const Slice s = make(e, 0);
     const auto coverage = boundary_of(s, s.inside, 50, 0).coverage;
@@ -202,7 +202,7 @@ TEST(Boundary, of_a_disc_or_ellipse_lies_within_a_tenth_of_a_pixel) {
   }
 }
 
-TEST(Boundary, stands_noise_of_a_clinical_image) {
+TEST(Boundary, StandsNoiseOfAClinicalImage) {
   // sigma 50 on a contrast of 700: CNR 14.
   for (const Ellipse& e : kShapes) {
     const Slice s = make(e, 50);
@@ -215,7 +215,7 @@ TEST(Boundary, stands_noise_of_a_clinical_image) {
   }
 }
 
-TEST(Boundary, moves_an_outline_that_is_off_by_a_pixel_to_where_the_intensity_is) {
+TEST(Boundary, MovesAnOutlineThatIsOffByAPixelToWhereTheIntensityIs) {
   const Ellipse e;
   const Slice s = make(e, 0);
   for (double off_mm : {-1.2, 1.2}) {
@@ -229,7 +229,7 @@ TEST(Boundary, moves_an_outline_that_is_off_by_a_pixel_to_where_the_intensity_is
   }
 }
 
-TEST(Boundary, of_a_constant_image_is_the_masks_own_smooth_outline) {
+TEST(Boundary, OfAConstantImageIsTheMasksOwnSmoothOutline) {
   const Ellipse e;
   Slice s = make(e, 0);
   std::fill(s.image.begin(), s.image.end(), 500.0F);
@@ -241,7 +241,7 @@ TEST(Boundary, of_a_constant_image_is_the_masks_own_smooth_outline) {
   EXPECT_NEAR(area_mm2(coverage) / e.area(), 1, 0.02);
 }
 
-TEST(Boundary, is_of_the_same_place_when_dark_and_bright_are_swapped) {
+TEST(Boundary, IsOfTheSamePlaceWhenDarkAndBrightAreSwapped) {
   const Ellipse e;
   Slice s = make(e, 0);
   const auto bright = boundary_of(s, s.inside, 50, 0).coverage;
@@ -250,7 +250,7 @@ TEST(Boundary, is_of_the_same_place_when_dark_and_bright_are_swapped) {
   for (std::size_t v = 0; v < bright.size(); ++v) EXPECT_NEAR(bright[v], dark[v], 1e-3);
 }
 
-TEST(Boundary, far_from_the_outline_coverage_is_the_mask) {
+TEST(Boundary, FarFromTheOutlineCoverageIsTheMask) {
   const Ellipse e;
   const Slice s = make(e, 50);
   const auto coverage = boundary_of(s, s.inside, 125, 50).coverage;
@@ -269,7 +269,7 @@ TEST(Boundary, far_from_the_outline_coverage_is_the_mask) {
   }
 }
 
-TEST(Boundary, of_nothing_is_nothing_and_of_everything_is_everything) {
+TEST(Boundary, OfNothingIsNothingAndOfEverythingIsEverything) {
   const Slice s = make(Ellipse{}, 0);
   const std::vector<std::uint8_t> none(s.inside.size(), 0);
   const std::vector<std::uint8_t> all(s.inside.size(), 1);
@@ -311,7 +311,7 @@ Calibration calibration(double sigma, double contrast) {
   return out;
 }
 
-TEST(BoundaryUncertainty, is_the_errors_size_where_noise_makes_it) {
+TEST(BoundaryUncertainty, IsTheErrorsSizeWhereNoiseMakesIt) {
   double before = 0;
   for (const double sigma : {50.0, 100.0}) {  // contrast over noise 14 and 7
     const Calibration found = calibration(sigma, 1);
@@ -329,13 +329,13 @@ TEST(BoundaryUncertainty, is_the_errors_size_where_noise_makes_it) {
   }
 }
 
-TEST(BoundaryUncertainty, is_large_where_no_intensity_tells_the_place) {
+TEST(BoundaryUncertainty, IsLargeWhereNoIntensityTellsThePlace) {
   const Calibration found = calibration(20, 0);
   EXPECT_NEAR(found.mean_sigma_mm, 0.625 * kPixelMm, 0.01);
   EXPECT_LT(found.rms, 1);
 }
 
-TEST(BoundaryUncertainty, is_stated_in_the_voxels_that_the_outline_crosses) {
+TEST(BoundaryUncertainty, IsStatedInTheVoxelsThatTheOutlineCrosses) {
   const Slice s = make(Ellipse{}, 50);
   const Boundary found = boundary_of(s, s.inside, 125, 50);
   std::vector<std::uint8_t> stated(s.inside.size(), 0);
@@ -351,7 +351,7 @@ TEST(BoundaryUncertainty, is_stated_in_the_voxels_that_the_outline_crosses) {
   }
 }
 
-TEST(Boundary, of_muscle_in_lung_is_not_moved_by_noise_that_magnitudes_hold) {
+TEST(Boundary, OfMuscleInLungIsNotMovedByNoiseThatMagnitudesHold) {
   constexpr double kMuscle = 340;
   constexpr double kLung = 40;
   constexpr double kNoise = 50;
@@ -372,7 +372,7 @@ TEST(Boundary, of_muscle_in_lung_is_not_moved_by_noise_that_magnitudes_hold) {
   EXPECT_LT(std::abs(mean), 0.03 * kPixelMm);
 }
 
-TEST(Boundary, of_a_leaning_surface_in_thin_slices_covers_what_it_covers) {
+TEST(Boundary, OfALeaningSurfaceInThinSlicesCoversWhatItCovers) {
   // A cone, its outline moves by two pixels from slice to slice.
   constexpr int kSlices = 5;
   constexpr int kParts = 10;
@@ -407,7 +407,7 @@ TEST(Boundary, of_a_leaning_surface_in_thin_slices_covers_what_it_covers) {
   EXPECT_LT(std::sqrt(square / count), 0.05);
 }
 
-TEST(BoundaryUncertainty, is_smaller_along_the_normal_of_a_leaning_surface) {
+TEST(BoundaryUncertainty, IsSmallerAlongTheNormalOfALeaningSurface) {
   // A cone whose outline moves by a pixel from slice to slice, 1.5 mm apart: 45 degrees. Each slice
   // holds the mean over its thickness.
   Slice flat = make(Ellipse{}, 0);
@@ -464,7 +464,7 @@ Slice with_trabeculae(const Ellipse& e, double sigma) {
   return s;
 }
 
-TEST(Boundary, takes_trabeculae_in_as_labels_do_the_more_the_thicker_they_are) {
+TEST(Boundary, TakesTrabeculaeInAsLabelsDoTheMoreTheThickerTheyAre) {
   // Beyond what equals out about the outline they would make half a millimetre of wall: with 0.6 mm
   // for the labels, two fifths of the shift are taken back.
   const Ellipse e;
@@ -475,7 +475,7 @@ TEST(Boundary, takes_trabeculae_in_as_labels_do_the_more_the_thicker_they_are) {
               0.6, 0.05);
 }
 
-TEST(Boundary, of_a_smooth_cavity_is_where_its_edge_is_and_not_where_labels_are) {
+TEST(Boundary, OfASmoothCavityIsWhereItsEdgeIsAndNotWhereLabelsAre) {
   const Ellipse e;
   Ellipse labelled;
   labelled.a = labelled.b = 20.75;

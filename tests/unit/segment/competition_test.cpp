@@ -46,7 +46,7 @@ struct Scene {
   double edge_cost = 0;
 };
 
-TEST(Competition, two_seeds_in_a_uniform_image_meet_half_way) {
+TEST(Competition, TwoSeedsInAUniformImageMeetHalfWay) {
   // 2 mm voxels: seeds at 10 and 70 mm, so 40 mm is the middle; steps along the axes only.
   Scene scene({41, 21, 1}, {2, 2, 5}, 1);
   scene.seed(0, 5, 10, 0, kLabelBackground);
@@ -62,7 +62,7 @@ TEST(Competition, two_seeds_in_a_uniform_image_meet_half_way) {
   }
 }
 
-TEST(Competition, a_dearer_label_gets_as_much_less) {
+TEST(Competition, ADearerLabelGetsAsMuchLess) {
   // 60 mm apart along slices of 3 mm; one mm costs 1 against 2: they meet at 40 mm.
   Scene scene({1, 1, 21}, {1, 1, 3}, 1);
   for (std::size_t v = 0; v < 21; ++v) {
@@ -79,7 +79,7 @@ TEST(Competition, a_dearer_label_gets_as_much_less) {
   }
 }
 
-TEST(Competition, a_label_goes_where_the_motion_takes_it) {
+TEST(Competition, ALabelGoesWhereTheMotionTakesIt) {
   // A disc is marked in phase 0, and nothing tells it from what is around it. In phase 1 it lies
   // 10 voxels further on; both phases are one image.
   constexpr int kMove = 10;
@@ -118,7 +118,7 @@ TEST(Competition, a_label_goes_where_the_motion_takes_it) {
   EXPECT_EQ(wrong(kMove), 0);
 }
 
-TEST(Competition, an_edge_stops_growth_where_the_middle_lies_elsewhere) {
+TEST(Competition, AnEdgeStopsGrowthWhereTheMiddleLiesElsewhere) {
   Scene scene({40, 9, 3}, {1, 1, 1}, 1);
   for (int k = 0; k < 3; ++k) {
     for (int j = 0; j < 9; ++j) {
@@ -146,7 +146,7 @@ TEST(Competition, an_edge_stops_growth_where_the_middle_lies_elsewhere) {
   EXPECT_NEAR(static_cast<double>(count(scene.grow())), 27 * 27.5, 27 * 0.6);
 }
 
-TEST(Competition, a_wall_one_voxel_thick_holds) {
+TEST(Competition, AWallOneVoxelThickHolds) {
   constexpr int kN = 19;
   Scene scene({kN, kN, kN}, {1, 1, 1}, 1);
   const auto depth = [](int i, int j, int k) {  // 0 outside, 1 in the wall, 2 inside
@@ -183,7 +183,7 @@ TEST(Competition, a_wall_one_voxel_thick_holds) {
   }
 }
 
-TEST(Competition, the_cycle_is_closed) {
+TEST(Competition, TheCycleIsClosed) {
   Scene scene({2, 2, 1}, {1, 1, 1}, 10);
   for (int j = 0; j < 2; ++j) {
     for (int i = 0; i < 2; ++i) {
@@ -196,7 +196,7 @@ TEST(Competition, the_cycle_is_closed) {
   for (int p : {3, 4, 5, 6, 7}) EXPECT_EQ(labels.phases[p][0], kLabelBackground) << p;
 }
 
-TEST(Competition, a_step_in_time_counts_as_its_millimetres) {
+TEST(Competition, AStepInTimeCountsAsItsMillimetres) {
   // From a seed in another phase it is 7 mm in time, from one in the same phase 6 or 8 mm.
   Scene scene({10, 1, 1}, {1, 1, 1}, 2);
   scene.phase_step_mm = 7;
@@ -229,7 +229,7 @@ Scene random_scene() {
   return scene;
 }
 
-TEST(Competition, each_voxel_falls_to_the_label_nearest_by_an_independent_search) {
+TEST(Competition, EachVoxelFallsToTheLabelNearestByAnIndependentSearch) {
   // One price for all labels, so who comes first is who is nearest: relaxation until nothing
   // changes (Bellman and Ford), one label at a time.
   const Scene scene = random_scene();
@@ -293,7 +293,7 @@ TEST(Competition, each_voxel_falls_to_the_label_nearest_by_an_independent_search
   EXPECT_GT(decided, static_cast<int>(grid.count()));  // of 2 x count: the check means something
 }
 
-TEST(Competition, of_two_labels_as_cheap_the_lower_number_wins) {
+TEST(Competition, OfTwoLabelsAsCheapTheLowerNumberWins) {
   // Five voxels, a seed at either end: the middle one is as far from both, whoever comes first.
   for (const bool turned : {false, true}) {
     Scene scene({5, 1, 1}, {1, 1, 1}, 1);
@@ -303,7 +303,7 @@ TEST(Competition, of_two_labels_as_cheap_the_lower_number_wins) {
   }
 }
 
-TEST(Competition, wide_fronts_are_the_same_on_one_thread_and_two) {
+TEST(Competition, WideFrontsAreTheSameOnOneThreadAndTwo) {
   // Whole planes move together, so that a bucket is large enough to be worked on in parts, and
   // every second voxel is a tie.
   Scene scene({128, 64, 9}, {1, 1, 1}, 3);
@@ -324,7 +324,7 @@ TEST(Competition, wide_fronts_are_the_same_on_one_thread_and_two) {
   EXPECT_EQ(one.phases[0][scene.images.grid.offset(7, 7, 4)], kLabelRvBlood);
 }
 
-TEST(Competition, is_the_same_on_one_thread_and_two) {
+TEST(Competition, IsTheSameOnOneThreadAndTwo) {
   const Scene scene = random_scene();
   set_thread_count(1);
   const auto one = scene.grow();
@@ -334,7 +334,7 @@ TEST(Competition, is_the_same_on_one_thread_and_two) {
   EXPECT_EQ(one.phases, two.phases);
 }
 
-TEST(Competition, without_a_seed_nothing_is_labelled) {
+TEST(Competition, WithoutASeedNothingIsLabelled) {
   const Scene scene({4, 4, 2}, {1, 1, 1}, 3);
   const auto labels = scene.grow();
   for (const auto& phase : labels.phases) {
@@ -342,7 +342,7 @@ TEST(Competition, without_a_seed_nothing_is_labelled) {
   }
 }
 
-TEST(Competition, takes_intensities_of_any_size) {
+TEST(Competition, TakesIntensitiesOfAnySize) {
   Scene scene({8, 1, 1}, {1, 1, 1}, 1);
   scene.images.phases[0] = {-32768, -1, 0, 65535, 1e9F, 1000, 999, -1e9F};
   scene.edge_cost = 1;
@@ -351,7 +351,7 @@ TEST(Competition, takes_intensities_of_any_size) {
   for (std::uint8_t label : labels.phases[0]) EXPECT_EQ(label, kLabelRvBlood);
 }
 
-TEST(Competition, can_be_stopped) {
+TEST(Competition, CanBeStopped) {
   Scene scene({128, 128, 65}, {1, 1, 1}, 1);
   scene.seed(0, 0, 0, 0, kLabelRvBlood);
   const std::atomic<bool> stop{true};

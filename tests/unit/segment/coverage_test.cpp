@@ -65,7 +65,7 @@ double radius_mm(const CoverageCycle& coverage, std::initializer_list<Structure>
   return kPixelMm * std::sqrt(pixels / 2 / std::numbers::pi);
 }
 
-TEST(Cover, of_a_thin_walls_outside_does_not_hang_on_where_labels_put_its_cavity) {
+TEST(Cover, OfAThinWallsOutsideDoesNotHangOnWhereLabelsPutItsCavity) {
   for (const double cavity_mm : {19.0, 20.0, 21.5}) {
     const Covered found = covered(ring(cavity_mm, kOutsideMm));
     EXPECT_NEAR(radius_mm(found.coverage, {Structure::LvBlood, Structure::LvMyocardium}),
@@ -74,7 +74,7 @@ TEST(Cover, of_a_thin_walls_outside_does_not_hang_on_where_labels_put_its_cavity
   }
 }
 
-TEST(Cover, of_a_cavity_without_a_wall_holds_no_wall) {
+TEST(Cover, OfACavityWithoutAWallHoldsNoWall) {
   const Covered found = covered(ring(kCavityMm, kCavityMm));
   EXPECT_EQ(found.coverage.phases.count(Structure::LvBlood), 1U);
   EXPECT_EQ(found.coverage.phases.count(Structure::LvMyocardium), 0U);

@@ -39,7 +39,7 @@ std::vector<float> brute_force(const Grid& grid, const std::vector<std::uint8_t>
 // Squares are kept in single precision between the axes: 1e-6 of a distance of 100 mm.
 constexpr double kRounding = 1e-4;
 
-TEST(DistanceMap, is_that_of_brute_force_on_random_masks) {
+TEST(DistanceMap, IsThatOfBruteForceOnRandomMasks) {
   std::mt19937 random(3);
   const std::vector<Vec3> spacings{{1, 1, 1}, {1.4, 0.7, 10}, {0.31, 2.7, 1.1}, {1, 1, 20}};
   for (std::size_t n = 0; n < 24; ++n) {
@@ -57,7 +57,7 @@ TEST(DistanceMap, is_that_of_brute_force_on_random_masks) {
   }
 }
 
-TEST(DistanceMap, near_a_mask_is_the_same_within_reach) {
+TEST(DistanceMap, NearAMaskIsTheSameWithinReach) {
   std::mt19937 random(5);
   constexpr double kReachMm = 4;
   int beyond = 0;
@@ -91,7 +91,7 @@ TEST(DistanceMap, near_a_mask_is_the_same_within_reach) {
   EXPECT_GT(beyond, 0);
 }
 
-TEST(DistanceMap, depth_within_a_mask_is_the_distance_to_what_is_not_in_it) {
+TEST(DistanceMap, DepthWithinAMaskIsTheDistanceToWhatIsNotInIt) {
   const Grid grid = made::straight_grid({24, 20, 12}, {1, 1.3, 2});
   std::vector<std::uint8_t> mask(grid.count(), 0);
   std::vector<std::uint8_t> others(grid.count(), 1);
@@ -109,7 +109,7 @@ TEST(DistanceMap, depth_within_a_mask_is_the_distance_to_what_is_not_in_it) {
   for (std::size_t v = 0; v < mask.size(); ++v) ASSERT_NEAR(found[v], expected[v], kRounding) << v;
 }
 
-TEST(DistanceMap, of_an_empty_mask_says_that_there_is_none) {
+TEST(DistanceMap, OfAnEmptyMaskSaysThatThereIsNone) {
   const Grid grid = made::straight_grid({5, 4, 3}, {1, 2, 3});
   const std::vector<std::uint8_t> empty(grid.count(), 0);
   for (bool across : {true, false}) {
@@ -117,7 +117,7 @@ TEST(DistanceMap, of_an_empty_mask_says_that_there_is_none) {
   }
 }
 
-TEST(DistanceMap, leaves_empty_slices_alone_when_slices_stand_alone) {
+TEST(DistanceMap, LeavesEmptySlicesAloneWhenSlicesStandAlone) {
   const Grid grid = made::straight_grid({6, 6, 2}, {1, 1, 1});
   std::vector<std::uint8_t> mask(grid.count(), 0);
   mask[grid.offset(2, 2, 0)] = 1;
@@ -127,7 +127,7 @@ TEST(DistanceMap, leaves_empty_slices_alone_when_slices_stand_alone) {
   EXPECT_NEAR(distance_map(grid, mask, true)[grid.offset(2, 2, 1)], 1, kRounding);
 }
 
-TEST(DistanceMap, of_a_single_voxel_image_is_zero) {
+TEST(DistanceMap, OfASingleVoxelImageIsZero) {
   const Grid grid = made::straight_grid({1, 1, 1}, {1, 1, 1});
   EXPECT_EQ(distance_map(grid, {1}, true), std::vector<float>{0});
 }

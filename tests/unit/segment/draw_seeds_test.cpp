@@ -17,7 +17,7 @@ LabelImages blank(const Grid& grid, int phases) {
                      std::vector<std::uint8_t>(grid.count(), kUnlabelled));
 }
 
-TEST(DoubtfulSeeds, are_those_that_images_speak_against) {
+TEST(DoubtfulSeeds, AreThoseThatImagesSpeakAgainst) {
   TissueLevels levels;
   levels.blood = 300;
   levels.muscle = 100;
@@ -46,7 +46,7 @@ TEST(DoubtfulSeeds, are_those_that_images_speak_against) {
   EXPECT_NE(some.back().find("the same of 4 more seeds"), std::string::npos);
 }
 
-TEST(DrawSeeds, paints_the_voxels_whose_centres_lie_in_the_ball) {
+TEST(DrawSeeds, PaintsTheVoxelsWhoseCentresLieInTheBall) {
   const Vec3 centre = kOblique.mm(17.3, 20.8, 11.4);
   const Seed seed{kLabelLvBlood, centre, 7.0, 1};
   LabelImages images = blank(kOblique, 3);
@@ -70,13 +70,13 @@ TEST(DrawSeeds, paints_the_voxels_whose_centres_lie_in_the_ball) {
   EXPECT_NEAR(painted, 4.0 / 3.0 * M_PI * 343 / 3.6, 30);
 }
 
-TEST(DrawSeeds, of_phase_minus_one_stand_in_every_phase) {
+TEST(DrawSeeds, OfPhaseMinusOneStandInEveryPhase) {
   LabelImages images = blank(kOblique, 4);
   draw_seeds(kOblique, {{kLabelRvBlood, kOblique.mm(10, 10, 10), 3.0, -1}}, images);
   for (const auto& image : images) EXPECT_EQ(image[kOblique.offset(10, 10, 10)], kLabelRvBlood);
 }
 
-TEST(DrawSeeds, smaller_than_a_voxel_still_mark_the_one_they_lie_in) {
+TEST(DrawSeeds, SmallerThanAVoxelStillMarkTheOneTheyLieIn) {
   // Thick slices: between two of them no voxel centre is near, wherever in the voxel the seed is.
   const Grid thick = made::oblique_grid({20, 20, 6}, {1.4, 1.4, 10}, {0, 0, 0});
   for (const Vec3& off : {Vec3(0, 0, 0), Vec3(0.49, 0.49, 0.49), Vec3(-0.49, 0.3, 0.45),
@@ -91,7 +91,7 @@ TEST(DrawSeeds, smaller_than_a_voxel_still_mark_the_one_they_lie_in) {
   }
 }
 
-TEST(DrawSeeds, replace_the_automatic_ones_of_their_label_slice_and_phase_only) {
+TEST(DrawSeeds, ReplaceTheAutomaticOnesOfTheirLabelSliceAndPhaseOnly) {
   LabelImages images = blank(kOblique, 2);
   images[0][kOblique.offset(1, 1, 12)] = kLabelLvBlood;     // same slice and phase: replaced
   images[0][kOblique.offset(1, 1, 1)] = kLabelLvBlood;      // another slice
@@ -105,7 +105,7 @@ TEST(DrawSeeds, replace_the_automatic_ones_of_their_label_slice_and_phase_only) 
   EXPECT_EQ(images[0][kOblique.offset(3, 1, 12)], kLabelBackground);
 }
 
-TEST(DrawSeeds, of_background_add_to_the_automatic_ones) {
+TEST(DrawSeeds, OfBackgroundAddToTheAutomaticOnes) {
   LabelImages images = blank(kOblique, 1);
   images[0][kOblique.offset(1, 1, 12)] = kLabelBackground;
   draw_seeds(kOblique, {{kLabelBackground, kOblique.mm(20, 20, 12), 3.0, 0}}, images);
@@ -113,7 +113,7 @@ TEST(DrawSeeds, of_background_add_to_the_automatic_ones) {
   EXPECT_EQ(images[0][kOblique.offset(1, 1, 12)], kLabelBackground);
 }
 
-TEST(DrawSeeds, drawn_later_lie_on_earlier_ones) {
+TEST(DrawSeeds, DrawnLaterLieOnEarlierOnes) {
   LabelImages images = blank(kOblique, 1);
   const Vec3 at = kOblique.mm(12, 12, 12);
   draw_seeds(kOblique, {{kLabelLvBlood, at, 6.0, 0}, {kLabelLvMyocardium, at, 2.0, 0}}, images);
@@ -121,7 +121,7 @@ TEST(DrawSeeds, drawn_later_lie_on_earlier_ones) {
   EXPECT_EQ(images[0][kOblique.offset(15, 12, 12)], kLabelLvBlood);
 }
 
-TEST(DrawSeeds, outside_the_images_are_refused_with_their_place) {
+TEST(DrawSeeds, OutsideTheImagesAreRefusedWithTheirPlace) {
   for (const Vec3& lps : {Vec3(1000, 0, 0), kOblique.mm(-8, 10, 10), Vec3(1e300, -1e300, 5),
                           Vec3(std::nan(""), 0, 0)}) {
     LabelImages images = blank(kOblique, 2);
@@ -133,7 +133,7 @@ TEST(DrawSeeds, outside_the_images_are_refused_with_their_place) {
   }
 }
 
-TEST(DrawSeeds, a_stroke_marks_what_lies_within_its_radius_of_its_line) {
+TEST(DrawSeeds, AStrokeMarksWhatLiesWithinItsRadiusOfItsLine) {
   const Vec3 a = kOblique.mm(8.2, 9.1, 6.3);
   const Vec3 b = kOblique.mm(24.6, 13.4, 9.8);
   const Vec3 c = kOblique.mm(26.1, 27.9, 17.5);
@@ -162,7 +162,7 @@ TEST(DrawSeeds, a_stroke_marks_what_lies_within_its_radius_of_its_line) {
   EXPECT_GT(painted, 400);
 }
 
-TEST(DrawSeeds, a_thin_stroke_has_no_gaps) {
+TEST(DrawSeeds, AThinStrokeHasNoGaps) {
   // Across thick slices and along the plane between two of them: every voxel that the line passes
   // through is marked, wherever it is asked.
   const Grid thick = made::oblique_grid({40, 40, 8}, {1.4, 1.4, 10}, {3, 5, -20});
@@ -186,13 +186,13 @@ TEST(DrawSeeds, a_thin_stroke_has_no_gaps) {
   EXPECT_LT(marked, 400) << "a line, and no more than the voxels beside it";
 }
 
-TEST(DrawSeeds, a_stroke_that_leaves_the_images_is_refused_with_the_place) {
+TEST(DrawSeeds, AStrokeThatLeavesTheImagesIsRefusedWithThePlace) {
   const Seed seed{kLabelLvBlood, kOblique.mm(10, 10, 10), 2.0, 0, {kOblique.mm(-9, 10, 10)}};
   const std::string said = made::refusal([&] { check_seeds({seed}, kOblique, 2); });
   EXPECT_NE(said.find("outside the images"), std::string::npos) << said;
 }
 
-TEST(DrawSeeds, of_no_known_label_are_refused) {
+TEST(DrawSeeds, OfNoKnownLabelAreRefused) {
   LabelImages images = blank(kOblique, 2);
   const std::string said = made::refusal([&] {
     draw_seeds(kOblique, {{5, kOblique.mm(10, 10, 10), 2.0, 0}}, images);
@@ -200,7 +200,7 @@ TEST(DrawSeeds, of_no_known_label_are_refused) {
   EXPECT_NE(said.find("label 5"), std::string::npos) << said;
 }
 
-TEST(DrawSeeds, of_no_known_phase_are_refused) {
+TEST(DrawSeeds, OfNoKnownPhaseAreRefused) {
   for (int phase : {2, -2}) {
     LabelImages images = blank(kOblique, 2);
     const std::string said = made::refusal([&] {
@@ -210,7 +210,7 @@ TEST(DrawSeeds, of_no_known_phase_are_refused) {
   }
 }
 
-TEST(DrawSeeds, of_no_size_are_refused) {
+TEST(DrawSeeds, OfNoSizeAreRefused) {
   for (double radius : {-1.0, 0.0, std::nan(""), 1e300 * 1e300}) {
     LabelImages images = blank(kOblique, 2);
     const std::string said = made::refusal([&] {

@@ -79,7 +79,7 @@ double volume_ml(const Segmentation& segmentation, Structure structure, std::siz
   return volume_curve_ml(segmentation.coverage, structure)[phase];
 }
 
-TEST(EditedLabels, without_a_change_all_stays) {
+TEST(EditedLabels, WithoutAChangeAllStays) {
   const Segmentation before = made();
   StageContext context;
   const Segmentation after = with_edited_labels(before, before.labels, context);
@@ -91,7 +91,7 @@ TEST(EditedLabels, without_a_change_all_stays) {
   EXPECT_TRUE(after.warnings.empty());
 }
 
-TEST(EditedLabels, a_painted_disc_adds_its_volume_and_only_near_it_anything_changes) {
+TEST(EditedLabels, APaintedDiscAddsItsVolumeAndOnlyNearItAnythingChanges) {
   const Segmentation before = made();
   LabelCycle labels = before.labels;
   const double disc = paint(labels, 1, 3, 48, 45, 5, kLabelRestOfHeart) - kSmoothedPx;
@@ -108,7 +108,7 @@ TEST(EditedLabels, a_painted_disc_adds_its_volume_and_only_near_it_anything_chan
       << after.warnings.front();
 }
 
-TEST(EditedLabels, blood_painted_into_the_wall_is_taken_from_the_wall) {
+TEST(EditedLabels, BloodPaintedIntoTheWallIsTakenFromTheWall) {
   const Segmentation before = made();
   LabelCycle labels = before.labels;
   const double disc = paint(labels, 0, 4, 30, 28, 11, kLabelLvBlood) - kSmoothedPx;
@@ -131,7 +131,7 @@ TEST(EditedLabels, blood_painted_into_the_wall_is_taken_from_the_wall) {
   }
 }
 
-TEST(EditedLabels, paint_outside_the_part_that_had_coverage_counts) {
+TEST(EditedLabels, PaintOutsideThePartThatHadCoverageCounts) {
   const Segmentation before = made();
   LabelCycle labels = before.labels;
   double disc = 0;
@@ -146,7 +146,7 @@ TEST(EditedLabels, paint_outside_the_part_that_had_coverage_counts) {
               1e-9);
 }
 
-TEST(EditedLabels, a_cut_follows_paint_beyond_it) {
+TEST(EditedLabels, ACutFollowsPaintBeyondIt) {
   Segmentation before = made();
   // The LV ends flat at 3.2: its pool goes on in slices 4 and 5, labelled rest of the heart.
   before.base_cuts[Structure::LvBlood] = {1, {3.2, 3.2}};
@@ -174,7 +174,7 @@ TEST(EditedLabels, a_cut_follows_paint_beyond_it) {
   EXPECT_NEAR(in_slice, disc, kPixelsOff);
 }
 
-TEST(EditedLabels, what_cannot_beat_is_refused) {
+TEST(EditedLabels, WhatCannotBeatIsRefused) {
   const Segmentation before = made();
   StageContext context;
   const auto refusal = [&](const LabelCycle& labels) -> std::string {

@@ -33,7 +33,7 @@ constexpr std::uint8_t kWall = kLabelLvMyocardium;
 constexpr std::uint8_t kLv = kLabelLvBlood;
 constexpr std::uint8_t kRest = kLabelRestOfHeart;
 
-TEST(FollowCoverage, a_voxel_is_of_what_covers_most_of_it) {
+TEST(FollowCoverage, AVoxelIsOfWhatCoversMostOfIt) {
   Row row({kNone, kRest, kRv, kRv, kWall, kWall, kLv, kLv});
   row.cover(Structure::Heart, {0.7F, 1, 1, 1, 1, 1, 1, 1});
   row.cover(Structure::RvBlood, {0, 0.6F, 1, 0.4F, 0, 0, 0, 0});
@@ -43,7 +43,7 @@ TEST(FollowCoverage, a_voxel_is_of_what_covers_most_of_it) {
             (std::vector<std::uint8_t>{kRest, kRv, kRv, kWall, kWall, kLv, kLv, kLv}));
 }
 
-TEST(FollowCoverage, what_lost_its_own_is_wall_or_rest_or_no_heart) {
+TEST(FollowCoverage, WhatLostItsOwnIsWallOrRestOrNoHeart) {
   Row row({kRv, kLv, kRv, kWall, kRest, kRest});
   row.cover(Structure::Heart, {1, 1, 0.2F, 1, 0.9F, 0.4F});
   row.cover(Structure::RvBlood, {0.4F, 0, 0.1F, 0, 0, 0});
@@ -52,14 +52,14 @@ TEST(FollowCoverage, what_lost_its_own_is_wall_or_rest_or_no_heart) {
   EXPECT_EQ(row.followed(), (std::vector<std::uint8_t>{kRest, kWall, kNone, kRest, kRest, kNone}));
 }
 
-TEST(FollowCoverage, labels_without_coverage_stay_within_the_heart) {
+TEST(FollowCoverage, LabelsWithoutCoverageStayWithinTheHeart) {
   Row row({kLabelAorta, kLabelAorta, kLv});
   row.cover(Structure::Heart, {1, 0.1F, 1});
   row.cover(Structure::LvBlood, {0, 0, 1});
   EXPECT_EQ(row.followed(), (std::vector<std::uint8_t>{kLabelAorta, kNone, kLv}));
 }
 
-TEST(FollowCoverage, without_the_heart_nothing_moves) {
+TEST(FollowCoverage, WithoutTheHeartNothingMoves) {
   Row row({kRv, kLv});
   row.cover(Structure::LvBlood, {1, 0});
   EXPECT_EQ(row.followed(), (std::vector<std::uint8_t>{kRv, kLv}));

@@ -68,7 +68,7 @@ struct Ball {
   }
 };
 
-TEST(GivenCoverage, takes_the_place_of_what_labels_would_give) {
+TEST(GivenCoverage, TakesThePlaceOfWhatLabelsWouldGive) {
   const Ball ball;
   const Segmentation result = ball.segmented();
   EXPECT_EQ(result.labels.phases, ball.known.labels.phases);
@@ -93,7 +93,7 @@ TEST(GivenCoverage, takes_the_place_of_what_labels_would_give) {
   EXPECT_GT(covered, 3000U);
 }
 
-TEST(GivenCoverage, of_one_structure_leaves_the_others_to_their_labels) {
+TEST(GivenCoverage, OfOneStructureLeavesTheOthersToTheirLabels) {
   Ball ball;
   const Segmentation without = [&] {
     Ball bare = ball;
@@ -113,7 +113,7 @@ TEST(GivenCoverage, of_one_structure_leaves_the_others_to_their_labels) {
   EXPECT_EQ(warned, "no coverage of heart was given; its labels tell where its surface runs");
 }
 
-TEST(GivenCoverage, of_another_segmentation_is_refused) {
+TEST(GivenCoverage, OfAnotherSegmentationIsRefused) {
   const auto said = [](const auto& change) {
     Ball ball;
     change(ball);

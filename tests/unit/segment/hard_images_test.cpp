@@ -135,7 +135,7 @@ double differing(const Segmentation& a, const Segmentation& b) {
   return differ / heart;
 }
 
-TEST(HardImages, intensities_of_any_range_give_the_same) {
+TEST(HardImages, IntensitiesOfAnyRangeGiveTheSame) {
   const auto found = [&](const Signals& signals) {
     return segmented(exam_of(kGrid, kHeart, 4, signals), marks(kGrid, kHeart));
   };
@@ -145,13 +145,13 @@ TEST(HardImages, intensities_of_any_range_give_the_same) {
   EXPECT_LT(differing(usual, found({32767, 0, -32768})), 0.002) << "signed, of sixteen bits";
 }
 
-TEST(HardImages, two_phases_are_enough) {
+TEST(HardImages, TwoPhasesAreEnough) {
   Exam exam = exam_of(kGrid, kHeart, 2);
   made::add_rician_noise(exam.stack.images, 15, 1);
   expect_found(segmented(exam, marks(kGrid, kHeart)), kHeart, 0.88, 0.9);
 }
 
-TEST(HardImages, voxels_twenty_times_as_long_as_wide_are_taken) {
+TEST(HardImages, VoxelsTwentyTimesAsLongAsWideAreTaken) {
   const HollowBall heart{Vec3(55, 55, 60), 32, 46};
   const Grid grid = made::straight_grid({110, 110, 7}, {1, 1, 20});
   Exam exam = exam_of(grid, heart, 3);
@@ -160,7 +160,7 @@ TEST(HardImages, voxels_twenty_times_as_long_as_wide_are_taken) {
   expect_found(segmented(exam, marks(grid, heart)), heart, 0.83, 0.8);
 }
 
-TEST(HardImages, a_heart_cut_by_the_field_of_view_is_kept_inside_it) {
+TEST(HardImages, AHeartCutByTheFieldOfViewIsKeptInsideIt) {
   for (const Vec3& centre : {Vec3(59, 59, 12), Vec3(20, 59, 43)}) {
     const HollowBall heart{centre, 22, 34};
     Exam exam = exam_of(kGrid, heart, 4);
@@ -169,7 +169,7 @@ TEST(HardImages, a_heart_cut_by_the_field_of_view_is_kept_inside_it) {
   }
 }
 
-TEST(HardImages, of_two_seeds_in_one_voxel_the_later_counts) {
+TEST(HardImages, OfTwoSeedsInOneVoxelTheLaterCounts) {
   Exam exam = exam_of(kGrid, kHeart, 3);
   made::add_rician_noise(exam.stack.images, 15, 4);
   std::vector<Seed> seeds = marks(kGrid, kHeart);
@@ -183,7 +183,7 @@ TEST(HardImages, of_two_seeds_in_one_voxel_the_later_counts) {
             kLabelRestOfHeart);
 }
 
-TEST(HardImages, a_single_slice_is_taken) {
+TEST(HardImages, ASingleSliceIsTaken) {
   const HollowBall heart{Vec3(59, 59, 0), 22, 34};
   const Grid grid = made::straight_grid({60, 60, 1}, {2, 2, 8});
   Exam exam = exam_of(grid, heart, 4);
@@ -191,7 +191,7 @@ TEST(HardImages, a_single_slice_is_taken) {
   expect_found(segmented(exam, marks(grid, heart)), heart, 0.93, 0.9);
 }
 
-TEST(HardImages, against_a_still_body_as_dark_as_muscle_the_alarm_rings) {
+TEST(HardImages, AgainstAStillBodyAsDarkAsMuscleTheAlarmRings) {
   // The wall's lower face lies in it: no edge tells where it ends there.
   constexpr double kFace = 80;
   Exam exam = exam_of(kGrid, kHeart, 6);
@@ -213,7 +213,7 @@ TEST(HardImages, against_a_still_body_as_dark_as_muscle_the_alarm_rings) {
   EXPECT_GT(bare->lps_mm[1], kFace - 6);
 }
 
-TEST(HardImages, a_hundred_phases_are_taken) {
+TEST(HardImages, AHundredPhasesAreTaken) {
   const HollowBall heart{Vec3(50, 50, 30), 18, 27};
   const Grid grid = made::straight_grid({36, 36, 16}, {3, 3, 4});
   Exam exam = exam_of(grid, heart, 100);
@@ -225,7 +225,7 @@ TEST(HardImages, a_hundred_phases_are_taken) {
   expect_found(result, heart, 0.65, 0.8);
 }
 
-TEST(HardImages, constant_images_are_refused_though_seeds_were_drawn) {
+TEST(HardImages, ConstantImagesAreRefusedThoughSeedsWereDrawn) {
   Exam exam;
   exam.stack.images = made::constant_images(kGrid, 3, 200);
   const std::string said = made::refusal([&] { (void)segmented(exam, marks(kGrid, kHeart)); });

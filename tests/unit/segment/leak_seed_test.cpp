@@ -49,7 +49,7 @@ std::optional<LeakSeed> under(const LeakAlarm& alarm, const LabelCycle& labels) 
   return seed_under(alarm, alarm.lps_mm, labels);
 }
 
-TEST(SeedUnder, lies_in_the_middle_of_what_is_more_than_a_wall) {
+TEST(SeedUnder, LiesInTheMiddleOfWhatIsMoreThanAWall) {
   const auto seed = under(at_left(20, 9), disc(20, 9));
   ASSERT_TRUE(seed);
   EXPECT_EQ(seed->label, kLabelBackground);
@@ -59,7 +59,7 @@ TEST(SeedUnder, lies_in_the_middle_of_what_is_more_than_a_wall) {
   EXPECT_NEAR(seed->radius_mm, 6, 1e-9);
 }
 
-TEST(SeedUnder, lies_right_under_the_surface_of_a_heart_without_chambers) {
+TEST(SeedUnder, LiesRightUnderTheSurfaceOfAHeartWithoutChambers) {
   LabelCycle labels = disc(20, 9);
   for (auto& phase : labels.phases) {
     for (auto& label : phase) {
@@ -72,7 +72,7 @@ TEST(SeedUnder, lies_right_under_the_surface_of_a_heart_without_chambers) {
   EXPECT_NEAR(seed->radius_mm, 6, 1e-9);
 }
 
-TEST(SeedUnder, is_of_one_phase_where_the_place_is_muscle_in_another) {
+TEST(SeedUnder, IsOfOnePhaseWhereThePlaceIsMuscleInAnother) {
   LabelCycle labels = disc(20, 9);
   labels.phases[2] = disc(0, 25).phases[0];
   const auto seed = under(at_left(20, 9), labels);
@@ -80,7 +80,7 @@ TEST(SeedUnder, is_of_one_phase_where_the_place_is_muscle_in_another) {
   EXPECT_EQ(seed->phase, 1);
 }
 
-TEST(SeedUnder, is_not_offered_where_a_wall_lies_under_the_surface) {
+TEST(SeedUnder, IsNotOfferedWhereAWallLiesUnderTheSurface) {
   EXPECT_FALSE(under(at_left(4, 9), disc(4, 9)));
   EXPECT_FALSE(under(at_left(0, 12), disc(0, 12))) << "the LV's wall against the diaphragm";
   EXPECT_TRUE(under(at_left(0, 26), disc(0, 26))) << "no LV is as thick";
@@ -90,7 +90,7 @@ TEST(SeedUnder, is_not_offered_where_a_wall_lies_under_the_surface) {
   EXPECT_FALSE(under(of_blood, disc(20, 9)));
 }
 
-TEST(SeedBeside, is_what_the_phases_beside_say) {
+TEST(SeedBeside, IsWhatThePhasesBesideSay) {
   LabelCycle labels = disc(3, 9);
   labels.phases[1] = disc(20, 9).phases[0];
   LeakAlarm jump = at_left(10, 9, LeakKind::VolumeJump);
@@ -106,7 +106,7 @@ TEST(SeedBeside, is_what_the_phases_beside_say) {
   EXPECT_FALSE(seed_beside(jump, labels, 0, 2)) << "they do not agree";
 }
 
-TEST(SeedBeside, of_an_atrium_is_of_the_rest_of_the_heart) {
+TEST(SeedBeside, OfAnAtriumIsOfTheRestOfTheHeart) {
   const LeakAlarm jump = at_left(10, 9, LeakKind::VolumeJump);
   LabelCycle labels = disc(3, 9);
   for (const int phase : {0, 2}) {

@@ -30,7 +30,7 @@ ImageCycle<std::uint8_t> ring() {
 
 /// Three slices of that ring, of which the third is the base's; in the first two the wall is open
 /// on one side, in the third all about.
-TEST(LvSection, the_wall_has_no_hole_below_the_base) {
+TEST(LvSection, TheWallHasNoHoleBelowTheBase) {
   const ImageCycle<std::uint8_t> one = ring();
   ImageCycle<std::uint8_t> open;
   open.grid = one.grid;
@@ -74,7 +74,7 @@ TEST(LvSection, the_wall_has_no_hole_below_the_base) {
   EXPECT_EQ(at(other, 54, 30, 3), kLabelLvMyocardium);
 }
 
-TEST(LvSection, a_strip_on_the_wall_is_none_of_it) {
+TEST(LvSection, AStripOnTheWallIsNoneOfIt) {
   const ImageCycle<std::uint8_t> before = ring();
   ImageCycle<std::uint8_t> labels = before;
   // As wide as the wall is thick, away from the ring and on along it, as a stomach's wall.
@@ -95,7 +95,7 @@ TEST(LvSection, a_strip_on_the_wall_is_none_of_it) {
   EXPECT_LT(more, 9 * 3);  // of 22 rows the corners between ring and strip
 }
 
-TEST(LvSection, a_ring_an_open_ring_and_a_cap_stay) {
+TEST(LvSection, ARingAnOpenRingAndACapStay) {
   ImageCycle<std::uint8_t> labels = ring();
   // Beyond the mitral valve: a quarter of the wall is missing, the cavity is there.
   for (int j = 0; j < kSide; ++j) {
@@ -118,7 +118,7 @@ TEST(LvSection, a_ring_an_open_ring_and_a_cap_stay) {
   EXPECT_LT(lost, 2 * 0.215 * 11.5 * 11.5);
 }
 
-TEST(LvSection, without_an_lv_nothing_happens) {
+TEST(LvSection, WithoutAnLvNothingHappens) {
   ImageCycle<std::uint8_t> labels = ring();
   for (std::uint8_t& label : labels.phases[0]) {
     if (label != kLabelBackground) label = kLabelRvBlood;

@@ -24,7 +24,7 @@ double mean_by_integration(double signal, double noise) {
   return mean * area / (2 * std::numbers::pi);
 }
 
-TEST(Magnitude, is_that_of_noise_in_two_channels) {
+TEST(Magnitude, IsThatOfNoiseInTwoChannels) {
   for (const double signal : {0.0, 20.0, 40.0, 75.0, 150.0, 340.0, 1000.0}) {
     EXPECT_NEAR(mean_magnitude(static_cast<float>(signal), 50), mean_by_integration(signal, 50),
                 0.01 * 50)
@@ -32,20 +32,20 @@ TEST(Magnitude, is_that_of_noise_in_two_channels) {
   }
 }
 
-TEST(Magnitude, of_a_signal_tells_the_signal) {
+TEST(Magnitude, OfASignalTellsTheSignal) {
   for (const float signal : {25.0F, 40.0F, 75.0F, 340.0F, 1000.0F}) {
     EXPECT_NEAR(signal_of(mean_magnitude(signal, 50), 50), signal, 2.5) << signal;
   }
   EXPECT_EQ(signal_of(10, 50), 0) << "less than noise alone";
 }
 
-TEST(Magnitude, without_noise_is_the_signal) {
+TEST(Magnitude, WithoutNoiseIsTheSignal) {
   EXPECT_EQ(mean_magnitude(7, 0), 7);
   EXPECT_EQ(signal_of(7, 0), 7);
   EXPECT_NEAR(Mixture(340, 40, 0).missing(0.3F), 0, 1e-6);
 }
 
-TEST(Magnitude, of_muscle_and_lung_in_a_voxel_is_below_the_line_between_them) {
+TEST(Magnitude, OfMuscleAndLungInAVoxelIsBelowTheLineBetweenThem) {
   constexpr double kNoise = 50;
   const double lung = mean_by_integration(40, kNoise);
   const double muscle = mean_by_integration(340, kNoise);

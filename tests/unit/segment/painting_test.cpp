@@ -24,7 +24,7 @@ std::vector<std::uint8_t> drawn(const Grid& painted_grid, const std::vector<std:
   return images[0];
 }
 
-TEST(Painting, on_the_grid_of_the_images_marks_just_what_is_painted) {
+TEST(Painting, OnTheGridOfTheImagesMarksJustWhatIsPainted) {
   const Grid grid = made::oblique_grid({40, 30, 7}, {1.3, 1.7, 9}, {20, -40, 11});
   std::vector<std::uint8_t> painted = blank(grid);
   for (int k = 2; k <= 3; ++k) {
@@ -46,7 +46,7 @@ TEST(Painting, on_the_grid_of_the_images_marks_just_what_is_painted) {
   for (const Seed& seed : seeds) EXPECT_EQ(seed.phase, -1);
 }
 
-TEST(Painting, coarser_than_the_images_leaves_no_gaps) {
+TEST(Painting, CoarserThanTheImagesLeavesNoGaps) {
   const Grid grid = made::oblique_grid({48, 48, 20}, {1, 1, 2}, {5, 6, 7});
   Grid coarse = grid;
   coarse.size = {12, 12, 5};
@@ -66,7 +66,7 @@ TEST(Painting, coarser_than_the_images_leaves_no_gaps) {
   }
 }
 
-TEST(Painting, finer_than_the_images_marks_every_voxel_it_touches) {
+TEST(Painting, FinerThanTheImagesMarksEveryVoxelItTouches) {
   const Grid thick = made::straight_grid({24, 24, 4}, {2, 2, 10});
   const Grid fine = made::straight_grid({48, 48, 40}, {1, 1, 1});
   std::vector<std::uint8_t> painted = blank(fine);
@@ -81,7 +81,7 @@ TEST(Painting, finer_than_the_images_marks_every_voxel_it_touches) {
   EXPECT_LE(marked, 15);
 }
 
-TEST(Painting, beside_the_images_gives_no_seed) {
+TEST(Painting, BesideTheImagesGivesNoSeed) {
   const Grid grid = made::straight_grid({20, 20, 5}, {1, 1, 5});
   Grid away = grid;
   away.mm_from_index.translation() = Vec3(500, 0, 0);
@@ -91,7 +91,7 @@ TEST(Painting, beside_the_images_gives_no_seed) {
   EXPECT_TRUE(seeds_of_painting(grid, blank(grid), 0, grid).empty());
 }
 
-TEST(LabelsOnGrid, are_those_of_the_place_whatever_the_order_of_axes) {
+TEST(LabelsOnGrid, AreThoseOfThePlaceWhateverTheOrderOfAxes) {
   const Grid grid = made::oblique_grid({30, 26, 12}, {1.5, 1.5, 4}, {-8, 30, 2});
   // The same voxels with i and k turned about and two axes swapped.
   Grid turned;
@@ -122,7 +122,7 @@ TEST(LabelsOnGrid, are_those_of_the_place_whatever_the_order_of_axes) {
   }
 }
 
-TEST(LabelsOnGrid, drawn_on_shifted_slices_are_moved_back) {
+TEST(LabelsOnGrid, DrawnOnShiftedSlicesAreMovedBack) {
   const Grid grid = made::oblique_grid({20, 24, 3}, {1.5, 2, 8}, {20, -40, 11});
   LabelCycle given{grid, {std::vector<std::uint8_t>(grid.count(), 0)}};
   // Slice 1 shows all of it 3 mm farther along i and 4 mm less far along j.

@@ -77,7 +77,7 @@ void expect_met(const Case& made, const Segmentation& result, const std::vector<
   }
 }
 
-TEST(SmallPhantom, is_segmented_as_well_as_experts_agree) {
+TEST(SmallPhantom, IsSegmentedAsWellAsExpertsAgree) {
   // Limits: the Dice that published networks reach on real cine (LV .95, RV .923, myocardium .911
   // on ACDC), though voxels of 2 x 2 x 4 mm are coarse; volumes within what such Dice allow.
   expect_met(small_case(), small_result(),
@@ -88,7 +88,7 @@ TEST(SmallPhantom, is_segmented_as_well_as_experts_agree) {
               {Structure::Heart, 0.95, 0.93, 0.06}});
 }
 
-TEST(SmallPhantom, gives_labels_and_coverage_of_one_shape_and_place) {
+TEST(SmallPhantom, GivesLabelsAndCoverageOfOneShapeAndPlace) {
   const Segmentation& result = small_result();
   const Grid& grid = small_case().exam.stack.grid();
   EXPECT_TRUE(result.labels.grid == grid);
@@ -121,7 +121,7 @@ TEST(SmallPhantom, gives_labels_and_coverage_of_one_shape_and_place) {
   }
 }
 
-TEST(SmallPhantom, tells_the_two_ends_of_the_cycle) {
+TEST(SmallPhantom, TellsTheTwoEndsOfTheCycle) {
   const Segmentation& result = small_result();
   int fullest = 0;
   int emptiest = 0;
@@ -139,7 +139,7 @@ TEST(SmallPhantom, tells_the_two_ends_of_the_cycle) {
   EXPECT_LE(std::min(apart, 8 - apart), 1);
 }
 
-TEST(SmallPhantom, drawn_seeds_take_the_place_of_automatic_ones) {
+TEST(SmallPhantom, DrawnSeedsTakeThePlaceOfAutomaticOnes) {
   // LV and RV swapped by hand: what a technician says stands, in every phase.
   const Case& made = small_case();
   const phantom::Anatomy& anatomy = made.phantom.spec().anatomy;
@@ -174,14 +174,14 @@ TEST(SmallPhantom, drawn_seeds_take_the_place_of_automatic_ones) {
   EXPECT_EQ(label_near(swapped, in_rv, 0), kLabelLvBlood);
 }
 
-TEST(SmallPhantom, a_background_seed_far_from_the_heart_changes_nothing_there) {
+TEST(SmallPhantom, ABackgroundSeedFarFromTheHeartChangesNothingThere) {
   const Case& made = small_case();
   const Segmentation result =
       made.segmented({{kLabelBackground, made.truth.grid.mm(1, 1, 1), 3, -1}});
   EXPECT_EQ(result.labels.phases, small_result().labels.phases);
 }
 
-TEST(SmallPhantom, a_slip_of_a_seed_slices_beyond_the_lv_does_not_cost_the_heart) {
+TEST(SmallPhantom, ASlipOfASeedSlicesBeyondTheLvDoesNotCostTheHeart) {
   const Case& made = small_case();
   const Grid& grid = made.truth.grid;
   Vec3 middle = Vec3::Zero();
@@ -204,7 +204,7 @@ TEST(SmallPhantom, a_slip_of_a_seed_slices_beyond_the_lv_does_not_cost_the_heart
   EXPECT_GT(least_dice(made, result, Structure::Heart), 0.9);
 }
 
-TEST(SmallPhantom, a_seed_outside_the_images_is_refused) {
+TEST(SmallPhantom, ASeedOutsideTheImagesIsRefused) {
   for (std::uint8_t label : {std::uint8_t{kLabelBackground}, std::uint8_t{kLabelLvBlood}}) {
     const std::string said = made::refusal([&] {
       (void)small_case().segmented({{label, Vec3(900, 0, 0), 3, 0}});
@@ -213,7 +213,7 @@ TEST(SmallPhantom, a_seed_outside_the_images_is_refused) {
   }
 }
 
-TEST(SmallPhantom, is_the_same_on_one_thread_and_two) {
+TEST(SmallPhantom, IsTheSameOnOneThreadAndTwo) {
   phantom::PhantomSpec spec = small(4);
   const Case made(spec);
   set_thread_count(1);
@@ -226,7 +226,7 @@ TEST(SmallPhantom, is_the_same_on_one_thread_and_two) {
   EXPECT_EQ(one.warnings, two.warnings);
 }
 
-TEST(ClinicalPhantom, with_atria_in_view_keeps_the_ventricles_to_their_side_of_the_valves) {
+TEST(ClinicalPhantom, WithAtriaInViewKeepsTheVentriclesToTheirSideOfTheValves) {
   phantom::PhantomSpec spec = made::clinical_part();
   spec.phases = 10;
   const Case made(spec);

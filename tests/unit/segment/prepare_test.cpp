@@ -63,7 +63,7 @@ struct Coil {
 
 class Shading : public testing::TestWithParam<Coil> {};
 
-TEST_P(Shading, of_the_coil_is_found_over_the_heart) {
+TEST_P(Shading, OfTheCoilIsFoundOverTheHeart) {
   const Coil coil = GetParam();
   const Imaged heart = imaged(coil.bias, coil.signals, coil.snr);
   const TemporalStats stats = temporal_stats(heart.images);
@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(Coils, Shading,
                          testing::Values(Coil{0, "B", 20}, Coil{0.3, "B", 20}, Coil{0.5, "B", 10},
                                          Coil{0, "A", 20}, Coil{0.3, "A", 20}, Coil{0.5, "A", 10}));
 
-TEST(SliceGain, of_one_slice_is_found) {
+TEST(SliceGain, OfOneSliceIsFound) {
   Imaged heart = imaged(0, "B", 40);
   const Grid& grid = heart.images.grid;
   const int bright = 20;
@@ -98,7 +98,7 @@ TEST(SliceGain, of_one_slice_is_found) {
   EXPECT_NEAR(found[here] / found[above], 1.3, 0.04);
 }
 
-TEST(WithoutShading, divides) {
+TEST(WithoutShading, Divides) {
   ImageCycle<float> images;
   images.grid.size = {2, 1, 1};
   images.phases = {{6, 8}, {3, 2}};
@@ -107,7 +107,7 @@ TEST(WithoutShading, divides) {
   EXPECT_EQ(out.phases[1], (std::vector<float>{1.5, 0.5}));
 }
 
-TEST(Shading, of_an_empty_or_constant_image_is_none) {
+TEST(Shading, OfAnEmptyOrConstantImageIsNone) {
   Grid grid;
   grid.size = {30, 30, 8};
   for (const float value : {0.0F, 5.0F}) {
@@ -118,7 +118,7 @@ TEST(Shading, of_an_empty_or_constant_image_is_none) {
   }
 }
 
-TEST(Denoised, noise_falls_and_an_edge_stays) {
+TEST(Denoised, NoiseFallsAndAnEdgeStays) {
   constexpr double kNoise = 10;
   constexpr double kEdge = 50;
   ImageCycle<float> images;

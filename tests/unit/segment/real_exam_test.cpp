@@ -75,7 +75,7 @@ double half_of_basal_ml(const Segmentation& result, Structure structure) {
 const std::vector<int> kEndDiastole{100, 80, 60, 40};
 const std::vector<int> kEndSystole{88, 68, 48, 28};
 
-TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_systole) {
+TEST(RealExam, OfTwoPhasesHasTheExpertsCavityWithThreeStrokesAtEndSystole) {
   BEATLAS_NEEDS_REAL_EXAM("two-phase-ge");
   StageContext context;
   const Exam exam = ingest::read_exam({real_exam("two-phase-ge")}, {}, context);
@@ -105,7 +105,7 @@ TEST(RealExam, of_two_phases_has_the_experts_cavity_with_three_strokes_at_end_sy
   EXPECT_GE(dice(corrected, kEndSystole, 1), 0.83);
 }
 
-TEST(RealExam, of_distant_slices_has_nearly_the_volumes_of_an_independent_fit) {
+TEST(RealExam, OfDistantSlicesHasNearlyTheVolumesOfAnIndependentFit) {
   BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   StageContext context;
   const Exam exam = ingest::read_exam({real_exam("cine-exam")}, {}, context);

@@ -28,7 +28,7 @@ void paint(LabelCycle& labels, std::size_t phase, const Index3& low, const Index
 
 const std::vector<LeakSeed> kSeed{{kLabelBackground, Vec3(5, 5, 1), 1, 1}};
 
-TEST(ChangedElsewhere, is_nothing_where_all_hangs_together_with_the_seed) {
+TEST(ChangedElsewhere, IsNothingWhereAllHangsTogetherWithTheSeed) {
   const LabelCycle before = all_heart();
   LabelCycle after = before;
   paint(after, 1, {4, 4, 1}, {12, 12, 2}, kLabelBackground);
@@ -37,7 +37,7 @@ TEST(ChangedElsewhere, is_nothing_where_all_hangs_together_with_the_seed) {
   EXPECT_EQ(changed_elsewhere_ml(before, after, kSeed), 0) << "through space and time";
 }
 
-TEST(ChangedElsewhere, is_the_largest_change_of_a_label_in_a_phase) {
+TEST(ChangedElsewhere, IsTheLargestChangeOfALabelInAPhase) {
   const LabelCycle before = all_heart();
   LabelCycle after = before;
   paint(after, 1, {4, 4, 1}, {6, 6, 1}, kLabelBackground);
@@ -47,7 +47,7 @@ TEST(ChangedElsewhere, is_the_largest_change_of_a_label_in_a_phase) {
   EXPECT_NEAR(changed_elsewhere_ml(before, after, {}), 0.020, 1e-12);
 }
 
-TEST(ChangedElsewhere, does_not_count_labels_that_change_places) {
+TEST(ChangedElsewhere, DoesNotCountLabelsThatChangePlaces) {
   LabelCycle before = all_heart();
   LabelCycle after = before;
   paint(before, 0, {15, 2, 0}, {15, 6, 0}, kLabelRvBlood);
@@ -55,7 +55,7 @@ TEST(ChangedElsewhere, does_not_count_labels_that_change_places) {
   EXPECT_EQ(changed_elsewhere_ml(before, after, kSeed), 0);
 }
 
-TEST(ChangedElsewhere, begins_in_the_phase_of_the_seed) {
+TEST(ChangedElsewhere, BeginsInThePhaseOfTheSeed) {
   const LabelCycle before = all_heart();
   LabelCycle after = before;
   paint(after, 3, {4, 4, 1}, {6, 6, 1}, kLabelBackground);

@@ -88,14 +88,14 @@ void expect_found(const Drawn& made, const Segmentation& found, double lv, doubl
   }
 }
 
-TEST(SeedGround, twelve_balls_of_one_phase_tell_the_heart_in_all) {
+TEST(SeedGround, TwelveBallsOfOnePhaseTellTheHeartInAll) {
   const Drawn made = drawn_heart();
   StageContext context;
   const Segmentation found = segment_exam(made.exam, marks(), {}, context);
   expect_found(made, found, 0.93, 0.80, 0.85);
 }
 
-TEST(SeedGround, a_mark_is_kept_whatever_the_image_shows) {
+TEST(SeedGround, AMarkIsKeptWhateverTheImageShows) {
   const Drawn made = drawn_heart();
   std::vector<Seed> seeds = marks();
   seeds.push_back({kLabelLvBlood, Vec3(85 + 26, 50, 32), 4, 2});  // in the wall
@@ -108,14 +108,14 @@ TEST(SeedGround, a_mark_is_kept_whatever_the_image_shows) {
   }
 }
 
-TEST(SeedGround, needs_blood_and_muscle_of_the_lv_and_background) {
+TEST(SeedGround, NeedsBloodAndMuscleOfTheLvAndBackground) {
   std::vector<Seed> seeds = marks();
   EXPECT_TRUE(tell_heart(seeds, {}));
   std::erase_if(seeds, [](const Seed& seed) { return seed.label == kLabelLvMyocardium; });
   EXPECT_FALSE(tell_heart(seeds, {}));
 }
 
-TEST(SeedGround, labels_of_two_phases_tell_the_heart_in_the_others) {
+TEST(SeedGround, LabelsOfTwoPhasesTellTheHeartInTheOthers) {
   const Drawn made = drawn_heart();
   const KnownLabels known{{made.truth.grid, {made.truth.phases[0], made.truth.phases[2]}}, {0, 2}};
   EXPECT_TRUE(tell_heart({}, known));
@@ -124,7 +124,7 @@ TEST(SeedGround, labels_of_two_phases_tell_the_heart_in_the_others) {
   expect_found(made, found, 0.95, 0.85, 0.90);
 }
 
-TEST(SeedGround, without_marks_or_a_prior_says_what_to_give) {
+TEST(SeedGround, WithoutMarksOrAPriorSaysWhatToGive) {
   const Drawn made = drawn_heart();
   StageContext context;
   const std::string said =
@@ -133,7 +133,7 @@ TEST(SeedGround, without_marks_or_a_prior_says_what_to_give) {
   EXPECT_NE(said.find("--seeds"), std::string::npos) << said;
 }
 
-TEST(SeedGround, muscle_marked_as_bright_as_blood_is_refused) {
+TEST(SeedGround, MuscleMarkedAsBrightAsBloodIsRefused) {
   const Drawn made = drawn_heart();
   std::vector<Seed> seeds = marks();
   for (Seed& seed : seeds) {
@@ -146,7 +146,7 @@ TEST(SeedGround, muscle_marked_as_bright_as_blood_is_refused) {
             std::string::npos);
 }
 
-TEST(Boxes, what_was_cropped_goes_back_to_its_place) {
+TEST(Boxes, WhatWasCroppedGoesBackToItsPlace) {
   const Grid grid = made::straight_grid({7, 6, 5}, {1, 1, 2});
   ImageCycle<std::uint8_t> whole{grid, {std::vector<std::uint8_t>(grid.count())}};
   const Box box{{2, 1, 1}, {3, 4, 2}};

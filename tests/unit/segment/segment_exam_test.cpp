@@ -31,13 +31,13 @@ std::string refusal_of(const Exam& exam) {
   return made::refusal([&] { (void)made::segmented(exam); });
 }
 
-TEST(Refusal, of_a_beating_body_without_chambers) {
+TEST(Refusal, OfABeatingBodyWithoutChambers) {
   Exam exam = made::ellipsoid_exam(plain_grid(), plain(), kPhases, 400, 100);
   made::add_rician_noise(exam.stack.images, 20, 5);
   EXPECT_NE(refusal_of(exam).find("no heart found"), std::string::npos);
 }
 
-TEST(Refusal, of_still_images_in_air_whose_noise_is_rician) {
+TEST(Refusal, OfStillImagesInAirWhoseNoiseIsRician) {
   BeatingEllipsoid still = plain();
   still.squeeze = 0;
   for (int phases : {2, 15}) {
@@ -48,12 +48,12 @@ TEST(Refusal, of_still_images_in_air_whose_noise_is_rician) {
   }
 }
 
-TEST(Refusal, of_a_single_phase) {
+TEST(Refusal, OfASinglePhase) {
   const Exam exam = made::ellipsoid_exam(plain_grid(), plain(), 1, 400, 100);
   EXPECT_NE(refusal_of(exam).find("one phase"), std::string::npos);
 }
 
-TEST(Refusal, of_constant_images) {
+TEST(Refusal, OfConstantImages) {
   Exam exam = made::ellipsoid_exam(made::straight_grid({32, 32, 8}, {2, 2, 6}), plain(), 4, 0, 0);
   for (float value : {0.0F, 4095.0F}) {
     exam.stack.images = made::constant_images(exam.stack.images.grid, 4, value);
@@ -61,7 +61,7 @@ TEST(Refusal, of_constant_images) {
   }
 }
 
-TEST(Cancel, stops_the_segmentation) {
+TEST(Cancel, StopsTheSegmentation) {
   phantom::PhantomSpec spec = made::clinical_part();
   spec.phases = 4;
   const made::ImagedPhantom imaged(spec);

@@ -60,7 +60,7 @@ double end_mm(const Section& section) {
   return end;
 }
 
-TEST(ReachWalls, takes_in_blood_within_a_pixel_of_the_prior_and_no_more) {
+TEST(ReachWalls, TakesInBloodWithinAPixelOfThePriorAndNoMore) {
   Section near = section(16.8);
   reach_walls(near.images, levels(), kPriorMm, near.labels);
   EXPECT_DOUBLE_EQ(end_mm(near), 16.5);
@@ -74,7 +74,7 @@ TEST(ReachWalls, takes_in_blood_within_a_pixel_of_the_prior_and_no_more) {
   EXPECT_DOUBLE_EQ(end_mm(coarse), 19.5);
 }
 
-TEST(ReachWalls, knows_blood_that_is_darker_than_muscle) {
+TEST(ReachWalls, KnowsBloodThatIsDarkerThanMuscle) {
   Section dark = section(16.8);
   for (float& value : dark.images.phases[0]) value = kMuscle + kBlood - value;
   TissueLevels turned = levels();
@@ -84,7 +84,7 @@ TEST(ReachWalls, knows_blood_that_is_darker_than_muscle) {
   EXPECT_DOUBLE_EQ(end_mm(dark), 16.5);
 }
 
-TEST(ReachWalls, leaves_muscle_and_what_is_no_heart) {
+TEST(ReachWalls, LeavesMuscleAndWhatIsNoHeart) {
   Section dark = section(15);
   const auto before = dark.labels.phases;
   reach_walls(dark.images, levels(), kPriorMm, dark.labels);
@@ -99,7 +99,7 @@ TEST(ReachWalls, leaves_muscle_and_what_is_no_heart) {
   EXPECT_EQ(fat.labels.phases, as_labelled);
 }
 
-TEST(ReachWalls, gives_what_lies_between_two_cavities_to_the_nearer_one) {
+TEST(ReachWalls, GivesWhatLiesBetweenTwoCavitiesToTheNearerOne) {
   Section two = section(29);
   std::vector<std::uint8_t>& labels = two.labels.phases[0];
   // The right atrium begins two pixels beyond the RV, on one side.

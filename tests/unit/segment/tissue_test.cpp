@@ -14,7 +14,7 @@ namespace {
 
 using made::BeatingEllipsoid;
 
-TEST(Noise, of_static_images_is_the_known_one) {
+TEST(Noise, OfStaticImagesIsTheKnownOne) {
   for (int phases : {2, 3, 15}) {
     auto images = made::constant_images(made::straight_grid({40, 40, 16}, {1, 1, 3}), phases, 500);
     made::add_noise(images, 20, 7);
@@ -23,7 +23,7 @@ TEST(Noise, of_static_images_is_the_known_one) {
   }
 }
 
-TEST(Noise, is_not_hidden_by_voxels_that_are_zero_in_every_phase) {
+TEST(Noise, IsNotHiddenByVoxelsThatAreZeroInEveryPhase) {
   for (int phases : {2, 15}) {
     auto images = made::constant_images(made::straight_grid({40, 40, 16}, {1, 1, 3}), phases, 500);
     made::add_noise(images, 20, 8);
@@ -34,7 +34,7 @@ TEST(Noise, is_not_hidden_by_voxels_that_are_zero_in_every_phase) {
   }
 }
 
-TEST(Noise, is_that_of_tissue_where_most_of_a_magnitude_image_is_air) {
+TEST(Noise, IsThatOfTissueWhereMostOfAMagnitudeImageIsAir) {
   for (int phases : {2, 15}) {
     auto images = made::constant_images(made::straight_grid({40, 40, 16}, {1, 1, 3}), phases, 0);
     for (auto& phase : images.phases) {
@@ -45,7 +45,7 @@ TEST(Noise, is_that_of_tissue_where_most_of_a_magnitude_image_is_air) {
   }
 }
 
-TEST(Noise, of_constant_images_is_none) {
+TEST(Noise, OfConstantImagesIsNone) {
   const auto images = made::constant_images(made::straight_grid({8, 8, 4}, {1, 1, 3}), 5, 500);
   const TemporalStats stats = temporal_stats(images);
   EXPECT_EQ(stats.noise, 0);
@@ -53,7 +53,7 @@ TEST(Noise, of_constant_images_is_none) {
   for (float swing : stats.swing) EXPECT_NEAR(swing, 0, 1e-4);
 }
 
-TEST(Swing, of_a_sine_is_its_amplitude_over_the_root_of_two) {
+TEST(Swing, OfASineIsItsAmplitudeOverTheRootOfTwo) {
   constexpr int kPhases = 15;
   constexpr double kAmplitude = 50;
   auto images = made::constant_images(made::straight_grid({40, 40, 16}, {1.5, 1.5, 3}), kPhases, 0);
@@ -79,7 +79,7 @@ TEST(Swing, of_a_sine_is_its_amplitude_over_the_root_of_two) {
   EXPECT_NEAR(std::sqrt(square), kAmplitude / std::numbers::sqrt2, 0.01 * kAmplitude);
 }
 
-TEST(SmoothInPlane, keeps_the_mean_and_one_slice_from_the_next) {
+TEST(SmoothInPlane, KeepsTheMeanAndOneSliceFromTheNext) {
   const Grid grid = made::straight_grid({31, 31, 3}, {1, 2, 5});
   std::vector<float> image(grid.count(), 0);
   image[grid.offset(15, 15, 1)] = 1;
@@ -104,7 +104,7 @@ TEST(SmoothInPlane, keeps_the_mean_and_one_slice_from_the_next) {
   EXPECT_EQ(smooth_in_plane(grid, image, 0), image);
 }
 
-TEST(Crop, keeps_every_voxel_where_it_is_in_the_patient) {
+TEST(Crop, KeepsEveryVoxelWhereItIsInThePatient) {
   const Grid grid = made::oblique_grid({9, 8, 7}, {1, 2, 3}, {10, -20, 30});
   ImageCycle<float> images = made::constant_images(grid, 2, 0);
   for (auto& phase : images.phases) {

@@ -136,14 +136,14 @@ void expect_calibrated(const std::string& preset, double snr, std::size_t stride
 // The cavities' errors are those of the noise. Over the RV the outside is off by its wall where
 // that was not seen, which no sigma tells: half of the outside lies as near as is stated, and the
 // rms is not asked.
-TEST(Calibration, small) {
+TEST(Calibration, Small) {
   expect_calibrated("small", 20, 2,
                     {{Structure::LvBlood, 1.3, 1.2},
                      {Structure::RvBlood, 1.4, 1.3},
                      {Structure::Heart, std::numeric_limits<double>::infinity(), 1.6}});
 }
 
-TEST(Calibration, small_with_much_noise) {
+TEST(Calibration, SmallWithMuchNoise) {
   expect_calibrated("small", 10, 2, {{Structure::LvBlood, 1.4, 1.3}});
 }
 

@@ -18,7 +18,7 @@ std::vector<double> ventricle(int phases, double delay_s = 0) {
   return curve;
 }
 
-TEST(VolumeJumps, steep_ejection_and_filling_are_none) {
+TEST(VolumeJumps, SteepEjectionAndFillingAreNone) {
   for (const int phases : {6, 8, 10, 12, 15, 20, 25, 30, 50, 100}) {
     for (const double delay_s : {0.0, 0.02, 0.05}) {
       EXPECT_TRUE(volume_jumps(ventricle(phases, delay_s), 0.01).empty())
@@ -27,7 +27,7 @@ TEST(VolumeJumps, steep_ejection_and_filling_are_none) {
   }
 }
 
-TEST(VolumeJumps, one_phase_that_leaked_or_lost_is_found_wherever_it_is) {
+TEST(VolumeJumps, OnePhaseThatLeakedOrLostIsFoundWhereverItIs) {
   for (const int phases : {15, 25, 30}) {
     for (int leaked = 0; leaked < phases; ++leaked) {
       for (const double share : {0.5, -0.5}) {
@@ -43,7 +43,7 @@ TEST(VolumeJumps, one_phase_that_leaked_or_lost_is_found_wherever_it_is) {
   }
 }
 
-TEST(VolumeJumps, a_run_of_phases_is_one_jump) {
+TEST(VolumeJumps, ARunOfPhasesIsOneJump) {
   std::vector<double> curve = ventricle(25);
   for (const std::size_t p : {23U, 24U, 0U}) curve[p] += 40;
   const std::vector<VolumeJump> jumps = volume_jumps(curve, 0.06);
@@ -52,7 +52,7 @@ TEST(VolumeJumps, a_run_of_phases_is_one_jump) {
   EXPECT_EQ(jumps[0].count, 3);
 }
 
-TEST(VolumeJumps, two_leaks_are_two) {
+TEST(VolumeJumps, TwoLeaksAreTwo) {
   std::vector<double> curve = ventricle(20);
   curve[4] += 60;
   curve[17] -= 30;
@@ -61,7 +61,7 @@ TEST(VolumeJumps, two_leaks_are_two) {
   EXPECT_EQ(jumps[0].worst + jumps[1].worst, 21);
 }
 
-TEST(VolumeJumps, curves_that_tell_nothing_have_none) {
+TEST(VolumeJumps, CurvesThatTellNothingHaveNone) {
   EXPECT_TRUE(volume_jumps({}, 0.06).empty());
   EXPECT_TRUE(volume_jumps({150, 50}, 0.06).empty());
   EXPECT_TRUE(volume_jumps({150, 150, 50, 150}, 0.06).empty());
@@ -69,7 +69,7 @@ TEST(VolumeJumps, curves_that_tell_nothing_have_none) {
   EXPECT_EQ(closing_step({150, 50}), 0);
 }
 
-TEST(ClosingStep, is_what_grew_from_phase_to_phase_and_no_beat) {
+TEST(ClosingStep, IsWhatGrewFromPhaseToPhaseAndNoBeat) {
   for (const int phases : {10, 15, 25, 50}) {
     std::vector<double> curve = ventricle(phases);
     EXPECT_LT(closing_step(curve), 0.01) << phases;

@@ -25,7 +25,7 @@ ErrorCode code_of(const std::function<void()>& action) {
   return ErrorCode{0};
 }
 
-TEST(CheckWritable, tells_a_missing_folder_and_a_folder_in_place_of_the_file) {
+TEST(CheckWritable, TellsAMissingFolderAndAFolderInPlaceOfTheFile) {
   const TemporaryFolder folder;
   EXPECT_EQ(code_of([&] { check_writable(folder.path() / "none" / "a"); }), ErrorCode::Machine);
   EXPECT_EQ(code_of([&] { check_writable(folder.path()); }), ErrorCode::Machine);
@@ -33,7 +33,7 @@ TEST(CheckWritable, tells_a_missing_folder_and_a_folder_in_place_of_the_file) {
   EXPECT_EQ(count_files(folder.path()), 0U);
 }
 
-TEST(ReadJson, refuses_broken_text_and_keys_given_twice) {
+TEST(ReadJson, RefusesBrokenTextAndKeysGivenTwice) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "a.json";
   for (const char* text : {"{\"a\": 1", "", "{\"a\": 1, \"a\": 2}", "[{\"b\":{\"c\":1,\"c\":1}}]",
@@ -47,7 +47,7 @@ TEST(ReadJson, refuses_broken_text_and_keys_given_twice) {
             ErrorCode::InvalidInput);
 }
 
-TEST(WriteJson, numbers_read_back_the_same) {
+TEST(WriteJson, NumbersReadBackTheSame) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "a.json";
   const std::vector<double> numbers{0.1, 1.0 / 3.0, 1e-300, -123456.789012345, 5e-324};

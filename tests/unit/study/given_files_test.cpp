@@ -46,7 +46,7 @@ std::string refusal(const fs::path& study, const nlohmann::json& json) {
   return {};
 }
 
-TEST(GivenLabels, come_back_bit_by_bit) {
+TEST(GivenLabels, ComeBackBitByBit) {
   const TemporaryFolder study;
   const GivenLabels before = given(3);
   const nlohmann::json told = nlohmann::json::parse(write_given(study.path(), before).dump());
@@ -58,7 +58,7 @@ TEST(GivenLabels, come_back_bit_by_bit) {
   EXPECT_EQ(after.sha256, before.sha256);
 }
 
-TEST(GivenLabels, have_a_hash_of_what_they_say) {
+TEST(GivenLabels, HaveAHashOfWhatTheySay) {
   const GivenLabels first = given(3);
   EXPECT_NE(first.sha256, given(2).sha256);
   EXPECT_NE(first.sha256, given_sha256(first.images, {0, 6}));
@@ -67,7 +67,7 @@ TEST(GivenLabels, have_a_hash_of_what_they_say) {
   EXPECT_NE(first.sha256, given_sha256(moved.images, moved.phases));
 }
 
-TEST(GivenLabels, that_are_gone_or_were_changed_are_asked_for_again) {
+TEST(GivenLabels, ThatAreGoneOrWereChangedAreAskedForAgain) {
   const TemporaryFolder study;
   const nlohmann::json told = write_given(study.path(), given(3));
   const nlohmann::json other = write_given(study.path(), given(2));
@@ -90,7 +90,7 @@ TEST(GivenLabels, that_are_gone_or_were_changed_are_asked_for_again) {
   EXPECT_NE(refusal(study.path(), hostile).find("/given/labels/sha256"), std::string::npos);
 }
 
-TEST(GivenLabels, that_nothing_tells_of_are_cleared_away) {
+TEST(GivenLabels, ThatNothingTellsOfAreClearedAway) {
   const TemporaryFolder study;
   const nlohmann::json one = write_given(study.path(), given(3));
   const nlohmann::json two = write_given(study.path(), given(2));

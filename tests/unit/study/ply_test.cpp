@@ -19,7 +19,7 @@ TriangleMesh read_text(const std::string& text) {
   return read_ply(folder.path() / "a.ply");
 }
 
-TEST(Ply, reads_back_every_bit) {
+TEST(Ply, ReadsBackEveryBit) {
   const TemporaryFolder folder;
   write_ply(folder.path() / "a.ply", kTetrahedron);
   const TriangleMesh mesh = read_ply(folder.path() / "a.ply");
@@ -27,7 +27,7 @@ TEST(Ply, reads_back_every_bit) {
   EXPECT_EQ(mesh.triangles, kTetrahedron.triangles);
 }
 
-TEST(Ply, passes_over_what_mesh_editors_add) {
+TEST(Ply, PassesOverWhatMeshEditorsAdd) {
   const TriangleMesh mesh = read_text(
       "ply\r\nformat ascii 1.0\ncomment made elsewhere\nelement vertex 3\nproperty double x\n"
       "property double y\nproperty double z\nproperty float nx\nproperty uchar red\n"
@@ -40,7 +40,7 @@ TEST(Ply, passes_over_what_mesh_editors_add) {
   EXPECT_EQ(mesh.triangles[0], (std::array<std::uint32_t, 3>{0, 1, 2}));
 }
 
-TEST(Ply, refuses_what_is_no_triangle_mesh) {
+TEST(Ply, RefusesWhatIsNoTriangleMesh) {
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
       "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -57,7 +57,7 @@ TEST(Ply, refuses_what_is_no_triangle_mesh) {
   }
 }
 
-TEST(Ply, refuses_every_cut) {
+TEST(Ply, RefusesEveryCut) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "a.ply";
   write_ply(file, kTetrahedron);

@@ -57,7 +57,7 @@ Cine cine(const Index3& size, bool whole) {
   return {images(oblique_grid(size), 900.5, whole), 0.8 / 3, {0.0, 0.1 / 3, 0.2}};
 }
 
-TEST(StageFiles, an_exam_comes_back_bit_by_bit) {
+TEST(StageFiles, AnExamComesBackBitByBit) {
   for (bool whole : {true, false}) {
     const TemporaryFolder folder;
     const Exam exam{cine({7, 5, 4}, whole),
@@ -126,7 +126,7 @@ Segmentation make_segmentation() {
   return out;
 }
 
-TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
+TEST(StageFiles, ASegmentationComesBackBitByBit) {
   const TemporaryFolder folder;
   const Segmentation segmentation = make_segmentation();
   (void)write_segmentation(folder.path(), segmentation, 0.05);
@@ -170,7 +170,7 @@ TEST(StageFiles, a_segmentation_comes_back_bit_by_bit) {
             segmentation.base_cuts.at(Structure::LvBlood).k);
 }
 
-TEST(StageFiles, the_long_axis_comes_back_bit_by_bit) {
+TEST(StageFiles, TheLongAxisComesBackBitByBit) {
   const TemporaryFolder folder;
   const Segmentation made = make_segmentation();
   (void)write_segmentation(folder.path(), made, 0.05);
@@ -186,7 +186,7 @@ TEST(StageFiles, the_long_axis_comes_back_bit_by_bit) {
   EXPECT_EQ(read_long_axis(folder.path())->apex_mm, made.axis->apex_mm);
 }
 
-TEST(StageFiles, a_heart_without_an_axis_has_none_whatever_lies_in_the_folder) {
+TEST(StageFiles, AHeartWithoutAnAxisHasNoneWhateverLiesInTheFolder) {
   const TemporaryFolder folder;
   Segmentation made = make_segmentation();
   (void)write_segmentation(folder.path(), made, 0.05);
@@ -197,7 +197,7 @@ TEST(StageFiles, a_heart_without_an_axis_has_none_whatever_lies_in_the_folder) {
   EXPECT_FALSE(read_long_axis(folder.path()));
 }
 
-TEST(StageFiles, a_long_axis_that_is_none_is_refused_by_its_place) {
+TEST(StageFiles, ALongAxisThatIsNoneIsRefusedByItsPlace) {
   const TemporaryFolder folder;
   (void)write_segmentation(folder.path(), make_segmentation(), 0.05);
   const fs::path file = folder.path() / "segment" / "long_axis.json";
@@ -237,7 +237,7 @@ TEST(StageFiles, a_long_axis_that_is_none_is_refused_by_its_place) {
   EXPECT_NE(refusal(changed).find("must have 3 entries"), std::string::npos);
 }
 
-TEST(StageFiles, uncertainty_comes_back_bit_by_bit) {
+TEST(StageFiles, UncertaintyComesBackBitByBit) {
   const TemporaryFolder folder;
   const Segmentation made = make_segmentation();
   (void)write_segmentation(folder.path(), made, 0.05);
@@ -257,7 +257,7 @@ TEST(StageFiles, uncertainty_comes_back_bit_by_bit) {
   EXPECT_FALSE(for_the_eye("segment/long_axis.json"));
 }
 
-TEST(StageFiles, labels_as_acquired_are_written_where_there_are_any) {
+TEST(StageFiles, LabelsAsAcquiredAreWrittenWhereThereAreAny) {
   const TemporaryFolder folder;
   const Segmentation made = make_segmentation();
   LabelCycle moved = made.labels;
@@ -276,7 +276,7 @@ TEST(StageFiles, labels_as_acquired_are_written_where_there_are_any) {
   EXPECT_TRUE(for_the_eye(kLabelsAsAcquired));
 }
 
-TEST(StageFiles, an_image_of_another_place_or_size_is_refused) {
+TEST(StageFiles, AnImageOfAnotherPlaceOrSizeIsRefused) {
   const TemporaryFolder folder;
   const Segmentation segmentation = make_segmentation();
   (void)write_segmentation(folder.path(), segmentation, 0.05);
@@ -297,7 +297,7 @@ TEST(StageFiles, an_image_of_another_place_or_size_is_refused) {
   EXPECT_THROW((void)read_segmentation(folder.path()), Error);
 }
 
-TEST(StageFiles, a_registration_comes_back_bit_by_bit_and_lies_in_the_patient) {
+TEST(StageFiles, ARegistrationComesBackBitByBitAndLiesInThePatient) {
   const TemporaryFolder folder;
   Registration registration;
   registration.workspace_from_lps =
@@ -320,7 +320,7 @@ TEST(StageFiles, a_registration_comes_back_bit_by_bit_and_lies_in_the_patient) {
   }
 }
 
-TEST(StageFiles, surfaces_come_back_bit_by_bit) {
+TEST(StageFiles, SurfacesComeBackBitByBit) {
   const TemporaryFolder folder;
   SurfaceCycle surface{Structure::Heart, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, {}};
   for (int p = 0; p < kPhases; ++p) {
@@ -335,7 +335,7 @@ TEST(StageFiles, surfaces_come_back_bit_by_bit) {
   EXPECT_EQ(again[0].structure, surface.structure);
 }
 
-TEST(StageFiles, phases_of_different_connectivity_are_refused) {
+TEST(StageFiles, PhasesOfDifferentConnectivityAreRefused) {
   const TemporaryFolder folder;
   SurfaceCycle surface{Structure::Heart, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, {}};
   surface.positions.assign(2, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
@@ -375,7 +375,7 @@ FieldCycle make_field() {
   return cycle;
 }
 
-TEST(StageFiles, fields_come_back_bit_by_bit) {
+TEST(StageFiles, FieldsComeBackBitByBit) {
   const TemporaryFolder folder;
   const FieldCycle field = make_field();
   (void)write_fields(folder.path(), {field});
@@ -389,7 +389,7 @@ TEST(StageFiles, fields_come_back_bit_by_bit) {
   expect_same(again[0].distance_mm, field.distance_mm);
 }
 
-TEST(StageFiles, a_damaged_index_is_refused_by_its_place) {
+TEST(StageFiles, ADamagedIndexIsRefusedByItsPlace) {
   const TemporaryFolder folder;
   (void)write_fields(folder.path(), {make_field()});
   write_text(folder.path() / "field" / "field.json", R"({"structures": ["liver"]})");

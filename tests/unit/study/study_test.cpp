@@ -48,7 +48,7 @@ class StudyTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(StudyTest, records_are_read_back) {
+TEST_F(StudyTest, RecordsAreReadBack) {
   {
     Study study = Study::create(folder_.path());
     study.set_recipe({{"field", {{"voxel_mm", 2}}}});
@@ -71,7 +71,7 @@ TEST_F(StudyTest, records_are_read_back) {
   EXPECT_EQ(again.find(Stage::Segment), nullptr);
 }
 
-TEST_F(StudyTest, an_edit_is_told_from_what_the_stage_wrote) {
+TEST_F(StudyTest, AnEditIsToldFromWhatTheStageWrote) {
   Study study = Study::create(folder_.path());
   run(study, Stage::Import, {"exam/exam.json"});
   run(study, Stage::Segment, {"segment/segment.json", "segment/labels.nii.gz", kLabelsAsMade});
@@ -89,7 +89,7 @@ TEST_F(StudyTest, an_edit_is_told_from_what_the_stage_wrote) {
             std::vector<std::string>{kLabelsAsMade});
 }
 
-TEST_F(StudyTest, a_stage_is_stale_for_inputs_options_version_and_missing_files) {
+TEST_F(StudyTest, AStageIsStaleForInputsOptionsVersionAndMissingFiles) {
   Study study = Study::create(folder_.path());
   run(study, Stage::Import, {"exam/exam.json"});
   run(study, Stage::Segment, {"segment/segment.json"});
@@ -110,7 +110,7 @@ TEST_F(StudyTest, a_stage_is_stale_for_inputs_options_version_and_missing_files)
   EXPECT_FALSE(state_of(study, Stage::Segment, wanted_).up_to_date());
 }
 
-TEST_F(StudyTest, a_stage_that_runs_again_and_makes_the_same_leaves_later_ones_alone) {
+TEST_F(StudyTest, AStageThatRunsAgainAndMakesTheSameLeavesLaterOnesAlone) {
   Study study = Study::create(folder_.path());
   run(study, Stage::Import, {"exam/exam.json"});
   run(study, Stage::Segment, {"segment/segment.json"});
@@ -118,7 +118,7 @@ TEST_F(StudyTest, a_stage_that_runs_again_and_makes_the_same_leaves_later_ones_a
   EXPECT_TRUE(state_of(study, Stage::Segment, wanted_).up_to_date());
 }
 
-TEST_F(StudyTest, what_was_half_written_is_no_edit) {
+TEST_F(StudyTest, WhatWasHalfWrittenIsNoEdit) {
   {
     Study study = Study::create(folder_.path());
     run(study, Stage::Import, {"exam/exam.json", "exam/view_00.nii.gz"});
@@ -135,7 +135,7 @@ TEST_F(StudyTest, what_was_half_written_is_no_edit) {
   EXPECT_TRUE(state_of(Study::open(folder_.path()), Stage::Import, wanted_).up_to_date());
 }
 
-TEST_F(StudyTest, partial_files_of_a_killed_program_are_cleared) {
+TEST_F(StudyTest, PartialFilesOfAKilledProgramAreCleared) {
   put("mesh/.partial-heart_000.ply", "half");
   put(".partial-study.json", "half");
   fs::remove_all(folder_.path() / "mesh");
@@ -147,7 +147,7 @@ TEST_F(StudyTest, partial_files_of_a_killed_program_are_cleared) {
   EXPECT_FALSE(fs::exists(folder_.path() / ".partial-study.json"));
 }
 
-TEST_F(StudyTest, what_was_drawn_on_a_picture_is_put_aside) {
+TEST_F(StudyTest, WhatWasDrawnOnAPictureIsPutAside) {
   Study study = Study::create(folder_.path());
   run(study, Stage::Pictures, {"pictures/overlay.png"});
   put("pictures/overlay.png", "with notes");
@@ -159,7 +159,7 @@ TEST_F(StudyTest, what_was_drawn_on_a_picture_is_put_aside) {
   EXPECT_EQ(kept.size(), std::string("with notes").size());
 }
 
-TEST_F(StudyTest, one_program_at_a_time_writes) {
+TEST_F(StudyTest, OneProgramAtATimeWrites) {
   auto first = std::make_unique<Study>(Study::create(folder_.path()));
   EXPECT_TRUE(Lock::held(folder_.path()));
   int told = 0;
@@ -172,7 +172,7 @@ TEST_F(StudyTest, one_program_at_a_time_writes) {
   EXPECT_EQ(told, 1);
 }
 
-TEST_F(StudyTest, pack_reads_surfaces_too) {
+TEST_F(StudyTest, PackReadsSurfacesToo) {
   Study study = Study::create(folder_.path());
   for (const Stage stage : {Stage::Import, Stage::Segment, Stage::Register, Stage::Field}) {
     run(study, stage, {std::string(stage_name(stage)) + "/a.json"});
@@ -182,12 +182,12 @@ TEST_F(StudyTest, pack_reads_surfaces_too) {
   EXPECT_EQ(study.inputs_now(Stage::Pack).size(), 5U);
 }
 
-TEST_F(StudyTest, a_folder_with_other_files_is_not_taken) {
+TEST_F(StudyTest, AFolderWithOtherFilesIsNotTaken) {
   put("thesis.txt", "do not touch");
   EXPECT_THROW((void)Study::create(folder_.path()), Error);
 }
 
-TEST_F(StudyTest, a_missing_stage_is_named_with_its_command) {
+TEST_F(StudyTest, AMissingStageIsNamedWithItsCommand) {
   const Study study = Study::create(folder_.path());
   try {
     (void)study.inputs_now(Stage::Field);
@@ -198,7 +198,7 @@ TEST_F(StudyTest, a_missing_stage_is_named_with_its_command) {
   }
 }
 
-TEST_F(StudyTest, a_damaged_index_is_refused_by_its_place) {
+TEST_F(StudyTest, ADamagedIndexIsRefusedByItsPlace) {
   EXPECT_NE(refusal().find("no study"), std::string::npos);
   put("study.json", R"({"study_format": 2, "stages": {}, "more": 1})");
   EXPECT_NE(refusal().find("/more"), std::string::npos);
@@ -209,7 +209,7 @@ TEST_F(StudyTest, a_damaged_index_is_refused_by_its_place) {
   EXPECT_NE(refusal().find("leads out"), std::string::npos);
 }
 
-TEST_F(StudyTest, with_links_is_refused_and_nothing_outside_is_touched) {
+TEST_F(StudyTest, WithLinksIsRefusedAndNothingOutsideIsTouched) {
   const TemporaryFolder victim;
   write_text(victim.path() / "keep.txt", "precious");
   write_json(folder_.path() / "study.json",
@@ -226,7 +226,7 @@ TEST_F(StudyTest, with_links_is_refused_and_nothing_outside_is_touched) {
   EXPECT_EQ(refusal(), "");
 }
 
-TEST_F(StudyTest, may_be_reached_by_a_link) {
+TEST_F(StudyTest, MayBeReachedByALink) {
   const TemporaryFolder elsewhere;
   Study::create(folder_.path()).save();
   fs::create_directory_symlink(folder_.path(), elsewhere.path() / "exam.study");

@@ -60,7 +60,7 @@ class SurfaceMapFiles : public ::testing::Test {
   std::string text_;
 };
 
-TEST_F(SurfaceMapFiles, come_back_bit_by_bit) {
+TEST_F(SurfaceMapFiles, ComeBackBitByBit) {
   const std::vector<SurfaceMap> maps = read();
   ASSERT_EQ(maps.size(), 1U);
   EXPECT_EQ(maps[0].structure, Structure::LvBlood);
@@ -70,7 +70,7 @@ TEST_F(SurfaceMapFiles, come_back_bit_by_bit) {
   EXPECT_EQ(maps[0].thickness_mm, made().thickness_mm);
 }
 
-TEST_F(SurfaceMapFiles, of_the_rv_have_no_segments) {
+TEST_F(SurfaceMapFiles, OfTheRvHaveNoSegments) {
   SurfaceMap map = made();
   map.structure = Structure::RvBlood;
   map.segment = {0, 0, 0, 0};
@@ -86,7 +86,7 @@ TEST_F(SurfaceMapFiles, of_the_rv_have_no_segments) {
   EXPECT_THROW((void)read_rv(), Error);
 }
 
-TEST_F(SurfaceMapFiles, may_be_painted_over_and_saved_by_an_office_program) {
+TEST_F(SurfaceMapFiles, MayBePaintedOverAndSavedByAnOfficeProgram) {
   EXPECT_EQ(refusal("2,0.3333,3.1416,12,", "2,0.3333,3.1416,7,"), "accepted");
   EXPECT_EQ(read()[0].segment[2], 7);
   std::string text;
@@ -98,7 +98,7 @@ TEST_F(SurfaceMapFiles, may_be_painted_over_and_saved_by_an_office_program) {
   EXPECT_EQ(read()[0].thickness_mm, made().thickness_mm);
 }
 
-TEST_F(SurfaceMapFiles, that_fit_no_surface_are_refused_by_line) {
+TEST_F(SurfaceMapFiles, ThatFitNoSurfaceAreRefusedByLine) {
   EXPECT_NE(refusal("1,1.0000", "1,1.5000").find("map_lv_blood.csv: line 3: "), std::string::npos);
   EXPECT_NE(refusal("1,1.0000", "1,1.5000").find("long_axis"), std::string::npos);
   EXPECT_NE(refusal("6.2831", "6.2832").find("angle_rad"), std::string::npos);
