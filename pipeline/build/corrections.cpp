@@ -4,6 +4,7 @@
 #include <numeric>
 #include <string>
 
+#include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/painting.h"
 #include "runtime/base/error.h"

@@ -12,7 +12,7 @@
 #include "pipeline/pack/pack.h"
 #include "pipeline/register/slice_shifts.h"
 #include "pipeline/register/workspace.h"
-#include "pipeline/segment/segment.h"
+#include "pipeline/segment/options.h"
 #include "pipeline/study/study.h"
 
 namespace beatlas::build {

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "pipeline/segment/segment.h"
+#include "pipeline/segment/options.h"
 
 namespace beatlas::build {
 

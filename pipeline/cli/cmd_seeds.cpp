@@ -10,6 +10,7 @@
 #include "pipeline/cli/label_names.h"
 #include "pipeline/cli/markups.h"
 #include "pipeline/core/words.h"
+#include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/study/stage_files.h"
 #include "runtime/base/error.h"
 

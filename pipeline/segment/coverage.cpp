@@ -11,7 +11,6 @@
 #include "pipeline/core/slices.h"
 #include "pipeline/segment/along_slices.h"
 #include "pipeline/segment/boundary.h"
-#include "pipeline/segment/segment.h"
 
 namespace beatlas::segment {
 namespace {

@@ -45,4 +45,8 @@ void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& lab
 /// cut at the base.
 void find_ends(Segmentation& segmentation);
 
+/// Enclosed volume [ml] of a structure in every phase, from coverage.
+[[nodiscard]] std::vector<double> volume_curve_ml(const CoverageCycle& coverage,
+                                                  Structure structure);
+
 }  // namespace beatlas::segment

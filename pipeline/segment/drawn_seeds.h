@@ -7,7 +7,7 @@
 #include "pipeline/segment/box.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/levels.h"
-#include "pipeline/segment/segment.h"
+#include "pipeline/segment/options.h"
 
 namespace beatlas::segment {
 
@@ -43,5 +43,9 @@ void part_marked(TissueLevels& levels);
 [[nodiscard]] std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
                                                       const std::vector<Seed>& seeds,
                                                       const TissueLevels& levels);
+
+/// @throws Error{InvalidInput} if a seed or a place of a stroke lies outside the images, has no
+/// known label or phase, or a radius that is not within 0..50 mm.
+void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases);
 
 }  // namespace beatlas::segment

@@ -12,7 +12,6 @@
 #include "pipeline/core/slices.h"
 #include "pipeline/segment/layer_fit.h"
 #include "pipeline/segment/outline.h"
-#include "pipeline/segment/segment.h"
 #include "pipeline/segment/slice_image.h"
 
 namespace beatlas::segment {

@@ -6,7 +6,7 @@
 
 #include "pipeline/core/exam.h"
 #include "pipeline/segment/competition.h"
-#include "pipeline/segment/segment.h"
+#include "pipeline/segment/options.h"
 
 namespace beatlas::segment {
 

@@ -8,7 +8,7 @@
 
 #include "pipeline/segment/box.h"
 #include "pipeline/segment/ground.h"
-#include "pipeline/segment/segment.h"
+#include "pipeline/segment/options.h"
 
 namespace beatlas::segment {
 

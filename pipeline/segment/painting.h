@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "pipeline/core/shapes.h"
-#include "pipeline/segment/segment.h"
+#include "pipeline/segment/options.h"
 
 namespace beatlas::segment {
 

@@ -9,7 +9,7 @@
 #include "pipeline/segment/box.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/levels.h"
-#include "pipeline/segment/segment.h"
+#include "pipeline/segment/options.h"
 
 namespace beatlas::segment {
 

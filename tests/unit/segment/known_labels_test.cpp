@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/segment/coverage.h"
 #include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
@@ -69,7 +70,7 @@ double dice_of(const Case& made, const Segmentation& result, Structure structure
       [&](std::size_t v) { return label_in_structure(result.labels.phases[p][v], structure); });
 }
 
-TEST(KnownLabels, of_end_diastole_and_end_systole_make_the_other_phases_better_than_none) {
+TEST(KnownLabels, OfEndDiastoleAndEndSystoleMakeTheOtherPhasesBetterThanNone) {
   const Case& made = small_case();
   const int es = end_systole(made);
   const Segmentation automatic = made.segmented();
@@ -102,7 +103,7 @@ TEST(KnownLabels, of_end_diastole_and_end_systole_make_the_other_phases_better_t
   }
 }
 
-TEST(KnownLabels, part_ventricles_from_atria_in_the_phases_between) {
+TEST(KnownLabels, PartVentriclesFromAtriaInThePhasesBetween) {
   // Thin slices and the whole heart: no edge parts the blood of ventricles and atria.
   const Case& made = whole_case();
   const int es = end_systole(made);
@@ -120,7 +121,7 @@ TEST(KnownLabels, part_ventricles_from_atria_in_the_phases_between) {
   }
 }
 
-TEST(KnownLabels, of_one_phase_make_no_other_worse) {
+TEST(KnownLabels, OfOnePhaseMakeNoOtherWorse) {
   // What an editor hands back of a phase, painted or not, must not cost the phases it left alone.
   for (const bool whole : {false, true}) {
     const Case& made = whole ? whole_case() : small_case();
@@ -143,7 +144,7 @@ TEST(KnownLabels, of_one_phase_make_no_other_worse) {
   }
 }
 
-TEST(KnownLabels, of_all_phases_are_taken_as_they_are) {
+TEST(KnownLabels, OfAllPhasesAreTakenAsTheyAre) {
   const Case& made = small_case();
   std::vector<int> all(static_cast<std::size_t>(made.truth.phase_count()));
   std::iota(all.begin(), all.end(), 0);
@@ -166,7 +167,7 @@ TEST(KnownLabels, of_all_phases_are_taken_as_they_are) {
   }
 }
 
-TEST(KnownLabels, without_a_structure_leave_it_to_the_prior) {
+TEST(KnownLabels, WithoutAStructureLeaveItToThePrior) {
   // Experts outline the LV alone: that says nothing of the RV.
   const Case& made = small_case();
   LabelCycle lv_only = made.truth;
@@ -189,7 +190,7 @@ TEST(KnownLabels, without_a_structure_leave_it_to_the_prior) {
   }
 }
 
-TEST(KnownLabels, of_thick_slices_end_flat_on_the_side_of_the_base) {
+TEST(KnownLabels, OfThickSlicesEndFlatOnTheSideOfTheBase) {
   phantom::PhantomSpec spec = made::clinical_part();
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   const Case made(spec);
@@ -203,7 +204,7 @@ TEST(KnownLabels, of_thick_slices_end_flat_on_the_side_of_the_base) {
   EXPECT_NEAR(cut.k[0], 10.5, 1.0);
 }
 
-TEST(KnownLabels, give_the_same_on_one_thread_and_two) {
+TEST(KnownLabels, GiveTheSameOnOneThreadAndTwo) {
   phantom::PhantomSpec spec = small_ventricles();
   spec.phases = 4;
   const Case made(spec);
@@ -217,7 +218,7 @@ TEST(KnownLabels, give_the_same_on_one_thread_and_two) {
   EXPECT_EQ(one.coverage.phases, two.coverage.phases);
 }
 
-TEST(KnownLabels, that_cannot_be_used_are_refused) {
+TEST(KnownLabels, ThatCannotBeUsedAreRefused) {
   const Grid grid = made::straight_grid({10, 10, 4}, {2, 2, 8});
   LabelCycle labels{grid,
                     {std::vector<std::uint8_t>(grid.count(), kLabelLvBlood),

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/segment/coverage.h"
 #include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
