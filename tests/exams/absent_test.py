@@ -12,7 +12,7 @@ CTEST, BUILD = sys.argv[1], pathlib.Path(sys.argv[2])
 # The folder of tests, which of its tests, and how many these are at least.
 TESTS = (("tests/unit/segment", r"^RealExam\.", 2), ("tests/unit/ingest", r"^RealExam\.", 2),
          ("tests/import", r"^import\.cine_exam\.whole_folder$", 1),
-         ("tests/exams", r"^exams\.(held|seeds|one_seed)", 8))
+         ("tests/exams", r"^exams\.(held|seeds|one_seed|varied)", 11))
 
 
 def states(folder, pattern, data):
