@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -8,6 +9,7 @@
 #include "pipeline/prior/across.h"
 #include "pipeline/prior/courses.h"
 #include "pipeline/prior/crossing_views.h"
+#include "pipeline/prior/enlarged.h"
 #include "pipeline/prior/network.h"
 #include "pipeline/prior/orientations.h"
 #include "pipeline/prior/prior.h"
@@ -23,7 +25,7 @@ namespace {
 // Shares of the time.
 constexpr double kSeen = 0.1;
 constexpr double kLooked = 0.3;
-constexpr double kCutAnew = 0.6;
+constexpr double kCutAnew = 0.4;  // of what follows the first look
 
 /// Runs networks on slices of phases and keeps what they say.
 class Reader {
@@ -96,25 +98,36 @@ PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& mod
   return out;
 }
 
-/// As heart_prior, of one stack or one view. @param beside see Reader
-PriorCycle prior_of(const Cine& stack, const Model& model, const StageContext& context,
-                    std::size_t beside = 0) {
+/// A stack or a view of which some phases were looked at as a whole, each image once.
+struct FirstLook {
+  SeenSlices seen;
+  PriorCycle told;  ///< other phases are empty
+};
+
+FirstLook look_at(const Cine& stack, const Model& model, const StageContext& context) {
   const int phases = stack.phase_count();
   if (stack.grid().count() == 0 || phases == 0) {
     throw_invalid("the stack has no images, so nothing in it can be told");
   }
-  const ModelCard& card = model.card();
-  const SeenSlices seen = see(stack, card, context.part(0, kSeen));
-  PriorCycle out;
-  out.grid = seen.grid;
-  out.labels = card.outputs;
-  out.phases.resize(static_cast<std::size_t>(phases));
+  FirstLook out;
+  out.seen = see(stack, model.card(), context.part(0, kSeen / kLooked));
+  out.told = {out.seen.grid, model.card().outputs, {}};
+  out.told.phases.resize(static_cast<std::size_t>(phases));
   const std::vector<int> looked = looked_at(phases);
   for (const int p : looked) {
-    out.phases[static_cast<std::size_t>(p)] = no_heart(out.labels, out.grid.count());
+    out.told.phases[static_cast<std::size_t>(p)] = no_heart(out.told.labels, out.told.grid.count());
   }
-  Reader reader(seen, model, beside);
-  reader.read(looked, {{0, 0, 0}, seen.grid.size}, 1, context.part(kSeen, kLooked), out);
+  Reader(out.seen, model)
+      .read(looked, {{0, 0, 0}, out.seen.grid.size}, 1, context.part(kSeen / kLooked, 1), out.told);
+  return out;
+}
+
+/// As heart_prior, of one stack or one view. @param beside see Reader
+PriorCycle prior_of(const Cine& stack, FirstLook look, const Model& model,
+                    const StageContext& context, std::size_t beside = 0) {
+  const ModelCard& card = model.card();
+  Reader reader(look.seen, model, beside);
+  PriorCycle out = std::move(look.told);
   const Window window = window_of_heart(out, card.multiple);
   std::vector<int> all(out.phases.size());
   std::iota(all.begin(), all.end(), 0);
@@ -123,40 +136,72 @@ PriorCycle prior_of(const Cine& stack, const Model& model, const StageContext& c
       card.orientations > 1 ? across_lv(out, stack.grid(), card) : std::nullopt;
   std::fill(out.phases.begin(), out.phases.end(), no_heart(out.labels, out.grid.count()));
   if (!anew) {
-    reader.read(all, window, card.orientations, context.part(kLooked, 1), out);
+    reader.read(all, window, card.orientations, context, out);
     return out;
   }
-  reader.read(all, window, 1, context.part(kLooked, kCutAnew), out);
+  reader.read(all, window, 1, context.part(0, kCutAnew), out);
   mix_in(seen_across(stack, *anew, model, all, context.part(kCutAnew, 1)), anew->window, out);
+  return out;
+}
+
+/// Those of an exam's views that cross its stack and beat as it does.
+std::vector<std::size_t> crossing_views(const Exam& exam) {
+  std::vector<std::size_t> out;
+  for (std::size_t n = 0; n < exam.views.size(); ++n) {
+    const Cine& view = exam.views[n];
+    const bool beats_alike = view.phase_count() == exam.stack.phase_count();
+    const bool usable = beats_alike && view.grid().size[2] == 1;
+    if (usable && crosses(view.grid(), exam.stack.grid())) out.push_back(n);
+  }
+  return out;
+}
+
+/// What the network says of the stack and of views of it, where it is shown them so many times
+/// larger. @param look of the stack
+PriorCycle prior_of_exam(const Exam& shown, double larger, FirstLook look,
+                         const std::vector<std::size_t>& views, const Model& model,
+                         const StageContext& context) {
+  const double images = shown.stack.grid().size[2] + static_cast<double>(views.size());
+  double done = shown.stack.grid().size[2] / std::max(images, 1.0);
+  PriorCycle out = prior_of(shown.stack, std::move(look), model, context.part(0, done));
+  out.grid = enlarged(out.grid, 1 / larger);
+  std::vector<PriorCycle> told;
+  const auto of_stack = static_cast<std::size_t>(shown.stack.grid().size[2]) *
+                        static_cast<std::size_t>(shown.stack.phase_count());
+  for (const std::size_t n : views) {
+    const StageContext part = context.part(done, done + 1 / images);
+    const Cine& view = shown.views[n];
+    told.push_back(prior_of(view, look_at(view, model, part.part(0, kLooked)), model,
+                            part.part(kLooked, 1), of_stack));
+    hold_courses(told.back());
+    told.back().grid = enlarged(told.back().grid, 1 / larger);
+    done += 1 / images;
+  }
+  if (shown.views.empty()) return out;
+  HeededViews heeded = heed_views(told, out);
+  context.log(std::to_string(heeded.views) + " of " + std::to_string(shown.views.size()) +
+              " views beside the stack cross it and tell what its slices show.");
+  if (heeded.views > 0) out.unknown = std::move(heeded.unknown);
   return out;
 }
 
 }  // namespace
 
 PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
-  std::vector<const Cine*> views;
-  for (const Cine& view : exam.views) {
-    const bool beats_alike = view.phase_count() == exam.stack.phase_count();
-    const bool usable = beats_alike && view.grid().size[2] == 1;
-    if (usable && crosses(view.grid(), exam.stack.grid())) views.push_back(&view);
-  }
-  const double images = exam.stack.grid().size[2] + static_cast<double>(views.size());
-  double done = exam.stack.grid().size[2] / std::max(images, 1.0);
-  PriorCycle out = prior_of(exam.stack, model, context.part(0, done));
-  std::vector<PriorCycle> told;
-  const auto of_stack = static_cast<std::size_t>(exam.stack.grid().size[2]) *
-                        static_cast<std::size_t>(exam.stack.phase_count());
-  for (const Cine* view : views) {
-    told.push_back(prior_of(*view, model, context.part(done, done + 1 / images), of_stack));
-    hold_courses(told.back());
-    done += 1 / images;
-  }
-  if (exam.views.empty()) return out;
-  HeededViews heeded = heed_views(told, out);
-  context.log(std::to_string(heeded.views) + " of " + std::to_string(exam.views.size()) +
-              " views beside the stack cross it and tell what its slices show.");
-  if (heeded.views > 0) out.unknown = std::move(heeded.unknown);
-  return out;
+  FirstLook look = look_at(exam.stack, model, context.part(0, kLooked));
+  const std::vector<std::size_t> views = crossing_views(exam);
+  const double larger = enlargement(look.told, exam.stack.grid(), model.card());
+  const StageContext rest = context.part(kLooked, 1);
+  if (larger <= 1) return prior_of_exam(exam, 1, std::move(look), views, model, rest);
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "The left ventricle seems to hold less than %g ml, as none that the prior learned "
+                "from; it is shown the exam %.2f times larger.",
+                model.card().lv_ml[0], larger);
+  context.log(text);
+  const Exam shown = enlarged(exam, larger);
+  look = look_at(shown.stack, model, rest.part(0, kLooked));
+  return prior_of_exam(shown, larger, std::move(look), views, model, rest.part(kLooked, 1));
 }
 
 }  // namespace beatlas::prior

@@ -82,6 +82,16 @@ void check_card(const json& card) {
   }
 }
 
+void read_lv_ml(const json& value, std::array<double, 2>& lv_ml) {
+  constexpr double kMostMl = 1000;
+  const bool two =
+      value.is_array() && value.size() == 2 && value[0].is_number() && value[1].is_number();
+  if (two) lv_ml = {value[0].get<double>(), value[1].get<double>()};
+  if (!two || !(0 <= lv_ml[0] && lv_ml[0] <= lv_ml[1] && lv_ml[1] <= kMostMl)) {
+    throw_invalid("/lv_ml must be two ascending numbers of ml from 0 to 1000");
+  }
+}
+
 /// What the graph says of the planes of its only input or output.
 void check_planes(const std::vector<std::vector<long long>>& ends, std::size_t planes,
                   const std::string& what, const std::string& word) {
@@ -117,6 +127,7 @@ ModelCard model_card_from_json(const json& value) {
   read_needed(object, "neighbour_mm", out.neighbour_mm, 4.0, 20.0);
   read_needed(object, "multiple", out.multiple, 1, 256);
   object.read("orientations", out.orientations, 1, 8);
+  if (object.has("lv_ml")) read_lv_ml(object.at("lv_ml"), out.lv_ml);
   for (const std::size_t at : words_at(object, "channels", kChannelWords)) {
     out.channels.push_back(static_cast<Channel>(at));
   }

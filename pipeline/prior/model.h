@@ -2,6 +2,7 @@
 /// A network that says what voxels are likely to be: NAME.onnx, and NAME.json beside it that tells
 /// what it takes and gives (schemas/prior_model.schema.json, pipeline/prior/README.md).
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -23,9 +24,12 @@ struct ModelCard {
   std::vector<std::uint8_t> outputs;  ///< atlas Label of each plane of the output
   double neighbour_mm = 8;            ///< [mm] 4..20: from `frame` to `below` and `above`
   int multiple = 16;                  ///< 1..256: of height and width of the input
-  /// 1..4: so many half turns of a slice are shown and their probabilities averaged. More than 1
-  /// for networks that were trained on slices turned in any way.
+  /// 1..8: in so many of kOrientations a slice is shown, and their probabilities averaged. More
+  /// than 1 for networks that were trained on slices turned in any way.
   int orientations = 1;
+  /// [ml] 0..1000, ascending: blood of the smallest and the largest LV, where they hold most, that
+  /// the network was trained on. Hearts smaller than these are shown larger; 0: as they are.
+  std::array<double, 2> lv_ml{0, 0};
   std::string sha256;                              ///< of NAME.onnx
   nlohmann::json card = nlohmann::json::object();  ///< strings and numbers, for people
 };

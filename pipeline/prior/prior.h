@@ -11,7 +11,8 @@
 namespace beatlas::prior {
 
 /// What each voxel of each phase is likely to be, on the network's own lattice: the stack's slices
-/// and directions, square pixels of ModelCard::pixel_mm about the same middle.
+/// and directions, square pixels of ModelCard::pixel_mm about the same middle; smaller ones of a
+/// heart that the network was shown larger (enlarged.h).
 struct PriorCycle {
   static constexpr int kUnits = 16;  ///< of a stored log-probability in 1
   static constexpr int kLeast = -8;  ///< log-probabilities are no smaller

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <utility>
 
 #include "runtime/atlas/structures.h"
 
@@ -9,37 +12,51 @@ namespace beatlas::prior {
 namespace {
 
 struct Body {
-  std::size_t lv_blood = 0;  ///< voxels, all phases together
+  std::vector<std::vector<std::size_t>> lv_blood;  ///< [phase][slice] voxels
   Index3 low{0, 0, 0};
   Index3 high{0, 0, 0};  ///< included
+
+  [[nodiscard]] std::size_t lv_blood_of_all() const {
+    std::size_t out = 0;
+    for (const auto& phase : lv_blood) {
+      out = std::accumulate(phase.begin(), phase.end(), out);
+    }
+    return out;
+  }
 };
 
 /// What hangs together by faces, in any of the phases.
 std::vector<Body> bodies_of(const PriorCycle& looked) {
   const Grid& grid = looked.grid;
   std::vector<std::uint8_t> heart(grid.count(), 0);
-  std::vector<std::uint8_t> blood(grid.count(), 0);  // in how many phases
+  std::vector<std::vector<bool>> blood;  // [phase of those looked at][voxel]
   for (std::size_t p = 0; p < looked.phases.size(); ++p) {
     if (looked.phases[p].empty()) continue;
+    blood.emplace_back(heart.size(), false);
     for (std::size_t v = 0; v < heart.size(); ++v) {
       const std::uint8_t label = looked.likeliest(p, v);
       if (label != kLabelBackground) heart[v] = 1;
-      if (label == kLabelLvBlood) ++blood[v];
+      if (label == kLabelLvBlood) blood.back()[v] = true;
     }
   }
   const auto row = static_cast<std::size_t>(grid.size[0]);
   const std::size_t slice = grid.slice_count();
+  const auto slices = static_cast<std::size_t>(grid.size[2]);
   std::vector<Body> out;
   std::vector<std::size_t> reached;
   for (std::size_t start = 0; start < heart.size(); ++start) {
     if (heart[start] == 0) continue;
-    Body body{0, grid.size, {0, 0, 0}};
+    Body body;
+    body.lv_blood.assign(blood.size(), std::vector<std::size_t>(slices, 0));
+    body.low = grid.size;
     heart[start] = 0;
     reached.assign(1, start);
     while (!reached.empty()) {
       const std::size_t v = reached.back();
       reached.pop_back();
-      body.lv_blood += blood[v];
+      for (std::size_t p = 0; p < blood.size(); ++p) {
+        body.lv_blood[p][v / slice] += blood[p][v] ? 1 : 0;
+      }
       const Index3 at{static_cast<int>(v % row), static_cast<int>(v % slice / row),
                       static_cast<int>(v / slice)};
       for (std::size_t a = 0; a < 3; ++a) {
@@ -56,7 +73,7 @@ std::vector<Body> bodies_of(const PriorCycle& looked) {
         }
       }
     }
-    out.push_back(body);
+    out.push_back(std::move(body));
   }
   return out;
 }
@@ -70,17 +87,37 @@ std::vector<int> looked_at(int phases) {
   return out;
 }
 
+double least_lv_ml(const PriorCycle& looked) {
+  const std::vector<Body> bodies = bodies_of(looked);
+  const auto heart = std::max_element(bodies.begin(), bodies.end(), [](auto& a, auto& b) {
+    return a.lv_blood_of_all() < b.lv_blood_of_all();
+  });
+  if (heart == bodies.end()) return 0;
+  const Vec3 mm = looked.grid.spacing_mm();
+  double least = 0;
+  for (const std::vector<std::size_t>& phase : heart->lv_blood) {
+    const std::size_t voxels = std::accumulate(phase.begin(), phase.end(), std::size_t{0});
+    const double seen = looked.grid.voxel_ml() * static_cast<double>(voxels);
+    const double section_mm2 =
+        mm[0] * mm[1] * static_cast<double>(*std::max_element(phase.begin(), phase.end()));
+    // A ball's volume from its largest section.
+    const double ball = 4 / (3 * std::sqrt(EIGEN_PI)) * std::pow(section_mm2, 1.5) * 1e-3;
+    least = std::max({least, seen, ball});
+  }
+  return least;
+}
+
 Window window_of_heart(const PriorCycle& looked, int multiple) {
   const Grid& grid = looked.grid;
   const std::vector<Body> bodies = bodies_of(looked);
   std::size_t most = 0;
-  for (const Body& body : bodies) most = std::max(most, body.lv_blood);
+  for (const Body& body : bodies) most = std::max(most, body.lv_blood_of_all());
   Window out{{0, 0, 0}, grid.size};
   if (most == 0) return out;
   Index3 low = grid.size;
   Index3 high{0, 0, 0};
   for (const Body& body : bodies) {
-    if (2 * body.lv_blood < most) continue;
+    if (2 * body.lv_blood_of_all() < most) continue;
     for (std::size_t a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], body.low[a]);
       high[a] = std::max(high[a], body.high[a]);

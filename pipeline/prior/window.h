@@ -16,6 +16,11 @@ inline constexpr double kRoomMm = 25;
 /// end-systole, wherever the beat begins; of three and fewer, all.
 [[nodiscard]] std::vector<int> looked_at(int phases);
 
+/// How much blood the LV holds at the least where it is largest [ml], of the body that has most: as
+/// much as was seen in a phase, and as a ball as wide as its largest section, for a stack may show
+/// a part of it alone and no LV is wider than long. 0 if no LV was seen.
+[[nodiscard]] double least_lv_ml(const PriorCycle& looked);
+
 /// The least box around what is likeliest to be heart in the phases that hold anything, with room
 /// for what the others add. Of several bodies apart from each other those count that hold half as
 /// much blood of the LV as the one with most: which one is the heart is told by who reads the

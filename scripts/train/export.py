@@ -21,6 +21,7 @@ import checkpoint
 from model import CHANNELS, MULTIPLE, NEIGHBOUR_MM, ORIENTATIONS, OUTPUTS, PIXEL_MM, HeartNet, folded
 
 FORMAT = 1
+FAMILY = json.loads((pathlib.Path(__file__).resolve().parents[2] / "pipeline/phantom/family.json").read_text())
 MAX_BYTES = 3_000_000
 OPSET = 11  # the latest whose Resize OpenCV 4.6 reads as this exporter writes it
 SIZES = ((192, 192), (160, 224), (128, 144))  # checked one after the other with one net
@@ -71,7 +72,8 @@ def description(content: bytes, run: dict) -> dict:
     return {
         "format": FORMAT, "pixel_mm": PIXEL_MM, "channels": list(CHANNELS), "outputs": list(OUTPUTS),
         "neighbour_mm": NEIGHBOUR_MM, "multiple": MULTIPLE,
-        "orientations": ORIENTATIONS, "sha256": hashlib.sha256(content).hexdigest(),
+        "orientations": ORIENTATIONS, "lv_ml": [FAMILY["lv_edv"]["low"], FAMILY["lv_edv"]["high"]],
+        "sha256": hashlib.sha256(content).hexdigest(),
         "card": {
             "trained_on": "drawn slices of random hearts alone (heart_draws); no image of a person",
             "samples": run["samples"], "minutes": round(run["minutes"], 1),

@@ -109,6 +109,10 @@ TEST(PriorModel, ItsJsonIsReadStrictly) {
                           "/channels must be a list"));
   EXPECT_TRUE(made::tells(changed([](json& card) { card["channels"][1] = "frame"; }),
                           "/channels/1 stands there twice"));
+  for (const json& wrong : {json(40), json{40}, json{40, 30}, json{-1, 30}, json{40, "x"}}) {
+    EXPECT_TRUE(made::tells(changed([&](json& card) { card["lv_ml"] = wrong; }),
+                            "/lv_ml must be two ascending numbers"));
+  }
   EXPECT_TRUE(made::tells(changed([](json& card) { card["outputs"][3] = "spleen"; }),
                           "/outputs/3 must be one of background"));
   EXPECT_TRUE(made::tells(changed([](json& card) { card["outputs"].erase(3); }),
@@ -133,7 +137,8 @@ TEST(PriorModel, ItsSchemaNamesTheSameKeysAndWords) {
   ASSERT_EQ(words.size(), kLabelWords.size());
   for (std::size_t at = 0; at < words.size(); ++at) EXPECT_EQ(words[at], kLabelWords[at]);
   json card = json::parse(std::ifstream(card_path(made::model_file("unet"))));
-  card["orientations"] = 2;  // models without it are of one orientation
+  card["orientations"] = 2;   // models without it are of one orientation
+  card["lv_ml"] = {40, 400};  // and show hearts as they are
   EXPECT_EQ(card.size(), keys.size());
   for (const auto& key : keys.items()) {
     ASSERT_TRUE(card.contains(key.key()));
