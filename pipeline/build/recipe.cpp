@@ -107,8 +107,8 @@ class Reader {
 
   void section(const std::string& name) {
     finish_section();
-    static const json kEmpty = json::object();
-    section_.emplace(whole_.has(name) ? whole_.at(name) : kEmpty, "/" + name);
+    static const json empty = json::object();
+    section_.emplace(whole_.has(name) ? whole_.at(name) : empty, "/" + name);
   }
   template <class T, class Bound>
   void option(const std::string& key, T& value, Bound low, Bound high) {

@@ -100,8 +100,9 @@ Segmentation outlined(const atlas::Atlas& package, const Grid& grid, StageContex
   out.labels.grid = grid;
   out.labels.phases.resize(phases);
   CoverageCycle& coverage = out.coverage;
-  const auto [first, size] =
-      part_within(*package.field(Structure::Heart), grid, workspace_from_index);
+  const auto part = part_within(*package.field(Structure::Heart), grid, workspace_from_index);
+  const Index3& first = part.first;
+  const Index3& size = part.second;
   coverage.first = first;
   coverage.grid = grid.part(first, size);
   const Vec3 spacing = grid.spacing_mm();

@@ -97,8 +97,8 @@ class LayerSearch {
   /// How well the edge is known, the layer's thickness beside it: by what profiles a little off
   /// would show.
   [[nodiscard]] double edge_sigma_px(double edge_px, double thick_px, const Fit& fit) const {
-    constexpr double h = 2 * kFinestPx;
-    const double thick = std::max(thick_px, h);
+    constexpr double kStepPx = 2 * kFinestPx;
+    const double thick = std::max(thick_px, kStepPx);
     Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() / (kUntoldPx * kUntoldPx);
     const double precision = 1 / (levels_.noise * levels_.noise);
     for (std::size_t n = 0; n < AcrossProfile::kBins; ++n) {
@@ -108,8 +108,8 @@ class LayerSearch {
         return shares(d - edge, layer).dot(Eigen::Vector3d(fit.muscle, fit.fat, fit.beyond));
       };
       const Eigen::Vector2d slope(
-          (shown(edge_px + h, thick) - shown(edge_px - h, thick)) / (2 * h),
-          (shown(edge_px, thick + h) - shown(edge_px, thick - h)) / (2 * h));
+          (shown(edge_px + kStepPx, thick) - shown(edge_px - kStepPx, thick)) / (2 * kStepPx),
+          (shown(edge_px, thick + kStepPx) - shown(edge_px, thick - kStepPx)) / (2 * kStepPx));
       normal += precision * profile_.weight[n] * slope * slope.transpose();
     }
     return std::sqrt(normal.inverse()(0, 0));
