@@ -118,6 +118,148 @@ std::vector<BoundaryPoint> points_of_wall(const std::vector<BoundaryPoint>& oute
   return out;
 }
 
+/// What the edges of all structures are looked for in.
+struct EdgeSearch {
+  const ImageCycle<float>& images;
+  const ImageCycle<std::uint8_t>& labels;
+  const TissueLevels& levels;
+  double noise = 0;     ///< [intensity], as the next two
+  double muscle = 0;    ///< below it a voxel is muscle and nothing else
+  double contrast = 0;  ///< between both sides, less than which is no edge
+
+  [[nodiscard]] bool thin() const { return images.grid.spacing_mm()[2] < kThickSlicesMm; }
+};
+
+bool is_ventricle(Structure structure) {
+  return structure == Structure::LvBlood || structure == Structure::RvBlood;
+}
+
+/// Voxels of a phase by what they tell of a structure's boundary, 1 where they do.
+struct EdgeVoxels {
+  std::vector<std::uint8_t> inside;  ///< of it
+  std::vector<std::uint8_t> inner;   ///< tell what its inside looks like
+  std::vector<std::uint8_t> outer;   ///< tell what lies beyond
+  std::vector<std::uint8_t> bare;    ///< of the heart's outside: blood
+  std::vector<std::uint8_t> walls;   ///< of a cavity: the heart
+};
+
+EdgeVoxels edge_voxels(const EdgeSearch& search, Structure structure, std::size_t p) {
+  const std::vector<std::uint8_t>& labels = search.labels.phases[p];
+  EdgeVoxels out;
+  out.inside = where(labels, structure);
+  out.inner = out.inside;
+  out.outer.assign(out.inside.size(), 1);
+  if (structure == Structure::Heart && search.levels.muscle > 0) {
+    // Under the outer surface lies muscle; blood behind a thin wall must not tell its level.
+    for (std::size_t v = 0; v < out.inner.size(); ++v) {
+      out.inner[v] =
+          static_cast<std::uint8_t>(out.inside[v] && search.images.phases[p][v] < search.muscle);
+    }
+    out.bare.resize(out.inside.size());
+    std::transform(labels.begin(), labels.end(), out.bare.begin(), [](std::uint8_t label) {
+      return static_cast<std::uint8_t>(label == kLabelLvBlood || label == kLabelRvBlood);
+    });
+  } else if (structure == Structure::LvMyocardium) {
+    // Of the wall its outside alone: what is averaged along one edge of a thin wall must not take
+    // in what is seen at the other.
+    out.inside = filled_wall(labels);
+  } else {
+    // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
+    out.walls = where(labels, Structure::Heart);
+    out.outer = out.walls;
+  }
+  return out;
+}
+
+/// Coverage where surfaces run along thin slices. What tells of a cavity's edge is narrowed down in
+/// `voxels`, which `input` looks at. @return voxels of the heart's surface that it settled
+std::vector<Settled> cover_along(const EdgeSearch& search, Structure structure, std::size_t p,
+                                 const BoundaryInput& input, EdgeVoxels& voxels,
+                                 std::vector<float>& coverage) {
+  const TissueLevels& levels = search.levels;
+  if (structure == Structure::Heart) {
+    return cover_along_slices(input, {.inner_level = levels.muscle}, coverage);
+  }
+  if (!is_ventricle(structure)) return {};
+  // The other ventricle's blood, which this looks as far as, must not tell the wall's level, nor
+  // papillary muscles, taken in on purpose, the blood's.
+  for (std::size_t v = 0; v < voxels.outer.size(); ++v) {
+    const float pixel = search.images.phases[p][v];
+    voxels.outer[v] = static_cast<std::uint8_t>(voxels.outer[v] && pixel < search.muscle);
+    voxels.inner[v] = static_cast<std::uint8_t>(voxels.inner[v] && pixel >= levels.threshold);
+  }
+  (void)cover_along_slices(
+      input,
+      {.inner_level = structure == Structure::LvBlood ? levels.blood : levels.rv_blood,
+       .outer_level = levels.muscle,
+       .walls = &voxels.walls},
+      coverage);
+  return {};
+}
+
+/// @param under_fat null: nothing is known of it  @param settled voxels of the heart's surface are
+/// added to it
+Boundary cover_phase(const EdgeSearch& search, Structure structure, std::size_t p,
+                     const std::vector<FatEdge>* under_fat, std::vector<Settled>& settled) {
+  EdgeVoxels voxels = edge_voxels(search, structure, p);
+  const BoundaryInput input{.grid = search.images.grid,
+                            .image = search.images.phases[p],
+                            .inside = voxels.inside,
+                            .tells_inner = voxels.inner,
+                            .tells_outer = voxels.outer,
+                            .bare = voxels.bare.empty() ? nullptr : &voxels.bare,
+                            .trabeculated = is_ventricle(structure),
+                            .contrast = search.contrast,
+                            .noise = search.noise};
+  Boundary found = find_boundary(input);
+  if (search.thin() && search.levels.muscle > 0) {
+    const std::vector<Settled> along =
+        cover_along(search, structure, p, input, voxels, found.coverage);
+    settled.insert(settled.end(), along.begin(), along.end());
+  }
+  if (structure == Structure::Heart && under_fat != nullptr) {
+    put_edges(*under_fat, found);
+    for (const FatEdge& edge : *under_fat) {
+      const auto within = edge.within != FatEdge::kNowhere
+                              ? std::optional(edge.within)
+                              : nearest_inside(search.images.grid, voxels.inside, edge.voxel);
+      if (within) settled.push_back({edge.voxel, *within});
+    }
+  }
+  // What intensities along slices settled may be whole or empty now.
+  std::erase_if(found.points, [&](const BoundaryPoint& point) {
+    const float share = found.coverage[point.voxel];
+    return !(share > 0 && share < 1);
+  });
+  return found;
+}
+
+/// The LV's wall ends where its cavity begins and, where the heart's surface is settled, with that.
+void fit_wall(const EdgeSearch& search, const std::vector<std::vector<Settled>>& settled,
+              Covered& made) {
+  auto& by_structure = made.coverage.phases;
+  const auto myocardium = by_structure.find(Structure::LvMyocardium);
+  const auto blood = by_structure.find(Structure::LvBlood);
+  const auto heart = by_structure.find(Structure::Heart);
+  if (myocardium == by_structure.end()) return;
+  const Grid& grid = search.images.grid;
+  if (heart != by_structure.end()) {
+    parallel_for(settled.size(), [&](std::size_t p) {
+      for (const Settled& at : settled[p]) {
+        if (!in_lv(grid, search.labels.phases[p], at.within)) continue;
+        myocardium->second[p][at.voxel] = heart->second[p][at.voxel];
+      }
+    });
+  }
+  if (blood == by_structure.end()) return;
+  std::vector<std::vector<BoundaryPoint>>& walls = made.uncertainty[Structure::LvMyocardium];
+  const std::vector<std::vector<BoundaryPoint>>& pools = made.uncertainty[Structure::LvBlood];
+  parallel_for(settled.size(), [&](std::size_t p) {
+    take_cavity_out(grid, search.labels.phases[p], blood->second[p], myocardium->second[p]);
+    walls[p] = points_of_wall(walls[p], pools[p], myocardium->second[p]);
+  });
+}
+
 }  // namespace
 
 bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, std::size_t voxel) {
@@ -154,123 +296,38 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
               const Box& box, const TissueLevels& levels, double noise,
               const std::vector<std::vector<FatEdge>>& under_fat,
               const std::vector<Structure>& structures) {
-  // Voxels that are muscle and nothing else: under a thin wall most are half blood.
-  const double muscle = std::min(
-      levels.threshold,
-      levels.muscle + std::max(2 * noise, kMuscleShare * (levels.threshold - levels.muscle)));
+  const EdgeSearch search{
+      .images = images,
+      .labels = labels,
+      .levels = levels,
+      .noise = noise,
+      // Under a thin wall most voxels are half blood.
+      .muscle = std::min(
+          levels.threshold,
+          levels.muscle + std::max(2 * noise, kMuscleShare * (levels.threshold - levels.muscle))),
+      .contrast = std::max(2.5 * noise, 0.08 * (levels.blood - levels.muscle))};
   Covered made;
-  CoverageCycle& out = made.coverage;
-  out.grid = images.grid;
-  out.first = box.first;
+  made.coverage.grid = images.grid;
+  made.coverage.first = box.first;
   const auto n = static_cast<std::size_t>(images.phase_count());
-  std::vector<std::vector<Settled>> settled(n);  // of the heart's surface
-  const bool thin = images.grid.spacing_mm()[2] < kThickSlicesMm;
-  const double contrast = std::max(2.5 * noise, 0.08 * (levels.blood - levels.muscle));
+  std::vector<std::vector<Settled>> settled(n);
   for (const Structure structure : structures) {
-    std::vector<std::vector<float>>& phases = out.phases[structure];
-    phases.resize(n);
-    std::vector<std::vector<BoundaryPoint>>& points = made.uncertainty[structure];
-    points.resize(n);
+    std::vector<std::vector<float>> phases(n);
+    std::vector<std::vector<BoundaryPoint>> points(n);
     parallel_for(n, [&](std::size_t p) {
-      std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
-      std::vector<std::uint8_t> inner = inside;
-      std::vector<std::uint8_t> outer(inside.size(), 1);
-      std::vector<std::uint8_t> bare;
-      std::vector<std::uint8_t> walls;
-      if (structure == Structure::Heart && levels.muscle > 0) {
-        // Under the outer surface lies muscle; blood behind a thin wall must not tell its level.
-        for (std::size_t v = 0; v < inner.size(); ++v) {
-          inner[v] = static_cast<std::uint8_t>(inside[v] && images.phases[p][v] < muscle);
-        }
-        bare.resize(inside.size());
-        std::transform(
-            labels.phases[p].begin(), labels.phases[p].end(), bare.begin(), [](std::uint8_t label) {
-              return static_cast<std::uint8_t>(label == kLabelLvBlood || label == kLabelRvBlood);
-            });
-      } else if (structure == Structure::LvMyocardium) {
-        // Of the wall its outside alone: what is averaged along one edge of a thin wall must not
-        // take in what is seen at the other.
-        inside = filled_wall(labels.phases[p]);
-      } else {
-        // Beside a cavity lies its wall; lung or fat beyond a thin one must not tell its level.
-        walls = where(labels.phases[p], Structure::Heart);
-        outer = walls;
-      }
-      const BoundaryInput input{
-          .grid = images.grid,
-          .image = images.phases[p],
-          .inside = inside,
-          .tells_inner = inner,
-          .tells_outer = outer,
-          .bare = bare.empty() ? nullptr : &bare,
-          .trabeculated = structure == Structure::LvBlood || structure == Structure::RvBlood,
-          .contrast = contrast,
-          .noise = noise};
-      Boundary found = find_boundary(input);
-      if (thin && levels.muscle > 0) {
-        if (structure == Structure::Heart) {
-          const std::vector<Settled> along =
-              cover_along_slices(input, {.inner_level = levels.muscle}, found.coverage);
-          settled[p].insert(settled[p].end(), along.begin(), along.end());
-        } else if (structure == Structure::LvBlood || structure == Structure::RvBlood) {
-          // Nor must the other ventricle's blood, which this looks as far as, nor papillary
-          // muscles, taken in on purpose, the blood's.
-          for (std::size_t v = 0; v < outer.size(); ++v) {
-            const float pixel = images.phases[p][v];
-            outer[v] = static_cast<std::uint8_t>(outer[v] && pixel < muscle);
-            inner[v] = static_cast<std::uint8_t>(inner[v] && pixel >= levels.threshold);
-          }
-          (void)cover_along_slices(
-              input,
-              {.inner_level = structure == Structure::LvBlood ? levels.blood : levels.rv_blood,
-               .outer_level = levels.muscle,
-               .walls = &walls},
-              found.coverage);
-        }
-      }
-      if (structure == Structure::Heart && !under_fat.empty()) {
-        put_edges(under_fat[p], found);
-        for (const FatEdge& edge : under_fat[p]) {
-          const auto within = edge.within != FatEdge::kNowhere
-                                  ? std::optional(edge.within)
-                                  : nearest_inside(images.grid, inside, edge.voxel);
-          if (within) settled[p].push_back({edge.voxel, *within});
-        }
-      }
-      // What intensities along slices settled may be whole or empty now.
-      std::erase_if(found.points, [&](const BoundaryPoint& point) {
-        const float share = found.coverage[point.voxel];
-        return !(share > 0 && share < 1);
-      });
+      Boundary found = cover_phase(search, structure, p,
+                                   under_fat.empty() ? nullptr : &under_fat[p], settled[p]);
       phases[p] = std::move(found.coverage);
       points[p] = std::move(found.points);
     });
     const bool empty = std::all_of(phases.begin(), phases.end(), [](const auto& phase) {
       return std::none_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
     });
-    if (!empty) continue;
-    out.phases.erase(structure);
-    made.uncertainty.erase(structure);
+    if (empty) continue;
+    made.coverage.phases[structure] = std::move(phases);
+    made.uncertainty[structure] = std::move(points);
   }
-  const auto myocardium = out.phases.find(Structure::LvMyocardium);
-  const auto blood = out.phases.find(Structure::LvBlood);
-  const auto heart = out.phases.find(Structure::Heart);
-  if (myocardium != out.phases.end() && heart != out.phases.end()) {
-    parallel_for(n, [&](std::size_t p) {
-      for (const Settled& at : settled[p]) {  // there the wall's outside is the heart's
-        if (!in_lv(images.grid, labels.phases[p], at.within)) continue;
-        myocardium->second[p][at.voxel] = heart->second[p][at.voxel];
-      }
-    });
-  }
-  if (myocardium != out.phases.end() && blood != out.phases.end()) {
-    std::vector<std::vector<BoundaryPoint>>& walls = made.uncertainty[Structure::LvMyocardium];
-    const std::vector<std::vector<BoundaryPoint>>& pools = made.uncertainty[Structure::LvBlood];
-    parallel_for(n, [&](std::size_t p) {
-      take_cavity_out(images.grid, labels.phases[p], blood->second[p], myocardium->second[p]);
-      walls[p] = points_of_wall(walls[p], pools[p], myocardium->second[p]);
-    });
-  }
+  fit_wall(search, settled, made);
   return made;
 }
 

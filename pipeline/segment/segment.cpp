@@ -298,6 +298,45 @@ Covered cover_task(const Task& task, bool atria, ImageCycle<std::uint8_t>& label
   return covered;
 }
 
+/// As segment_by_threshold, of a task whose ground is laid.
+Segmentation segment_by_window(const Exam& exam, const Task& task) {
+  if (!task.known.phases.empty()) {
+    throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
+  }
+  return segment_by_threshold(exam, task.given, task.ground.seeds, task.box,
+                              before_lift(task.ground.levels, task.lifted), task.options);
+}
+
+/// Atria and the aorta as far as they are bodies that could be drawn: one or two thick slices of
+/// them are none. In thin ones ventricles come out the same whether a scene draws atria or not.
+/// @return sentences on those that were not believed
+std::vector<std::string> keep_beyond_base(const Task& task, const Belief& belief,
+                                          ImageCycle<std::uint8_t>& labels) {
+  if (!task.thick()) return drop_doubtful_beyond_base(belief, labels);
+  merge_beyond_base(labels);
+  return {};
+}
+
+/// What is known of the ventricle as a whole once its labels and coverage are.
+void finish(const Task& task, int base_step, const ImageCycle<std::uint8_t>& labels,
+            Segmentation& out) {
+  if (task.thick()) {
+    out.base_cuts = flat_base_cuts(labels, base_step);
+    for (auto& [structure, cut] : out.base_cuts) {
+      for (double& k : cut.k) k += task.box.first[2];
+    }
+  }
+  find_ends(out);
+  out.labels.grid = task.stack.grid;
+  put_back(labels, task.box, out.labels);
+  out.axis = ventricle_axis(out);
+  if (!out.axis && out.coverage.phases.count(Structure::LvMyocardium) != 0) {
+    out.warnings.emplace_back(
+        "the left ventricle's long axis is not known, since its apex or a base is not seen in "
+        "every phase; nothing on the wall is named by AHA segment, and no thickness is told");
+  }
+}
+
 }  // namespace
 
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
@@ -320,11 +359,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   held.reset();
   const std::vector<std::string> doubts = doubtful_seeds(task.images, given, task.ground.levels);
   if (options.method == Method::Threshold) {
-    if (!known.phases.empty()) {
-      throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
-    }
-    Segmentation out = segment_by_threshold(exam, given, task.ground.seeds, task.box,
-                                            before_lift(task.ground.levels, task.lifted), options);
+    Segmentation out = segment_by_window(exam, task);
     out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
     return out;
   }
@@ -352,17 +387,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (task.by_prior) {
     if (const auto sentence = labelled_after_views(*prior)) tell({*sentence});
   }
-  // One or two thick slices of an atrium are no body that could be drawn. In thin ones ventricles
-  // come out the same whether a scene draws atria or not.
   const bool atria = !task.thick();
-  if (atria) {
-    const std::vector<std::string> dropped =
-        drop_doubtful_beyond_base(believed(kBeyondBase, labels), labels);
-    if (options.atria) tell(dropped);
-  } else {
-    merge_beyond_base(labels);
-  }
-
+  const std::vector<std::string> dropped =
+      keep_beyond_base(task, atria ? believed(kBeyondBase, labels) : Belief(), labels);
+  if (options.atria) tell(dropped);
   context.progress(0.85, "boundaries within voxels");
   Covered covered = cover_task(task, atria, labels);
   out.coverage = std::move(covered.coverage);
@@ -378,22 +406,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       out.uncertainty.erase(structure);
     }
   }
-  if (task.thick()) {
-    out.base_cuts = flat_base_cuts(labels, base.step);
-    for (auto& [structure, cut] : out.base_cuts) {
-      for (double& k : cut.k) k += task.box.first[2];
-    }
-  }
-  find_ends(out);
   out.belief = believed(kVentricular, labels);
-  out.labels.grid = stack.grid;
-  put_back(labels, task.box, out.labels);
-  out.axis = ventricle_axis(out);
-  if (!out.axis && out.coverage.phases.count(Structure::LvMyocardium) != 0) {
-    tell(
-        {"the left ventricle's long axis is not known, since its apex or a base is not seen in "
-         "every phase; nothing on the wall is named by AHA segment, and no thickness is told"});
-  }
+  finish(task, base.step, labels, out);
   return out;
 }
 
