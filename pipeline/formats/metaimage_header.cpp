@@ -14,7 +14,7 @@ namespace {
 constexpr double kUnitLength = 1e-3;  // rows of a direction matrix printed with four digits
 
 ScalarType element_type(const std::string& name) {
-  static const std::map<std::string, ScalarType> kTypes{
+  static const std::map<std::string, ScalarType> types{
       {"met_char", ScalarType::Int8},       {"met_uchar", ScalarType::UInt8},
       {"met_short", ScalarType::Int16},     {"met_ushort", ScalarType::UInt16},
       {"met_int", ScalarType::Int32},       {"met_uint", ScalarType::UInt32},
@@ -22,8 +22,8 @@ ScalarType element_type(const std::string& name) {
       {"met_long_long", ScalarType::Int64}, {"met_ulong_long", ScalarType::UInt64},
       {"met_float", ScalarType::Float32},   {"met_double", ScalarType::Float64},
   };
-  const auto found = kTypes.find(name);
-  if (found == kTypes.end()) throw_invalid("its ElementType is none that can be read");
+  const auto found = types.find(name);
+  if (found == types.end()) throw_invalid("its ElementType is none that can be read");
   return found->second;
 }
 

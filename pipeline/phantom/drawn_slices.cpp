@@ -13,7 +13,6 @@ namespace beatlas::phantom {
 namespace {
 
 constexpr int kMoments = 6;
-constexpr std::size_t kPixels = DrawnSample::kPixels;
 
 struct Plane {
   Vec3F centre = Vec3F::Zero();

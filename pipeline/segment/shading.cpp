@@ -11,7 +11,6 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr int kDegree = 2;
 constexpr int kTerms = 9;              ///< of degree 1 and 2 in three variables
 constexpr double kStepMm = 4;          ///< between voxels that are looked at
 constexpr double kSmoothMm = 1;        ///< Gaussian in plane, before
