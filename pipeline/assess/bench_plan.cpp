@@ -133,7 +133,9 @@ std::vector<BenchRun> plan_runs(const std::vector<Knob>& knobs,
       known += knob.name + ", ";
     }
     known.resize(known.size() - 2);
-    throw Error(ErrorCode::Usage, "there is no knob '" + name + "'; choose of " + known);
+    throw Error(
+        ErrorCode::Usage,
+        std::string("there is no knob '").append(name).append("'; choose of ").append(known));
   }
   std::vector<BenchRun> runs;
   for (const Knob& knob : knobs) {

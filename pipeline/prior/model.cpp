@@ -53,14 +53,15 @@ std::vector<std::size_t> words_at(JsonObject& object, const std::string& key,
   if (!list.is_array() || list.empty()) throw_invalid(path + " must be a list of some of " + known);
   std::vector<std::size_t> out;
   for (std::size_t at = 0; at < list.size(); ++at) {
+    const std::string place = path + "/" + std::to_string(at);
     const auto* word = list[at].get_ptr<const std::string*>();
     const auto found = word == nullptr ? words.end() : std::find(words.begin(), words.end(), *word);
     if (found == words.end()) {
-      throw_invalid(path + "/" + std::to_string(at) + " must be one of " + known);
+      throw_invalid(std::string(place).append(" must be one of ").append(known));
     }
     const auto index = static_cast<std::size_t>(found - words.begin());
     if (std::find(out.begin(), out.end(), index) != out.end()) {
-      throw_invalid(path + "/" + std::to_string(at) + " stands there twice");
+      throw_invalid(std::string(place).append(" stands there twice"));
     }
     out.push_back(index);
   }
