@@ -235,6 +235,24 @@ double among_trabeculae_px(const std::vector<Edge>& edges, double pixel_mm) {
   return inward / length_px * square / (kLabelsMm * kLabelsMm + square);
 }
 
+/// [pixels] How far outlines were moved inward in the mean, all slices together.
+double mean_inward_px(const std::vector<Edge>& edges) {
+  double length = 0;
+  double inward = 0;
+  for (const Edge& edge : edges) {
+    if (edge.drawn_px.empty()) continue;
+    for (int j = 0; j < edge.pixels.rows; ++j) {
+      for (int i = 0; i < edge.pixels.cols; ++i) {
+        const float drawn = edge.drawn_px.at<float>(j, i);
+        if (edge.far(j, i) || std::abs(drawn) >= 0.5F) continue;
+        length += 1;
+        inward += static_cast<double>(edge.found_px.at<float>(j, i) - drawn);
+      }
+    }
+  }
+  return length > 0 ? inward / length : 0;
+}
+
 void move_outward(double by_px, std::vector<Edge>& edges) {
   for (Edge& edge : edges) {
     if (edge.drawn_px.empty()) continue;
@@ -369,6 +387,7 @@ Boundary find_boundary(const BoundaryInput& input) {
     }
   }
   if (input.trabeculated) move_outward(among_trabeculae_px(edges, pixel_mm), edges);
+  if (input.rimmed) move_outward(mean_inward_px(edges), edges);
   const std::vector<cv::Mat> leans = leans_px(grid, edges);
   for (int k = 0; k < grid.size[2]; ++k) {
     const Edge& edge = edges[static_cast<std::size_t>(k)];

@@ -28,6 +28,8 @@ struct BoundaryInput {
   const std::vector<std::uint8_t>* bare = nullptr;
   /// Whether muscle may lie inside that counts as inside: trabeculae of a cavity.
   bool trabeculated = false;
+  /// Whether what lies along its outside may look like inside: pericardium, fat's dark rim.
+  bool rimmed = false;
   double contrast = 0;  ///< least difference of the two levels that is trusted
   double noise = 0;     ///< standard deviation of the intensities where they are not dark
 };
@@ -39,6 +41,10 @@ struct BoundaryInput {
 /// the mean shift inward of a cavity's outlines, all slices together, only that part counts which
 /// is likelier an error of the labels than trabeculae: s^2 / (s^2 + t^2), with the labels' error s
 /// and the thickness t that the muscle inside had, were it packed against the wall.
+/// Pericardium and, in images of water and fat out of phase, a line as dark as muscle lie along the
+/// outside of the LV's wall, so that its edges lie outward. Labels tell how large such a rimmed
+/// structure is, all slices together, and edges tell its shape: the mean shift by edges is taken
+/// back, also where no edge tells the place.
 /// Where levels do not differ the boundary runs between the voxels, smoothed.
 /// A point's standard deviation is that of the shift by which intensities moved the outline there:
 /// the image's noise, carried through that shift (it averages along the outline, so it lies below

@@ -209,6 +209,7 @@ Boundary cover_phase(const EdgeSearch& search, Structure structure, std::size_t 
                             .tells_outer = voxels.outer,
                             .bare = voxels.bare.empty() ? nullptr : &voxels.bare,
                             .trabeculated = is_ventricle(structure),
+                            .rimmed = structure == Structure::LvMyocardium && !search.thin(),
                             .contrast = search.contrast,
                             .noise = search.noise};
   Boundary found = find_boundary(input);

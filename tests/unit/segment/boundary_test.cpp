@@ -66,13 +66,14 @@ Slice make(const Ellipse& ellipse, double sigma) {
 }
 
 Boundary boundary_of(const Slice& s, const std::vector<std::uint8_t>& inside, double contrast,
-                     double noise, bool trabeculated = false) {
+                     double noise, bool trabeculated = false, bool rimmed = false) {
   return find_boundary({.grid = s.grid,
                         .image = s.image,
                         .inside = inside,
                         .tells_inner = inside,
                         .tells_outer = std::vector<std::uint8_t>(inside.size(), 1),
                         .trabeculated = trabeculated,
+                        .rimmed = rimmed,
                         .contrast = contrast,
                         .noise = noise});
 }
@@ -483,6 +484,31 @@ TEST(Boundary, OfASmoothCavityIsWhereItsEdgeIsAndNotWhereLabelsAre) {
   EXPECT_NEAR(
       outline_error(e, boundary_of(s, make(labelled, 0).inside, 50, 15, true).coverage).mean, 0,
       0.06);
+}
+
+TEST(Boundary, OfARimmedWallKeepsTheSizeOfLabels) {
+  const Ellipse labelled;
+  Ellipse seen;
+  seen.a = seen.b = 20.8;
+  const Slice s = make(seen, 15);
+  const std::vector<std::uint8_t> labels = make(labelled, 0).inside;
+  const auto outward = [&](bool rimmed) {
+    return outline_error(labelled, boundary_of(s, labels, 50, 15, false, rimmed).coverage).mean;
+  };
+  EXPECT_NEAR(outward(false), 0.8, 0.06);
+  EXPECT_NEAR(outward(true), 0, 0.06);
+}
+
+TEST(Boundary, OfARimmedWallTakesItsShapeFromTheEdges) {
+  const Ellipse labelled;
+  Ellipse seen;
+  seen.a = 21;
+  seen.b = 19;
+  const Slice s = make(seen, 15);
+  const std::vector<std::uint8_t> labels = make(labelled, 0).inside;
+  const double by_labels = outline_error(seen, outline_coverage(s.grid, labels)).rms;
+  EXPECT_GT(by_labels, 0.6);
+  EXPECT_LT(outline_error(seen, boundary_of(s, labels, 50, 15, false, true).coverage).rms, 0.15);
 }
 
 }  // namespace
