@@ -23,6 +23,10 @@
 #include "pipeline/study/state.h"
 #include "pipeline/study/study.h"
 
+namespace beatlas::report {
+struct ReportInput;
+}
+
 namespace beatlas::build {
 
 class IncrementalBuild {
@@ -58,7 +62,7 @@ class IncrementalBuild {
   assess::SelfTest self_test();
 
   /// @pre a study. Writes its report: the page, and report.json into the study; gives the latter
-  /// and says its verdict.
+  /// and says the LV's figures and its verdict.
   /// @param page where; empty: report.html in the study
   /// @param anew also where the report stands for what the study holds
   nlohmann::json report(const std::filesystem::path& page, bool anew);
@@ -106,6 +110,11 @@ class IncrementalBuild {
   void note_for_package();
   /// The images around the heart as the package holds them.
   [[nodiscard]] pack::PackedVolume packed_volume(const FieldCycle& heart);
+  /// Gathers what a report tells of the exam and its labels, of surfaces that are of these labels,
+  /// and of the package that was made last.
+  void gather_labels(report::ReportInput& input);
+  void gather_surfaces(report::ReportInput& input, const StageContext& context);
+  void gather_package(report::ReportInput& input);
   void note_exam();
   void note_segmentation();
   /// What Pack is to be run with for a scene.

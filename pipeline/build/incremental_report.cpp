@@ -102,6 +102,12 @@ bool is_behind(const report::ReportInput& input, Stage stage) {
                      });
 }
 
+void tell_report(Listener& listener, const json& summary, const fs::path& page) {
+  const std::string figures = told_figures(summary);
+  if (!figures.empty()) listener.tell(figures);
+  listener.tell(told_report(summary, page));
+}
+
 }  // namespace
 
 assess::SelfTest IncrementalBuild::self_test() {
@@ -117,6 +123,53 @@ assess::SelfTest IncrementalBuild::self_test() {
   return out;
 }
 
+void IncrementalBuild::gather_labels(report::ReportInput& input) {
+  reads_uncertainty_ = true;
+  if (segmentation_ && segmentation_->uncertainty.empty()) segmentation_.reset();
+  try {
+    if (segmentation_ || study_->find(Stage::Segment) != nullptr) (void)segmentation();
+  } catch (const Error& error) {
+    // A leak that the recipe refuses: it is what the report has to show.
+    if (error.code() != ErrorCode::Quality) throw;
+  }
+  input.exam = &exam();
+  if (segmentation_) {
+    input.segmentation = &*segmentation_;
+    input.uncertainty = segmentation_->uncertainty;
+  }
+  input.drawn_seeds = orders_.seeds.size();
+  if (!orders_.labels) return;
+  const std::vector<int>& given = orders_.labels->phases;
+  input.given_phases = {given.begin(), given.end()};
+  for (int p = 0; given.empty() && p < input.exam->stack.phase_count(); ++p) {
+    input.given_phases.insert(p);
+  }
+}
+
+void IncrementalBuild::gather_surfaces(report::ReportInput& input, const StageContext& context) {
+  // A build that was refused by its labels leaves the surfaces of those before, which the page
+  // would show beside them.
+  const bool stale = study_->refusal() && is_behind(input, Stage::Mesh);
+  if (study_->find(Stage::Mesh) == nullptr || stale) return;
+  input.surfaces = surface_cycles();
+  for (const SurfaceCycle& surface : input.surfaces) {
+    context.check_cancelled();
+    input.surface_figures.push_back(surface_figures(surface));
+  }
+}
+
+void IncrementalBuild::gather_package(report::ReportInput& input) {
+  input.needed = needed(told_scene());
+  const study::StageRecord* packed = study_->find(Stage::Pack);
+  input.has_made_package = packed != nullptr && !packed->package_sha256.empty();
+  // What lies there from before a refusal is of other labels or options.
+  if (study_->refusal()) {
+    input.refused = study_->refusal()->reason;
+  } else {
+    input.package = packed_facts(*study_);
+  }
+}
+
 json IncrementalBuild::report(const fs::path& page, bool anew) {
   if (!study_->find(Stage::Import)) require(Stage::Import);
   // What is looked at here, painted labels, replaces no build's refusal.
@@ -128,53 +181,23 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
   const bool same = former.is_object() && former.value("made_from", "") == from;
   std::error_code ignored;
   if (!anew && same && fs::exists(file, ignored)) {
-    listener_.tell(told_report(former, file));
+    tell_report(listener_, former, file);
     return former;
   }
 
   json summary;
   listener_.stage("report", [&](StageContext& context) {
     report::ReportInput input;
-    reads_uncertainty_ = true;
-    if (segmentation_ && segmentation_->uncertainty.empty()) segmentation_.reset();
-    const bool segmented = segmentation_ || study_->find(Stage::Segment) != nullptr;
-    try {
-      if (segmented) (void)segmentation();
-    } catch (const Error& error) {
-      // A leak that the recipe refuses: it is what the report has to show.
-      if (error.code() != ErrorCode::Quality) throw;
-    }
-    input.exam = &exam();
-    if (segmentation_) {
-      input.segmentation = &*segmentation_;
-      input.uncertainty = segmentation_->uncertainty;
-    }
+    gather_labels(input);
     context.progress(0.3);
     context.check_cancelled();
     if (study_->find(Stage::Register) != nullptr) {
       input.workspace_from_lps = study::read_workspace_from_lps(study_->folder());
     }
     input.stages = stage_facts(*study_, listener_.times());
-    // A build that was refused by its labels leaves the surfaces of those before, which the page
-    // would show beside them.
-    if (study_->find(Stage::Mesh) != nullptr &&
-        !(study_->refusal() && is_behind(input, Stage::Mesh))) {
-      input.surfaces = surface_cycles();
-      for (const SurfaceCycle& surface : input.surfaces) {
-        context.check_cancelled();
-        input.surface_figures.push_back(surface_figures(surface));
-      }
-    }
+    gather_surfaces(input, context);
     context.progress(0.6);
-    input.needed = needed(told_scene());
-    const study::StageRecord* packed = study_->find(Stage::Pack);
-    input.has_made_package = packed != nullptr && !packed->package_sha256.empty();
-    // What lies there from before a refusal is of other labels or options.
-    if (study_->refusal()) {
-      input.refused = study_->refusal()->reason;
-    } else {
-      input.package = packed_facts(*study_);
-    }
+    gather_package(input);
     const auto& inputs = study_->find(Stage::Import)->inputs;
     if (inputs.count(study::kSourceStack) != 0) {
       input.input_sha256 = inputs.at(study::kSourceStack);
@@ -182,14 +205,6 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
     input.program = std::string("beatlas ") + kVersion;
     input.made_from = from;
     input.self_test = self_test_of(*study_);
-    input.drawn_seeds = orders_.seeds.size();
-    if (orders_.labels) {
-      const std::vector<int>& given = orders_.labels->phases;
-      input.given_phases = {given.begin(), given.end()};
-      for (int p = 0; given.empty() && p < input.exam->stack.phase_count(); ++p) {
-        input.given_phases.insert(p);
-      }
-    }
     summary = report::report_summary(input);
     input.before = before_of(std::move(former), summary);
     summary["before"] = input.before;
@@ -198,7 +213,7 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
     study::write_text(file, html);
     study::write_json(summary_file, summary);
   });
-  listener_.tell(told_report(summary, file));
+  tell_report(listener_, summary, file);
   return summary;
 }
 

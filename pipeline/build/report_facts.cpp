@@ -1,7 +1,9 @@
 #include "pipeline/build/report_facts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <tuple>
 
 #include "pipeline/assess/surface_checks.h"
 #include "pipeline/build/study_status.h"
@@ -82,6 +84,27 @@ report::SurfaceFigures surface_figures(const SurfaceCycle& surface) {
   });
   const double most = *std::max_element(crossing.begin(), crossing.end());
   out.crossing_percent = 100 * most / static_cast<double>(surface.triangles.size());
+  return out;
+}
+
+std::string told_figures(const json& summary) {
+  const json& figures = summary.at("figures");
+  const json intervals = summary.value("intervals_90", json::object());
+  std::string out;
+  for (const auto& [key, name, unit] : {std::tuple{"lv_edv_ml", "EDV", "ml"},
+                                        {"lv_esv_ml", "ESV", "ml"},
+                                        {"lv_ef_percent", "EF", "%"}}) {
+    if (!figures.at(key).is_number()) continue;
+    // As the page rounds.
+    const auto whole = [](const json& value) {
+      return std::to_string(std::lround(value.get<double>()));
+    };
+    out +=
+        (out.empty() ? "LV: " : ", ") + std::string(name) + " " + whole(figures[key]) + " " + unit;
+    if (intervals.contains(key)) {
+      out += " (90 %: " + whole(intervals[key][0]) + " to " + whole(intervals[key][1]) + ")";
+    }
+  }
   return out;
 }
 

@@ -32,6 +32,9 @@ inline constexpr auto kPackContents = "pack/contents.json";
 /// Of the package that was made last. None if there is none.
 [[nodiscard]] std::optional<report::ReportPackage> packed_facts(const study::Study& study);
 
+/// Volumes and ejection fraction of the LV with their intervals, in a line; empty without an LV.
+[[nodiscard]] std::string told_figures(const nlohmann::json& summary);
+
 /// A report in a line. @param summary what report.json holds
 [[nodiscard]] std::string told_report(const nlohmann::json& summary,
                                       const std::filesystem::path& page);

@@ -23,6 +23,10 @@ struct SliceBelief {
     const double both = labelled_mm2 + expected_mm2;
     return both > 0 ? 2 * agreed_mm2 / both : 1;
   }
+  /// Whether labels are all that is believed, as where a person told what the slice holds.
+  [[nodiscard]] bool is_told() const {
+    return labelled_mm2 == agreed_mm2 && expected_mm2 == agreed_mm2;
+  }
 };
 
 /// [structure][phase][slice of the source's grid]; empty where no prior was asked.

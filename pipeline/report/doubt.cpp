@@ -56,11 +56,8 @@ bool is_borne_out(const LeakAlarm& alarm, const Segmentation& segmentation,
   const std::vector<SliceBelief>& slices = found->second[static_cast<std::size_t>(alarm.phase)];
   const auto slice = std::clamp<long>(std::lround(k), 0, static_cast<long>(slices.size()) - 1);
   const SliceBelief& there = slices[static_cast<std::size_t>(slice)];
-  // Of slices of which a person told something labels are all that is believed.
-  const bool told =
-      there.labelled_mm2 == there.agreed_mm2 && there.expected_mm2 == there.agreed_mm2;
-  return told || there.expected_dice() <
-                     limits.of(alarm.structure, alarm.phase == segmentation.end_systole);
+  return there.is_told() || there.expected_dice() <
+                                limits.of(alarm.structure, alarm.phase == segmentation.end_systole);
 }
 
 std::vector<Doubt> doubts_of(const Segmentation& segmentation) {

@@ -6,8 +6,6 @@
 namespace beatlas::report {
 namespace {
 
-constexpr double kMuscleGPerMl = 1.05;
-
 const std::vector<double>* curve_of(const std::vector<VolumeCurve>& volumes, Structure structure) {
   for (const VolumeCurve& curve : volumes) {
     if (curve.structure == structure && !curve.volume_ml.empty()) return &curve.volume_ml;

@@ -9,6 +9,9 @@
 
 namespace beatlas::report {
 
+/// Density of muscle [g/ml].
+inline constexpr double kMuscleGPerMl = 1.05;
+
 /// Of one ventricle: volumes [ml], ejection fraction [%]. `ed` and `es` are the phases in which its
 /// own volume is largest and smallest.
 struct VentricleFigures {
@@ -23,7 +26,7 @@ struct VentricleFigures {
 struct HeartFigures {
   std::optional<VentricleFigures> lv;
   std::optional<VentricleFigures> rv;
-  /// Muscle of the LV at its end-diastole [g], 1.05 g/ml.
+  /// Muscle of the LV at its end-diastole [g].
   std::optional<double> lv_mass_g;
   /// Largest less smallest volume of that muscle in the cycle, of its mean [%].
   std::optional<double> muscle_change_percent;

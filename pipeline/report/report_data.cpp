@@ -8,6 +8,7 @@
 #include "pipeline/core/words.h"
 #include "pipeline/report/base64.h"
 #include "pipeline/report/coarse_surface.h"
+#include "pipeline/report/prediction_intervals.h"
 #include "runtime/atlas/structure_colours.h"
 
 namespace beatlas::report {
@@ -58,6 +59,19 @@ bool drawn(const ReportInput& input, int phase) {
          });
 }
 
+/// Of a study whose labels grew as those did that intervals were fitted to.
+PredictionIntervals intervals_of(const ReportInput& input, const HeartFigures& figures) {
+  const bool fitted =
+      std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
+        const auto is = [&](const char* option, const char* value) {
+          return stage.options.contains(option) && stage.options[option] == value;
+        };
+        return stage.name == "segment" && is("prior", kIntervalsModel) && is("papillary", "cavity");
+      });
+  if (!input.is_study || !fitted) return {};
+  return prediction_intervals(*input.segmentation, figures);
+}
+
 std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Place>& places) {
   VerdictInput asked;
   const VerdictLimits limits;
@@ -79,6 +93,7 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
     asked.segmented = true;
     const std::vector<VolumeCurve> volumes = volumes_of(input);
     asked.segmentation = heart_figures(volumes);
+    asked.intervals = intervals_of(input, asked.segmentation);
     asked.missing = missing_structures(volumes, input.needed);
     if (!asked.missing.empty() && input.is_study) {
       const int phase = input.segmentation->end_diastole;
@@ -364,6 +379,7 @@ json report_summary(const ReportInput& input) {
            {"verdict", level_name(level)},
            {"reasons", reasons},
            {"figures", figures_to_json({}, input.exam->stack.rr_interval_s)},
+           {"intervals_90", json::object()},
            {"volumes_ml", json::object()},
            {"rr_interval_s", input.exam->stack.rr_interval_s},
            {"phases", input.exam->stack.phase_count()},
@@ -378,7 +394,11 @@ json report_summary(const ReportInput& input) {
            {"before", input.before}};
   if (input.segmentation != nullptr) {
     const std::vector<VolumeCurve> volumes = volumes_of(input);
-    out["figures"] = figures_to_json(heart_figures(volumes), input.exam->stack.rr_interval_s);
+    const HeartFigures figures = heart_figures(volumes);
+    out["figures"] = figures_to_json(figures, input.exam->stack.rr_interval_s);
+    for (const auto& [key, interval] : intervals_of(input, figures)) {
+      out["intervals_90"][key] = {rounded(interval.low, 10), rounded(interval.high, 10)};
+    }
     out["volumes_ml"] = curves_to_json(volumes);
     out["end_diastole"] = input.segmentation->end_diastole;
     out["end_systole"] = input.segmentation->end_systole;

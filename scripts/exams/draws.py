@@ -8,6 +8,7 @@ import pathlib
 import nibabel
 import numpy
 
+import intervals
 from measures import LABELS, Labels, dice, ejection_fraction, nearest_voxels, voxel_ml
 
 SHORT = {"lv_blood": "lv", "lv_myocardium": "muscle", "rv_blood": "rv"}
@@ -17,9 +18,10 @@ VOLUMES = [f"{name}_{end}_ml{whose}" for end in ENDS for name in SHORT.values() 
 EXPECTED = [f"{name}_{end}_expected" for end in ENDS for name in SHORT.values()]
 # Of surfaces, over the phases: the mean distance, the mean of the 95th percentiles, the mean signed distance.
 SURFACES = [f"{name}_{what}" for name in (*SHORT.values(), "heart") for what in ("mm", "p95_mm", "bias_mm")]
-COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, *SURFACES, "surfaces_told", "exit",
-           "told", "seconds", "rendering", "plane", "slices", "distance_mm", "thickness_mm", "pixel_mm", "columns",
-           "phases", "has_heart", "attempt", "in_view", "wall_mm", "contrast_to_noise", "picture", "complete"]
+COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, *SURFACES, "surfaces_told",
+           *intervals.COLUMNS, "reported", "reasons", "exit", "told", "seconds", "rendering", "plane", "slices",
+           "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt", "in_view", "wall_mm",
+           "contrast_to_noise", "picture", "complete"]
 GOOD = {"lv_ed": 0.85, "lv_es": 0.8, "rv_ed": 0.75, "rv_es": 0.65}  # Dice; of others 0.75
 FAILURES = ("lost", "refused", "below the gate", "a heart where there is none", "no draw", "not refused")
 
@@ -86,7 +88,8 @@ def _expected_dice(belief, phase):
     return round(float(2 * agreed[near].sum() / both), 4) if both > 0 else ""
 
 
-def compared(study, drawn, truth):
+def compared(study, drawn, truth, report):
+    """@param report what `beatlas report --json` prints of the study; None: it ended badly"""
     labels = Labels(study)
     told = json.loads((pathlib.Path(study) / "segment" / "segment.json").read_text())
     belief = {entry["structure"]: entry for entry in told["belief"]}
@@ -106,7 +109,21 @@ def compared(study, drawn, truth):
     for whose, key in (("", "ef"), ("_truth", "ef_truth")):
         ef = ejection_fraction(row[f"lv_ed_ml{whose}"], row[f"lv_es_ml{whose}"])
         row[key] = "" if ef is None else round(ef, 1)
+    volumes = {name: (true == label).sum(axis=(0, 1, 2)) * each_ml for name, label in LABELS.items()}
+    distance_mm = numpy.linalg.norm(labels.affine[:3, 2])
+    if report is not None:
+        row.update(intervals.columns(report, belief, distance_mm, volumes))
+        row["reported"] = "yes"
+        row["reasons"] = " ".join(reason["id"] for reason in report["reasons"] if reason["id"] != "package")
     return row
+
+
+def is_right(row):
+    """Whether all Dice are good and the LV's EDV is within 10 %."""
+    figures = (figure for figure in FIGURES if figure not in ("heart_ed", "heart_es", "muscle_es"))
+    case = intervals.case_of(row, "lv_edv_ml")
+    return (case is not None and abs(case[0] - case[1]) <= 0.1 * case[1]
+            and all(float(row[figure]) >= GOOD.get(figure, 0.75) for figure in figures))
 
 
 def surface_errors(report):
@@ -151,6 +168,31 @@ def line_of(row):
     return said + (f": {row['told']}" if row.get("told") else "")
 
 
+def summary_of_intervals(hearts):
+    lines = []
+    for key in intervals.KEYS:
+        held = intervals.coverage(hearts, key)
+        if held:
+            count, inside, below, above, half = held
+            lines.append(f"  {key:13s} {count} {100 * inside:.0f} % ({100 * below:.0f} below, {100 * above:.0f} "
+                         f"above), +-{half:.1f}")
+    return ["  true figures in their 90 % intervals: draws, share, median of half the width", *lines] if lines else []
+
+
+def summary_of_reasons(hearts):
+    told = [row for row in hearts if row.get("reported") == "yes"]
+    right = [row["reasons"].split() for row in told if is_right(row)]
+    wrong = [row["reasons"].split() for row in told if not is_right(row)]
+    if not told:
+        return []
+    lines = ["  reasons to look, of draws that are right (all Dice good, EDV of the LV within 10 %) and of others"]
+    for reason in sorted({reason for reasons in right + wrong for reason in reasons}):
+        lines.append(f"  {reason:25s} {sum(reason in reasons for reasons in right)} of {len(right)} right, "
+                     f"{sum(reason in reasons for reasons in wrong)} of {len(wrong)} wrong")
+    lines.append(f"  {'none':25s} {right.count([])} of {len(right)} right, {wrong.count([])} of {len(wrong)} wrong")
+    return lines
+
+
 def summary(rows, gate):
     """Least and mean Dice by structure of the hearts that were there, lost ones counting 0."""
     hearts = [row for row in rows if counts(row)]
@@ -183,6 +225,7 @@ def summary(rows, gate):
         limit = numpy.quantile(pairs[good, 0], 0.05)
         lines.append(f"  {true:10s} {numpy.corrcoef(pairs.T)[0, 1]:.2f} {limit:.3f} "
                      f"{(pairs[~good, 0] < limit).sum()} of {(~good).sum()}")
+    lines += summary_of_intervals(hearts) + summary_of_reasons(hearts)
     for rendering in ("box", "profile"):
         values = [float(row.get("lv_ed") or 0) for row in hearts if row["rendering"] == rendering]
         if values:

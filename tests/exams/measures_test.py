@@ -12,6 +12,7 @@ SOURCE = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(SOURCE / "scripts" / "exams"))
 import draws  # noqa: E402
 import gates  # noqa: E402
+import intervals  # noqa: E402
 import measures  # noqa: E402
 import sheets  # noqa: E402
 
@@ -182,6 +183,55 @@ def surfaces_of_a_draw_over_its_phases():
     assert "surfaces of 1 [mm]" in said and "lv_bias_mm     -0.50" in said, said
 
 
+def intervals_fitted_to_draws():
+    """Truths that are even between the figure less `less` and the figure and twice `more`: 4 in 100 lie beyond
+    1.92 `more` - .04 `less` above, and beyond .96 `less` - .08 `more` below; bounds whose numbers are 0 or more come
+    close to both."""
+    random = numpy.random.default_rng(1)
+    rows = []
+    for seed in range(400):
+        figure, more, less = random.uniform(50, 200), random.uniform(0, 20), random.uniform(0, 20)
+        truth = figure + random.uniform(-less, 2 * more)
+        rows.append({"seed": seed, "lv_edv_ml": str(figure), "lv_edv_ml_truth": str(truth),
+                     "lv_edv_ml_more": str(more), "lv_edv_ml_less": str(less)})
+    below, above = intervals.margins(rows, "lv_edv_ml")
+    near(above[1], 1.85, 0.08)
+    near(below[1], 0.8, 0.15)
+    for row in rows:
+        figure, more, less = (float(row["lv_edv_ml" + what]) for what in ("", "_more", "_less"))
+        row["lv_edv_ml_low"] = figure - below @ (figure, less, more)
+        row["lv_edv_ml_high"] = figure + above @ (figure, more, less)
+    count, inside, below_share, above_share, _ = intervals.coverage(rows, "lv_edv_ml")
+    near(inside, 0.92, 0.03)
+    near(below_share, 0.04, 0.02)
+    near(above_share, 0.04, 0.02)
+    assert intervals.coverage(rows, "rv_edv_ml") is None
+    assert intervals.case_of(rows[0], "lv_sv_ml") is None
+    both = {**rows[0], "lv_edv_ml": 100, "lv_edv_ml_truth": 110, "lv_edv_ml_more": 4, "lv_edv_ml_less": 2,
+            "lv_esv_ml": 40, "lv_esv_ml_truth": 33, "lv_esv_ml_more": 1, "lv_esv_ml_less": 5}
+    assert intervals.case_of(both, "lv_sv_ml") == (60, 77, 100, 9, 3)
+    assert numpy.allclose(intervals.case_of(both, "lv_ef_percent"), (60, 70, 100, 9, 3))
+
+
+def intervals_of_a_report():
+    belief = {"labelled_mm2": [[0, 1000, 0, 0], [0, 500, 0, 0]], "expected_mm2": [[300, 900, 0, 50], [0, 500, 0, 0]],
+              "agreed_mm2": [[0, 800, 0, 0], [0, 450, 0, 0]]}
+    report = {"figures": {"lv_edv_ml": 10, "lv_esv_ml": 5, "lv_mass_g": None}, "volumes_ml": {"lv_blood": [10, 5]},
+              "intervals_90": {"lv_edv_ml": [8, 13]}}
+    row = intervals.columns(report, {"lv_blood": belief}, 10.0, {"lv_blood": [4, 11]})
+    assert row == {"lv_edv_ml": 10, "lv_edv_ml_truth": 11, "lv_edv_ml_more": 4, "lv_edv_ml_less": 2, "lv_esv_ml": 5,
+                   "lv_esv_ml_truth": 4, "lv_esv_ml_more": 0.5, "lv_esv_ml_less": 0.5, "lv_edv_ml_low": 8,
+                   "lv_edv_ml_high": 13}, row
+    assert set(row) <= set(draws.COLUMNS)
+    good = {**row, "lv_ed": 0.9, "lv_es": 0.9, "rv_ed": 0.9, "rv_es": 0.9, "muscle_ed": 0.8, "reported": "yes",
+            "reasons": "muscle"}
+    assert draws.is_right(good) and not draws.is_right({**good, "lv_edv_ml": 12.2})
+    assert not draws.is_right({**good, "rv_es": 0.6}) and not draws.is_right({**good, "lv_edv_ml": ""})
+    said = "\n".join(draws.summary_of_intervals([good]) + draws.summary_of_reasons([good, {**good, "reasons": ""}]))
+    assert "lv_edv_ml     1 100 %" in said and "muscle                    1 of 2 right, 0 of 0 wrong" in said, said
+    assert "none                      1 of 2 right" in said, said
+
+
 def the_command_line(folder):
     """A beatlas that fails loses its exam, by name; where there are no exams a test is skipped."""
     data = folder / "data"
@@ -202,7 +252,7 @@ def the_command_line(folder):
 
 
 for check in (dice_of_boxes, volume_of_a_voxel, nearest_voxel_on_shifted_grids, phases_by_word_and_number,
-              what_a_gate_says, surfaces_of_a_draw_over_its_phases):
+              what_a_gate_says, surfaces_of_a_draw_over_its_phases, intervals_fitted_to_draws, intervals_of_a_report):
     check()
 for check in (a_whole_score, slices_as_acquired, the_command_line):
     with tempfile.TemporaryDirectory(prefix="beatlas-exams-") as folder:

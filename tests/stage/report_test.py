@@ -122,6 +122,9 @@ def figures():
             held_ml = beyond_ml[phase] if structure["name"] == "heart" else 0
             assert abs(mine + held_ml - theirs) < 0.015 * max(structure["volume_ml"]), structure["name"]
     assert abs(told["figures"]["lv_ef_percent"] - 100 * info["ejection_fraction"]) < 1
+    intervals = told["intervals_90"]
+    assert len(intervals) == 9, intervals
+    assert all(low <= told["figures"][key] <= high and low < high for key, (low, high) in intervals.items()), intervals
     truth = json.loads((WORK / "phantom" / "truth.json").read_text())
     assert abs(told["rr_interval_s"] - truth["rr_interval_s"]) < 2e-3
     assert is_sound(told) and told["before"] is None, told["reasons"]
@@ -138,6 +141,9 @@ def figures():
         assert driver.find_element(By.CSS_SELECTOR, "#verdict h1").text == told["verdict"].capitalize()
         shown = driver.find_element(By.CSS_SELECTOR, "#verdict dd").text
         assert shown == f"{told['figures']['lv_ef_percent']:.0f} %", shown
+        shown = [entry.text for entry in driver.find_elements(By.CSS_SELECTOR, "#verdict dd.interval")]
+        low, high = (int(end + 0.5) for end in intervals["lv_ef_percent"])
+        assert len(shown) == 7 and shown[0] == f"{low} to {high}", shown
         titles = driver.execute_script("return [...document.querySelectorAll('h2')].filter(h => h.offsetParent).map(h => h.textContent)")
         assert {"The beat", "Outlines and surface", "What was checked, and why", "The package", "Provenance"} <= set(titles), titles
 
@@ -359,6 +365,7 @@ def of_package():
         assert numpy.allclose(volumes, structure["volume_ml"], atol=0.006), structure["name"]
     assert told["verdict"] == "good" and not told["reasons"], told["reasons"]
     assert told["places"] == [] and told["slice_shifts_mm"] == [] and told["before"] is None
+    assert told["intervals_90"] == {}
     assert told["package"] == study["package"] and told["input_sha256"] == study["input_sha256"]
     # Outlines lie where the study's do: half a voxel beside them at most where they enclose as much.
     mine, theirs = data_of(lone / "page.html"), data_of(STUDY / "report.html")
@@ -423,6 +430,9 @@ def one_verdict():
     told = summary_of(folder)
     assert json.loads(beatlas("validate", package, "--json").stdout)["failures"] == []
     assert "checks" not in {reason["id"] for reason in told["reasons"]}, told["reasons"]
+    low, high = (int(end + 0.5) for end in told["intervals_90"]["lv_edv_ml"])
+    figures_told = f"beatlas: LV: EDV {int(told['figures']['lv_edv_ml'] + 0.5)} ml (90 %: {low} to {high}), ESV "
+    assert figures_told in said.split("beatlas: verdict: ")[0], said
     assert f"beatlas: verdict: {told['verdict']}" in said and str(folder / "report.html") in said, said
     checks = next(finding for finding in data_of(folder / "report.html")["findings"] if finding["id"] == "checks")
     assert checks["level"] == "good" and checks["said"].startswith("all of "), checks

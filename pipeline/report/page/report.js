@@ -24,17 +24,23 @@
     const bad = data.findings.filter((finding) => finding.level !== "good");
     bad.sort((a, b) => (b.level === "rejected") - (a.level === "rejected"));
     const f = summary.figures;
-    const shown = [["LV ejection fraction", f.lv_ef_percent, "%"], ["LV EDV", f.lv_edv_ml, "ml"], ["LV ESV", f.lv_esv_ml, "ml"],
-                   ["LV stroke volume", f.lv_sv_ml, "ml"], ["RV stroke volume", f.rv_sv_ml, "ml"], ["RV EDV", f.rv_edv_ml, "ml"],
-                   ["LV mass", f.lv_mass_g, "g"], ["Heart rate", f.heart_rate_per_min, "/min"], ["Cardiac output", f.cardiac_output_l_per_min, "l/min", 1]];
+    const shown = [["LV ejection fraction", "lv_ef_percent", "%"], ["LV EDV", "lv_edv_ml", "ml"], ["LV ESV", "lv_esv_ml", "ml"],
+                   ["LV stroke volume", "lv_sv_ml", "ml"], ["RV stroke volume", "rv_sv_ml", "ml"], ["RV EDV", "rv_edv_ml", "ml"],
+                   ["LV mass", "lv_mass_g", "g"], ["Heart rate", "heart_rate_per_min", "/min"], ["Cardiac output", "cardiac_output_l_per_min", "l/min", 1]];
+    const between = (key) => {
+      const interval = summary.intervals_90[key];
+      return interval ? make("dd", {class: "interval", title: "90 % prediction interval"}, interval.map((end) => number(end)).join(" to ")) : null;
+    };
+    const some = shown.some(([, key]) => summary.intervals_90[key]);
     const header = at("verdict");
     header.classList.add(summary.verdict);
     header.append(make("div", {}, make("h1", {}, sign(summary.verdict), words[summary.verdict]), make("p", {class: "lead"}, leads[summary.verdict]),
                        data.is_study ? null : make("p", {class: "small"}, "Of the package alone: of leaks, boundaries that are hardly seen and slices moved back only its study's report tells."),
                        bad.length ? make("ul", {}, bad.map((finding) => make("li", {}, make("strong", {}, finding.trouble + ": "), finding.said,
                          finding.how ? make("p", {}, finding.how) : null, finding.commands.map(command)))) : null),
-                  make("dl", {class: "figures"}, shown.map(([name, value, unit, digits]) =>
-                    make("div", {}, make("dt", {}, name), make("dd", {}, number(value, digits), make("small", {}, " " + unit))))));
+                  make("div", {}, make("dl", {class: "figures"}, shown.map(([name, key, unit, digits]) =>
+                    make("div", {}, make("dt", {}, name), make("dd", {}, number(f[key], digits), make("small", {}, " " + unit)), between(key)))),
+                    some ? make("p", {class: "small"}, "Below a figure: its 90 % prediction interval, from what the prior expects beside the labels. The true figures of 9 in 10 drawn hearts lie within theirs.") : null));
   }
 
   function compared() {
