@@ -80,12 +80,10 @@ def _ends(truth):
 
 
 def _expected_dice(belief, phase):
-    """The Dice that the prior expects of labels, over slices that hold them and the next: pipeline/report/doubt.h."""
-    labelled, expected, agreed = (numpy.array(belief[key][phase])
-                                  for key in ("labelled_mm2", "expected_mm2", "agreed_mm2"))
-    near = numpy.convolve(labelled > 0, [1, 1, 1], "same") > 0
-    both = (labelled + expected)[near].sum()
-    return round(float(2 * agreed[near].sum() / both), 4) if both > 0 else ""
+    """The Dice that the prior expects of labels: pipeline/report/doubt.h."""
+    labelled, expected, agreed = intervals.about_labels(belief, phase)
+    both = labelled + expected
+    return round(float(2 * agreed / both), 4) if both > 0 else ""
 
 
 def compared(study, drawn, truth, report):

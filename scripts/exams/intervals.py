@@ -1,6 +1,6 @@
 """90 % prediction intervals of an exam's figures: what of draws they are fitted to, the fit, and how well they hold.
 
-pipeline/report/prediction_intervals.h says what a bound is made of. Per figure of FIGURES a row of a draw holds the
+pipeline/report/prediction_intervals.h says what a bound is made of. Per figure of MEASURED a row of a draw holds the
 figure itself, the truth's, and what the prior expects beside what is labelled: `_more` is expected and not labelled,
 `_less` the other way round.
 """
@@ -19,12 +19,18 @@ TAIL = 0.04
 LEAST_DRAWS = 100  # to fit to
 
 
+def about_labels(belief, phase):
+    """Labelled, expected and agreed area [mm2] of a structure in a phase, over the slices that hold labels and the
+    next ones: pipeline/core/belief.h."""
+    areas = numpy.array([belief[key][phase] for key in ("labelled_mm2", "expected_mm2", "agreed_mm2")])
+    near = numpy.convolve(areas[0] > 0, [1, 1, 1], "same") > 0
+    return areas[:, near].sum(axis=1)
+
+
 def _beside(belief, phase, distance_mm):
-    """(more, less) [ml] of a structure in a phase, over the slices that hold labels and the next ones."""
-    labelled, expected, agreed = (numpy.array(belief[key][phase])
-                                  for key in ("labelled_mm2", "expected_mm2", "agreed_mm2"))
-    near = numpy.convolve(labelled > 0, [1, 1, 1], "same") > 0
-    return ((expected - agreed)[near].sum() * distance_mm * 1e-3, (labelled - agreed)[near].sum() * distance_mm * 1e-3)
+    """(more, less) [ml]"""
+    labelled, expected, agreed = about_labels(belief, phase) * distance_mm * 1e-3
+    return expected - agreed, labelled - agreed
 
 
 def columns(report, beliefs, distance_mm, truth_ml):
