@@ -93,7 +93,6 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
     asked.segmented = true;
     const std::vector<VolumeCurve> volumes = volumes_of(input);
     asked.segmentation = heart_figures(volumes);
-    asked.intervals = intervals_of(input, asked.segmentation);
     asked.missing = missing_structures(volumes, input.needed);
     if (!asked.missing.empty() && input.is_study) {
       const int phase = input.segmentation->end_diastole;

@@ -140,24 +140,12 @@ Finding of_ejection(const VentricleFigures& lv, const VerdictLimits& limits) {
           "not follow the beat, or images that do not show one."};
 }
 
-/// [ml] How far apart equal stroke volumes may seem, by the sides of their prediction intervals
-/// that face each other, whose errors are taken to be independent. 0 where none are known.
-double unsure_ml(const PredictionIntervals& intervals, double lv, double rv) {
-  const auto of_lv = intervals.find("lv_sv_ml");
-  const auto of_rv = intervals.find("rv_sv_ml");
-  if (of_lv == intervals.end() || of_rv == intervals.end()) return 0;
-  return lv > rv ? std::hypot(lv - of_lv->second.low, of_rv->second.high - rv)
-                 : std::hypot(of_lv->second.high - lv, rv - of_rv->second.low);
-}
-
-Finding of_strokes(const HeartFigures& figures, const PredictionIntervals& intervals,
-                   const VerdictLimits& limits) {
+Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
   const double lv = figures.lv->stroke_ml();
   const double rv = figures.rv->stroke_ml();
   const double mean = (lv + rv) / 2;
   const double share = mean > 0 ? 100 * std::abs(lv - rv) / mean : 100;
-  const double unsure = unsure_ml(intervals, lv, rv);
-  const bool far = share > limits.stroke_difference_percent && std::abs(lv - rv) > unsure;
+  const bool far = share > limits.stroke_difference_percent;
   const char* less = rv < lv ? "RV" : "LV";
   const char* more = rv < lv ? "LV" : "RV";
   return {"strokes",
@@ -168,13 +156,12 @@ Finding of_strokes(const HeartFigures& figures, const PredictionIntervals& inter
                      "in the %s",
                      lv, rv, share, less, more)
               : text("LV %.0f ml, RV %.0f ml: they differ by %.0f %%", lv, rv, share),
-          text("%g %%", limits.stroke_difference_percent) +
-              (unsure > 0 ? text(" and %.0f ml", unsure) : ""),
+          text("%g %%", limits.stroke_difference_percent),
           "Without a shunt or a leaking valve the stroke volumes are nearly equal, so this checks "
           "both outlines at once. The limit leaves room for how far readers differ (SD of EDV "
           "15 to 28 ml between seven laboratories, Suinesiaputra 2015, "
-          "doi:10.1186/s12968-015-0170-9) and for the prediction intervals of both, where they "
-          "are known. A patient with a shunt or regurgitation may rightly exceed it."};
+          "doi:10.1186/s12968-015-0170-9). A patient with a shunt or regurgitation may rightly "
+          "exceed it."};
 }
 
 /// One finding for each figure that is not to be trusted, or one for all that are.
@@ -348,7 +335,7 @@ void add_of_labels(const VerdictInput& input, const VerdictLimits& limits,
     const std::vector<Finding> doubts = of_doubts(input, limits);
     out.insert(out.end(), doubts.begin(), doubts.end());
   }
-  if (figures.lv && figures.rv) out.push_back(of_strokes(figures, input.intervals, limits));
+  if (figures.lv && figures.rv) out.push_back(of_strokes(figures, limits));
   if (figures.muscle_change_percent) {
     out.push_back(of_muscle(*figures.muscle_change_percent, limits));
   }

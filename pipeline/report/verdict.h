@@ -11,7 +11,6 @@
 #include "pipeline/report/doubt.h"
 #include "pipeline/report/heart_figures.h"
 #include "pipeline/report/places.h"
-#include "pipeline/report/prediction_intervals.h"
 
 namespace beatlas::report {
 
@@ -64,7 +63,6 @@ struct VerdictInput {
   bool of_study = true;            ///< else nothing is known of leaks and shifts
   bool segmented = false;
   HeartFigures segmentation;
-  PredictionIntervals intervals;   ///< of its figures; empty where none are known
   std::vector<Structure> missing;  ///< that the scene needs, see missing_structures
   std::string how_to_find;         ///< them
   std::vector<std::string> finding_commands;

@@ -111,28 +111,6 @@ TEST(Verdict, AStructureIsMissingWhereAPhaseLacksIt) {
   EXPECT_TRUE(missing_structures({}, {}).empty());
 }
 
-TEST(Verdict, LeavesRoomForWhatIsUnsureOfStrokes) {
-  VerdictInput input = sound();
-  const auto strokes = [&] {
-    const std::vector<Finding> found = findings(input);
-    return *std::find_if(found.begin(), found.end(),
-                         [](const Finding& finding) { return finding.id == "strokes"; });
-  };
-  input.segmentation.lv->esv_ml = input.segmentation.lv->edv_ml - 100;
-  input.segmentation.rv->esv_ml = input.segmentation.rv->edv_ml - 70;
-  EXPECT_EQ(strokes().level, Level::Check);
-  // Of 30 ml apart the LV's lower side and the RV's upper side count: 25 = hypot(15, 20).
-  input.intervals = {{"lv_sv_ml", {85, 101}}, {"rv_sv_ml", {69, 90}}};
-  EXPECT_EQ(strokes().level, Level::Check);
-  input.intervals["rv_sv_ml"].high = 97;  // hypot(15, 27) = 30.9
-  EXPECT_EQ(strokes().level, Level::Good);
-  EXPECT_EQ(strokes().limit, "20 % and 31 ml");
-  input.intervals = {{"lv_sv_ml", {99, 180}}, {"rv_sv_ml", {20, 71}}};
-  EXPECT_EQ(strokes().level, Level::Check) << "what is unsure lies on the other sides";
-  input.intervals = {{"lv_sv_ml", {40, 180}}};
-  EXPECT_EQ(strokes().level, Level::Check) << "of the RV nothing is known";
-}
-
 TEST(Verdict, OffersToPaintWhatIsMissingWhereLabelsWereDrawn) {
   const WaysToFind ways = ways_to_find({Structure::LvBlood}, 0, true, true);
   EXPECT_EQ(ways.commands, std::vector<std::string>{"beatlas build --study ."});
