@@ -7,17 +7,26 @@
 
 namespace beatlas::assess {
 using nlohmann::json;
+namespace {
 
-const std::vector<Knob>& bench_knobs() {
+std::vector<Knob> published_knobs() {
   using enum Sweep;
   using enum Family;
-  static const KnobAxis space{
-      "/query/space", {"nearest", "trilinear", "cubic"}, {"nearest", "trilinear", "cubic"}};
-  static const KnobAxis time{"/query/time", {"nearest", "linear", "cubic"}, {"linear", "cubic"}};
-  // Below 1.5 mm only from the exact shape: from images the segmentation's error hides the gain.
-  static const std::vector<Knob> knobs{
+  return {
       {"published", "paper A's method", Exact, Published, {}},
       {"published", "paper A's method", Images, Published, {}},
+  };
+}
+
+/// How finely the field is sampled, rounded and read, and how far it reaches about the surface.
+std::vector<Knob> sampling_knobs() {
+  using enum Sweep;
+  using enum Family;
+  const KnobAxis space{
+      "/query/space", {"nearest", "trilinear", "cubic"}, {"nearest", "trilinear", "cubic"}};
+  const KnobAxis time{"/query/time", {"nearest", "linear", "cubic"}, {"linear", "cubic"}};
+  // Below 1.5 mm only from the exact shape: from images the segmentation's error hides the gain.
+  return {
       {"voxel",
        "field voxel [mm]",
        Exact,
@@ -54,6 +63,14 @@ const std::vector<Knob>& bench_knobs() {
        Field,
        {{"/pack/step_mm", {0.005, 0.02, 0.05, 0.1}, {0.02, 0.1}}},
        false},
+  };
+}
+
+/// What decides how well images give the shape of which the field is made.
+std::vector<Knob> image_knobs() {
+  using enum Sweep;
+  using enum Family;
+  return {
       {"shape",
        "lattice of the shapes [mm]",
        Images,
@@ -88,6 +105,14 @@ const std::vector<Knob>& bench_knobs() {
        Images,
        Field,
        {{"/phantom/matrix", {0.75, 1.0, 1.4}, {0.75, 1.0}}}},
+  };
+}
+
+/// How small surfaces and volumes, the payloads beside the field, are made.
+std::vector<Knob> payload_knobs() {
+  using enum Sweep;
+  using enum Family;
+  return {
       {"mesh-edge",
        "triangle edge [mm]",
        Exact,
@@ -109,6 +134,18 @@ const std::vector<Knob>& bench_knobs() {
        Volume,
        {{"/pack/volume_step", {0.5, 1.0, 2.0, 4.0, 8.0}, {2.0, 8.0}}}},
   };
+}
+
+}  // namespace
+
+const std::vector<Knob>& bench_knobs() {
+  static const std::vector<Knob> knobs = [] {
+    std::vector<Knob> all = published_knobs();
+    for (const std::vector<Knob>& more : {sampling_knobs(), image_knobs(), payload_knobs()}) {
+      all.insert(all.end(), more.begin(), more.end());
+    }
+    return all;
+  }();
   return knobs;
 }
 

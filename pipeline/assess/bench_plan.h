@@ -1,6 +1,6 @@
 #pragma once
-/// The knobs of `beatlas bench`, as data, and the runs they ask for. A new knob is one line of
-/// bench_knobs().
+/// The knobs of `beatlas bench`, as data, and the runs they ask for. A new knob is an entry of one
+/// of the lists that bench_knobs() joins.
 
 #include <string>
 #include <string_view>

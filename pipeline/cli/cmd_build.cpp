@@ -28,66 +28,73 @@ struct BuildArguments {
   bool self_test = false;
 };
 
-int build(const BuildArguments& arguments) {
+void check_named(const BuildArguments& arguments) {
   if (arguments.sources.empty() && arguments.study.empty()) {
     throw Error(ErrorCode::Usage, "SOURCE is missing: name the images, or a study with --study");
   }
   if (arguments.output.empty() && arguments.study.empty()) {
     throw Error(ErrorCode::Usage, "-o is missing: name the package to write");
   }
+}
+
+struct PackageToWrite {
   build::Scene scene;
-  if (!arguments.scene.empty()) scene = build::read_scene(arguments.scene);
-  fs::path output = arguments.output;
-  if (output.empty()) {
+  fs::path file;
+};
+
+/// Without -o it is the package that the study made last, for the same scene.
+PackageToWrite package_to_write(const BuildArguments& arguments) {
+  PackageToWrite out;
+  if (!arguments.scene.empty()) out.scene = build::read_scene(arguments.scene);
+  out.file = arguments.output;
+  if (out.file.empty()) {
     const study::Study made = study::Study::open(arguments.study);
-    output = build::made_package(made);
-    if (arguments.scene.empty()) scene = build::made_scene(made);
+    out.file = build::made_package(made);
+    if (arguments.scene.empty()) out.scene = build::made_scene(made);
   }
-  study::check_writable(output);
-  if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
+  study::check_writable(out.file);
+  return out;
+}
+
+/// What recipe, corrections and prior on the command line order.
+build::Orders orders_named(const BuildArguments& arguments) {
   build::Orders orders;
-  // Bad words are told before a study is waited for or made.
   if (!arguments.common.recipe.empty()) orders.recipe = build::read_recipe(arguments.common.recipe);
   take_corrections(arguments.corrections, orders);
   if (arguments.prior) orders.recipe.segment.prior = *arguments.prior;
   if (arguments.prior || !arguments.common.recipe.empty()) build::check_prior(orders.recipe);
-  set_thread_count(arguments.common.threads);
-  Console console(arguments.common.verbose);
-  std::optional<study::Study> study;
-  if (!arguments.study.empty()) {
-    study = study_to_write(arguments.study, console, arguments.sources.empty());
-    build::Orders before = build::orders_of(*study);
-    if (arguments.common.recipe.empty()) {
-      orders.recipe = before.recipe;
-      if (!arguments.sources.empty()) {
-        warn_of_kept(arguments.words, orders.recipe.import, console);
-      }
-    }
-    if (arguments.corrections.seeds.empty()) {
-      orders.seeds = std::move(before.seeds);
-      orders.painted = std::move(before.painted);
-      orders.seeds_from = std::move(before.seeds_from);
-    }
-    if (arguments.corrections.labels.empty()) {
-      orders.labels = std::move(before.labels);
-      orders.labels_from = std::move(before.labels_from);
-      if (arguments.corrections.coverage.empty()) {
-        orders.coverage = std::move(before.coverage);
-        orders.coverage_from = std::move(before.coverage_from);
-      }
+  return orders;
+}
+
+/// What the command line does not name stays as the study was last built with.
+void keep_unnamed(const BuildArguments& arguments, build::Orders before, build::Orders& orders,
+                  Console& console) {
+  if (arguments.common.recipe.empty()) {
+    orders.recipe = before.recipe;
+    if (!arguments.sources.empty()) {
+      warn_of_kept(arguments.words, orders.recipe.import, console);
     }
   }
-  apply(arguments.words, orders.recipe.import);
-  if (arguments.prior) orders.recipe.segment.prior = *arguments.prior;
-  build::note_prior(orders, study ? &*study : nullptr);
-  build::check_prior(orders, study ? &*study : nullptr);
-  orders.discard_edits = arguments.discard_edits;
-  if (study) build::keep_orders(orders, *study);
-  const bool with_report = study.has_value() && !arguments.no_report;
-  build::IncrementalBuild stages(console, std::move(orders), std::move(study));
-  stages.import({arguments.sources.begin(), arguments.sources.end()});
+  if (arguments.corrections.seeds.empty()) {
+    orders.seeds = std::move(before.seeds);
+    orders.painted = std::move(before.painted);
+    orders.seeds_from = std::move(before.seeds_from);
+  }
+  if (arguments.corrections.labels.empty()) {
+    orders.labels = std::move(before.labels);
+    orders.labels_from = std::move(before.labels_from);
+    if (arguments.corrections.coverage.empty()) {
+      orders.coverage = std::move(before.coverage);
+      orders.coverage_from = std::move(before.coverage_from);
+    }
+  }
+}
+
+/// A package that is refused for its quality leaves the report all the same.
+void make_or_report(build::IncrementalBuild& stages, const PackageToWrite& package,
+                    bool with_report, Console& console) {
   try {
-    stages.make(scene, output);
+    stages.make(package.scene, package.file);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Quality && with_report) {
       try {
@@ -98,14 +105,42 @@ int build(const BuildArguments& arguments) {
     }
     throw;
   }
-  if (arguments.self_test) {
-    try {
-      (void)stages.self_test();
-    } catch (const Error& error) {  // the atlas stands all the same
-      if (error.code() != ErrorCode::InvalidInput) throw;
-      console.warn(std::string("no self-test: ") + error.what());
-    }
+}
+
+/// An exam that allows no self-test is warned of: the atlas stands all the same.
+void self_test_or_warn(build::IncrementalBuild& stages, Console& console) {
+  try {
+    (void)stages.self_test();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::InvalidInput) throw;
+    console.warn(std::string("no self-test: ") + error.what());
   }
+}
+
+int build(const BuildArguments& arguments) {
+  check_named(arguments);
+  const PackageToWrite package = package_to_write(arguments);
+  if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
+  // Bad words are told before a study is waited for or made.
+  build::Orders orders = orders_named(arguments);
+  set_thread_count(arguments.common.threads);
+  Console console(arguments.common.verbose);
+  std::optional<study::Study> study;
+  if (!arguments.study.empty()) {
+    study = study_to_write(arguments.study, console, arguments.sources.empty());
+    keep_unnamed(arguments, build::orders_of(*study), orders, console);
+  }
+  apply(arguments.words, orders.recipe.import);
+  if (arguments.prior) orders.recipe.segment.prior = *arguments.prior;
+  build::note_prior(orders, study ? &*study : nullptr);
+  build::check_prior(orders, study ? &*study : nullptr);
+  orders.discard_edits = arguments.discard_edits;
+  if (study) build::keep_orders(orders, *study);
+  const bool with_report = study.has_value() && !arguments.no_report;
+  build::IncrementalBuild stages(console, std::move(orders), std::move(study));
+  stages.import({arguments.sources.begin(), arguments.sources.end()});
+  make_or_report(stages, package, with_report, console);
+  if (arguments.self_test) self_test_or_warn(stages, console);
   if (with_report) (void)stages.report({}, false);
   stages.tell_kept();
   console.finish();

@@ -71,65 +71,89 @@ void box_sum(const Grid& grid, int axis, int radius, std::vector<float>& values)
   });
 }
 
-}  // namespace
+/// Samples whose course over the cycle is one of the surface: one that the clamp cuts is none.
+struct WholeCourses {
+  std::vector<float> whole;       ///< [sample] 1 of a whole course, else 0
+  std::vector<std::size_t> near;  ///< of these, the samples that come near to the surface
+};
 
-void take_off_flicker(FieldCycle& field) {
-  std::vector<std::vector<float>>& samples = field.distance_mm.phases;
-  const std::size_t phases = samples.size();
-  if (phases < kFewestPhases) return;
+WholeCourses whole_courses(const FieldCycle& field) {
   const Grid& grid = field.distance_mm.grid;
-  const std::size_t count = grid.count();
   const auto inner = static_cast<float>(-field.inner_mm);
   const auto outer = static_cast<float>(field.outer_mm);
-
-  // A course that the clamp cuts is no course of the surface.
-  std::vector<float> whole(count, 0.0F);
+  WholeCourses out;
+  out.whole.assign(grid.count(), 0.0F);
   std::vector<std::vector<std::size_t>> near_in(static_cast<std::size_t>(grid.size[2]));
   parallel_for(near_in.size(), [&](std::size_t k) {
     for (std::size_t v = k * grid.slice_count(); v < (k + 1) * grid.slice_count(); ++v) {
       float least = outer;
       float most = inner;
-      for (const std::vector<float>& phase : samples) {
+      for (const std::vector<float>& phase : field.distance_mm.phases) {
         least = std::min(least, phase[v]);
         most = std::max(most, phase[v]);
       }
       if (!(least > inner && most < outer)) continue;
-      whole[v] = 1.0F;
+      out.whole[v] = 1.0F;
       if (least < kNearMm && most > -kNearMm) near_in[k].push_back(v);
     }
   });
-  std::vector<std::size_t> near;
-  for (const auto& slice : near_in) near.insert(near.end(), slice.begin(), slice.end());
-  if (near.empty()) return;
+  for (const auto& slice : near_in) out.near.insert(out.near.end(), slice.begin(), slice.end());
+  return out;
+}
 
-  const int radius = std::max(1, static_cast<int>(std::lround(kAroundMm / field.voxel_mm)));
-  std::vector<float> weight = whole;
-  for (int axis = 0; axis < 3; ++axis) box_sum(grid, axis, radius, weight);
-  // Mean over the cube around, of whole courses.
-  const auto around = [&](std::vector<float> values) {
-    for (std::size_t v = 0; v < count; ++v) values[v] *= whole[v];
-    for (int axis = 0; axis < 3; ++axis) box_sum(grid, axis, radius, values);
-    for (std::size_t v = 0; v < count; ++v) values[v] = whole[v] > 0 ? values[v] / weight[v] : 0.0F;
-    return values;
-  };
+/// Mean over the cube around, of whole courses.
+class MeanAround {
+ public:
+  /// @param whole [sample] 1 of a whole course, else 0; it must outlive this
+  MeanAround(const Grid& grid, double voxel_mm, const std::vector<float>& whole)
+      : grid_(grid),
+        radius_(std::max(1, static_cast<int>(std::lround(kAroundMm / voxel_mm)))),
+        whole_(whole),
+        weight_(whole) {
+    for (int axis = 0; axis < 3; ++axis) box_sum(grid_, axis, radius_, weight_);
+  }
 
-  const std::vector<double> modes = cycle_modes(static_cast<int>(phases));
-  std::vector<std::vector<float>> given(phases);
-  parallel_for(phases, [&](std::size_t p) { given[p] = samples[p]; });
-  turn(modes, false, samples);
-  // What a mode is beside its neighbours: twice the mean less the mean's mean follows a course that
-  // bends with place, as the mean alone does not.
-  std::vector<std::vector<float>> rough(phases);
-  parallel_for(phases - 1, [&](std::size_t n) {
-    const std::size_t r = n + 1;
-    const std::vector<float> mean = around(samples[r]);
-    rough[r] = around(mean);
+  [[nodiscard]] std::vector<float> operator()(std::vector<float> values) const {
+    const std::size_t count = values.size();
+    for (std::size_t v = 0; v < count; ++v) values[v] *= whole_[v];
+    for (int axis = 0; axis < 3; ++axis) box_sum(grid_, axis, radius_, values);
     for (std::size_t v = 0; v < count; ++v) {
-      rough[r][v] = whole[v] * (samples[r][v] - 2 * mean[v] + rough[r][v]);
+      values[v] = whole_[v] > 0 ? values[v] / weight_[v] : 0.0F;
+    }
+    return values;
+  }
+
+ private:
+  const Grid& grid_;
+  int radius_;
+  const std::vector<float>& whole_;
+  std::vector<float> weight_;
+};
+
+/// What each mode but the mean is beside its neighbours: twice the mean less the mean's mean
+/// follows a course that bends with place, as the mean alone does not.
+/// @param modes [mode][sample]; so is what is returned, of the mean nothing
+std::vector<std::vector<float>> rough_modes(const std::vector<std::vector<float>>& modes,
+                                            const std::vector<float>& whole,
+                                            const MeanAround& around) {
+  std::vector<std::vector<float>> rough(modes.size());
+  parallel_for(modes.size() - 1, [&](std::size_t n) {
+    const std::size_t r = n + 1;
+    const std::vector<float> mean = around(modes[r]);
+    rough[r] = around(mean);
+    for (std::size_t v = 0; v < whole.size(); ++v) {
+      rough[r][v] = whole[v] * (modes[r][v] - 2 * mean[v] + rough[r][v]);
     }
   });
-  // Noise is as strong in each of the highest modes, motion weaker in each: the weakest tells. The
-  // median of a normal variable's square is 0.455 of its mean.
+  return rough;
+}
+
+/// [mm2] Variance of the noise in a mode. Noise is as strong in each of the highest modes, motion
+/// weaker in each: the weakest tells. The median of a normal variable's square is 0.455 of its
+/// mean.
+/// @param rough [mode][sample]  @param near the samples that are asked
+float noise_of(const std::vector<std::vector<float>>& rough, const std::vector<std::size_t>& near) {
+  const std::size_t phases = rough.size();
   std::vector<float> noises(std::max<std::size_t>(2, phases / 4));
   parallel_for(noises.size(), [&](std::size_t n) {
     const std::vector<float>& mode = rough[phases - 1 - n];
@@ -140,11 +164,31 @@ void take_off_flicker(FieldCycle& field) {
     std::nth_element(squares.begin(), middle, squares.end());
     noises[n] = *middle / 0.455F;
   });
-  const float noise = *std::min_element(noises.begin(), noises.end());
+  return *std::min_element(noises.begin(), noises.end());
+}
+
+}  // namespace
+
+void take_off_flicker(FieldCycle& field) {
+  std::vector<std::vector<float>>& samples = field.distance_mm.phases;
+  const std::size_t phases = samples.size();
+  if (phases < kFewestPhases) return;
+  const WholeCourses courses = whole_courses(field);
+  if (courses.near.empty()) return;
+  const std::vector<float>& whole = courses.whole;
+  const MeanAround around(field.distance_mm.grid, field.voxel_mm, whole);
+
+  const std::vector<double> modes = cycle_modes(static_cast<int>(phases));
+  std::vector<std::vector<float>> given(phases);
+  parallel_for(phases, [&](std::size_t p) { given[p] = samples[p]; });
+  turn(modes, false, samples);
+  const std::vector<std::vector<float>> rough = rough_modes(samples, whole, around);
+  const float noise = noise_of(rough, courses.near);
   if (noise < kLeastNoiseMm * kLeastNoiseMm) {
     samples = given;
     return;
   }
+  const std::size_t count = whole.size();
   parallel_for(phases - 1, [&](std::size_t n) {
     const std::size_t r = n + 1;
     std::vector<float> power = rough[r];
@@ -156,6 +200,8 @@ void take_off_flicker(FieldCycle& field) {
     }
   });
   turn(modes, true, samples);
+  const auto inner = static_cast<float>(-field.inner_mm);
+  const auto outer = static_cast<float>(field.outer_mm);
   parallel_for(phases, [&](std::size_t p) {
     for (std::size_t v = 0; v < count; ++v) {
       samples[p][v] = whole[v] > 0 ? std::clamp(samples[p][v], inner, outer) : given[p][v];

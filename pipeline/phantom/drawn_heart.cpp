@@ -81,22 +81,6 @@ std::uint8_t label_of(Tissue tissue) {
   }
 }
 
-float DrawnHeart::Tube::along(const Vec3F& at) const {
-  const Vec3F way = to - from;
-  return std::clamp((at - from).dot(way) / way.squaredNorm(), 0.0F, 1.0F);
-}
-
-float DrawnHeart::Tube::distance(const Vec3F& at) const {
-  return (at - from - along(at) * (to - from)).norm() - radius;
-}
-
-float DrawnHeart::Ball::distance(const Vec3F& at, float grown) const {
-  const Vec3F unit = (at - centre).cwiseQuotient(axes * grown);
-  const float length = unit.norm();
-  if (length < 1e-3F) return -axes.minCoeff() * grown;
-  return (length - 1) * length / unit.cwiseQuotient(axes * grown).norm();
-}
-
 DrawnHeart::DrawnHeart(const Family& family) : seed_(family.seed()) {
   bare_ = family.happens("bare");
   size_left(family);
@@ -380,65 +364,104 @@ void DrawnHeart::place_beyond(const Family& family) {
   }
 }
 
-Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
-  const float tricuspid =
+DrawnHeart::Sight DrawnHeart::sight(const Vec3F& place, const Moment& moment) const {
+  Sight out;
+  out.place = place;
+  out.lv = left(place, moment);
+  out.tricuspid =
       place.z() - moment.tricuspid - rv_tilt_x_ * (place.x() - radius_) - rv_tilt_y_ * place.y();
-  float outside = 1e3F;  // Distance from the heart's outside.
-  const Ventricle lv = left(place, moment);
-  const float toward_gap = std::max(0.0F, turned(lv.cosine, lv.sine, gap_angle_));
-  const float gap = gap_ * std::pow(toward_gap, gap_sharpness_);
+  const float toward_gap = std::max(0.0F, turned(out.lv.cosine, out.lv.sine, gap_angle_));
+  out.gap = gap_ * std::pow(toward_gap, gap_sharpness_);
   // Toward the aorta the ventricle reaches farther than at the mitral valve.
   const float rise =
       lvot_rise_ * toward_gap * std::min(1.0F, std::hypot(place.x(), place.y()) / radius_);
-  const float mitral = place.z() - moment.base - tilt_x_ * place.x() - tilt_y_ * place.y() + rise;
-  if (mitral > 0) {
-    if (lv.inner < 0) {
-      if (lv.inner > -trabeculae_ && lv.share > 0.12F) {
-        // Dense at the wall, loose towards the middle; they move together as the cavity shrinks.
-        const float grain = 0.5F + 0.9F * lattice_noise(place / 4, seed_ ^ 0x22U);
-        if (grain < trabeculae_density_ * (1 + 0.8F * lv.inner / trabeculae_) *
-                        (1 + 0.4F * moment.contraction)) {
-          return Tissue::Papillary;
-        }
-      }
-      for (const Tube& muscle : papillary_) {
-        Vec3F rest(place.x() / moment.radial, place.y() / moment.radial,
-                   length_ - (length_ - place.z()) * moment.wall_gain);
-        if (muscle.distance(rest) < 0) return Tissue::Papillary;
-      }
-      return Tissue::LvBlood;
-    }
-    const float tract = lvot(place, moment);
-    if (tract < 0) return Tissue::LvBlood;
-    if (lv.outer < 0) return mitral > gap && tract > 1.5F ? Tissue::LvMuscle : Tissue::Wall;
-    outside = lv.outer;
-    // Beside the ventricles, past all that may lean on them, nothing of the heart is left.
-    if (tricuspid > 0 && lv.outer > beside_) return Tissue::Outside;
-  }
+  out.mitral = place.z() - moment.base - tilt_x_ * place.x() - tilt_y_ * place.y() + rise;
+  out.with_tricuspid = {place.x(), place.y(), place.z() - 0.5F * (moment.tricuspid - tricuspid_)};
+  out.with_mitral = {place.x(), place.y(), place.z() - 0.5F * moment.base};
+  return out;
+}
 
-  // The outflow tract is the RV's up to its valve, the pulmonary trunk beyond.
-  Vec3F lowered = place;
-  lowered.z() -= 0.5F * (moment.tricuspid - tricuspid_);
-  const float tract =
-      outflow_[0].distance(lowered) + (1 - moment.rv_depth) * 0.35F * outflow_[0].radius;
-  const float trunk = bare_ ? 1e3F : outflow_[1].distance(lowered);
-  float rv = 1e3F;
-  if (tricuspid > 0) {
-    const float depth = rv_depth(lv.share, lv.cosine, lv.sine);
-    if (depth > 0) {
-      rv = std::max(lv.outer - depth * moment.rv_depth, mitral < 0 ? -mitral - 6 : -1e3F);
+std::optional<Tissue> DrawnHeart::of_left(const Sight& at, const Moment& moment) const {
+  const Ventricle& lv = at.lv;
+  if (lv.inner < 0) return in_left(at, moment);
+  const float tract = lvot(at.place, moment);
+  if (tract < 0) return Tissue::LvBlood;
+  if (lv.outer < 0) return at.mitral > at.gap && tract > 1.5F ? Tissue::LvMuscle : Tissue::Wall;
+  // Beside the ventricles, past all that may lean on them, nothing of the heart is left.
+  if (at.tricuspid > 0 && lv.outer > beside_) return Tissue::Outside;
+  return std::nullopt;
+}
+
+Tissue DrawnHeart::in_left(const Sight& at, const Moment& moment) const {
+  const Vec3F& place = at.place;
+  if (at.lv.inner > -trabeculae_ && at.lv.share > 0.12F) {
+    // Dense at the wall, loose towards the middle; they move together as the cavity shrinks.
+    const float grain = 0.5F + 0.9F * lattice_noise(place / 4, seed_ ^ 0x22U);
+    if (grain < trabeculae_density_ * (1 + 0.8F * at.lv.inner / trabeculae_) *
+                    (1 + 0.4F * moment.contraction)) {
+      return Tissue::Papillary;
     }
   }
-  if (!bare_) rv = std::min(rv, tract);
-  const Vec3F below(place.x(), place.y(), place.z() - 0.5F * moment.base);
+  const Vec3F rest(place.x() / moment.radial, place.y() / moment.radial,
+                   length_ - (length_ - place.z()) * moment.wall_gain);
+  for (const Tube& muscle : papillary_) {
+    if (muscle.distance(rest) < 0) return Tissue::Papillary;
+  }
+  return Tissue::LvBlood;
+}
+
+float DrawnHeart::from_right(const Sight& at, const Moment& moment) const {
+  float out = 1e3F;
+  const float depth = at.tricuspid > 0 ? rv_depth(at.lv.share, at.lv.cosine, at.lv.sine) : 0;
+  if (depth > 0) {
+    out = std::max(at.lv.outer - depth * moment.rv_depth, at.mitral < 0 ? -at.mitral - 6 : -1e3F);
+  }
+  if (bare_) return out;
+  return std::min(out, outflow_[0].distance(at.with_tricuspid) +
+                           (1 - moment.rv_depth) * 0.35F * outflow_[0].radius);
+}
+
+float DrawnHeart::from_left_atrium(const Sight& at, const Moment& moment) const {
+  if (!(at.mitral <= 0) || bare_) return 1e3F;
+  const float out = la_.distance(at.with_mitral, moment.atria);
+  if (!(at.mitral > -10)) return out;
+  return std::min(out, std::hypot(at.place.x(), at.place.y()) - mouth_);
+}
+
+float DrawnHeart::from_right_atrium(const Sight& at, const Moment& moment) const {
+  if (!(at.tricuspid <= 0 && at.lv.outer > atrium_wall_) || bare_) return 1e3F;
+  const float out = ra_.distance(at.with_tricuspid, moment.atria);
+  if (!(at.tricuspid > -10)) return out;
+  const float off = radius_ + wall_ + 0.5F * rv_depth_ * moment.rv_depth;
+  return std::min(out, std::hypot(at.place.x() - off, at.place.y() - 4) - mouth_);
+}
+
+Tissue DrawnHeart::around(const Sight& at, float outside) const {
+  if (outside < effusion_) return Tissue::Effusion;
+  const float beyond = outside - effusion_;
+  if (effusion_ > 0 && beyond < pericardium_) return Tissue::Pericardium;
+  const float groove = std::exp(-at.mitral * at.mitral / (2 * 10 * 10.0F));
+  const float uneven = std::max(0.0F, 1 + 1.2F * lattice_noise(at.place / 30, seed_ ^ 0x44U));
+  const float rightward = 0.6F + 0.4F * at.lv.cosine;
+  const float depth = fat_ * uneven * rightward + groove_fat_ * groove;
+  if (beyond < depth) return Tissue::Fat;
+  return beyond < depth + pericardium_ ? Tissue::Pericardium : Tissue::Outside;
+}
+
+Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
+  const Sight seen = sight(place, moment);
+  const Ventricle& lv = seen.lv;
+  const float mitral = seen.mitral;
+  if (mitral > 0) {
+    if (const auto tissue = of_left(seen, moment)) return *tissue;
+  }
+  const float rv = from_right(seen, moment);
   const Vec3F with_base(place.x(), place.y(), place.z() - moment.base);
   const float aorta =
       bare_ ? 1e3F : std::min(aorta_[0].distance(with_base), aorta_[1].distance(with_base));
-  if (mitral <= 0) {
-    // The outflow tract is the LV's up to the aortic valve.
-    if (lvot(place, moment) < 0) return Tissue::LvBlood;
-    if (aorta < 0) return Tissue::Aorta;
-  }
+  // The outflow tract is the LV's up to the aortic valve.
+  if (mitral <= 0 && lvot(place, moment) < 0) return Tissue::LvBlood;
+  if (mitral <= 0 && aorta < 0) return Tissue::Aorta;
   if (rv < 0) {
     if (!smooth_ && (rv > -rv_trabeculae_ || lv.outer < 0.4F * rv_trabeculae_)) {
       const float grain = 0.5F + 0.9F * lattice_noise(place / 4.5F, seed_ ^ 0x33U);
@@ -446,52 +469,28 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
     }
     return Tissue::RvBlood;
   }
+  // The outflow tract is the RV's up to its valve, the pulmonary trunk beyond.
+  const float trunk = bare_ ? 1e3F : outflow_[1].distance(seen.with_tricuspid);
   if (trunk < 0) return Tissue::Trunk;
-
-  float la = 1e3F;
-  float ra = 1e3F;
-  if (mitral <= 0 && !bare_) {
-    la = la_.distance(below, moment.atria);
-    if (mitral > -10) {
-      la = std::min(la, std::hypot(place.x(), place.y()) - mouth_);
-    }
-    if (la < 0) return Tissue::LaBlood;
-  }
-  if (tricuspid <= 0 && lv.outer > atrium_wall_ && !bare_) {
-    const Vec3F with_valve(place.x(), place.y(),
-                           place.z() - 0.5F * (moment.tricuspid - tricuspid_));
-    ra = ra_.distance(with_valve, moment.atria);
-    if (tricuspid > -10) {
-      const float off = radius_ + wall_ + 0.5F * rv_depth_ * moment.rv_depth;
-      ra = std::min(ra, std::hypot(place.x() - off, place.y() - 4) - mouth_);
-    }
-    if (ra < 0) return Tissue::RaBlood;
-  }
-  if (mitral <= 0 && lv.outer < 0) {
-    // Fibrous skeleton between the muscle's end and the valves.
-    if (mitral > -3) return Tissue::Wall;
-  }
+  const float la = from_left_atrium(seen, moment);
+  if (la < 0) return Tissue::LaBlood;
+  const float ra = from_right_atrium(seen, moment);
+  if (ra < 0) return Tissue::RaBlood;
+  // Fibrous skeleton between the muscle's end and the valves.
+  if (mitral <= 0 && mitral > -3 && lv.outer < 0) return Tissue::Wall;
   const float vessel_wall = std::min(aorta, trunk);
   if (rv < rv_wall_ || std::min(la, ra) < atrium_wall_ || (mitral <= 0 && vessel_wall < 1.5F)) {
     return Tissue::Wall;
   }
   if (mitral < 10 && !bare_) {
     for (const Tube& vein : veins_) {
-      if (vein.distance(below) < 0) return Tissue::Vessel;
+      if (vein.distance(seen.with_mitral) < 0) return Tissue::Vessel;
     }
   }
-  outside = std::min({outside, rv - rv_wall_, la - atrium_wall_, ra - atrium_wall_, trunk - 1.5F,
-                      mitral <= 0 ? aorta - 1.5F : 1e3F});
-  if (outside < effusion_) return Tissue::Effusion;
-  const float beyond = outside - effusion_;
-  if (effusion_ > 0 && beyond < pericardium_) return Tissue::Pericardium;
-  const float groove = std::exp(-mitral * mitral / (2 * 10 * 10.0F));
-  const float uneven = std::max(0.0F, 1 + 1.2F * lattice_noise(place / 30, seed_ ^ 0x44U));
-  const float rightward = 0.6F + 0.4F * lv.cosine;
-  const float depth = fat_ * uneven * rightward + groove_fat_ * groove;
-  if (beyond < depth) return Tissue::Fat;
-  if (beyond < depth + pericardium_) return Tissue::Pericardium;
-  return Tissue::Outside;
+  const float outside =
+      std::min({mitral > 0 ? lv.outer : 1e3F, rv - rv_wall_, la - atrium_wall_, ra - atrium_wall_,
+                trunk - 1.5F, mitral <= 0 ? aorta - 1.5F : 1e3F});
+  return around(seen, outside);
 }
 
 }  // namespace beatlas::phantom

@@ -6,8 +6,10 @@
 /// stays, the base descends. Distances within are first-order (a level over its gradient), exact on
 /// the surface: good for drawing images and labels, not for measuring a millimetre's tenth.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -93,6 +95,28 @@ class DrawnHeart {
     float sine = 0;
   };
   [[nodiscard]] Ventricle left(const Vec3F& place, const Moment& moment) const;
+  /// A place as the LV and the valves, which move, see it.
+  struct Sight {
+    Vec3F place = Vec3F::Zero();  ///< [mm]
+    Ventricle lv;
+    float gap = 0;        ///< [mm] by which the muscle ends short of the mitral plane
+    float mitral = 0;     ///< [mm] from the mitral plane toward the apex, negative beyond it
+    float tricuspid = 0;  ///< [mm] the same from the tricuspid plane
+    /// [mm] As it was at end-diastole, for what goes half of the mitral valve's way: LA and veins.
+    Vec3F with_mitral = Vec3F::Zero();
+    Vec3F with_tricuspid = Vec3F::Zero();  ///< the same for the RV's outflow tract and the RA
+  };
+  [[nodiscard]] Sight sight(const Vec3F& place, const Moment& moment) const;
+  /// Of a place on the apex's side of the mitral plane; none where the LV alone does not tell it.
+  [[nodiscard]] std::optional<Tissue> of_left(const Sight& at, const Moment& moment) const;
+  /// Of a place within the LV's cavity: blood, or muscle that stands in it.
+  [[nodiscard]] Tissue in_left(const Sight& at, const Moment& moment) const;
+  /// [mm] Distances from the blood of RV, LA and RA, negative inside; 1000 where it cannot be near.
+  [[nodiscard]] float from_right(const Sight& at, const Moment& moment) const;
+  [[nodiscard]] float from_left_atrium(const Sight& at, const Moment& moment) const;
+  [[nodiscard]] float from_right_atrium(const Sight& at, const Moment& moment) const;
+  /// Of a place that lies `outside` [mm] of the heart's walls.
+  [[nodiscard]] Tissue around(const Sight& at, float outside) const;
   [[nodiscard]] float rv_depth(float share, float cosine, float sine) const;
   /// [mm] Distance from the LV's outflow tract.
   [[nodiscard]] float lvot(const Vec3F& place, const Moment& moment) const;
@@ -105,14 +129,25 @@ class DrawnHeart {
     Vec3F from = Vec3F::Zero();
     Vec3F to = Vec3F::Zero();
     float radius = 0;
-    [[nodiscard]] float distance(const Vec3F& at) const;
-    [[nodiscard]] float along(const Vec3F& at) const;  ///< 0 at `from`, 1 at `to`
+    [[nodiscard]] float distance(const Vec3F& at) const {
+      return (at - from - along(at) * (to - from)).norm() - radius;
+    }
+    /// 0 at `from`, 1 at `to`.
+    [[nodiscard]] float along(const Vec3F& at) const {
+      const Vec3F way = to - from;
+      return std::clamp((at - from).dot(way) / way.squaredNorm(), 0.0F, 1.0F);
+    }
   };
   struct Ball {
     Vec3F centre = Vec3F::Zero();
     Vec3F axes = Vec3F::Ones();
     /// [mm] First-order distance. @param grown factor of the axes
-    [[nodiscard]] float distance(const Vec3F& at, float grown) const;
+    [[nodiscard]] float distance(const Vec3F& at, float grown) const {
+      const Vec3F unit = (at - centre).cwiseQuotient(axes * grown);
+      const float length = unit.norm();
+      if (length < 1e-3F) return -axes.minCoeff() * grown;
+      return (length - 1) * length / unit.cwiseQuotient(axes * grown).norm();
+    }
   };
 
   std::uint32_t seed_;

@@ -100,93 +100,156 @@ std::vector<Phase> filled_lvs(const CoverageCycle& coverage) {
   return out;
 }
 
+/// What all structures of a stack share.
+struct StackSlices {
+  double gap_mm = 0;    ///< from slice to slice
+  bool thick = false;   ///< too far apart for coverage to show where the surface runs between them
+  int last_k = 0;       ///< of the whole stack
+  int to_apex = 0;      ///< step of the slice index; 0: unknown, or not asked
+  SectionPath lv_path;  ///< of the LV's cavity and wall together; empty: there are not both
+};
+
+/// Makes levels of one structure's coverage on the lattice of its shape.
+class LevelMaker {
+ public:
+  /// @param filled [phase] coverage of the structure, of the LV's wall with its cavity
+  /// @param lattice must outlive this, as segmentation and stack must
+  LevelMaker(const Segmentation& segmentation, const StackSlices& stack, Structure structure,
+             const std::vector<Phase>& filled, const Grid& lattice,
+             const Affine& workspace_from_lps)
+      : source_(segmentation.coverage.grid),
+        lattice_(lattice),
+        map_(axis_map(source_, lattice, workspace_from_lps)),
+        stack_(stack),
+        first_k_(segmentation.coverage.first[2]) {
+    const auto found = segmentation.base_cuts.find(structure);
+    if (found != segmentation.base_cuts.end()) cut_ = &found->second;
+    if (!stack.thick) return;
+    const bool of_lv = structure == Structure::LvMyocardium || structure == Structure::LvBlood;
+    path_ = of_lv && !stack.lv_path.empty() ? stack.lv_path : section_path(source_, filled);
+  }
+
+  /// In-plane distances [mm] of each slice, of thick ones; else none.
+  [[nodiscard]] std::vector<Phase> sections_of(const Phase& part) const {
+    return stack_.thick ? slice_distances(source_, part) : std::vector<Phase>{};
+  }
+
+  /// @param part coverage of a phase  @param sections of it
+  [[nodiscard]] Phase level_of(const Phase& part, const std::vector<Phase>& sections,
+                               const ApicalEnd& apex, Creases creases) const {
+    return stack_.thick
+               ? level_from_slices(source_, sections, path_, lattice_, map_, open_step(), apex)
+               : level_from_coverage(source_, part, lattice_, map_, creases);
+  }
+
+  /// Takes the cavity out of a level of wall and cavity together.
+  /// @param sections of both  @param cavity its coverage
+  void hollow(Phase& level, const std::vector<Phase>& sections, const Phase& cavity,
+              const ApicalEnd& apex) const {
+    const std::vector<Phase> within = sections_of(cavity);
+    const Phase inner = level_of(cavity, within, apex, Creases::Keep);
+    std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
+                   [](float outside, float inside) { return std::max(outside, -inside); });
+    if (stack_.thick && open_step() != 0) {
+      open_toward_base(level, source_, sections, within, path_, lattice_, map_, open_step());
+    }
+  }
+
+  /// Ends a phase's level flat at the structure's cut, and where the stack ends.
+  void end_flat(Phase& level, std::size_t phase) const {
+    const auto cut_at = [&](double k, int step) {
+      cut_flat(level, lattice_, map_, stack_.gap_mm, k, step);
+    };
+    if (cut_ != nullptr) cut_at(cut_->k[phase] - first_k_, cut_->base_step);
+    // Where the stack ends, so does the heart: half a gap beyond its last slice.
+    cut_at(-0.5 - first_k_, -1);
+    cut_at(stack_.last_k + 0.5 - first_k_, +1);
+  }
+
+ private:
+  [[nodiscard]] int open_step() const { return cut_ != nullptr ? cut_->base_step : 0; }
+
+  const Grid& source_;
+  const Grid& lattice_;
+  AxisMap map_;
+  const StackSlices& stack_;
+  double first_k_;  ///< of the coverage in the whole stack
+  const BaseCut* cut_ = nullptr;
+  SectionPath path_;
+};
+
+void check_covered(Structure structure, const std::vector<Phase>& phases) {
+  const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
+    return std::any_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
+  });
+  if (!covered) {
+    throw_invalid("segmentation names " + std::string(structure_name(structure)) +
+                  " but no voxel of any phase lies in it; leave the structure out");
+  }
+}
+
+/// @param segmentation whose coverage is let go of, phase by phase, where nothing else needs it
+ShapeCycle shape_of_structure(Structure structure, Segmentation& segmentation,
+                              const StackSlices& stack, const Affine& workspace_from_lps,
+                              const RegisterOptions& options, const StageContext& context) {
+  CoverageCycle& coverage = segmentation.coverage;
+  std::vector<Phase>& phases = coverage.phases.at(structure);
+  // A wall is the space between two filled shapes: their contours interpolate, an annulus
+  // whose centre wanders from slice to slice does not.
+  const bool wall = structure == Structure::LvMyocardium;
+  const auto cavity = coverage.phases.find(Structure::LvBlood);
+  const bool with_cavity = wall && cavity != coverage.phases.end();
+  std::vector<Phase> with_blood;
+  if (with_cavity) with_blood = filled_lvs(coverage);
+  std::vector<Phase>& filled = with_cavity ? with_blood : phases;
+  // The LV's wall is made with its cavity, and both tell where other structures end.
+  const bool done_with = with_cavity || (!wall && structure != Structure::LvBlood);
+  ShapeCycle shape;
+  shape.structure = structure;
+  shape.level.grid = lattice_around(coverage.grid, filled, workspace_from_lps, options);
+  shape.level.phases.resize(filled.size());
+  const LevelMaker maker(segmentation, stack, structure, filled, shape.level.grid,
+                         workspace_from_lps);
+  parallel_for(filled.size(), context, "phase", [&](std::size_t p) {
+    const ApicalEnds ends = apical_ends(segmentation, structure, p, stack.to_apex);
+    const std::vector<Phase> sections = maker.sections_of(filled[p]);
+    // Between the LV's wall and the RV's runs a seam of labels.
+    Phase level = maker.level_of(filled[p], sections,
+                                 structure == Structure::LvBlood ? ends.cavity : ends.wall,
+                                 wall ? Creases::Round : Creases::Keep);
+    if (with_cavity) maker.hollow(level, sections, cavity->second[p], ends.cavity);
+    maker.end_flat(level, p);
+    for (float& value : level) value = std::clamp(value, -kLevelReachMm, kLevelReachMm);
+    shape.level.phases[p] = std::move(level);
+    if (done_with) filled[p] = Phase();
+  });
+  return shape;
+}
+
 }  // namespace
 
 std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
                                             const Affine& workspace_from_lps,
                                             const RegisterOptions& options, StageContext& context) {
-  CoverageCycle& coverage = segmentation.coverage;
-  const double slice_mm = coverage.grid.spacing_mm()[2];
-  const bool thick = slice_mm >= kThickSlicesMm;
-  const int last_k = segmentation.labels.grid.size[2] - 1;
-  const int to_apex = thick ? step_to_apex(segmentation, segmentation.axis) : 0;
+  const CoverageCycle& coverage = segmentation.coverage;
+  StackSlices stack;
+  stack.gap_mm = coverage.grid.spacing_mm()[2];
+  stack.thick = stack.gap_mm >= kThickSlicesMm;
+  stack.last_k = segmentation.labels.grid.size[2] - 1;
+  stack.to_apex = stack.thick ? step_to_apex(segmentation, segmentation.axis) : 0;
   segmentation.labels.phases = {};
   // The cavity goes the same way as the wall about it.
-  SectionPath lv_path;
-  if (thick && holds_lv(coverage)) lv_path = section_path(coverage.grid, filled_lvs(coverage));
+  if (stack.thick && holds_lv(coverage)) {
+    stack.lv_path = section_path(coverage.grid, filled_lvs(coverage));
+  }
   std::vector<ShapeCycle> shapes;
-  for (auto& [structure, phases] : coverage.phases) {
-    const bool covered = std::any_of(phases.begin(), phases.end(), [](const Phase& phase) {
-      return std::any_of(phase.begin(), phase.end(), [](float c) { return c >= 0.5F; });
-    });
-    if (!covered) {
-      throw_invalid("segmentation names " + std::string(structure_name(structure)) +
-                    " but no voxel of any phase lies in it; leave the structure out");
-    }
-    // A wall is the space between two filled shapes: their contours interpolate, an annulus
-    // whose centre wanders from slice to slice does not.
-    const bool wall = structure == Structure::LvMyocardium;
-    const auto cavity = coverage.phases.find(Structure::LvBlood);
-    const bool with_cavity = wall && cavity != coverage.phases.end();
-    std::vector<Phase> with_blood;
-    if (with_cavity) with_blood = filled_lvs(coverage);
-    std::vector<Phase>& filled = with_cavity ? with_blood : phases;
-    // The LV's wall is made with its cavity, and both tell where other structures end.
-    const bool done_with = with_cavity || (!wall && structure != Structure::LvBlood);
-    ShapeCycle shape;
-    shape.structure = structure;
-    shape.level.grid = lattice_around(coverage.grid, filled, workspace_from_lps, options);
-    shape.level.phases.resize(filled.size());
-    const Grid& lattice = shape.level.grid;
-    const AxisMap map = axis_map(coverage.grid, lattice, workspace_from_lps);
-    const auto found_cut = segmentation.base_cuts.find(structure);
-    const BaseCut* cut = found_cut == segmentation.base_cuts.end() ? nullptr : &found_cut->second;
-    const double first_k = coverage.first[2];
-
-    const int open_step = cut != nullptr ? cut->base_step : 0;
-    SectionPath path;
-    if (thick) {
-      const bool of_lv = wall || structure == Structure::LvBlood;
-      path = of_lv && !lv_path.empty() ? lv_path : section_path(coverage.grid, filled);
-    }
-    const auto level_of = [&](const Phase& part, const std::vector<Phase>& sections,
-                              const ApicalEnd& apex, Creases creases) {
-      return thick ? level_from_slices(coverage.grid, sections, path, lattice, map, open_step, apex)
-                   : level_from_coverage(coverage.grid, part, lattice, map, creases);
-    };
-    const auto sections_of = [&](const Phase& part) {
-      return thick ? slice_distances(coverage.grid, part) : std::vector<Phase>{};
-    };
+  for (const auto& [structure, phases] : coverage.phases) {
+    check_covered(structure, phases);
     const auto each = 1.0 / static_cast<double>(coverage.phases.size());
     const double before = each * static_cast<double>(shapes.size());
     const StageContext part = context.part(before, before + each, structure_name(structure));
-    parallel_for(filled.size(), part, "phase", [&](std::size_t p) {
-      const ApicalEnds ends = apical_ends(segmentation, shape.structure, p, to_apex);
-      // Between the LV's wall and the RV's runs a seam of labels.
-      const std::vector<Phase> sections = sections_of(filled[p]);
-      Phase level =
-          level_of(filled[p], sections, structure == Structure::LvBlood ? ends.cavity : ends.wall,
-                   wall ? Creases::Round : Creases::Keep);
-      if (with_cavity) {
-        const std::vector<Phase> within = sections_of(cavity->second[p]);
-        const Phase inner = level_of(cavity->second[p], within, ends.cavity, Creases::Keep);
-        std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
-                       [](float outside, float inside) { return std::max(outside, -inside); });
-        if (thick && open_step != 0) {
-          open_toward_base(level, coverage.grid, sections, within, path, lattice, map, open_step);
-        }
-      }
-      if (cut != nullptr) {
-        cut_flat(level, lattice, map, slice_mm, cut->k[p] - first_k, cut->base_step);
-      }
-      // Where the stack ends, so does the heart: half a gap beyond its last slice.
-      cut_flat(level, lattice, map, slice_mm, -0.5 - first_k, -1);
-      cut_flat(level, lattice, map, slice_mm, last_k + 0.5 - first_k, +1);
-      for (float& value : level) value = std::clamp(value, -kLevelReachMm, kLevelReachMm);
-      shape.level.phases[p] = std::move(level);
-      if (done_with) filled[p] = Phase();
-    });
-    shapes.push_back(std::move(shape));
+    shapes.push_back(
+        shape_of_structure(structure, segmentation, stack, workspace_from_lps, options, part));
   }
   settle_shared_places(shapes);
   return shapes;

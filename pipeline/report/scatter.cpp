@@ -172,10 +172,13 @@ std::string front_line(std::vector<Drawn> drawn, double right, double top) {
          points + "\"/>\n";
 }
 
-}  // namespace
+struct Axes {
+  Axis x;
+  Axis y;
+};
 
-std::string scatter_svg(const ScatterPlot& plot) {
-  if (plot.series.size() > kColours.size()) throw_invalid("a plot has room for eight series");
+/// Axes that hold all points. @throws Error{InvalidInput} if there is none
+Axes axes_of(const ScatterPlot& plot) {
   double x_low = 0, x_high = 0, y_low = 0, y_high = 0;
   bool any = false;
   for (const ScatterSeries& series : plot.series) {
@@ -189,20 +192,32 @@ std::string scatter_svg(const ScatterPlot& plot) {
     }
   }
   if (!any) throw_invalid("there is no point to plot");
+  return {Axis(x_low, x_high, kLeft, kWidth - kRight),
+          Axis(y_low, y_high, kHeight - kBottom, kTop)};
+}
+
+std::vector<Drawn> points_on(const Axes& axes, const ScatterPlot& plot) {
+  std::vector<Drawn> drawn;
+  for (std::size_t s = 0; s < plot.series.size(); ++s) {
+    for (const ScatterPoint& point : plot.series[s].points) {
+      if (drawable(point)) drawn.push_back({point, {axes.x.at(point.x), axes.y.at(point.y)}, s});
+    }
+  }
+  return drawn;
+}
+
+/// Lines of the ticks, and what is written beside them.
+std::string grid_svg(const Axes& axes, const ScatterPlot& plot) {
   const double right = kWidth - kRight;
   const double bottom = kHeight - kBottom;
-  const Axis x_axis(x_low, x_high, kLeft, right);
-  const Axis y_axis(y_low, y_high, bottom, kTop);
-
-  std::string svg = svg_head(kWidth, kHeight);
-  svg += text_at(kLeft, 24, "start", plot.title, " font-size=\"15\" font-weight=\"bold\"");
-  for (const Axis::Tick& tick : x_axis.ticks()) {
-    const double x = x_axis.at(tick.value);
+  std::string svg;
+  for (const Axis::Tick& tick : axes.x.ticks()) {
+    const double x = axes.x.at(tick.value);
     svg += line(x, kTop, x, bottom, tick.labelled ? "stroke=\"#dddddd\"" : "stroke=\"#f2f2f2\"");
     if (tick.labelled) svg += text_at(x, bottom + 17, "middle", shortest(tick.value));
   }
-  for (const Axis::Tick& tick : y_axis.ticks()) {
-    const double y = y_axis.at(tick.value);
+  for (const Axis::Tick& tick : axes.y.ticks()) {
+    const double y = axes.y.at(tick.value);
     svg += line(kLeft, y, right, y, tick.labelled ? "stroke=\"#dddddd\"" : "stroke=\"#f2f2f2\"");
     if (tick.labelled) svg += text_at(kLeft - 7, y + 4, "end", shortest(tick.value));
   }
@@ -211,14 +226,12 @@ std::string scatter_svg(const ScatterPlot& plot) {
   svg += text_at((kLeft + right) / 2, kHeight - 14, "middle", plot.x_title);
   svg += text_at(0, 0, "middle", plot.y_title,
                  " transform=\"translate(18 " + pixels((kTop + bottom) / 2) + ") rotate(-90)\"");
+  return svg;
+}
 
-  std::vector<Drawn> drawn;
-  for (std::size_t s = 0; s < plot.series.size(); ++s) {
-    for (const ScatterPoint& point : plot.series[s].points) {
-      if (drawable(point)) drawn.push_back({point, {x_axis.at(point.x), y_axis.at(point.y)}, s});
-    }
-  }
-  if (!plot.front_name.empty()) svg += front_line(drawn, right, kTop);
+/// Lines from point to point of the series that are joined.
+std::string joining_lines(const std::vector<Drawn>& drawn, const ScatterPlot& plot) {
+  std::string svg;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {
     if (!plot.series[s].joined) continue;
     svg +=
@@ -229,12 +242,23 @@ std::string scatter_svg(const ScatterPlot& plot) {
     }
     svg += "\"/>\n";
   }
+  return svg;
+}
+
+std::string markers_svg(const std::vector<Drawn>& drawn) {
+  std::string svg;
   for (const Drawn& each : drawn) svg += marker(each.series, each.at, kColours[each.series]);
   for (const Drawn& each : drawn) {
     if (!each.point.emphasised) continue;
     svg += "<circle cx=\"" + pixels(each.at.x) + "\" cy=\"" + pixels(each.at.y) + "\" r=\"" +
            pixels(kRing) + "\" fill=\"none\" stroke=\"black\" stroke-width=\"1.4\"/>\n";
   }
+  return svg;
+}
+
+/// Points' names as far as there is room: of emphasised points first, then of those of the front.
+std::string labels_svg(const std::vector<Drawn>& drawn) {
+  std::string svg;
   Labels labels(drawn);
   const auto label_all = [&](auto&& wanted) {
     for (const Drawn& each : drawn) {
@@ -244,9 +268,14 @@ std::string scatter_svg(const ScatterPlot& plot) {
   label_all([](const ScatterPoint& p) { return p.emphasised; });
   label_all([](const ScatterPoint& p) { return !p.emphasised && p.on_front; });
   label_all([](const ScatterPoint& p) { return !p.emphasised && !p.on_front; });
+  return svg;
+}
 
+/// What markers and lines stand for, right of the plot.
+std::string legend_svg(const std::vector<Drawn>& drawn, const ScatterPlot& plot) {
+  std::string svg;
   double y = kTop + 10;
-  const double x = right + 16;
+  const double x = kWidth - kRight + 16;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {
     svg += marker(s, {x + 6, y - 4}, kColours[s]);
     svg += text_at(x + 20, y, "start", plot.series[s].name);
@@ -263,6 +292,23 @@ std::string scatter_svg(const ScatterPlot& plot) {
            "\" r=\"7\" fill=\"none\" stroke=\"black\" stroke-width=\"1.4\"/>\n";
     svg += text_at(x + 20, y, "start", "default");
   }
+  return svg;
+}
+
+}  // namespace
+
+std::string scatter_svg(const ScatterPlot& plot) {
+  if (plot.series.size() > kColours.size()) throw_invalid("a plot has room for eight series");
+  const Axes axes = axes_of(plot);
+  const std::vector<Drawn> drawn = points_on(axes, plot);
+  std::string svg = svg_head(kWidth, kHeight);
+  svg += text_at(kLeft, 24, "start", plot.title, " font-size=\"15\" font-weight=\"bold\"");
+  svg += grid_svg(axes, plot);
+  if (!plot.front_name.empty()) svg += front_line(drawn, kWidth - kRight, kTop);
+  svg += joining_lines(drawn, plot);
+  svg += markers_svg(drawn);
+  svg += labels_svg(drawn);
+  svg += legend_svg(drawn, plot);
   return svg + "</svg>\n";
 }
 

@@ -97,4 +97,23 @@ void trim_wall(ImageCycle<std::uint8_t>& labels) {
   });
 }
 
+std::vector<float> distance_from_cavity(const Grid& grid, std::vector<std::uint8_t> labels) {
+  for (int k = 0; k < grid.size[2]; ++k) {
+    cv::Mat slice = slice_of(grid, labels, k);
+    cv::Mat blood = slice == kLabelLvBlood;
+    std::vector<std::vector<cv::Point>> outlines;
+    cv::findContours(blood, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    slice.setTo(0);
+    cv::drawContours(slice, outlines, -1, cv::Scalar(255), cv::FILLED);
+  }
+  std::vector<float> out = distance_map(grid, labels, false);
+  const std::vector<float> depth = depth_within(grid, labels, false);
+  // Outlines run between voxels' centres.
+  const auto half = static_cast<float>(0.5 * grid.spacing_mm()[0]);
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    if (out[v] < kNoDistance) out[v] = labels[v] != 0 ? half - depth[v] : out[v] - half;
+  }
+  return out;
+}
+
 }  // namespace beatlas::segment

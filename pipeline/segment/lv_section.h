@@ -1,6 +1,9 @@
 #pragma once
 /// The shape of the LV in a slice, where images alone tell it wrong.
 
+#include <cstdint>
+#include <vector>
+
 #include "pipeline/core/exam.h"
 #include "pipeline/segment/competition.h"
 
@@ -24,5 +27,11 @@ void close_wall(int base_step, ImageCycle<std::uint8_t>& labels);
 /// than half of it, as broad as it is about its middle, is of another organ (the stomach's wall
 /// lies against the heart and is as dark) and becomes background.
 void trim_wall(ImageCycle<std::uint8_t>& labels);
+
+/// Distance [mm] of each voxel to the cavity's outline in the plane of its slice, negative inside;
+/// kNoDistance in slices without. What muscle the cavity holds (papillary muscles) belongs to it.
+/// @param labels of one phase
+[[nodiscard]] std::vector<float> distance_from_cavity(const Grid& grid,
+                                                      std::vector<std::uint8_t> labels);
 
 }  // namespace beatlas::segment

@@ -4,16 +4,12 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
-
-#include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/looks.h"
-#include "pipeline/segment/slice_image.h"
-#include "runtime/base/error.h"
+#include "pipeline/segment/lv_section.h"
 
 namespace beatlas::segment {
 namespace {
@@ -183,27 +179,6 @@ std::vector<ByPlace> by_place(const Grid& grid, const Shape& shape, const LabelI
   return out;
 }
 
-/// Distance [mm] to the cavity's outline in the plane of each slice, negative inside; kNoDistance
-/// in slices without. What muscle the cavity holds (papillary muscles) belongs to it.
-std::vector<float> from_cavity(const Grid& grid, std::vector<std::uint8_t> labels) {
-  for (int k = 0; k < grid.size[2]; ++k) {
-    cv::Mat slice = slice_of(grid, labels, k);
-    cv::Mat blood = slice == kLabelLvBlood;
-    std::vector<std::vector<cv::Point>> outlines;
-    cv::findContours(blood, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-    slice.setTo(0);
-    cv::drawContours(slice, outlines, -1, cv::Scalar(255), cv::FILLED);
-  }
-  std::vector<float> out = distance_map(grid, labels, false);
-  const std::vector<float> depth = depth_within(grid, labels, false);
-  // Outlines run between voxels' centres.
-  const auto half = static_cast<float>(0.5 * grid.spacing_mm()[0]);
-  for (std::size_t v = 0; v < out.size(); ++v) {
-    if (out[v] < kNoDistance) out[v] = labels[v] != 0 ? half - depth[v] : out[v] - half;
-  }
-  return out;
-}
-
 /// Levels of the marked tissues by slice, and what a tissue of such a level looks like. A tissue
 /// varies by more than a ball of it shows; where half-way to the next one lies is where neither is
 /// likely: two standard deviations from each.
@@ -235,7 +210,7 @@ class LevelsAlong {
   }
   /// From what grew: cavities' medians, and that of what lies right beyond the LV's, which is its
   /// muscle, wherever in the wall a ball was placed.
-  /// @param from_cavity_mm [phase][voxel], see from_cavity
+  /// @param from_cavity_mm [phase][voxel], see distance_from_cavity
   void refine(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
               const std::vector<std::vector<float>>& from_cavity_mm) {
     const std::size_t slice = images.grid.slice_count();
@@ -352,6 +327,112 @@ Layers::Shares shares_at(const std::vector<Layers>& layers, std::size_t k, float
   return out;
 }
 
+/// What of images and marks is the same in all phases.
+struct Scene {
+  const ImageCycle<float>& images;
+  std::vector<ByPlace> place;  ///< [voxel]
+  Bins bins;
+  std::vector<Looks> look;  ///< [slice]
+};
+
+/// Makes background of what lies far from all marks, and counts by slice what that looks like. A
+/// mark of background tells where it is: liver that is marked as such looks like muscle.
+std::vector<Look> mark_background(const Scene& scene, LabelImages& seeds) {
+  const std::size_t slice = scene.images.grid.slice_count();
+  std::vector<Look> counts(static_cast<std::size_t>(scene.images.grid.size[2]));
+  for (std::size_t v = 0; v < scene.place.size(); ++v) {
+    if (scene.place[v].heart > 0) continue;
+    for (std::size_t p = 0; p < scene.images.phases.size(); ++p) {
+      std::uint8_t& seed = seeds[p][v];
+      if (seed == kUnlabelled) seed = kLabelBackground;
+      counts[v / slice][scene.bins.of(scene.images.phases[p][v])] += 1;
+    }
+  }
+  return counts;
+}
+
+/// What labels look like, by slice. @param background see mark_background
+std::vector<Looks> looks_by_slice(const LevelsAlong& along, const std::vector<Look>& background,
+                                  const Bins& bins, double noise) {
+  std::vector<Looks> out(background.size());
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const auto slice = static_cast<int>(k);
+    for (const std::uint8_t label : kHeart) out[k][label] = along.look(label, slice, bins, noise);
+    // Tissues beyond the heart vary as those of it do, or muscle would seem to be liver.
+    const double contrast = along(kLabelLvBlood, slice) - along(kLabelLvMyocardium, slice);
+    out[k][kLabelBackground] =
+        density_of(background[k], std::max(contrast, noise) / 4 / bins.width());
+  }
+  return out;
+}
+
+/// Of one phase [slice * kSectors + sector], each with half of the slices beside it.
+/// @param away_mm [voxel], see distance_from_cavity
+std::vector<Layers> layers_of(const Scene& scene, const std::vector<float>& image,
+                              const std::vector<float>& away_mm) {
+  const std::size_t slice = scene.images.grid.slice_count();
+  const int slices = scene.images.grid.size[2];
+  const auto seen = [&](std::size_t v) {
+    const Looks& here = scene.look[v / slice];
+    const std::size_t bin = scene.bins.of(image[v]);
+    const double rv = static_cast<double>(scene.place[v].rv);
+    return Layers::Shares{here[kLabelLvBlood][bin], here[kLabelLvMyocardium][bin],
+                          rv * here[kLabelRvBlood][bin] + (1 - rv) * here[kLabelBackground][bin]};
+  };
+  std::vector<Layers> layers;
+  for (int k = 0; k < slices; ++k) {
+    std::array<std::vector<Layers::Voxel>, kSectors> voxels;
+    for (int n = std::max(0, k - 1); n < std::min(slices, k + 2); ++n) {
+      const auto begin = static_cast<std::size_t>(n) * slice;
+      for (std::size_t v = begin; v < begin + slice; ++v) {
+        if (scene.place[v].heart <= 0 || away_mm[v] >= kNoDistance) continue;
+        Layers::Voxel voxel{.bin = Layers::bin_of(away_mm[v]), .look = seen(v)};
+        for (int s = 0; s < kSectors; ++s) {
+          voxel.weight = (n == k ? 1.0 : 0.5) * weight_in_sector(s, scene.place[v].sector);
+          voxels[static_cast<std::size_t>(s)].push_back(voxel);
+        }
+      }
+    }
+    for (const auto& list : voxels) layers.emplace_back(list);
+  }
+  return layers;
+}
+
+/// Lays a phase's prices, and seeds where labels that grew before leave no doubt.
+/// @param away_mm [voxel], see distance_from_cavity; empty where none grew
+void lay_phase(const Scene& scene, std::size_t p, const std::vector<float>& away_mm, Ground& out) {
+  const std::size_t slice = scene.images.grid.slice_count();
+  const std::vector<float>& image = scene.images.phases[p];
+  const bool grown = !away_mm.empty();
+  const std::vector<Layers> layers =
+      grown ? layers_of(scene, image, away_mm) : std::vector<Layers>{};
+  std::vector<std::uint8_t>& prices = out.prices.phases[p];
+  prices.resize(image.size() * kLabels);
+  for (std::size_t v = 0; v < image.size(); ++v) {
+    const ByPlace& at = scene.place[v];
+    const bool layered = grown && away_mm[v] < kNoDistance;
+    Layers::Shares share{static_cast<double>(at.cavity), static_cast<double>(at.muscle),
+                         static_cast<double>(at.outside)};
+    if (layered) share = shares_at(layers, v / slice, at.sector, Layers::bin_of(away_mm[v]));
+    const auto heart = static_cast<double>(at.heart);
+    const auto rv = static_cast<double>(at.rv);
+    const Looks& here = scene.look[v / slice];
+    const std::size_t bin = scene.bins.of(image[v]);
+    std::array<double, kLabels> weight{};
+    weight[kLabelLvBlood] = heart * share[0] * here[kLabelLvBlood][bin];
+    weight[kLabelLvMyocardium] = heart * share[1] * here[kLabelLvMyocardium][bin];
+    weight[kLabelRvBlood] = heart * share[2] * rv * here[kLabelRvBlood][bin];
+    weight[kLabelBackground] =
+        (1 - heart + heart * share[2] * (1 - rv)) * here[kLabelBackground][bin];
+    set_prices(weight, prices.data() + v * kLabels);
+    if (!layered || out.seeds[p][v] != kUnlabelled) continue;
+    const double sum = weight[0] + weight[1] + weight[2] + weight[3];
+    for (std::uint8_t label = 0; label <= kLabelLvBlood; ++label) {
+      if (weight[label] > kSureSeed * sum) out.seeds[p][v] = label;
+    }
+  }
+}
+
 }  // namespace
 
 bool tell_heart(const std::vector<Seed>& seeds, const KnownLabels& known) {
@@ -392,105 +473,25 @@ Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds, const KnownL
 Ground lay_seed_ground(const ImageCycle<float>& images, const LabelImages& marks, double noise,
                        const ImageCycle<std::uint8_t>* first) {
   const Grid& grid = images.grid;
-  const std::size_t count = grid.count();
-  const std::size_t slice = grid.slice_count();
-  const auto phases = static_cast<std::size_t>(images.phase_count());
-  const Shape shape = shape_of(grid, marks);
-  const std::vector<ByPlace> place = by_place(grid, shape, marks);
-  const Bins bins(images);
+  Scene scene{images, by_place(grid, shape_of(grid, marks), marks), Bins(images), {}};
   LevelsAlong along(grid, images, marks);
-  std::vector<std::vector<float>> signed_mm(phases);
+  std::vector<std::vector<float>> away_mm(images.phases.size());
   if (first != nullptr) {
-    parallel_for(phases,
-                 [&](std::size_t p) { signed_mm[p] = from_cavity(grid, first->phases[p]); });
-    along.refine(images, *first, signed_mm);
+    parallel_for(away_mm.size(),
+                 [&](std::size_t p) { away_mm[p] = distance_from_cavity(grid, first->phases[p]); });
+    along.refine(images, *first, away_mm);
   }
   Ground out;
   out.seeds = marks;
-  // What lies far from all marks is what background looks like. A mark of background tells where it
-  // is: liver that is marked as such looks like muscle.
-  std::vector<Looks> counts(static_cast<std::size_t>(grid.size[2]));
-  for (std::size_t v = 0; v < count; ++v) {
-    if (place[v].heart > 0) continue;
-    for (std::size_t p = 0; p < phases; ++p) {
-      std::uint8_t& seed = out.seeds[p][v];
-      if (seed == kUnlabelled) seed = kLabelBackground;
-      counts[v / slice][kLabelBackground][bins.of(images.phases[p][v])] += 1;
-    }
-  }
-  std::vector<Looks> look(counts.size());
-  for (std::size_t k = 0; k < look.size(); ++k) {
-    const auto slice_k = static_cast<int>(k);
-    for (const std::uint8_t label : kHeart) {
-      look[k][label] = along.look(label, slice_k, bins, noise);
-    }
-    // Tissues beyond the heart vary as those of it do, or muscle would seem to be liver.
-    const double contrast = along(kLabelLvBlood, slice_k) - along(kLabelLvMyocardium, slice_k);
-    look[k][kLabelBackground] =
-        density_of(counts[k][kLabelBackground], std::max(contrast, noise) / 4 / bins.width());
-  }
+  const std::vector<Look> background = mark_background(scene, out.seeds);
+  scene.look = looks_by_slice(along, background, scene.bins, noise);
   const int middle = grid.size[2] / 2;
-  TissueLevels& levels = out.levels;
-  levels.blood = along(kLabelLvBlood, middle);
-  levels.muscle = along(kLabelLvMyocardium, middle);
-  levels.rv_blood = !along.has(kLabelRvBlood) ? levels.blood : along(kLabelRvBlood, middle);
-  part_marked(levels);
-
-  out.prices.phases.resize(phases);
-  parallel_for(phases, [&](std::size_t p) {
-    const std::vector<float>& image = images.phases[p];
-    const auto seen = [&](std::size_t v) {
-      const Looks& here = look[v / slice];
-      const std::size_t bin = bins.of(image[v]);
-      const double rv = static_cast<double>(place[v].rv);
-      return Layers::Shares{here[kLabelLvBlood][bin], here[kLabelLvMyocardium][bin],
-                            rv * here[kLabelRvBlood][bin] + (1 - rv) * here[kLabelBackground][bin]};
-    };
-    const std::vector<float>& away_mm = signed_mm[p];
-    std::vector<Layers> layers;  // [slice * kSectors + sector], with half of the slices beside it
-    if (first != nullptr) {
-      for (int k = 0; k < grid.size[2]; ++k) {
-        std::array<std::vector<Layers::Voxel>, kSectors> voxels;
-        for (int n = std::max(0, k - 1); n < std::min(grid.size[2], k + 2); ++n) {
-          const auto begin = static_cast<std::size_t>(n) * slice;
-          for (std::size_t v = begin; v < begin + slice; ++v) {
-            if (place[v].heart <= 0 || away_mm[v] >= kNoDistance) continue;
-            Layers::Voxel voxel{.bin = Layers::bin_of(away_mm[v]), .look = seen(v)};
-            for (int s = 0; s < kSectors; ++s) {
-              voxel.weight = (n == k ? 1.0 : 0.5) * weight_in_sector(s, place[v].sector);
-              voxels[static_cast<std::size_t>(s)].push_back(voxel);
-            }
-          }
-        }
-        for (const auto& list : voxels) layers.emplace_back(list);
-      }
-    }
-    std::vector<std::uint8_t>& prices = out.prices.phases[p];
-    prices.resize(count * kLabels);
-    for (std::size_t v = 0; v < count; ++v) {
-      const ByPlace& at = place[v];
-      const bool layered = first != nullptr && away_mm[v] < kNoDistance;
-      Layers::Shares share{static_cast<double>(at.cavity), static_cast<double>(at.muscle),
-                           static_cast<double>(at.outside)};
-      if (layered) share = shares_at(layers, v / slice, at.sector, Layers::bin_of(away_mm[v]));
-      const auto heart = static_cast<double>(at.heart);
-      const auto rv = static_cast<double>(at.rv);
-      const Looks& here = look[v / slice];
-      const std::size_t bin = bins.of(image[v]);
-      std::array<double, kLabels> weight{};
-      weight[kLabelLvBlood] = heart * share[0] * here[kLabelLvBlood][bin];
-      weight[kLabelLvMyocardium] = heart * share[1] * here[kLabelLvMyocardium][bin];
-      weight[kLabelRvBlood] = heart * share[2] * rv * here[kLabelRvBlood][bin];
-      weight[kLabelBackground] =
-          (1 - heart + heart * share[2] * (1 - rv)) * here[kLabelBackground][bin];
-      set_prices(weight, prices.data() + v * kLabels);
-      if (!layered || out.seeds[p][v] != kUnlabelled) continue;
-      const double sum = weight[0] + weight[1] + weight[2] + weight[3];
-      for (std::uint8_t label = 0; label <= kLabelLvBlood; ++label) {
-        if (weight[label] > kSureSeed * sum) out.seeds[p][v] = label;
-      }
-    }
-  });
+  out.levels.blood = along(kLabelLvBlood, middle);
+  out.levels.muscle = along(kLabelLvMyocardium, middle);
+  out.levels.rv_blood = !along.has(kLabelRvBlood) ? out.levels.blood : along(kLabelRvBlood, middle);
+  part_marked(out.levels);
+  out.prices.phases.resize(away_mm.size());
+  parallel_for(away_mm.size(), [&](std::size_t p) { lay_phase(scene, p, away_mm[p], out); });
   return out;
 }
 

@@ -46,13 +46,10 @@ void check_inside(const std::string& inside, bool valve, double effusion_mm) {
   }
 }
 
-void add_play_options(CLI::App& app, PlayArguments& arguments) {
-  app.add_option("PACKAGE", arguments.package, "a .beatlas file");
-  app.add_flag("--headless", arguments.headless, "no picture: run the servo and report");
-  app.add_option("--scene", arguments.scene,
-                 "what to load: palpation (the heart's field) or full (every payload)")
-      ->check(CLI::IsMember({"palpation", "full"}))
-      ->capture_default_str();
+namespace {
+
+/// What moves the user point, and where it is found.
+void add_device_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--device", arguments.device, "what moves the user point")
       ->check(CLI::IsMember({"simulated", "replay", "trainee", "haply", "3ds", "dhd", "lever"}))
       ->capture_default_str();
@@ -70,6 +67,10 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--lever-arm-mm", arguments.hardware.arm_mm, "lever: from hinge to finger")
       ->check(CLI::Range(5.0, 1000.0))
       ->capture_default_str();
+}
+
+/// How the user point moves where no person moves it, and for how long.
+void add_path_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--recording", arguments.recording,
                  "replay: CSV with columns t_s, x_mm, y_mm, z_mm (workspace)");
   app.add_option("--seconds", arguments.seconds, "how long [s]; a recording has its own end")
@@ -95,6 +96,10 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "simulated: mass of hand and stylus that the force moves; 0 follows the path")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
+}
+
+/// Which heart is touched, by which model, and where the tool is.
+void add_contact_options(CLI::App& app, PlayArguments& arguments) {
   app.add_flag("--fast", arguments.fast, "do not wait for the clock");
   app.add_flag("--published", arguments.published,
                "force at the stored frames, interpolated linearly (Nakao et al. 2001)");
@@ -119,6 +124,10 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "patch: 0 apex to 1 base, whose muscle it is where the package has no map")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+}
+
+/// The tool, and how the tissue drags on it.
+void add_tool_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--tool-radius-mm", arguments.tool_radius_mm,
                  "proxy, patch: 0 is a point; fingertip: 0 is 8 mm")
       ->check(CLI::Range(0.0, 50.0))
@@ -140,13 +149,10 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "proxy: while it slides; at most the static one")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  app.add_option("--heart-rate", arguments.heart_rate_per_min,
-                 "beats a minute instead of the atlas's own")
-      ->check(CLI::Range(10.0, 300.0));
-  app.add_option("--trace", arguments.trace, "CSV of every tick to write");
-  app.add_option("--ticks", arguments.ticks,
-                 "file for the first fault's ticks, or the last 10000: for replay-ticks");
-  app.add_flag("--json", arguments.json, "report as JSON");
+}
+
+/// A scripted press, and the muscle that is pressed.
+void add_press_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--press", arguments.press.folder,
                  "folder for a scripted press on paper B's ventricle (or on one as large as the "
                  "package's): CSV and SVG; with --scene palpation and no package: palpation/");
@@ -162,6 +168,10 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
                  "JSON of muscle, circulation and disease, for --press or --model patch");
   app.add_option("--preset", arguments.press.preset, "of them, for --press or --model patch")
       ->check(CLI::IsMember(palpation::palpation_presets()));
+}
+
+/// What files of JSON tell: a case, several fingers, an exercise and how that is played.
+void add_case_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option(
       "--case", arguments.case_file,
       "JSON of a heart and what was felt on it: its atlas, unless a PACKAGE is named, with "
@@ -180,6 +190,30 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
   app.add_option("--trainee", arguments.trainee, "trainee: how well it palpates")
       ->check(CLI::IsMember({"skilled", "unskilled"}))
       ->capture_default_str();
+}
+
+}  // namespace
+
+void add_play_options(CLI::App& app, PlayArguments& arguments) {
+  app.add_option("PACKAGE", arguments.package, "a .beatlas file");
+  app.add_flag("--headless", arguments.headless, "no picture: run the servo and report");
+  app.add_option("--scene", arguments.scene,
+                 "what to load: palpation (the heart's field) or full (every payload)")
+      ->check(CLI::IsMember({"palpation", "full"}))
+      ->capture_default_str();
+  add_device_options(app, arguments);
+  add_path_options(app, arguments);
+  add_contact_options(app, arguments);
+  add_tool_options(app, arguments);
+  app.add_option("--heart-rate", arguments.heart_rate_per_min,
+                 "beats a minute instead of the atlas's own")
+      ->check(CLI::Range(10.0, 300.0));
+  app.add_option("--trace", arguments.trace, "CSV of every tick to write");
+  app.add_option("--ticks", arguments.ticks,
+                 "file for the first fault's ticks, or the last 10000: for replay-ticks");
+  app.add_flag("--json", arguments.json, "report as JSON");
+  add_press_options(app, arguments);
+  add_case_options(app, arguments);
 }
 
 }  // namespace beatlas::app

@@ -274,6 +274,69 @@ int button_of(exercise::LesionKind kind, const std::vector<exercise::LesionKind>
   return found == kinds.end() ? 0 : static_cast<int>(found - kinds.begin());
 }
 
+/// Where a trainee goes of its own choice, in the order of its way.
+std::vector<std::uint32_t> chosen_places(const ExerciseGround& atlas, const Skill& skill,
+                                         exercise::Random& random) {
+  std::vector<std::uint32_t> places =
+      spread_places(atlas.ground(), skill.spacing_mm, random.below(1U << 30U));
+  // Who has no patience for all goes where chance leads.
+  for (std::size_t n = places.size(); n > 1; --n) std::swap(places[n - 1], places[random.below(n)]);
+  if (static_cast<int>(places.size()) > skill.most_places) {
+    places.resize(static_cast<std::size_t>(skill.most_places));
+  }
+  return along_a_way(std::move(places), atlas.wall());
+}
+
+/// What a trainee makes of what it felt.
+class Judgement {
+ public:
+  /// @param atlas, asked must outlive it
+  Judgement(const ExerciseGround& atlas, const exercise::Exercise& asked, bool knows_normal)
+      : atlas_(atlas),
+        asked_(asked),
+        knows_normal_(knows_normal),
+        softest_(asked.task == exercise::Task::Threshold || !knows_normal) {}
+
+  /// What is normal at a place, in N/m; without knowledge of it the same everywhere.
+  [[nodiscard]] FeltPlace expected(std::uint32_t vertex) const {
+    if (!knows_normal_) return {vertex, 1, 1};
+    const palpation::PatchConstants& healthy = atlas_.muscle().as_it_is(vertex);
+    const double rest =
+        healthy.k_v_n_per_m + healthy.k_e_rest_n_per_m + atlas_.muscle().natural().pressure_at(0);
+    return {vertex, rest, rest + healthy.k_e_span_n_per_m};
+  }
+
+  [[nodiscard]] Likeness likeness_at(const Deviation& deviation, std::uint32_t vertex) const {
+    return likeness(deviation, asked_.kinds, atlas_.muscle().as_it_is(vertex),
+                    atlas_.muscle().natural().pressure_at(0));
+  }
+
+  /// Indices of the places.
+  [[nodiscard]] std::vector<std::size_t> most_striking_first(
+      const std::vector<Deviation>& found, const std::vector<FeltPlace>& felt) const {
+    std::vector<std::size_t> order(found.size());
+    for (std::size_t n = 0; n < order.size(); ++n) order[n] = n;
+    const auto striking = [&](std::size_t n) {
+      return softest_ ? -found[n].rest : likeness_at(found[n], felt[n].vertex).size;
+    };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return striking(a) > striking(b); });
+    return order;
+  }
+
+  /// Whether a place can be of the same lesion as another.
+  [[nodiscard]] bool beside(const FeltPlace& one, const FeltPlace& other) const {
+    return (atlas_.wall().mm(one.vertex) - atlas_.wall().mm(other.vertex)).norm() <
+           2 * asked_.radius_mm.high;
+  }
+
+ private:
+  const ExerciseGround& atlas_;
+  const exercise::Exercise& asked_;
+  bool knows_normal_;
+  bool softest_;  ///< the softest places strike most, whatever a lesion would feel like
+};
+
 }  // namespace
 
 Trainee::Trainee(const ExerciseGround& atlas, const exercise::Exercise& asked, Options options)
@@ -285,28 +348,13 @@ device::RunReport Trainee::run(const device::ServoFn& servo, std::stop_token sto
   const Skill& skill = options_.skill;
   exercise::Random random(options_.seed);
   std::vector<std::uint32_t> places = options_.places;
-  if (places.empty()) {
-    places = spread_places(atlas_.ground(), skill.spacing_mm, random.below(1U << 30U));
-    // Who has no patience for all goes where chance leads.
-    for (std::size_t n = places.size(); n > 1; --n)
-      std::swap(places[n - 1], places[random.below(n)]);
-    if (static_cast<int>(places.size()) > skill.most_places) {
-      places.resize(static_cast<std::size_t>(skill.most_places));
-    }
-    places = along_a_way(std::move(places), atlas_.wall());
-  }
+  if (places.empty()) places = chosen_places(atlas_, skill, random);
   Hand hand(atlas_, asked_.tool_radius_mm, options_.heart_rate_per_min, servo, options_.pace,
             std::move(stop));
   const double beat_s = options_.heart_rate_per_min > 0 ? 60 / options_.heart_rate_per_min
                                                         : atlas_.field()->rr_interval_s();
   const double press_s = 0.75 + 2 * beat_s;
-  const auto expects = [&](std::uint32_t vertex) -> FeltPlace {
-    if (!skill.knows_normal) return {vertex, 1, 1};
-    const palpation::PatchConstants& healthy = atlas_.muscle().as_it_is(vertex);
-    const double rest =
-        healthy.k_v_n_per_m + healthy.k_e_rest_n_per_m + atlas_.muscle().natural().pressure_at(0);
-    return {vertex, rest, rest + healthy.k_e_span_n_per_m};
-  };
+  const Judgement judgement(atlas_, asked_, skill.knows_normal);
   const auto feel = [&](std::uint32_t vertex, int button) {
     FeltPlace place = hand.press(vertex, button);
     place.diastole_n *= 1 + skill.weber * gaussian(random);
@@ -321,25 +369,10 @@ device::RunReport Trainee::run(const device::ServoFn& servo, std::stop_token sto
   for (const std::uint32_t vertex : places) {
     if (hand.stopped() || (!felt.empty() && spent_s + press_s + kept_s > asked_.seconds)) break;
     felt.push_back(feel(vertex, -1));
-    expected.push_back(expects(vertex));
+    expected.push_back(judgement.expected(vertex));
     spent_s += press_s;
   }
-  const bool softest = asked_.task == exercise::Task::Threshold || !skill.knows_normal;
-  const auto likeness_at = [&](const Deviation& deviation, std::uint32_t vertex) {
-    return likeness(deviation, asked_.kinds, atlas_.muscle().as_it_is(vertex),
-                    atlas_.muscle().natural().pressure_at(0));
-  };
-  const auto most_striking_first = [&](const std::vector<Deviation>& found) {
-    std::vector<std::size_t> order(found.size());
-    for (std::size_t n = 0; n < order.size(); ++n) order[n] = n;
-    const auto striking = [&](std::size_t n) {
-      return softest ? -found[n].rest : likeness_at(found[n], felt[n].vertex).size;
-    };
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return striking(a) > striking(b); });
-    return order;
-  };
-  std::vector<std::size_t> order = most_striking_first(deviations(felt, expected));
+  std::vector<std::size_t> order = judgement.most_striking_first(deviations(felt, expected), felt);
   for (int n = 0; n < skill.second_looks && n < static_cast<int>(order.size()); ++n) {
     FeltPlace& place = felt[order[static_cast<std::size_t>(n)]];
     const FeltPlace again = feel(place.vertex, -1);
@@ -347,20 +380,19 @@ device::RunReport Trainee::run(const device::ServoFn& servo, std::stop_token sto
     place.systole_n = 0.5 * (place.systole_n + again.systole_n);
   }
   const std::vector<Deviation> found = deviations(felt, expected);
-  order = most_striking_first(found);
+  order = judgement.most_striking_first(found, felt);
   std::vector<std::size_t> marked;
   for (const std::size_t n : order) {
     if (static_cast<int>(marked.size()) == asked_.lesions || hand.stopped()) break;
-    const bool beside = std::any_of(marked.begin(), marked.end(), [&](std::size_t m) {
-      return (atlas_.wall().mm(felt[n].vertex) - atlas_.wall().mm(felt[m].vertex)).norm() <
-             2 * asked_.radius_mm.high;
-    });
-    if (beside) continue;
+    if (std::any_of(marked.begin(), marked.end(),
+                    [&](std::size_t m) { return judgement.beside(felt[n], felt[m]); })) {
+      continue;
+    }
     marked.push_back(n);
     const auto guessed = static_cast<int>(random.below(asked_.kinds.size()));
     (void)feel(felt[n].vertex,
                skill.knows_names
-                   ? button_of(likeness_at(found[n], felt[n].vertex).kind, asked_.kinds)
+                   ? button_of(judgement.likeness_at(found[n], felt[n].vertex).kind, asked_.kinds)
                    : guessed);
   }
   return hand.report();

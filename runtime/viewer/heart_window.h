@@ -94,7 +94,13 @@ class HeartWindow : public QMainWindow {
 
  private:
   void make_controls();
+  void make_messages();  ///< the sentence above the picture, and what the status bar tells
+  void make_beat(QVBoxLayout* column);
+  void make_cut(QVBoxLayout* column);
   void make_structures(QVBoxLayout* column);
+  void make_touch(QVBoxLayout* column);
+  /// Puts the column of controls beside the picture and the plots.
+  void lay_out(QVBoxLayout* column);
   void make_devices(QFormLayout* form);
   void leave_wheel_to_panel(const QWidget& panel);
   void connect_controls();

@@ -64,6 +64,18 @@ void HeartWindow::make_controls() {
   picture_->setObjectName("picture");
   plots_ = new PlotWidget;
   plots_->setObjectName("plots");
+  make_messages();
+  auto* column = new QVBoxLayout;
+  make_exercise(column);
+  make_beat(column);
+  make_cut(column);
+  make_structures(column);
+  make_touch(column);
+  column->addStretch(1);
+  lay_out(column);
+}
+
+void HeartWindow::make_messages() {
   message_ = new QLabel;
   message_->setObjectName("message");
   message_->setWordWrap(true);
@@ -83,9 +95,9 @@ void HeartWindow::make_controls() {
   told_->setObjectName("told");
   told_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);  // a window may be small
   statusBar()->addWidget(told_, 1);
+}
 
-  auto* column = new QVBoxLayout;
-  make_exercise(column);
+void HeartWindow::make_beat(QVBoxLayout* column) {
   play_ = new QPushButton("Pause");
   play_->setObjectName("play");
   play_->setCheckable(true);
@@ -104,7 +116,9 @@ void HeartWindow::make_controls() {
   beat_form->addRow("Volume", volume_);
   beat_form->addRow("Colour", colour_);
   column->addWidget(beat);
+}
 
+void HeartWindow::make_cut(QVBoxLayout* column) {
   QStringList cuts{"none"};
   cuts << words_of(kCuts) << "free";
   cut_ = choice("cut", cuts);
@@ -118,8 +132,9 @@ void HeartWindow::make_controls() {
   cut_form->addRow("Move", cut_offset_);
   cut_form->addRow(cut_image_);
   column->addWidget(cutting);
-  make_structures(column);
+}
 
+void HeartWindow::make_touch(QVBoxLayout* column) {
   touch_ = new QCheckBox("Touch with the mouse");
   touch_->setObjectName("touch");
   stiffness_ = number("stiffness", 10, 1000, " N/m");
@@ -146,8 +161,9 @@ void HeartWindow::make_controls() {
   make_constants(feel_form);
   feel_form->addRow(reset_);
   column->addWidget(feel);
-  column->addStretch(1);
+}
 
+void HeartWindow::lay_out(QVBoxLayout* column) {
   auto* controls = new QWidget;
   controls->setLayout(column);
   leave_wheel_to_panel(*controls);
