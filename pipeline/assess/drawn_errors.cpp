@@ -16,7 +16,6 @@ namespace beatlas::assess {
 namespace {
 
 struct Triangle {
-  std::array<std::uint32_t, 3> vertices;
   std::array<Vec3, 3> corners;
   Vec3 middle = Vec3::Zero();
   double reach = 0;  ///< [mm] from the middle to the farthest corner
@@ -59,7 +58,6 @@ TriangleSet triangles_of(const atlas::SurfacePayload& surface, std::size_t phase
   out.triangles.reserve(surface.triangles.size());
   for (const auto& corners : surface.triangles) {
     Triangle triangle;
-    triangle.vertices = corners;
     for (std::size_t c = 0; c < 3; ++c) triangle.corners[c] = positions[corners[c]].cast<double>();
     triangle.middle = (triangle.corners[0] + triangle.corners[1] + triangle.corners[2]) / 3;
     for (const Vec3& corner : triangle.corners) {
@@ -169,22 +167,42 @@ TrueSurface true_surface(const phantom::DrawnTruth::Frame& frame, Structure stru
   return out;
 }
 
-DrawnErrors drawn_errors(const atlas::SurfacePayload& surface, const Affine& workspace_from_lps,
-                         int p, const TrueSurface& truth, double true_ml) {
-  const auto phase = static_cast<std::size_t>(p);
-  const TriangleSet triangles = triangles_of(surface, phase);
-  std::vector<Weighted> to_truth(surface.positions[phase].size(), {0, 0});
-  for (const Triangle& triangle : triangles.triangles) {
-    const double third = triangle.area_normal().norm() / 3;
-    for (const std::uint32_t vertex : triangle.vertices) to_truth[vertex].weight += third;
+std::vector<VertexError> vertex_errors(const atlas::SurfacePayload& surface,
+                                       const Affine& workspace_from_lps, int p,
+                                       const TrueSurface& truth) {
+  const std::vector<Vec3f>& positions = surface.positions[static_cast<std::size_t>(p)];
+  std::vector<VertexError> out(positions.size());
+  for (const auto& corners : surface.triangles) {
+    const Vec3 a = positions[corners[0]].cast<double>();
+    const Vec3 area_normal =
+        0.5 *
+        (positions[corners[1]].cast<double>() - a).cross(positions[corners[2]].cast<double>() - a);
+    for (const std::uint32_t vertex : corners) {
+      out[vertex].normal += area_normal;
+      out[vertex].area_mm2 += area_normal.norm() / 3;
+    }
   }
   const Affine lps_from_workspace = workspace_from_lps.inverse();
-  parallel_for(to_truth.size(), [&](std::size_t v) {
-    const std::optional<double> distance =
-        truth.distance_mm(lps_from_workspace * surface.positions[phase][v].cast<double>());
-    to_truth[v] = distance ? Weighted{*distance, to_truth[v].weight} : Weighted{0, 0};
+  parallel_for(out.size(), [&](std::size_t v) {
+    VertexError& vertex = out[v];
+    vertex.place = positions[v].cast<double>();
+    vertex.normal.normalize();
+    const std::optional<double> off = truth.distance_mm(lps_from_workspace * vertex.place);
+    vertex.off_mm = off.value_or(0);
+    if (!off) vertex.area_mm2 = 0;
   });
-  std::erase_if(to_truth, [](const Weighted& each) { return each.weight == 0; });
+  std::erase_if(out, [](const VertexError& vertex) { return vertex.area_mm2 == 0; });
+  return out;
+}
+
+DrawnErrors drawn_errors(const atlas::SurfacePayload& surface, const Affine& workspace_from_lps,
+                         int p, const TrueSurface& truth, const std::vector<VertexError>& vertices,
+                         double true_ml) {
+  const auto phase = static_cast<std::size_t>(p);
+  const TriangleSet triangles = triangles_of(surface, phase);
+  std::vector<Weighted> to_truth;
+  to_truth.reserve(vertices.size());
+  for (const VertexError& vertex : vertices) to_truth.push_back({vertex.off_mm, vertex.area_mm2});
   std::vector<Weighted> to_package(truth.points.size(), {0, 0});
   parallel_for(to_package.size(), [&](std::size_t n) {
     const TrueSurface::Point& point = truth.points[n];

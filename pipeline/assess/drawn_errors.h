@@ -39,11 +39,17 @@ struct TrueSurface {
 [[nodiscard]] TrueSurface true_surface(const phantom::DrawnTruth::Frame& frame, Structure structure,
                                        double spacing_mm, const Grid& seen);
 
+/// Of the vertices that the truth tells a distance of, in their order; see DrawnErrors.
+[[nodiscard]] std::vector<VertexError> vertex_errors(const atlas::SurfacePayload& surface,
+                                                     const Affine& workspace_from_lps, int p,
+                                                     const TrueSurface& truth);
+
 /// One phase: vertices of the surface to the truth, each with a third of its triangles, and points
 /// of the truth to the triangles, with the sign of the nearest triangle's side.
-/// @param true_ml of the whole structure
+/// @param vertices see vertex_errors  @param true_ml of the whole structure
 [[nodiscard]] DrawnErrors drawn_errors(const atlas::SurfacePayload& surface,
                                        const Affine& workspace_from_lps, int p,
-                                       const TrueSurface& truth, double true_ml);
+                                       const TrueSurface& truth,
+                                       const std::vector<VertexError>& vertices, double true_ml);
 
 }  // namespace beatlas::assess

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "runtime/atlas/structures.h"
+#include "runtime/base/geometry.h"
 
 namespace beatlas::assess {
 
@@ -144,6 +145,14 @@ struct DrawnErrors {
   double hausdorff_mm = 0;
   double bias_mm = 0;  ///< signed mean, + where the package is larger
   int points = 0;      ///< of both ways; 0: the truth has no such part
+};
+
+/// A vertex of a surface in one phase. Workspace [mm].
+struct VertexError {
+  Vec3 place = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();  ///< outward, of its triangles by their areas
+  double area_mm2 = 0;         ///< a third of its triangles
+  double off_mm = 0;           ///< from the true surface, + outside
 };
 
 /// Wall thickness of the LV in one phase: package minus truth along the same rays.

@@ -51,7 +51,9 @@ nlohmann::json drawn_to_json(const DrawnStructure& drawn) {
     phases.push_back(figures_to_json(kDrawnFigures, errors));
     phases.back()["points"] = errors.points;
   }
-  return {{"name", std::string(structure_name(drawn.structure))}, {"phases", phases}};
+  nlohmann::json out{{"name", std::string(structure_name(drawn.structure))}, {"phases", phases}};
+  if (drawn.band_percent) out["band_percent"] = *drawn.band_percent;
+  return out;
 }
 
 nlohmann::json force_to_json(const FeltErrors& force) {

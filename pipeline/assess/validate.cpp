@@ -10,6 +10,7 @@
 #include "pipeline/assess/drawn_errors.h"
 #include "pipeline/assess/force_error.h"
 #include "pipeline/assess/same_phantom.h"
+#include "runtime/atlas/surface_band.h"
 #include "runtime/base/error.h"
 #include "runtime/field/field_query.h"
 
@@ -105,17 +106,37 @@ StructureErrors structure_errors(const Candidate& candidate, const Queries& quer
 
 DrawnStructure drawn_structure(const Candidate& candidate, const atlas::SurfacePayload& surface,
                                const phantom::Phantom& truth, const ValidateOptions& options) {
-  DrawnStructure out{surface.structure, {}};
+  DrawnStructure out{surface.structure, {}, {}, {}};
   if (!truth.frame(0)->has(surface.structure)) return out;
   for (int p = 0; p < static_cast<int>(surface.positions.size()); ++p) {
     const auto phases = static_cast<int>(surface.positions.size());
     const double true_ml =
         truth.volume_ml(surface.structure, truth.spec().rr_interval_s * p / phases);
-    out.phases.push_back(
-        drawn_errors(surface, candidate.manifest.workspace_from_lps, p,
-                     true_surface(truth, surface.structure, p, phases, options.compare), true_ml));
+    const TrueSurface there = true_surface(truth, surface.structure, p, phases, options.compare);
+    const Affine& workspace_from_lps = candidate.manifest.workspace_from_lps;
+    out.phases.push_back(drawn_errors(surface, workspace_from_lps, p, there,
+                                      vertex_errors(surface, workspace_from_lps, p, there),
+                                      true_ml));
   }
   return out;
+}
+
+/// [%] See DrawnStructure.
+std::optional<double> band_percent(const atlas::BandQuery& band,
+                                   const std::map<int, std::vector<VertexError>>& vertices,
+                                   int phases) {
+  double within = 0;
+  double all = 0;
+  for (const auto& [phase, of_phase] : vertices) {
+    for (const VertexError& vertex : of_phase) {
+      all += vertex.area_mm2;
+      const double most_mm =
+          band.half_width_mm(vertex.place, vertex.normal, static_cast<double>(phase) / phases);
+      if (std::abs(vertex.off_mm) <= most_mm) within += vertex.area_mm2;
+    }
+  }
+  if (all <= 0) return std::nullopt;
+  return 100 * within / all;
 }
 
 FeltErrors felt_errors(const std::shared_ptr<const field::FieldQuery>& query,
@@ -312,7 +333,7 @@ ValidationReport validate(const Candidate& candidate, const phantom::DrawnTruth&
                     " has another number of phases than its images; build the package again");
     }
     surfaces.push_back(surface.get());
-    report.drawn.push_back({surface->structure, {}});
+    report.drawn.push_back({surface->structure, {}, {}, {}});
   }
   if (surfaces.empty()) throw_invalid("the package holds no surface that could be compared");
   for (int p = 0; p < truth.phases(); ++p) {
@@ -323,9 +344,19 @@ ValidationReport validate(const Candidate& candidate, const phantom::DrawnTruth&
       const Structure structure = surfaces[n]->structure;
       const double true_ml = truth.volume_ml(structure, p);
       if (!(true_ml > 0)) continue;
+      const TrueSurface there = true_surface(frame, structure, spacing_mm, seen);
+      std::vector<VertexError> vertices =
+          vertex_errors(*surfaces[n], manifest.workspace_from_lps, p, there);
       report.drawn[n].phases.push_back(
-          drawn_errors(*surfaces[n], manifest.workspace_from_lps, p,
-                       true_surface(frame, structure, spacing_mm, seen), true_ml));
+          drawn_errors(*surfaces[n], manifest.workspace_from_lps, p, there, vertices, true_ml));
+      if (p == manifest.end_diastole || p == manifest.end_systole) {
+        report.drawn[n].vertices.emplace(p, std::move(vertices));
+      }
+    }
+  }
+  for (DrawnStructure& drawn : report.drawn) {
+    if (const auto band = atlas::band_query(manifest, drawn.structure)) {
+      drawn.band_percent = band_percent(*band, drawn.vertices, truth.phases());
     }
   }
   judge(options.limits, report);

@@ -2,6 +2,7 @@
 /// A package against the closed-form truth of the phantom it was made from: what a user of the
 /// package would feel, so its field is asked as the runtime asks it.
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -56,6 +57,11 @@ struct StructureErrors {
 struct DrawnStructure {
   Structure structure{};
   std::vector<DrawnErrors> phases;  ///< empty: the truth has no such part
+  /// At end-diastole and end-systole, by the phase; only of a drawn exam's truth.
+  std::map<int, std::vector<VertexError>> vertices;
+  /// [%] Of the area of `vertices`, what lies within its band (atlas::BandQuery), of which 90
+  /// should; none where the package tells no band.
+  std::optional<double> band_percent;
 };
 
 struct FeltErrors {
@@ -109,7 +115,7 @@ void hold_to(const PromiseSet& promises, ValidationReport& report);
 /// {figures of kThicknessFigures, "points", "missing"}}], "motion"?: {figures of kMotionFigures,
 /// "points"}, "map"?: {figures of kMapFigures and kSegmentFigures, "points", "missing", "named"},
 /// "ejection_fraction_error"?}], "drawn": [{"name", "phases": [{figures of kDrawnFigures,
-/// "points"}]}],
+/// "points"}], "band_percent"?}],
 /// "force"?: {"structure", "stiffness_n_per_m", figures of kForceFigures, "ticks", ...}, "held_to",
 /// "passed", "failures"}. See schemas/validate.schema.json.
 [[nodiscard]] nlohmann::json report_to_json(const ValidationReport& report);

@@ -1,5 +1,6 @@
 #include "pipeline/build/facts.h"
 
+#include "pipeline/build/surface_bands.h"
 #include "pipeline/core/segmented_volume.h"
 
 namespace beatlas::build {
@@ -18,6 +19,7 @@ void take_segmentation(const Segmentation& found, Facts& facts) {
   facts.end_systole = found.end_systole;
   facts.warnings = found.warnings;
   facts.axis = found.axis;
+  facts.bands = surface_bands(found);
   facts.volumes.clear();
   for (const Structure structure : kAllStructures) {
     if (found.coverage.phases.count(structure) == 0) {

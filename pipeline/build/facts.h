@@ -13,6 +13,7 @@
 #include "pipeline/core/shapes.h"
 #include "pipeline/report/curves.h"
 #include "pipeline/study/stage.h"
+#include "runtime/atlas/manifest.h"
 
 namespace beatlas::build {
 
@@ -32,7 +33,8 @@ struct Facts {
   std::vector<double> frame_times_s;
   int end_diastole = 0;
   int end_systole = 0;
-  std::vector<report::VolumeCurve> volumes;  ///< of the segmentation, in order of structure
+  std::vector<report::VolumeCurve> volumes;       ///< of the segmentation, in order of structure
+  std::map<Structure, atlas::SurfaceBand> bands;  ///< of surfaces, see surface_bands.h
   std::optional<Affine> workspace_from_lps;
   std::optional<LongAxis> axis;  ///< the LV's; with a study that of its file counts
 };

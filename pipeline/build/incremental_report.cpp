@@ -8,6 +8,7 @@
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/build/report_facts.h"
 #include "pipeline/build/study_status.h"
+#include "pipeline/build/surface_bands.h"
 #include "pipeline/build/version.h"
 #include "pipeline/report/report_data.h"
 #include "pipeline/study/files.h"
@@ -136,6 +137,7 @@ void IncrementalBuild::gather_labels(report::ReportInput& input) {
   if (segmentation_) {
     input.segmentation = &*segmentation_;
     input.uncertainty = segmentation_->uncertainty;
+    input.known = known_surfaces(*segmentation_);
   }
   input.drawn_seeds = orders_.seeds.size();
   if (!orders_.labels) return;

@@ -10,6 +10,7 @@
 #include "pipeline/build/version.h"
 #include "pipeline/mesh/levels.h"
 #include "pipeline/mesh/nested.h"
+#include "pipeline/report/prediction_intervals.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
 
@@ -68,6 +69,17 @@ std::optional<SurfaceMap> map_made(Structure structure, const MadeOfExam& made) 
     return map.structure == structure;
   });
   return found == made.maps.end() ? std::nullopt : std::optional(*found);
+}
+
+/// The band of a structure, if it is known.
+std::optional<atlas::SurfaceBand> band_of(Structure structure, const Facts& facts) {
+  const auto segmented = facts.stages.find(Stage::Segment);
+  const auto band = facts.bands.find(structure);
+  if (segmented == facts.stages.end() || band == facts.bands.end() ||
+      !report::is_fitted_to(segmented->second.options)) {
+    return std::nullopt;
+  }
+  return band->second;
 }
 
 /// Surfaces of the scene in its levels of detail, with their maps and errors.
@@ -178,7 +190,8 @@ pack::PackageContent package_content(const Scene& scene, const Recipe& recipe, c
   manifest.end_systole = facts.end_systole;
   for (const report::VolumeCurve& curve : facts.volumes) {
     if (is_beyond_base(curve.structure) && !plan.atria) continue;
-    manifest.structures.push_back({std::string(structure_name(curve.structure)), curve.volume_ml});
+    manifest.structures.push_back({std::string(structure_name(curve.structure)), curve.volume_ml,
+                                   band_of(curve.structure, facts)});
   }
   manifest.provenance = provenance(plan, recipe, facts, needed, quality);
   for (const FieldCycle& field : made.fields) {

@@ -29,6 +29,7 @@ struct ValidateArguments {
   std::string recipe;
   std::string force_structure;  // empty: the heart
   std::string promises;         // empty: not said
+  std::string vertices;         // empty: not asked
   assess::Limits limits;        // said on the command line
 };
 
@@ -101,13 +102,20 @@ Outcome against_truth(const ValidateArguments& arguments, StageContext& context)
     options.demand_force = true;
   }
   const Truth truth = read_truth(arguments.truth);
-  if (std::holds_alternative<phantom::DrawnTruth>(truth)) refuse_what_a_draw_lacks(arguments);
+  if (std::holds_alternative<phantom::DrawnTruth>(truth)) {
+    refuse_what_a_draw_lacks(arguments);
+  } else if (!arguments.vertices.empty()) {
+    throw_invalid("--vertices needs the truth of a drawn exam, and this is none: leave it out");
+  }
   options.promises = promises_of(arguments, options.limits, truth);
   atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
   const assess::Candidate package =
       assess::candidate_of(atlas::Atlas::open(arguments.package, needs));
   const assess::ValidationReport report = std::visit(
       [&](const auto& of) { return assess::validate(package, of, options, context); }, truth);
+  if (!arguments.vertices.empty()) {
+    study::write_text(arguments.vertices, vertices_to_csv(report));
+  }
   return {arguments.common.json ? assess::report_to_json(report).dump(2) + "\n"
                                 : validation_to_text(report),
           report.passed};
@@ -196,6 +204,12 @@ void add_validate(CLI::App& app, Run& run) {
       ->add_option("--force-structure", arguments->force_structure,
                    "Structure whose force is compared; heart if not said")
       ->check(CLI::IsMember(structure_names()))
+      ->needs("--truth");
+  command
+      ->add_option("--vertices", arguments->vertices,
+                   "Write how far each vertex lies off, at end-diastole and end-systole; of a "
+                   "drawn exam's truth")
+      ->type_name("FILE.csv")
       ->needs("--truth");
   add_promises(*command, arguments->promises);
   add_limits(*command, arguments->limits);

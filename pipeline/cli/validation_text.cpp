@@ -69,6 +69,13 @@ std::string drawn_alone(const assess::ValidationReport& report) {
         worst(entry.phases, &DrawnErrors::volume_error_ml),
         worst(entry.phases, &DrawnErrors::volume_error_percent));
   }
+  for (const assess::DrawnStructure& entry : report.drawn) {
+    if (!entry.band_percent) continue;
+    text += line(
+        "%s: %.0f %% of the surface lies as near the true one as its band tells (90 %% are "
+        "meant)\n",
+        structure_name(entry.structure).data(), *entry.band_percent);
+  }
   return text;
 }
 
@@ -170,6 +177,22 @@ std::string validation_to_text(const assess::ValidationReport& report) {
                  assess::kPromiseMargin, promises->made_from.data(), promises->name.data());
   }
   return text + (report.passed ? "passed\n" : "not passed\n");
+}
+
+std::string vertices_to_csv(const assess::ValidationReport& report) {
+  std::string text = "structure,phase,x_mm,y_mm,z_mm,nx,ny,nz,area_mm2,off_mm\n";
+  for (const assess::DrawnStructure& drawn : report.drawn) {
+    const std::string name(structure_name(drawn.structure));
+    for (const auto& [phase, vertices] : drawn.vertices) {
+      for (const assess::VertexError& vertex : vertices) {
+        const auto& [place, normal, area_mm2, off_mm] = vertex;
+        text +=
+            line("%s,%d,%.3f,%.3f,%.3f,%.4f,%.4f,%.4f,%.3f,%.4f\n", name.c_str(), phase, place.x(),
+                 place.y(), place.z(), normal.x(), normal.y(), normal.z(), area_mm2, off_mm);
+      }
+    }
+  }
+  return text;
 }
 
 }  // namespace beatlas::cli

@@ -93,6 +93,13 @@ void put_ventricle(const Segmentation& segmentation, Structure structure,
 
 }  // namespace
 
+bool is_fitted_to(const nlohmann::json& options) {
+  const auto is = [&](const char* option, const char* value) {
+    return options.contains(option) && options[option] == value;
+  };
+  return is("prior", kIntervalsModel) && is("papillary", "cavity");
+}
+
 PredictionIntervals prediction_intervals(const Segmentation& segmentation,
                                          const HeartFigures& figures) {
   PredictionIntervals out;

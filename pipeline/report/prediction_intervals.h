@@ -4,21 +4,27 @@
 #include <map>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "pipeline/core/shapes.h"
 #include "pipeline/report/heart_figures.h"
 
 namespace beatlas::report {
+
+/// SHA-256 of the model (an ONNX file) that found the labels that intervals were fitted to, with
+/// papillary muscles as cavity: of others they are not known.
+inline constexpr auto kIntervalsModel =
+    "68a409f6adf0b63d40f3444d7ac4a8c19340c1f0dfcc1c8eef4f90bd63f1cac9";
+
+/// Whether labels grew as those did that intervals, and bands of surfaces, were fitted to.
+/// @param options of the stage segment, as a study records them
+[[nodiscard]] bool is_fitted_to(const nlohmann::json& options);
 
 /// In the unit of its figure.
 struct PredictionInterval {
   double low = 0;
   double high = 0;
 };
-
-/// SHA-256 of the model (an ONNX file) that found the labels that intervals were fitted to, with
-/// papillary muscles as cavity: of others they are not known.
-inline constexpr auto kIntervalsModel =
-    "68a409f6adf0b63d40f3444d7ac4a8c19340c1f0dfcc1c8eef4f90bd63f1cac9";
 
 /// By the figure's key in report.json.
 using PredictionIntervals = std::map<std::string, PredictionInterval>;

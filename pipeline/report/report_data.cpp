@@ -59,17 +59,25 @@ bool drawn(const ReportInput& input, int phase) {
          });
 }
 
-/// Of a study whose labels grew as those did that intervals were fitted to.
-PredictionIntervals intervals_of(const ReportInput& input, const HeartFigures& figures) {
-  const bool fitted =
-      std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
-        const auto is = [&](const char* option, const char* value) {
-          return stage.options.contains(option) && stage.options[option] == value;
-        };
-        return stage.name == "segment" && is("prior", kIntervalsModel) && is("papillary", "cavity");
-      });
-  if (!input.is_study || !fitted) return {};
-  return prediction_intervals(*input.segmentation, figures);
+/// Whether it is of a study whose labels grew as those did that intervals and bands were fitted to.
+bool is_fitted(const ReportInput& input) {
+  return input.is_study &&
+         std::any_of(input.stages.begin(), input.stages.end(), [](const ReportStage& stage) {
+           return stage.name == "segment" && is_fitted_to(stage.options);
+         });
+}
+
+json known_to_json(const std::vector<KnownSurface>& known) {
+  json out = json::object();
+  for (const KnownSurface& surface : known) {
+    out[std::string(structure_name(surface.structure))] = {
+        {"in_slices_mm", rounded(surface.in_slices_mm, 10)},
+        {"worst_slice", surface.worst_slice},
+        {"worst_slice_mm", rounded(surface.worst_slice_mm, 10)},
+        {"at_base_mm", rounded(surface.at_base_mm, 10)},
+        {"at_apex_mm", rounded(surface.at_apex_mm, 10)}};
+  }
+  return out;
 }
 
 std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Place>& places) {
@@ -379,6 +387,7 @@ json report_summary(const ReportInput& input) {
            {"reasons", reasons},
            {"figures", figures_to_json({}, input.exam->stack.rr_interval_s)},
            {"intervals_90", json::object()},
+           {"surfaces_90", json::object()},
            {"volumes_ml", json::object()},
            {"rr_interval_s", input.exam->stack.rr_interval_s},
            {"phases", input.exam->stack.phase_count()},
@@ -395,8 +404,11 @@ json report_summary(const ReportInput& input) {
     const std::vector<VolumeCurve> volumes = volumes_of(input);
     const HeartFigures figures = heart_figures(volumes);
     out["figures"] = figures_to_json(figures, input.exam->stack.rr_interval_s);
-    for (const auto& [key, interval] : intervals_of(input, figures)) {
-      out["intervals_90"][key] = {rounded(interval.low, 10), rounded(interval.high, 10)};
+    if (is_fitted(input)) {
+      for (const auto& [key, interval] : prediction_intervals(*input.segmentation, figures)) {
+        out["intervals_90"][key] = {rounded(interval.low, 10), rounded(interval.high, 10)};
+      }
+      out["surfaces_90"] = known_to_json(input.known);
     }
     out["volumes_ml"] = curves_to_json(volumes);
     out["end_diastole"] = input.segmentation->end_diastole;

@@ -50,6 +50,16 @@ struct ReportStage {
   std::optional<double> wall_s;       ///< if it ran just now
 };
 
+/// How near the true surface of a structure lies at end-diastole, with 90 %.
+struct KnownSurface {
+  Structure structure{};
+  double in_slices_mm = 0;  ///< median over the slices that it is labelled in, within their planes
+  int worst_slice = 0;
+  double worst_slice_mm = 0;
+  double at_base_mm = 0;  ///< where it lies flat in the slices: at its last one toward the base
+  double at_apex_mm = 0;  ///< the same toward the apex
+};
+
 /// What is there of a study, or of a package without one; all but the exam may be missing.
 struct ReportInput {
   bool is_study = true;    ///< that can be corrected and built again
@@ -58,6 +68,7 @@ struct ReportInput {
   const Segmentation* segmentation = nullptr;
   std::vector<VolumeCurve> volumes;  ///< of a package without its study; else the segmentation's
   BoundaryUncertainty uncertainty;
+  std::vector<KnownSurface> known;  ///< told of labels that grew as is_fitted_to asks
   std::vector<SurfaceCycle> surfaces;
   std::vector<SurfaceFigures> surface_figures;
   std::optional<Affine> workspace_from_lps;

@@ -48,9 +48,6 @@ void read_cuts(const json& list, const std::string& path, int phases, Segmentati
   }
 }
 
-/// To a tenth: nothing that is made of it depends on less.
-double rounded_mm2(double area) { return std::round(area * 10) / 10; }
-
 json alarms_to_json(const std::vector<LeakAlarm>& alarms) {
   json out = json::array();
   for (const LeakAlarm& alarm : alarms) {
@@ -140,9 +137,9 @@ json belief_to_json(const Belief& belief) {
     for (const std::vector<SliceBelief>& slices : phases) {
       std::array<json, 3> areas{json::array(), json::array(), json::array()};
       for (const SliceBelief& slice : slices) {
-        areas[0].push_back(rounded_mm2(slice.labelled_mm2));
-        areas[1].push_back(rounded_mm2(slice.expected_mm2));
-        areas[2].push_back(rounded_mm2(slice.agreed_mm2));
+        areas[0].push_back(slice.labelled_mm2);
+        areas[1].push_back(slice.expected_mm2);
+        areas[2].push_back(slice.agreed_mm2);
       }
       entry["labelled_mm2"].push_back(areas[0]);
       entry["expected_mm2"].push_back(areas[1]);
@@ -152,6 +149,8 @@ json belief_to_json(const Belief& belief) {
   }
   return out;
 }
+
+constexpr double kMostAreaMm2 = 1e6;  ///< a square metre
 
 /// The same back. @throws Error{InvalidInput} naming the entry
 void read_belief(const json& list, const std::string& path, int phases, int slices, Belief& out) {
@@ -174,7 +173,12 @@ void read_belief(const json& list, const std::string& path, int phases, int slic
         if (of_slices.size() != belief[p].size()) {
           throw_invalid(phase + " must have a number for each slice");
         }
-        for (std::size_t k = 0; k < of_slices.size(); ++k) belief[p][k].*area = of_slices[k];
+        for (std::size_t k = 0; k < of_slices.size(); ++k) {
+          if (!(of_slices[k] >= 0 && of_slices[k] <= kMostAreaMm2)) {
+            throw_invalid(phase + "/" + std::to_string(k) + " must be a number from 0 to 1e6");
+          }
+          belief[p][k].*area = of_slices[k];
+        }
       }
     };
     read("labelled_mm2", &SliceBelief::labelled_mm2);

@@ -1,5 +1,6 @@
 #include "runtime/app/probe.h"
 
+#include <algorithm>
 #include <array>
 #include <istream>
 #include <ostream>
@@ -15,14 +16,15 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kColumns{"distance_mm",   "nx",   "ny",   "nz",
                                                    "velocity_mm_s", "fx_n", "fy_n", "fz_n"};
+constexpr std::array<std::string_view, 2> kBandColumns{"band_mm", "band_n"};
 
 void check_header(const device::CsvTable& table, const std::string& name) {
   for (const std::string& column : table.columns) {
-    for (std::string_view added : kColumns) {
-      if (column == added) {
-        throw_invalid(name + ", line 1: column " + column +
-                      " is one that probe adds; rename or remove it");
-      }
+    const auto is_added = [&](std::string_view added) { return column == added; };
+    if (std::any_of(kColumns.begin(), kColumns.end(), is_added) ||
+        std::any_of(kBandColumns.begin(), kBandColumns.end(), is_added)) {
+      throw_invalid(name + ", line 1: column " + column +
+                    " is one that probe adds; rename or remove it");
     }
   }
 }
@@ -36,6 +38,9 @@ void probe(const field::FieldQuery& field, const ProbeOptions& options, std::ist
   const Affine lps_from_workspace = options.workspace_from_lps.inverse(Eigen::Isometry);
   std::string text = table.header;
   for (std::string_view column : kColumns) text.append(",").append(column);
+  if (options.band) {
+    for (std::string_view column : kBandColumns) text.append(",").append(column);
+  }
   text += '\n';
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     const std::vector<double>& row = table.rows[r];
@@ -43,6 +48,8 @@ void probe(const field::FieldQuery& field, const ProbeOptions& options, std::ist
     if (options.lps) x = options.workspace_from_lps * x;
     const field::FieldSample sample = field.sample(x, row[3]);
     Vec3 n = field.normal(sample, x);
+    const double share_of_cycle = row[3] / field.rr_interval_s();
+    const double band_mm = options.band ? options.band->half_width_mm(x, n, share_of_cycle) : 0;
     if (options.lps) n = lps_from_workspace.linear() * n;
     const Vec3 force = haptics::contact_force_n(options.stiffness_n_per_m, sample.distance_mm, n);
     text += table.lines[r];
@@ -51,6 +58,12 @@ void probe(const field::FieldQuery& field, const ProbeOptions& options, std::ist
           force[0], force[1], force[2]}) {
       text += ',';
       append_number(text, value);
+    }
+    if (options.band) {
+      for (double value : {band_mm, options.stiffness_n_per_m * 1e-3 * band_mm}) {
+        text += ',';
+        append_number(text, value);
+      }
     }
     text += '\n';
   }

@@ -19,7 +19,7 @@ namespace beatlas::app {
 
 CLI::App* add_probe(CLI::App& app, ProbeArguments& arguments) {
   CLI::App& probe = *app.add_subcommand(
-      "probe", "distance, normal, velocity and force at points and times of a CSV");
+      "probe", "distance, normal, velocity and force at points and times of a CSV, how well known");
   probe.add_option("PACKAGE", arguments.package, "a .beatlas file")->required();
   probe
       .add_option("--points", arguments.points,
@@ -54,7 +54,8 @@ void run_probe(const ProbeArguments& arguments, std::istream& in, std::ostream& 
   const field::FieldQuery field(atlas.field(*structure), manifest.rr_interval_s);
   const ProbeOptions options{.stiffness_n_per_m = manifest.stiffness_n_per_m,
                              .lps = arguments.frame == "lps",
-                             .workspace_from_lps = manifest.workspace_from_lps};
+                             .workspace_from_lps = manifest.workspace_from_lps,
+                             .band = atlas::band_query(manifest, *structure)};
   std::ostringstream text;
   if (arguments.points == "-") {
     probe(field, options, in, "standard input", text);

@@ -52,21 +52,25 @@ const json& required_array(JsonObject& object, const std::string& key, std::size
   return array;
 }
 
-std::vector<double> required_numbers(JsonObject& object, const std::string& key, std::size_t low,
-                                     std::size_t high, double least, double most) {
-  const json& array = required_array(object, key, low, high);
+/// @param path of the list
+std::vector<double> numbers_in(const json& array, const std::string& path, double least,
+                               double most) {
   std::vector<double> values;
   values.reserve(array.size());
   for (const json& entry : array) {
     const double value = entry.is_number() ? entry.get<double>() : std::nan("");
     if (!(value >= least && value <= most)) {
-      throw_invalid(object.path() + "/" + key + "/" + std::to_string(values.size()) +
-                    " must be a number from " + std::to_string(least) + " to " +
-                    std::to_string(most));
+      throw_invalid(path + "/" + std::to_string(values.size()) + " must be a number from " +
+                    std::to_string(least) + " to " + std::to_string(most));
     }
     values.push_back(value);
   }
   return values;
+}
+
+std::vector<double> required_numbers(JsonObject& object, const std::string& key, std::size_t low,
+                                     std::size_t high, double least, double most) {
+  return numbers_in(required_array(object, key, low, high), object.path() + "/" + key, least, most);
 }
 
 json affine_to_json(const Affine& affine) {
@@ -98,14 +102,47 @@ void require_at(bool ok, const std::string& path, const std::string& what) {
   if (!ok) throw_invalid(path + " " + what);
 }
 
-StructureEntry structure_from_json(const json& entry, const std::string& path, int format_version) {
+constexpr double kMostBandMm = 1000;
+
+/// [phase][slice]
+std::vector<std::vector<double>> band_table(JsonObject& object, const std::string& key,
+                                            std::size_t phases, std::size_t slices) {
+  std::vector<std::vector<double>> out;
+  for (const json& phase : required_array(object, key, phases, phases)) {
+    const std::string path = object.path() + "/" + key + "/" + std::to_string(out.size());
+    require_at(phase.is_array() && phase.size() == slices, path,
+               "must be a list of as many entries as the source has slices");
+    out.push_back(numbers_in(phase, path, 0, kMostBandMm));
+  }
+  return out;
+}
+
+SurfaceBand band_from_json(const json& entry, const std::string& path, std::size_t phases,
+                           std::size_t slices) {
+  require_at(slices > 0, path, "must not be there, for the source has no slices");
+  JsonObject object(entry, path);
+  SurfaceBand band;
+  band.across_mm = band_table(object, "across_mm", phases, slices);
+  band.along_mm = band_table(object, "along_mm", phases, slices);
+  object.finish();
+  return band;
+}
+
+/// @param manifest as far as its source
+StructureEntry structure_from_json(const json& entry, const std::string& path,
+                                   const Manifest& manifest) {
   JsonObject object(entry, path);
   StructureEntry structure;
   structure.name = required_text(object, "name");
   const auto known = structure_from_name(structure.name);
-  require_at(known && (format_version >= 5 || !is_beyond_base(*known)), path + "/name",
+  require_at(known && (manifest.format_version >= 5 || !is_beyond_base(*known)), path + "/name",
              "is not a structure this format knows");
   structure.volume_ml = required_numbers(object, "volume_ml", 1, kMaxPhases, 0, 1e6);
+  if (object.has("band")) {
+    require_at(manifest.format_version >= 7, path + "/band", "is not of this format version");
+    structure.band = band_from_json(object.at("band"), path + "/band", structure.volume_ml.size(),
+                                    static_cast<std::size_t>(manifest.source_size[2]));
+  }
   object.finish();
   return structure;
 }
@@ -206,8 +243,7 @@ Manifest manifest_from_json(const json& document) {
   const json& structures = required_array(object, "structures", 1, kMaxStructures);
   for (std::size_t i = 0; i < structures.size(); ++i) {
     const std::string path = "/structures/" + std::to_string(i);
-    manifest.structures.push_back(
-        structure_from_json(structures[i], path, manifest.format_version));
+    manifest.structures.push_back(structure_from_json(structures[i], path, manifest));
     const StructureEntry& entry = manifest.structures.back();
     require_at(names.insert(entry.name).second, path + "/name", "must not be given twice");
     require_at(static_cast<int>(entry.volume_ml.size()) == manifest.phase_count(),
@@ -246,6 +282,9 @@ json manifest_to_json(const Manifest& manifest) {
   json structures = json::array();
   for (const StructureEntry& entry : manifest.structures) {
     structures.push_back({{"name", entry.name}, {"volume_ml", entry.volume_ml}});
+    if (!entry.band) continue;
+    structures.back()["band"] = {{"across_mm", entry.band->across_mm},
+                                 {"along_mm", entry.band->along_mm}};
   }
   json items = json::array();
   for (const Item& item : manifest.items) {

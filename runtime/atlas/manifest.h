@@ -2,6 +2,7 @@
 /// atlas.json, the first entry of every package: what is in it and where it came from.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,9 +14,10 @@
 
 namespace beatlas::atlas {
 
-inline constexpr int kFormatVersion = 6;
-/// Version 5 had no map of rv_blood. Version 4 had one level of surfaces and did not tell their
-/// edges. Version 3 had no surface maps, and a palpation scene of the heart's field alone.
+inline constexpr int kFormatVersion = 7;
+/// Version 6 had no bands of surfaces. Version 5 had no map of rv_blood. Version 4 had one level of
+/// surfaces and did not tell their edges. Version 3 had no surface maps, and a palpation scene of
+/// the heart's field alone.
 inline constexpr int kOldestFormatVersion = 3;
 
 inline constexpr std::string_view kManifestEntry = "atlas.json";
@@ -31,9 +33,17 @@ struct Item {
   int level = 0;  ///< of a surface, its motion and its map: index of surface_edges_mm
 };
 
+/// What is known of how far off a structure's surface may lie; see BandQuery for its use.
+struct SurfaceBand {
+  /// [phase][slice of the source] [mm] 0..1000: within slices, along an outline's normal.
+  std::vector<std::vector<double>> across_mm;
+  std::vector<std::vector<double>> along_mm;  ///< the same across slices, along their normal
+};
+
 struct StructureEntry {
-  std::string name;               ///< see structures.h
-  std::vector<double> volume_ml;  ///< enclosed volume of each phase, >= 0
+  std::string name;                      ///< see structures.h
+  std::vector<double> volume_ml;         ///< enclosed volume of each phase, >= 0
+  std::optional<SurfaceBand> band = {};  ///< none where it is not known, and before version 7
 };
 
 /// Ranges (checked on reading and on writing) are wide enough for any mammal and any scanner.

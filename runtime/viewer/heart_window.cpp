@@ -388,6 +388,9 @@ void HeartWindow::tell_values(const Felt& felt) {
     if (wall->tissue.alpha < 1) where += ", contracts less";
     where = " (" + where + ")";
   }
+  if (const auto known_mm = live_->touch().known_to_mm(felt)) {
+    where += QString(", surface known to %1 mm").arg(*known_mm, 0, 'f', 1);
+  }
   QString others;
   for (std::size_t n = 1; n < felt_.size(); ++n) {
     others += QString("   %1: %2 N").arg(n + 1).arg(press_row(felt_[n]).force_n, 0, 'f', 2);

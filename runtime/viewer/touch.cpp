@@ -79,6 +79,7 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
       wall_(std::move(wall)),
       valve_(std::move(valve)) {
   if (!field_) throw_invalid("there is no distance field to touch; open the atlas with it");
+  band_ = atlas::band_query(manifest, field_->payload().structure);
   if (settings_.stiffness_n_per_m <= 0) settings_.stiffness_n_per_m = manifest.stiffness_n_per_m;
   if (settings_.heart_rate_per_min <= 0) settings_.heart_rate_per_min = 60 / rr_interval_s_;
   end_diastole_ = static_cast<double>(manifest.end_diastole) / std::max(1, manifest.phase_count());
@@ -327,14 +328,21 @@ void Touch::set_constant(const std::string& name, double value) {
   wish(parameters);
 }
 
-std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
-  if (!muscle_ || within() || felt.servo.distance_mm >= 0) return std::nullopt;
-  // The surface over the tool.
+Vec3 Touch::surface_under(const Felt& felt) const {
   const auto& [x, y, z] = felt.servo.position_mm;
   const auto& [nx, ny, nz] = felt.servo.normal;
-  const Vec3 surface_mm =
-      Vec3(x, y, z) - (felt.servo.distance_mm + fingers_.front()->radius_mm) * Vec3(nx, ny, nz);
-  const palpation::WallPlace place = wall_->nearest(surface_mm, felt.servo.phase);
+  return Vec3(x, y, z) - (felt.servo.distance_mm + fingers_.front()->radius_mm) * Vec3(nx, ny, nz);
+}
+
+std::optional<double> Touch::known_to_mm(const Felt& felt) const {
+  if (!band_ || !felt.servo.touching) return std::nullopt;
+  const auto& [nx, ny, nz] = felt.servo.normal;
+  return band_->half_width_mm(surface_under(felt), Vec3(nx, ny, nz), felt.servo.phase);
+}
+
+std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
+  if (!muscle_ || within() || felt.servo.distance_mm >= 0) return std::nullopt;
+  const palpation::WallPlace place = wall_->nearest(surface_under(felt), felt.servo.phase);
   if (!muscle_->reaches(place, felt.servo.phase)) return std::nullopt;
   return TouchedWall{place.segment, muscle_->tissue().at(place)};
 }

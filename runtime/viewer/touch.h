@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "runtime/atlas/manifest.h"
+#include "runtime/atlas/surface_band.h"
 #include "runtime/field/field_query.h"
 #include "runtime/haptics/pericardial_field.h"
 #include "runtime/haptics/seqlock.h"
@@ -150,6 +151,9 @@ class Touch {
   [[nodiscard]] const TouchSettings& settings() const { return settings_; }
   /// None while the tool is outside, or in another part of the heart.
   [[nodiscard]] std::optional<TouchedWall> touched_wall(const Felt& felt) const;
+  /// [mm] How near the true surface lies to that under the tool, with 90 % (atlas::BandQuery); none
+  /// while nothing is touched, or where it is not known.
+  [[nodiscard]] std::optional<double> known_to_mm(const Felt& felt) const;
   /// What a picture shows of a tick.
   [[nodiscard]] ToolPicture tool_picture(const Felt& felt, std::size_t finger = 0) const;
   /// How the pressure of a tick is spread under the tool, columns along `right` (workspace); where
@@ -182,7 +186,11 @@ class Touch {
   void make_muscle();
   void wish(const palpation::PalpationParameters& parameters);
 
+  /// [mm] The place of the surface over the first finger's tool.
+  [[nodiscard]] Vec3 surface_under(const Felt& felt) const;
+
   std::shared_ptr<const field::FieldQuery> field_;
+  std::optional<atlas::BandQuery> band_;  ///< of what is touched
   TouchSettings settings_;
   double end_diastole_ = 0;  // phase
   double rr_interval_s_ = 1;

@@ -16,8 +16,10 @@ ENDS = ("ed", "es")
 FIGURES = [f"{name}_{end}" for end in ENDS for name in (*SHORT.values(), "heart")]
 VOLUMES = [f"{name}_{end}_ml{whose}" for end in ENDS for name in SHORT.values() for whose in ("", "_truth")]
 EXPECTED = [f"{name}_{end}_expected" for end in ENDS for name in SHORT.values()]
-# Of surfaces, over the phases: the mean distance, the mean of the 95th percentiles, the mean signed distance.
-SURFACES = [f"{name}_{what}" for name in (*SHORT.values(), "heart") for what in ("mm", "p95_mm", "bias_mm")]
+# Of surfaces, over the phases: the mean distance, the mean of the 95th percentiles, the mean signed distance; and the
+# share of them that lies within their bands.
+SURFACES = [f"{name}_{what}" for name in (*SHORT.values(), "heart")
+            for what in ("mm", "p95_mm", "bias_mm", "band_percent")]
 COLUMNS = ["seed", "outcome", *FIGURES, *EXPECTED, "ef", "ef_truth", *VOLUMES, *SURFACES, "surfaces_told",
            *intervals.COLUMNS, "reported", "reasons", "exit", "told", "seconds", "rendering", "plane", "slices",
            "distance_mm", "thickness_mm", "pixel_mm", "columns", "phases", "has_heart", "attempt", "in_view", "wall_mm",
@@ -132,6 +134,8 @@ def surface_errors(report):
         for figure, what in (("mean_mm", "mm"), ("p95_mm", "p95_mm"), ("bias_mm", "bias_mm")):
             if f"{name}_{what}" in SURFACES and entry["phases"]:
                 row[f"{name}_{what}"] = round(float(numpy.mean([phase[figure] for phase in entry["phases"]])), 3)
+        if f"{name}_band_percent" in SURFACES and "band_percent" in entry:
+            row[f"{name}_band_percent"] = round(entry["band_percent"], 1)
     return row
 
 
@@ -205,11 +209,11 @@ def summary(rows, gate):
             lines.append(f"  {figure:10s} {min(values):.3f} {numpy.median(values):.3f} {numpy.mean(values):.3f}")
     measured = [row for row in hearts if row.get("heart_mm") not in (None, "")]
     if measured:
-        lines.append(f"  surfaces of {len(measured)} [mm]: median, mean, most")
+        lines.append(f"  surfaces of {len(measured)} [mm], and [%] of them in their bands: median, mean, most")
         for figure in SURFACES:
             values = [float(row[figure]) for row in measured if row.get(figure) not in (None, "")]
             if values:
-                lines.append(f"  {figure:14s} {numpy.median(values):.2f} {numpy.mean(values):.2f} "
+                lines.append(f"  {figure:19s} {numpy.median(values):.2f} {numpy.mean(values):.2f} "
                              f"{max(values, key=abs):.2f}")
     lines.append("  expected Dice with the true one, r; quantile .05 of those whose Dice is good; how many of "
                  "the others lie below")

@@ -82,13 +82,16 @@ def case_of(row, key):
     return 100 * (1 - es[0] / ed[0]), 100 * (1 - es[1] / ed[1]), 100.0, more * percent, less * percent
 
 
-def _quantile_regression(features, values, tail):
-    """Numbers of 0 or more with which features, summed, exceed all but `tail` of the values (Koenker, Bassett 1978)."""
+def quantile_regression(features, values, tail, weights=1):
+    """Numbers of 0 or more with which features, summed, exceed all but `tail` of the values (Koenker, Bassett 1978). Solved
+    by its dual, which has a row for each feature instead of one for each value."""
     from scipy.optimize import linprog
-    count, width = features.shape
-    cost = numpy.r_[numpy.zeros(width), numpy.full(count, 1 - tail), numpy.full(count, tail)]
-    both = numpy.c_[features, numpy.eye(count), -numpy.eye(count)]
-    return linprog(cost, A_eq=both, b_eq=values, bounds=(0, None)).x[:width]
+    bounds = numpy.ones(len(values)) * weights
+    dual = linprog(-values, A_ub=features.T, b_ub=numpy.zeros(features.shape[1]),
+                   bounds=numpy.c_[-tail * bounds, (1 - tail) * bounds])
+    if dual.status != 0:
+        raise ValueError(f"the fit has no solution: {dual.message}")
+    return numpy.maximum(0, -dual.ineqlin.marginals)
 
 
 def margins(rows, key):
@@ -97,8 +100,8 @@ def margins(rows, key):
     if len(cases) < LEAST_DRAWS:
         raise ValueError(f"{key} is known of {len(cases)} draws; a twentieth of them are too few to fit to")
     figure, truth, scale, more, less = cases.T
-    below = _quantile_regression(numpy.c_[scale, less, more], figure - truth, TAIL)
-    above = _quantile_regression(numpy.c_[scale, more, less], truth - figure, TAIL)
+    below = quantile_regression(numpy.c_[scale, less, more], figure - truth, TAIL)
+    above = quantile_regression(numpy.c_[scale, more, less], truth - figure, TAIL)
     return below, above
 
 

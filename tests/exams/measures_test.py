@@ -10,6 +10,7 @@ import numpy
 
 SOURCE = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(SOURCE / "scripts" / "exams"))
+import bands  # noqa: E402
 import draws  # noqa: E402
 import gates  # noqa: E402
 import intervals  # noqa: E402
@@ -170,17 +171,60 @@ def what_a_gate_says():
 def surfaces_of_a_draw_over_its_phases():
     def entry(name, *phases):
         return {"name": name, "phases": [{"mean_mm": a, "p95_mm": 3 * a, "bias_mm": b} for a, b in phases]}
-    row = draws.surface_errors({"drawn": [entry("lv_blood", (1, -1), (2, 0)), entry("heart", (0.5, 0.25)),
+    row = draws.surface_errors({"drawn": [entry("lv_blood", (1, -1), (2, 0)),
+                                          {**entry("heart", (0.5, 0.25)), "band_percent": 91.25},
                                           entry("la_blood", (9, 9)), entry("rv_blood")]})
     assert row == {"lv_mm": 1.5, "lv_p95_mm": 4.5, "lv_bias_mm": -0.5, "heart_mm": 0.5, "heart_p95_mm": 1.5,
-                   "heart_bias_mm": 0.25}, row
+                   "heart_bias_mm": 0.25, "heart_band_percent": 91.2}, row
     assert set(row) <= set(draws.COLUMNS)
     found = {"seed": 1, "outcome": "found", "has_heart": "yes", "phases": 2, "rendering": "box", **row}
     said = draws.summary([found], 0.85)
     assert draws.beyond([found], ["lv=1.6", "heart=0.5"]) == []
     assert "lv lie 1.50 mm off" in draws.beyond([found], ["lv=1.4"])[0]
     assert draws.beyond([found], ["rv=9"]) == ["no surface of rv was compared"]
-    assert "surfaces of 1 [mm]" in said and "lv_bias_mm     -0.50" in said, said
+    assert "surfaces of 1 [mm]" in said and "lv_bias_mm          -0.50" in said, said
+
+
+def terms_of_a_band():
+    """Two labelled slices of four, 10 mm apart along z; the base lies at low indices."""
+    belief = numpy.array([[0, 100, 200, 0], [20, 90, 210, 0], [0, 80, 190, 0]], float)
+    doubt = [20 / (2 * numpy.sqrt(20 * numpy.pi)), 30 / (2 * numpy.sqrt(100 * numpy.pi)),
+             30 / (2 * numpy.sqrt(210 * numpy.pi)), 0]
+    along_z = numpy.array([0, 0, 0.1, 0])
+    slanted = [0.6, 0, -0.8]
+    places = numpy.array([[5, 5, 10], [5, 5, 10], [5, 5, 14], [5, 5, 99], [5, 5, -40]], float)
+    normals = numpy.array([[0, 1, 0], [0, 0, 1], slanted, slanted, slanted], float)
+    terms, zone = bands.terms_of(places, normals, belief, along_z, 10, -1)
+    wanted = [[1, doubt[1], 0, 0, 0], [0, 0, 0, 10, 0], [0.6, 0.6 * (0.6 * doubt[1] + 0.4 * doubt[2]), 0, 8 * 0.6, 8 * 0.4],
+              [0.6, 0.6 * doubt[3], 0, 0, 8], [0.6, 0.6 * doubt[0], 0, 8, 0]]
+    assert numpy.allclose(terms, wanted), terms
+    assert [bands.ZONES[n] for n in zone] == ["base", "base", "base", "apex", "base"], zone
+    turned, _ = bands.terms_of(places, normals, belief, along_z, 10, 1)
+    assert numpy.allclose(turned[:, [0, 1, 2, 4, 3]], terms), "base and apex change places"
+
+
+def bands_fitted_to_draws():
+    """Errors that are even up to twice the doubt within slices, and up to half of the slices' distance along them: nine
+    tenths lie below 1.8 and .45 of these."""
+    random = numpy.random.default_rng(2)
+    rows = []
+    for seed in range(60):
+        for _ in range(60):
+            sine, doubt = random.uniform(0, 1), random.uniform(0.5, 3)
+            cosine = numpy.sqrt(1 - sine ** 2)
+            most = 2 * sine * doubt if sine > 0.7 else 0.5 * 8 * cosine
+            row = dict.fromkeys(bands.COLUMNS, 0.0)
+            row.update({"seed": seed, "structure": "heart", "zone": "middle", "gap_mm": 8, "sin": sine if sine > 0.7 else 0,
+                        "sin x doubt": sine * doubt if sine > 0.7 else 0, "off_mm": random.uniform(-most, most),
+                        "cos x gap, middle": 0 if sine > 0.7 else 8 * cosine})
+            rows += [row] + [{**row, "structure": structure} for structure in bands.STRUCTURES[1:]]
+    vertices = bands.Vertices(rows)
+    numbers = bands.fitted(vertices, vertices.seed >= 0)["heart"]
+    near(numbers[1], 1.8, 0.15)
+    near(numbers[2], 0.45, 0.02)
+    assert (numbers >= 0).all()
+    for structure, zone, share, _, _ in bands.coverage(vertices, bands.left_out(vertices)):
+        near(share, 0.9, 0.02)
 
 
 def intervals_fitted_to_draws():
@@ -252,7 +296,8 @@ def the_command_line(folder):
 
 
 for check in (dice_of_boxes, volume_of_a_voxel, nearest_voxel_on_shifted_grids, phases_by_word_and_number,
-              what_a_gate_says, surfaces_of_a_draw_over_its_phases, intervals_fitted_to_draws, intervals_of_a_report):
+              what_a_gate_says, surfaces_of_a_draw_over_its_phases, terms_of_a_band, bands_fitted_to_draws,
+              intervals_fitted_to_draws, intervals_of_a_report):
     check()
 for check in (a_whole_score, slices_as_acquired, the_command_line):
     with tempfile.TemporaryDirectory(prefix="beatlas-exams-") as folder:

@@ -4,6 +4,7 @@
 
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/info.h"
+#include "runtime/atlas/surface_band.h"
 #include "runtime/base/error.h"
 #include "runtime/base/sha256.h"
 
@@ -129,6 +130,25 @@ TEST(GoldenPackage, OfVersion6LoadsWithTheMapOfTheRv) {
   EXPECT_FLOAT_EQ(map->thickness_mm[0][17], 9);
   EXPECT_FLOAT_EQ(map->thickness_mm[1][17], 10.8F);
   EXPECT_EQ(opened.surface_map(Structure::RvBlood, 1), nullptr);
+}
+
+TEST(GoldenPackage, OfVersion7LoadsWithABand) {
+  const auto file = std::filesystem::path(BEATLAS_GOLDEN_FOLDER) / "v7.beatlas";
+  ASSERT_LT(std::filesystem::file_size(file), 65536U);
+  const atlas::Atlas opened =
+      atlas::Atlas::open(file, {.fields = {}, .surfaces = {Structure::RvBlood}});
+  const atlas::Manifest& manifest = opened.manifest();
+  EXPECT_EQ(manifest.format_version, 7);
+  EXPECT_FALSE(atlas::band_query(manifest, Structure::LvBlood).has_value());
+  const auto band = atlas::band_query(manifest, Structure::RvBlood);
+  ASSERT_TRUE(band.has_value());
+  // In the middle of a slice, across it and along it.
+  const Affine workspace_from_index = manifest.workspace_from_lps * manifest.source_lps_from_index;
+  const Vec3 place = workspace_from_index * Vec3(1, 1, 1);
+  const Vec3 across = workspace_from_index.linear().col(0).normalized();
+  const Vec3 along = workspace_from_index.linear().inverse().row(2).normalized();
+  EXPECT_NEAR(band->half_width_mm(place, across, 0), 1.5, 1e-6);
+  EXPECT_NEAR(band->half_width_mm(place, along, 0.6), 4, 1e-6);
 }
 
 TEST(GoldenPackage, OfOlderVersionsIsRefusedByItsNumber) {

@@ -166,9 +166,9 @@ TEST_F(HostilePackage, WithAnotherPayloadThanItsHashIsRefused) {
 
 TEST_F(HostilePackage, OfAFutureFormatIsRefusedByItsNumber) {
   const std::string message = open(with_manifest([](json& m) {
-    m = {{"format", "beatlas"}, {"format_version", 7}, {"unheard", true}};
+    m = {{"format", "beatlas"}, {"format_version", 8}, {"unheard", true}};
   }));
-  EXPECT_NE(message.find("format version 7 is newer than version 6"), std::string::npos) << message;
+  EXPECT_NE(message.find("format version 8 is newer than version 7"), std::string::npos) << message;
 }
 
 TEST_F(HostilePackage, WithEntriesThatMisleadIsRefused) {

@@ -1,7 +1,7 @@
 /// make_sample_package FILE INFO [fields]: writes the tiny sample package, and what `info --json`
 /// says of it; of `fields`, without surfaces. make_sample_package FILE large: a ball of 0.8 l in 15
 /// phases, the scene palpation; FILE palpation: one that can be palpated. make_sample_package FILE:
-/// the golden package; made golden/v6.beatlas and, of fields and before there were maps,
+/// the golden package; made golden/v7.beatlas and, of fields and before there were maps,
 /// golden/v3_volume.beatlas.
 
 #include <fstream>

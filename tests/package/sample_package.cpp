@@ -252,6 +252,10 @@ pack::PackageContent golden_content() {
   }
   content.manifest.structures.push_back(
       {std::string(structure_name(Structure::RvBlood)), std::move(volume_ml)});
+  const auto slices = static_cast<std::size_t>(content.manifest.source_size[2]);
+  const std::vector<double> known_mm(slices, 1.5);
+  content.manifest.structures.back().band = {std::vector(4, known_mm),
+                                             std::vector(4, std::vector<double>(slices, 4))};
   return content;
 }
 

@@ -218,6 +218,6 @@ def main():
         print(f"{package}: {len(near)} distances, at most {worst:.5f} mm apart")
         # The runtime rounds coefficients to counts.
         assert worst <= 0.51 * field.step, worst
-    assert maps == 6, maps  # of v4, of v5 in two levels, and of v6 in two and of the RV
+    assert maps == 9, maps  # of v4, of v5 in two levels, and of v6 and v7 in two and of the RV
 
 main()

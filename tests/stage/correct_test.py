@@ -199,7 +199,8 @@ def offered():
     recipe = WORK / "offered.json"
     write_recipe(recipe, **{"import": {"align_slices": "off"}})
     beatlas("build", images, "-o", package, "--study", folder, "--recipe", recipe, "--prior", "none", "--seeds", marks)
-    assert json.loads((folder / "report.json").read_text())["intervals_90"] == {}, "no prior foretells them"
+    told = json.loads((folder / "report.json").read_text())
+    assert told["intervals_90"] == told["surfaces_90"] == {}, "no prior foretells them"
     voxel_ml = 0.012
 
     def seen():

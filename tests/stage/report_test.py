@@ -125,6 +125,14 @@ def figures():
     intervals = told["intervals_90"]
     assert len(intervals) == 9, intervals
     assert all(low <= told["figures"][key] <= high and low < high for key, (low, high) in intervals.items()), intervals
+    known = told["surfaces_90"]
+    assert set(known) == {"heart", "lv_blood", "rv_blood", "lv_myocardium"}, known
+    for name, surface in known.items():
+        assert 0 < surface["in_slices_mm"] <= surface["worst_slice_mm"], surface
+        bands = [entry for entry in info["structures"] if entry["name"] == name][0]["band"]
+        assert len(bands["across_mm"]) == len(bands["along_mm"]) == 10
+        worst = bands["across_mm"][info["end_diastole"]][surface["worst_slice"]]
+        assert abs(worst - surface["worst_slice_mm"]) < 0.06, (worst, surface)
     truth = json.loads((WORK / "phantom" / "truth.json").read_text())
     assert abs(told["rr_interval_s"] - truth["rr_interval_s"]) < 2e-3
     assert is_sound(told) and told["before"] is None, told["reasons"]
@@ -365,7 +373,7 @@ def of_package():
         assert numpy.allclose(volumes, structure["volume_ml"], atol=0.006), structure["name"]
     assert told["verdict"] == "good" and not told["reasons"], told["reasons"]
     assert told["places"] == [] and told["slice_shifts_mm"] == [] and told["before"] is None
-    assert told["intervals_90"] == {}
+    assert told["intervals_90"] == told["surfaces_90"] == {}
     assert told["package"] == study["package"] and told["input_sha256"] == study["input_sha256"]
     # Outlines lie where the study's do: half a voxel beside them at most where they enclose as much.
     mine, theirs = data_of(lone / "page.html"), data_of(STUDY / "report.html")

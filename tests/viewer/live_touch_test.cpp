@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -119,6 +120,26 @@ TEST_F(Live, TheAtriumsPressureIsFeltWhileItChanges) {
   healthy->set_left_atrial_mmhg(20);
   EXPECT_GT(felt(*healthy), 1.2 * healthy_n);
   EXPECT_LT(largest_step_n, 0.05) << "5 gf: a change is no blow (the slew's limit is 50 N/s)";
+}
+
+TEST_F(Live, TellsHowWellIsKnownWhatIsTouched) {
+  atlas::Manifest manifest = heart_.atlas->manifest();
+  const auto pressed = [&] {
+    Touch touch(manifest, heart_.field, {});
+    (void)touch.tick({.time_s = 0, .position_mm = inside_mm_});
+    return touch.known_to_mm(touch.felt(0));
+  };
+  manifest.structures[0].band.reset();
+  EXPECT_FALSE(pressed().has_value());
+  // As well along the slices as across them: at any place between the two together.
+  manifest.source_size = {8, 8, 3};
+  const std::vector table(static_cast<std::size_t>(manifest.phase_count()),
+                          std::vector<double>(3, 2));
+  manifest.structures[0].band = {table, table};
+  const auto known_mm = pressed();
+  ASSERT_TRUE(known_mm.has_value());
+  EXPECT_GE(*known_mm, 2 - 1e-9);
+  EXPECT_LE(*known_mm, 2 * std::sqrt(2) + 1e-9);
 }
 
 TEST_F(Live, EveryConstantChangesWhileItRuns) {

@@ -115,6 +115,16 @@ Candidate grown_lv(const DrawnTruth& truth, const Grid& seen, double grown_mm) {
   return out;
 }
 
+/// In the workspace.
+Vec3 axis_of_slices(const atlas::Manifest& manifest) {
+  return (manifest.workspace_from_lps * manifest.source_lps_from_index)
+      .inverse()
+      .linear()
+      .row(2)
+      .transpose()
+      .normalized();
+}
+
 TEST_F(DrawnErrorsOfADraw, APackageIsComparedSurfaceBySurface) {
   StageContext context;
   for (const double grown_mm : {0.0, 2.0}) {
@@ -137,6 +147,39 @@ TEST_F(DrawnErrorsOfADraw, APackageIsComparedSurfaceBySurface) {
       EXPECT_NE(report.failures.at(0).find("lv_blood in phase 0: mean_mm"), std::string::npos);
     }
   }
+}
+
+TEST_F(DrawnErrorsOfADraw, ABandHoldsWhatLiesNearer) {
+  StageContext context;
+  Candidate candidate = grown_lv(truth_, exam().labels.grid, 2);
+  candidate.manifest.end_systole = truth_.phases() - 1;
+  EXPECT_FALSE(validate(candidate, truth_, {}, context).drawn.at(0).band_percent.has_value());
+  const auto phases = static_cast<std::size_t>(truth_.phases());
+  const auto slices = static_cast<std::size_t>(candidate.manifest.source_size[2]);
+  double before = 0;
+  for (const double known_mm : {0.0, 1.0, 4.0, 60.0}) {
+    const std::vector table(phases, std::vector<double>(slices, known_mm));
+    candidate.manifest.structures = {
+        {"lv_blood", std::vector<double>(phases, 100), atlas::SurfaceBand{table, table}}};
+    const ValidationReport report = validate(candidate, truth_, {}, context);
+    const DrawnStructure& lv = report.drawn.at(0);
+    ASSERT_EQ(lv.vertices.size(), phases > 1 ? 2U : 1U);
+    double within = 0;
+    double all = 0;
+    for (const auto& [phase, vertices] : lv.vertices) {
+      for (const VertexError& vertex : vertices) {
+        EXPECT_NEAR(vertex.normal.norm(), 1, 1e-6);
+        all += vertex.area_mm2;
+        const double cosine = std::abs(vertex.normal.dot(axis_of_slices(candidate.manifest)));
+        const double most_mm = known_mm * (cosine + std::sqrt(1 - cosine * cosine));
+        if (std::abs(vertex.off_mm) <= most_mm) within += vertex.area_mm2;
+      }
+    }
+    EXPECT_NEAR(lv.band_percent.value(), 100 * within / all, 0.01) << known_mm;
+    EXPECT_GE(*lv.band_percent, before);
+    before = *lv.band_percent;
+  }
+  EXPECT_DOUBLE_EQ(before, 100);
 }
 
 TEST_F(DrawnErrorsOfADraw, APackageOfOtherImagesIsRefused) {

@@ -9,7 +9,7 @@ namespace {
 
 TEST(Info, HoldsTheKeysThatOtherProgramsRelyOn) {
   const nlohmann::json info = info_json(test::sample_manifest());
-  EXPECT_EQ(info["format_version"], 6);
+  EXPECT_EQ(info["format_version"], 7);
   EXPECT_EQ(info["frame_times_s"], nlohmann::json({0.0, 0.31, 0.55}));
   EXPECT_EQ(info["rr_interval_s"], 0.875);
   EXPECT_EQ(info["workspace_from_lps"].size(), 16U);
@@ -34,7 +34,7 @@ TEST(Info, GivesTheEjectionFractionOfTheLvOnly) {
 TEST(Info, SaysTheSameInWords) {
   const std::string text = info_text(test::sample_manifest());
   for (const char* part :
-       {"format 6, scene anatomy", "0.875 s", "3 phases", "end-systole 1", "200 x 180 x 11",
+       {"format 7, scene anatomy", "0.875 s", "3 phases", "end-systole 1", "200 x 180 x 11",
         "1.500 x 1.250 x 9.000 mm", "60.0 %", "lv_blood", "125.0", "surfaces/heart.motion"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
   }

@@ -70,6 +70,7 @@ TEST(Manifest, WithoutAnyOneKeyIsRefusedByItsPath) {
   const json whole = sample();
   for (const auto& pointer : objects(whole)) {
     for (const auto& member : whole[pointer].items()) {
+      if (member.key() == "band") continue;  // what is not known is not told
       json document = whole;
       document[pointer].erase(member.key());
       const std::string path = (pointer / member.key()).to_string();
@@ -94,7 +95,8 @@ void compare_keys(const json& schema, const json& document, const std::string& p
     std::vector<std::string> described;
     std::vector<std::string> written;
     for (const auto& member : schema["properties"].items()) {
-      if (member.key() == "level" && !document.contains("level")) continue;  // the finest
+      const bool optional = member.key() == "level" || member.key() == "band";
+      if (optional && !document.contains(member.key())) continue;
       described.push_back(member.key());
       if (document.contains(member.key())) {
         compare_keys(member.value(), document[member.key()], path + "/" + member.key());
@@ -106,7 +108,9 @@ void compare_keys(const json& schema, const json& document, const std::string& p
     if (schema.contains("then")) {
       for (const json& key : schema["then"]["required"]) required.push_back(key);
     }
-    if (document.contains("level")) required.emplace_back("level");
+    for (const char* optional : {"level", "band"}) {
+      if (document.contains(optional)) required.emplace_back(optional);
+    }
     std::sort(required.begin(), required.end());
     EXPECT_EQ(required, written) << "at " << path;
     EXPECT_EQ(schema["additionalProperties"], false) << "at " << path;
@@ -119,7 +123,7 @@ TEST(Manifest, HasTheKeysOfItsSchemaAndNoOthers) {
   std::ifstream stream(std::string(BEATLAS_SCHEMAS) + "/manifest.schema.json");
   const json schema = json::parse(stream);
   EXPECT_EQ(schema["properties"]["format_version"]["enum"],
-            json::array({kOldestFormatVersion, 4, 5, kFormatVersion}));
+            json::array({kOldestFormatVersion, 4, 5, 6, kFormatVersion}));
   compare_keys(schema, sample(), "");
 }
 
@@ -177,8 +181,8 @@ TEST(Manifest, OutOfRangeIsRefusedByItsPath) {
 }
 
 TEST(Manifest, OfANewerFormatIsRefusedByNumberBeforeAnythingElse) {
-  const json future{{"format", "beatlas"}, {"format_version", 7}, {"scenes", json::array()}};
-  EXPECT_NE(refusal(future).find("format version 7 is newer"), std::string::npos);
+  const json future{{"format", "beatlas"}, {"format_version", 8}, {"scenes", json::array()}};
+  EXPECT_NE(refusal(future).find("format version 8 is newer"), std::string::npos);
   const json far{{"format", "beatlas"}, {"format_version", 18446744073709551615ULL}};
   EXPECT_NE(refusal(far).find("newer"), std::string::npos);
 }
@@ -213,14 +217,17 @@ TEST(Manifest, HasMapsOfTheVentriclesWallsAloneAndNotBeforeTheirVersions) {
   EXPECT_EQ(refusal(document), "");
   json old = document;
   old["format_version"] = 3;
+  old["structures"][0].erase("band");
   old.erase("surface_edges_mm");
   EXPECT_NE(refusal(old).find("/items/0/kind"), std::string::npos);
   item["structure"] = "rv_blood";
   item["path"] = "maps/rv_blood.map.zst";
   document["structures"].push_back(document["structures"][0]);
   document["structures"].back()["name"] = "rv_blood";
+  document["structures"].back().erase("band");
   EXPECT_EQ(refusal(document), "");
   old = document;
+  old["structures"][0].erase("band");
   old["format_version"] = 5;
   EXPECT_NE(refusal(old).find("/items/0/structure must be lv_blood or lv_myocardium before"),
             std::string::npos);
@@ -260,6 +267,7 @@ TEST(Manifest, HasLevelsOfSurfacesAloneAndNotBeforeVersion5) {
     EXPECT_NE(refusal(wrong).find("/surface_edges_mm"), std::string::npos) << edges;
   }
   json old = document;
+  old["structures"][0].erase("band");
   old["format_version"] = 4;
   EXPECT_NE(refusal(old), "");
   old.erase("surface_edges_mm");
@@ -267,6 +275,38 @@ TEST(Manifest, HasLevelsOfSurfacesAloneAndNotBeforeVersion5) {
   item["kind"] = "field";
   item["path"] = "fields/heart.field.zst";
   EXPECT_NE(refusal(document).find("/items/0/level"), std::string::npos);
+}
+
+TEST(Manifest, HasBandsOfTheSourcesSlicesAndNotBeforeVersion7) {
+  const json document = sample();
+  EXPECT_EQ(manifest_to_json(manifest_from_json(document)), document);
+  const auto refused = [&](const char* at, const json& wrong) {
+    json changed = document;
+    changed["structures"][0]["band"][json::json_pointer(at)] = wrong;
+    return refusal(changed);
+  };
+  const json slices = document["structures"][0]["band"]["across_mm"][0];
+  json fewer = slices;
+  fewer.erase(0);
+  EXPECT_NE(refused("/across_mm/1", fewer).find("/structures/0/band/across_mm/1 must be a list"),
+            std::string::npos);
+  EXPECT_NE(refused("/along_mm", {slices, slices}).find("/structures/0/band/along_mm must be a"),
+            std::string::npos);
+  for (const json& wrong : {json(-0.1), json(1000.5), json("2"), json(nullptr)}) {
+    EXPECT_NE(refused("/across_mm/2/10", wrong).find("/structures/0/band/across_mm/2/10 must be"),
+              std::string::npos);
+  }
+  EXPECT_NE(refused("/known", 1).find("known"), std::string::npos);
+  json without = document;
+  without["structures"][0]["band"].erase("along_mm");
+  EXPECT_NE(refusal(without).find("along_mm"), std::string::npos);
+  json old = document;
+  old["format_version"] = 6;
+  EXPECT_NE(refusal(old).find("/structures/0/band is not of this format version"),
+            std::string::npos);
+  json of_no_images = document;
+  of_no_images["source"]["size"] = {0, 0, 0};
+  EXPECT_NE(refusal(of_no_images).find("/structures/0/band must not be there"), std::string::npos);
 }
 
 TEST(Manifest, OfTextThatIsNoStrictJsonIsRefused) {

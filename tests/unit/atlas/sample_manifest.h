@@ -19,6 +19,8 @@ inline atlas::Manifest sample_manifest() {
   manifest.end_diastole = 2;
   manifest.end_systole = 1;
   manifest.structures = {{"heart", {500, 450.5, 510}}, {"lv_blood", {110, 50, 125}}};
+  const std::vector<double> slices(11, 2.5);
+  manifest.structures[0].band = {{slices, slices, slices}, {slices, slices, slices}};
   manifest.surface_edges_mm = {1.5, 4};
   manifest.items = {
       {"surfaces/heart.drc", "surface", "heart", 1234, std::string(64, 'a')},

@@ -88,6 +88,27 @@ TEST(Probe, PatientAxesTurnPointsNormalsAndForces) {
   EXPECT_LT((Vec3(p[5], p[6], p[7]) - turn * Vec3(w[5], w[6], w[7])).norm(), 1e-5);
 }
 
+TEST(Probe, TellsHowWellTheSurfaceIsKnownIfThePackageDoes) {
+  const std::string known = (folder() / "known.beatlas").string();
+  const Vec3 aside = kCentre + Vec3(kAxes[0] - 2, 0, 0);
+  const Vec3 above = kCentre + Vec3(0, 0, kAxes[2] - 2);
+  const Affine lps_from_workspace = workspace_from_lps().inverse();
+  for (const bool lps : {false, true}) {
+    const Affine turn = lps ? lps_from_workspace : Affine::Identity();
+    const Result result =
+        run({"probe", known, "--points", "-", "--frame", lps ? "lps" : "workspace"},
+            kHeader + row(turn * aside, 0.1) + row(turn * above, 0.1));
+    ASSERT_EQ(result.code, 0) << result.err;
+    std::istringstream stream(result.out);
+    const auto rows = device::read_csv(stream, "out", {"band_mm", "band_n"}).rows;
+    EXPECT_NEAR(rows.at(0)[0], 2, 0.02);
+    EXPECT_NEAR(rows.at(1)[0], 5, 0.02);
+    EXPECT_NEAR(rows.at(0)[1], 0.3 * rows.at(0)[0], 1e-9);  // 300 N/m
+  }
+  EXPECT_EQ(run({"probe", package(), "--points", "-"}, kHeader).out.find("band"),
+            std::string::npos);
+}
+
 TEST(Probe, OutsideTheBandEverythingIsFiniteAndTheSignRight) {
   const Result result = run({"probe", package(), "--points", "-"},
                             kHeader + row(kCentre, 0.2) + row(kCentre + Vec3(0, 5, 0), 0.2) +
@@ -134,6 +155,8 @@ TEST(Probe, BadInputIsRefusedWithItsPlace) {
          "line 3, column z_mm");
   expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm\n1,2,3\n"), 3, "column t_s is missing");
   expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm,t_s,nx\n1,2,3,4,5\n"), 3, "column nx");
+  expect(run({"probe", p, "--points", "-"}, "x_mm,y_mm,z_mm,t_s,band_mm\n1,2,3,4,5\n"), 3,
+         "column band_mm");
   expect(run({"probe", p, "--points", "none.csv"}), 3, "none.csv");
   expect(run({"probe", p, "--points", folder().string()}), 3, "cannot be read; check its name");
   expect(run({"probe", "none.beatlas", "--points", "-"}, kHeader), 3, "none.beatlas");

@@ -77,6 +77,16 @@ inline const std::filesystem::path& folder() {
       pack::write_package(path / "heart.beatlas", content);
       manifest.stiffness_n_per_m = 300;
       pack::write_package(path / "stiff.beatlas", content);
+      // The same, known to 2 mm across slices that lie across z, and to 5 mm along it.
+      atlas::Manifest known = manifest;
+      known.source_size = {8, 8, 40};
+      known.source_lps_from_index = workspace_from_lps().inverse() * Eigen::Scaling(1.0, 1.0, 5.0);
+      const std::vector<double> across(40, 2);
+      const std::vector<double> along(40, 5);
+      known.structures[0].band = {std::vector(kPhases, across), std::vector(kPhases, along)};
+      std::swap(manifest, known);
+      pack::write_package(path / "known.beatlas", content);
+      std::swap(manifest, known);
       // The same ellipsoid as a cavity.
       field.structure = Structure::LvBlood;
       manifest.stiffness_n_per_m = 180;
