@@ -71,8 +71,9 @@ StackBox box_around(const Grid& lps_stack, const Affine& workspace_from_lps, con
   return box;
 }
 
-HeartImages cut_images(const HeartImages& from, const StackBox& box) {
+HeartImages cut_images(const HeartImages& from, const Grid& stack, const StackBox& box) {
   HeartImages out = cut(from.images, from.box, box);
+  out.images.grid = stack.part(box.first, box.size);
   out.noise = from.noise;
   return out;
 }

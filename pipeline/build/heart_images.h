@@ -27,8 +27,10 @@ struct HeartImages {
   double noise = 0;  ///< of the whole stack: around the heart alone, motion would pass for noise
 };
 
-/// The noise is that of `from`. @pre `from` holds the box
-[[nodiscard]] HeartImages cut_images(const HeartImages& from, const StackBox& box);
+/// The noise is that of `from`. @param stack the grid of the whole stack: a part of a part of it
+/// would lie elsewhere by a rounding @pre `from` holds the box
+[[nodiscard]] HeartImages cut_images(const HeartImages& from, const Grid& stack,
+                                     const StackBox& box);
 /// @param stack the whole of it
 /// @param noise see HeartImages
 [[nodiscard]] HeartImages cut_images(const ImageCycle<float>& stack, double noise,

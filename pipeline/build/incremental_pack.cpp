@@ -35,7 +35,7 @@ pack::PackedVolume IncrementalBuild::packed_volume(const FieldCycle& heart) {
       box_around(facts_.source, *facts_.workspace_from_lps, heart.distance_mm.grid, 0);
   HeartImages around =
       heart_images_ && heart_images_->box.holds(box)
-          ? cut_images(*heart_images_, box)
+          ? cut_images(*heart_images_, facts_.source, box)
           : cut_images(exam().stack.images, segment::noise_level(exam().stack.images), box);
   return build::packed_volume(std::move(around), *facts_.workspace_from_lps, heart,
                               orders_.recipe.pack);
