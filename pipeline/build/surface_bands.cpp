@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "pipeline/report/prediction_intervals.h"
+
 namespace beatlas::build {
 namespace {
 
@@ -23,8 +25,8 @@ struct BandModel {
 };
 
 /// Printed by `scripts/fit_bands`, of 52 drawn hearts (`scripts/score_draws --surfaces`, seeds 9000
-/// to 9028 and 9200 to 9227). The distance to the nearest
-/// slice did not improve the fit within slices.
+/// to 9028 and 9200 to 9227). The distance to the nearest slice did not improve the fit within
+/// slices.
 constexpr std::array<BandModel, 4> kModels{{
     {Structure::Heart, 0.000, 1.236, 0.362, 2.013, 0.721},
     {Structure::LvBlood, 0.666, 1.179, 0.314, 0.907, 0.447},
@@ -43,16 +45,13 @@ double expected_error_mm(const SliceBelief& slice) {
 /// As far as a package may tell it.
 double rounded_mm(double mm) { return std::round(100 * std::min(mm, 1000.0)) / 100; }
 
-bool is_mostly_told(const std::vector<std::vector<SliceBelief>>& phases) {
-  double told_mm2 = 0;
-  double all_mm2 = 0;
+/// Of all phases together.
+bool is_mostly_told_through(const std::vector<std::vector<SliceBelief>>& phases) {
+  std::vector<SliceBelief> all;
   for (const std::vector<SliceBelief>& slices : phases) {
-    for (const SliceBelief& slice : slices) {
-      all_mm2 += slice.labelled_mm2;
-      if (slice.is_told()) told_mm2 += slice.labelled_mm2;
-    }
+    all.insert(all.end(), slices.begin(), slices.end());
   }
-  return told_mm2 > 0.5 * all_mm2;
+  return report::is_mostly_told(all);
 }
 
 /// See BaseCut. @pre segmentation.axis
@@ -113,7 +112,7 @@ std::map<Structure, atlas::SurfaceBand> surface_bands(const Segmentation& segmen
   const Vec3 spacing_mm = segmentation.labels.grid.spacing_mm();
   for (const BandModel& model : kModels) {
     const auto found = segmentation.belief.find(model.structure);
-    if (found == segmentation.belief.end() || is_mostly_told(found->second)) continue;
+    if (found == segmentation.belief.end() || is_mostly_told_through(found->second)) continue;
     atlas::SurfaceBand& band = out[model.structure];
     band.across_mm = across_mm(model, found->second, 0.5 * spacing_mm[0]);
     for (const std::vector<SliceBelief>& slices : found->second) {
@@ -132,7 +131,7 @@ std::vector<report::KnownSurface> known_surfaces(const Segmentation& segmentatio
     for (std::size_t k = 0; k < slices.size(); ++k) {
       if (slices[k].labelled_mm2 > 0) labelled.push_back(k);
     }
-    if (labelled.empty() || is_mostly_told({slices})) continue;
+    if (labelled.empty() || report::is_mostly_told(slices)) continue;
     const bool base_first = base_step_of(segmentation) < 0;
     report::KnownSurface known{structure};
     known.at_base_mm = band.along_mm[phase][base_first ? labelled.front() : labelled.back()];

@@ -43,19 +43,14 @@ struct Doubted {
   double less = 0;
 };
 
-/// Of a structure in one phase; nothing where a person told most of what is labelled, since there
-/// is no opinion beside such labels.
+/// Of a structure in one phase; nothing where a person told most of what is labelled.
 std::optional<Doubted> volume_doubted(const Segmentation& segmentation, Structure structure,
                                       int phase, double volume_ml) {
   const auto found = segmentation.belief.find(structure);
   if (found == segmentation.belief.end() || volume_ml <= 0) return {};
   const std::vector<SliceBelief>& slices = found->second[static_cast<std::size_t>(phase)];
+  if (is_mostly_told(slices)) return {};
   const SliceBelief all = about_labels(slices);
-  double told_mm2 = 0;
-  for (const SliceBelief& slice : slices) {
-    if (slice.is_told()) told_mm2 += slice.labelled_mm2;
-  }
-  if (told_mm2 > 0.5 * all.labelled_mm2) return {};
   const double ml = segmentation.labels.grid.spacing_mm()[2] * 1e-3;
   return Doubted{volume_ml, (all.expected_mm2 - all.agreed_mm2) * ml,
                  (all.labelled_mm2 - all.agreed_mm2) * ml};
@@ -98,6 +93,16 @@ bool is_fitted_to(const nlohmann::json& options) {
     return options.contains(option) && options[option] == value;
   };
   return is("prior", kIntervalsModel) && is("papillary", "cavity");
+}
+
+bool is_mostly_told(const std::vector<SliceBelief>& slices) {
+  double told_mm2 = 0;
+  double all_mm2 = 0;
+  for (const SliceBelief& slice : slices) {
+    all_mm2 += slice.labelled_mm2;
+    if (slice.is_told()) told_mm2 += slice.labelled_mm2;
+  }
+  return told_mm2 > 0.5 * all_mm2;
 }
 
 PredictionIntervals prediction_intervals(const Segmentation& segmentation,

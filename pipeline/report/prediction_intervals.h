@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,10 @@ inline constexpr auto kIntervalsModel =
 /// Whether labels grew as those did that intervals, and bands of surfaces, were fitted to.
 /// @param options of the stage segment, as a study records them
 [[nodiscard]] bool is_fitted_to(const nlohmann::json& options);
+
+/// Whether a person told what more than half of the labelled area is: there is no opinion beside
+/// such labels.
+[[nodiscard]] bool is_mostly_told(const std::vector<SliceBelief>& slices);
 
 /// In the unit of its figure.
 struct PredictionInterval {

@@ -24,7 +24,8 @@ LEAST_DRAWS = 50  # to fit to
 def _doubt_mm(labelled, expected, agreed):
     """[slice] how far off an outline is likely to lie; nothing far from what is labelled."""
     larger = numpy.maximum(labelled, expected)
-    doubt = numpy.maximum(0, labelled + expected - 2 * agreed) / (2 * numpy.sqrt(numpy.pi * numpy.maximum(larger, 1e-9)))
+    outline = 2 * numpy.sqrt(numpy.pi * numpy.maximum(larger, 1e-9))  # of a circle of that area
+    doubt = numpy.maximum(0, labelled + expected - 2 * agreed) / outline
     near = numpy.convolve(labelled > 0, [1, 1, 1])[1:-1] > 0
     return numpy.where(near & (larger > 0), doubt, 0)
 
@@ -69,7 +70,8 @@ def rows_of(seed, study, info, vertices):
                    and float(row["area_mm2"]) > 0]
             if not own or structure not in beliefs:
                 continue
-            belief = numpy.array([beliefs[structure][key][phase] for key in ("labelled_mm2", "expected_mm2", "agreed_mm2")])
+            belief = numpy.array([beliefs[structure][key][phase]
+                                  for key in ("labelled_mm2", "expected_mm2", "agreed_mm2")])
             # Of one slice the program takes the wider of both ends, which is no sum of terms.
             if (belief[0] > 0).sum() < 2:
                 continue

@@ -83,8 +83,8 @@ def case_of(row, key):
 
 
 def quantile_regression(features, values, tail, weights=1):
-    """Numbers of 0 or more with which features, summed, exceed all but `tail` of the values (Koenker, Bassett 1978). Solved
-    by its dual, which has a row for each feature instead of one for each value."""
+    """Numbers of 0 or more with which features, summed, exceed all but `tail` of the values (Koenker, Bassett 1978).
+    Solved by its dual, which has a row for each feature instead of one for each value. @param weights of the values"""
     from scipy.optimize import linprog
     bounds = numpy.ones(len(values)) * weights
     dual = linprog(-values, A_ub=features.T, b_ub=numpy.zeros(features.shape[1]),
