@@ -5,6 +5,7 @@
 
 #include "pipeline/build/fingerprint.h"
 #include "pipeline/build/version.h"
+#include "pipeline/field/repair_topology.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -342,12 +343,17 @@ void IncrementalBuild::fields() {
       std::erase_if(*shapes_, [&](const ShapeCycle& shape) {
         return !is_among(shape.structure, plan_.fields);
       });
+      field::FieldOptions options = orders_.recipe.field;
+      const bool closes = options.handles == field::Handles::Close;
+      options.handles = field::Handles::Keep;
+      const StageContext distances = context.part(0, 0.8);
       for (ShapeCycle& shape : *shapes_) {
         context.check_cancelled();
-        StageContext part = part_of(context, shape.structure, made.size(), shapes_->size());
-        made.push_back(field::build_field(shape, orders_.recipe.field, part));
+        StageContext part = part_of(distances, shape.structure, made.size(), shapes_->size());
+        made.push_back(field::build_field(shape, options, part));
         shape.level.phases = {};
       }
+      if (closes) field::repair_topology(made, context.part(0.8, kMade));
       fields_ = std::move(made);
       context.progress(kMade, "files of the study");
       leave(Stage::Field, new_record(Stage::Field),

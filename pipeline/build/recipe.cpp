@@ -18,8 +18,8 @@ struct Choice {
   const char* name;
   T value;
 };
-constexpr std::array kHandles{Choice<mesh::Handles>{"close", mesh::Handles::Close},
-                              Choice<mesh::Handles>{"keep", mesh::Handles::Keep}};
+constexpr std::array kHandles{Choice<field::Handles>{"close", field::Handles::Close},
+                              Choice<field::Handles>{"keep", field::Handles::Keep}};
 constexpr std::array kFlicker{Choice<field::Flicker>{"remove", field::Flicker::Remove},
                               Choice<field::Flicker>{"keep", field::Flicker::Keep}};
 constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
@@ -76,10 +76,10 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("inner_mm", recipe.field.inner_mm, 3.0, 40.0);
   visit.option("outer_mm", recipe.field.outer_mm, 3.0, 40.0);
   visit.choice("flicker", recipe.field.flicker, kFlicker);
+  visit.choice("handles", recipe.field.handles, kHandles);
   visit.section("mesh");
   visit.option("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
   visit.option("reference_phase", recipe.mesh.reference_phase, -1, 1023);
-  visit.choice("handles", recipe.mesh.handles, kHandles);
   visit.section("pack");
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
   visit.option("nested_step_mm", recipe.pack.nested_step_mm, 0.0005, 0.1);
@@ -93,10 +93,21 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.end();
 }
 
-/// Options of earlier recipes, which studies keep, that nothing asks any more.
-json without_retired(json recipe) {
-  if (recipe.is_object() && recipe.contains("segment") && recipe.at("segment").is_object()) {
+/// Moves options that earlier recipes, which studies keep, had elsewhere, and drops those that
+/// nothing reads any more.
+json as_of_today(json recipe) {
+  const auto has = [&](const char* section, const char* key) {
+    return recipe.is_object() && recipe.contains(section) && recipe.at(section).is_object() &&
+           recipe.at(section).contains(key);
+  };
+  if (has("segment", "tricuspid_excursion_mm")) {
     recipe.at("segment").erase("tricuspid_excursion_mm");
+  }
+  const bool takes =
+      recipe.is_object() && (!recipe.contains("field") || recipe["field"].is_object());
+  if (takes && has("mesh", "handles")) {
+    if (!has("field", "handles")) recipe["field"]["handles"] = recipe.at("mesh").at("handles");
+    recipe.at("mesh").erase("handles");
   }
   return recipe;
 }
@@ -213,7 +224,7 @@ class Writer {
 
 Recipe recipe_from_json(const json& value) {
   Recipe recipe;
-  const json read = without_retired(value);
+  const json read = as_of_today(value);
   Reader reader(read);
   visit_options(recipe, reader);
   return recipe;

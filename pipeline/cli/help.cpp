@@ -66,11 +66,13 @@ constexpr std::array kEntries{
     Entry{"register", "beatlas register --study exam.study",
           "The workspace of Nakao et al., MEDINFO 2001: 256 x 256 x 64 voxels of 1 x 1 x 3 mm"},
     Entry{"field", "beatlas field --study exam.study",
-          "Narrow-band signed distance on sparse grids: Museth, ACM TOG 32, 2013"},
-    Entry{"mesh", "beatlas mesh --study exam.study",
-          "Isotropic remeshing, Botsch and Kobbelt, SGP 2004; handles closed at simple points, "
-          "Bertrand,\nPattern Recognition Letters 15, 1994. Segments of the LV: Cerqueira et al., "
-          "Circulation 105, 2002"},
+          "Narrow-band signed distance on sparse grids: Museth, ACM TOG 32, 2013; handles closed "
+          "at\nsimple "
+          "points, Bertrand, Pattern Recognition Letters 15, 1994"},
+    Entry{
+        "mesh", "beatlas mesh --study exam.study",
+        "Isotropic remeshing, Botsch and Kobbelt, SGP 2004. Segments of the LV: Cerqueira et al.,\n"
+        "Circulation 105, 2002"},
     Entry{"pack", "beatlas pack --study exam.study -o heart.beatlas --scene full",
           "Distances beyond the band: fast sweeping, Zhao, Math. Comp. 74, 2005. Images: wavelet "
           "shrinkage,\nDonoho and Johnstone, Biometrika 81, 1994. The format: "

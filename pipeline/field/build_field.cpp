@@ -8,6 +8,7 @@
 #include "pipeline/field/field.h"
 #include "pipeline/field/flicker.h"
 #include "pipeline/field/interpolant.h"
+#include "pipeline/field/repair_topology.h"
 #include "pipeline/field/surface.h"
 #include "runtime/base/error.h"
 
@@ -292,14 +293,15 @@ FieldCycle build_field(const ShapeCycle& shape, const FieldOptions& options,
   out.distance_mm.grid = lattice_around(surfaces, options);
   out.distance_mm.phases.resize(phases);
   out.volume_ml.resize(phases);
-  parallel_for(phases, context.part(0.1, 0.8), "distance in phase", [&](std::size_t p) {
+  parallel_for(phases, context.part(0.1, 0.7), "distance in phase", [&](std::size_t p) {
     out.volume_ml[p] = enclosed_ml(surfaces[p]);
     out.distance_mm.phases[p] =
         PhaseSampler(level_grid, shape.level.phases[p], surfaces[p], out.distance_mm.grid, options)
             .run();
   });
-  context.progress(0.8, "noise that flickers");
+  context.progress(0.7, "noise that flickers");
   if (options.flicker == Flicker::Remove) take_off_flicker(out);
+  if (options.handles == Handles::Close) repair_topology(out, context.part(0.8, 1));
   return out;
 }
 

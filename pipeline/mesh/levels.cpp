@@ -7,7 +7,6 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/interpolant.h"
 #include "pipeline/mesh/cycle_fit.h"
-#include "pipeline/mesh/cycle_topology.h"
 #include "pipeline/mesh/triangle_mesh.h"
 #include "runtime/base/error.h"
 
@@ -31,15 +30,11 @@ std::vector<Vec3> as_double(const std::vector<Vec3f>& points) {
 
 }  // namespace
 
-SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& given,
+SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& field,
                              const MeshOptions& options, StageContext& context) {
-  check(surface, given);
-  check_options(given, options);
+  check(surface, field);
+  check_options(field, options);
   const std::size_t phases = surface.positions.size();
-  FieldCycle field = given;
-  if (options.handles == Handles::Close) {
-    (void)make_balls(field.distance_mm.grid, field.distance_mm.phases, context.part(0, 0.2));
-  }
   std::vector<field::Interpolant> zero;
   zero.reserve(phases);
   for (const std::vector<float>& samples : field.distance_mm.phases) {
@@ -59,7 +54,7 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& give
                                         std::string(structure_name(field.structure)) +
                                         " is too small for triangles of " + text + " mm");
   }
-  context.progress(0.3, "places of vertices");
+  context.progress(0.1, "places of vertices");
   const std::vector<OnTriangle> places = located(from, mesh.points);
   Cycle cycle(phases);
   parallel_for(phases, [&](std::size_t p) {
@@ -72,7 +67,7 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& give
       cycle[p].push_back(at);
     }
   });
-  context.progress(0.4, "fit to all phases");
+  context.progress(0.2, "fit to all phases");
   CycleFit fit(mesh.triangles, zero, options.edge_mm);
   fit.settle(cycle);
   context.progress(0.8, "thin triangles and crossings");

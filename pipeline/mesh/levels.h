@@ -14,7 +14,7 @@ namespace beatlas::mesh {
 /// 2-manifold of the genus of `surface`, and lies on the field where `surface` does. The same bits
 /// for any number of threads.
 /// @param surface of mesh_cycle  @param field it was made from
-/// @param options edge_mm of the level; handles as for mesh_cycle; reference_phase, -1: the first
+/// @param options edge_mm of the level; reference_phase, -1: the first
 /// @throws Error{Usage} for options out of range; Error{InvalidInput} if field and surface are of
 /// different phases; Error{Quality} if the structure is too small for such triangles.
 [[nodiscard]] SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& field,

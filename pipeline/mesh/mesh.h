@@ -6,9 +6,6 @@
 
 namespace beatlas::mesh {
 
-/// What becomes of handles: holes in thin places and threads between parts.
-enum class Handles { Close, Keep };
-
 struct MeshOptions {
   /// [mm] 0.5..10: target edge length. 2 lies 0.005 mm from the field on average; 4 lies 0.012 mm
   /// off for a third of the bytes, 1.5 takes twice the bytes for 0.004 mm (`beatlas bench`, small).
@@ -16,15 +13,15 @@ struct MeshOptions {
   /// Phase that is meshed and remeshed; the others follow it. -1: the first or, where its triangles
   /// do not come through the cycle sound, one of three others from which they do better.
   int reference_phase = -1;
-  Handles handles = Handles::Close;  ///< see simple_topology.h
 };
 
 /// One closed surface a phase with one connectivity: the reference phase is meshed (marching
 /// tetrahedra of the distance), remeshed (CGAL), carried from phase to phase by the field, and put
 /// on each phase's zero surface. Of several components the one that encloses most is kept and the
-/// rest is named in the log, as is a phase whose vertices are more than 0.05 mm off its surface on
-/// average. Vertices move along the surface only as far as keeps the motion smooth over the mesh:
-/// the images say nothing about true tangential motion (twist).
+/// rest is named in the log, as are handles (field/repair_topology.h leaves neither) and a phase
+/// whose vertices are more than 0.05 mm off its surface on average. Vertices move along the surface
+/// only as far as keeps the motion smooth over the mesh: the images say nothing about true
+/// tangential motion (twist).
 /// @throws Error{Usage} for options out of range; Error{InvalidInput} if a phase has no surface;
 /// Error{Quality} if the surface cannot be made a closed manifold.
 [[nodiscard]] SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,

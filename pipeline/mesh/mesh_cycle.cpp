@@ -13,7 +13,6 @@
 #include "pipeline/field/surface.h"
 #include "pipeline/mesh/carry.h"
 #include "pipeline/mesh/cycle_fit.h"
-#include "pipeline/mesh/cycle_topology.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/mesh/triangle_mesh.h"
 #include "runtime/base/error.h"
@@ -122,36 +121,6 @@ TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& s
   for (Vec3& p : mesh.points) p = surface.project_to_zero(p, field.voxel_mm);
   relax_on_surface(mesh, surface, kRelaxations);
   return mesh;
-}
-
-/// Every phase's surface made one sphere; tells what was done.
-void close_handles(FieldCycle& field, const StageContext& context) {
-  const std::size_t phases = field.distance_mm.phases.size();
-  const std::vector<Repair> repairs =
-      make_balls(field.distance_mm.grid, field.distance_mm.phases, context.part(0, 0.15));
-  std::size_t mended = 0;
-  std::size_t changed = 0;
-  std::size_t most = 0;
-  for (std::size_t p = 0; p < phases; ++p) {
-    const Repair& repair = repairs[p];
-    if (repair.left_handles > 0) {
-      context.warn("the surface of " + name_of(field) + " in phase " + std::to_string(p) +
-                   " keeps " + counted(repair.left_handles, "handle") +
-                   ": look for holes in thin places of its labels");
-    }
-    mended += repair.changed > 0 ? 1 : 0;
-    changed += repair.changed;
-    if (repair.changed > repairs[most].changed) most = p;
-  }
-  if (mended == 0) return;
-  const BodyTopology& before = repairs[most].before;
-  const double voxel_ml = std::pow(field.voxel_mm, 3) * 1e-3;
-  context.warn(name_of(field) + " was mended in " + std::to_string(mended) + " of " +
-               std::to_string(phases) + " phases, by " +
-               fixed(static_cast<double>(changed) * voxel_ml / static_cast<double>(mended), 2) +
-               " ml on average; most in phase " + std::to_string(most) + ", which had " +
-               counted(before.pieces, "piece") + ", " + counted(before.hollows, "hollow") +
-               " and " + counted(before.handles, "handle"));
 }
 
 /// A mesh of the reference phase in all phases: once around in both directions; each phase is the
@@ -417,11 +386,9 @@ void check_options(const FieldCycle& field, const MeshOptions& options) {
   }
 }
 
-SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
+SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
                         StageContext& context) {
-  check(given, options);
-  FieldCycle field = given;
-  if (options.handles == Handles::Close) close_handles(field, context);
+  check(field, options);
   const std::size_t phases = field.distance_mm.phases.size();
   std::vector<field::Interpolant> surface;
   surface.reserve(phases);
@@ -429,14 +396,13 @@ SurfaceCycle mesh_cycle(const FieldCycle& given, const MeshOptions& options,
     surface.emplace_back(field.distance_mm.grid, samples);
   }
 
-  const StageContext fitting = context.part(0.15, 1);
   const Fitted made =
       options.reference_phase < 0
-          ? best_fitted(field, surface, options, fitting)
+          ? best_fitted(field, surface, options, context)
           : fitted(field,
                    begun(field, surface, static_cast<std::size_t>(options.reference_phase), options,
-                         fitting.part(0, 0.5)),
-                   surface, options.edge_mm, fitting.part(0.5, 1));
+                         context.part(0, 0.5)),
+                   surface, options.edge_mm, context.part(0.5, 1));
   if (made.crossings > 0) {
     context.warn("the mesh of " + name_of(field) + " passes through itself at " +
                  counted(made.crossings, "pair") + " of triangles, all phases together");

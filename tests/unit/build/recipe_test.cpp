@@ -58,6 +58,19 @@ TEST(Recipe, WhatNothingAsksAnyMoreIsPassedOver) {
   EXPECT_FALSE(recipe_to_json(recipe).at("segment").contains("tricuspid_excursion_mm"));
 }
 
+TEST(Recipe, HandlesWhereEarlierRecipesHadThemCountForTheField) {
+  const Recipe old = recipe_from_json(json::parse(R"({"mesh": {"handles": "keep"}})"));
+  EXPECT_EQ(old.field.handles, field::Handles::Keep);
+  EXPECT_FALSE(recipe_to_json(old).at("mesh").contains("handles"));
+  const Recipe both = recipe_from_json(
+      json::parse(R"({"mesh": {"handles": "keep"}, "field": {"handles": "close"}})"));
+  EXPECT_EQ(both.field.handles, field::Handles::Close);
+  EXPECT_NE(recipe_refusal(R"({"mesh": {"handles": "cut"}})").find("/field/handles"),
+            std::string::npos);
+  EXPECT_NE(recipe_refusal(R"({"mesh": {"handles": "keep"}, "field": []})").find("/field"),
+            std::string::npos);
+}
+
 TEST(Recipe, RefusalsNameThePath) {
   EXPECT_NE(recipe_refusal(R"({"mesh": {"edge": 1}})").find("/mesh/edge"), std::string::npos);
   EXPECT_NE(recipe_refusal(R"({"msh": {}})").find("/msh"), std::string::npos);

@@ -132,6 +132,7 @@ TEST(BuildField, EverySampleIsAsFarAsTheNearestOfAllTriangles) {
   FieldOptions options;
   options.inner_mm = 4;
   options.outer_mm = 8;
+  options.handles = Handles::Keep;
   StageContext context;
   const FieldCycle field = build_field(one_phase(grid, level), options, context);
   const TriangleSoup surface = level_surface(grid, level);
@@ -160,6 +161,7 @@ TEST(BuildField, ALevelThatNearlyReachesZeroWithinLeavesNoHole) {
   }
   FieldOptions options;
   options.voxel_mm = 0.5;
+  options.handles = Handles::Keep;
   StageContext context;
   const FieldCycle field = build_field(one_phase(grid, level), options, context);
   const Errors errors = errors_in_band(
@@ -202,7 +204,7 @@ TEST(BuildField, LevelsNeedNotBeDistances) {
   EXPECT_EQ(errors.wrong_signs, 0);
 }
 
-TEST(BuildField, AClosedCavityInsideAShellIsOutside) {
+TEST(BuildField, AClosedCavityThatIsKeptIsOutside) {
   const Ellipsoid outer{{0, 0, 0}, {20, 20, 20}};
   const Ellipsoid inner{{0, 0, 0}, {14, 14, 14}};
   const Level truth = [&](const Vec3& x) {
@@ -210,7 +212,9 @@ TEST(BuildField, AClosedCavityInsideAShellIsOutside) {
   };
   const Grid grid = around(outer, 1.0);
   StageContext context;
-  const FieldCycle field = build_field(one_phase(grid, sampled(grid, truth)), {}, context);
+  FieldOptions options;
+  options.handles = Handles::Keep;
+  const FieldCycle field = build_field(one_phase(grid, sampled(grid, truth)), options, context);
   const Errors errors = errors_in_band(field, 0, truth, 3.0);
   EXPECT_LT(errors.max, 0.02);
   EXPECT_EQ(errors.wrong_signs, 0);

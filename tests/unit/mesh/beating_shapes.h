@@ -52,7 +52,8 @@ inline double crescent(double share, const Vec3& x) {
 }
 
 inline FieldCycle beating_field(const BeatingLevel& level, int phases, const Vec3& low_mm,
-                                const Vec3& high_mm) {
+                                const Vec3& high_mm,
+                                field::Handles handles = field::Handles::Close) {
   ShapeCycle shape;
   shape.level.grid = lattice(low_mm, high_mm, 1.0);
   for (int p = 0; p < phases; ++p) {
@@ -61,7 +62,9 @@ inline FieldCycle beating_field(const BeatingLevel& level, int phases, const Vec
         sampled(shape.level.grid, [&](const Vec3& x) { return level(share, x); }));
   }
   StageContext context;
-  return field::build_field(shape, {}, context);
+  field::FieldOptions options;
+  options.handles = handles;
+  return field::build_field(shape, options, context);
 }
 
 }  // namespace beatlas::closed_form

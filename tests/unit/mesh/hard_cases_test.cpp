@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/field/repair_topology.h"
 #include "pipeline/mesh/mesh.h"
 #include "runtime/base/error.h"
 #include "tests/unit/mesh/beating_shapes.h"
@@ -120,13 +121,14 @@ TEST(HardCases, AHandleOfOnePhaseIsClosedInIt) {
   StageContext context;
   std::string log;
   context.warn_sink = [&](std::string_view line) { log += line; };
-  const FieldCycle field = beating_field(
+  FieldCycle field = beating_field(
       [](double share, const Vec3& x) {
         const double cup = std::max({x.norm() - 20, 15 - (x - Vec3(0, 0, 2)).norm(), x.z() - 8});
         return std::max(cup,
                         4.5 * share - 2 - std::hypot(x.y(), x.z() + 4) + (x.x() > 0 ? 0 : -99));
       },
-      4, {-28, -28, -28}, {28, 28, 20});
+      4, {-28, -28, -28}, {28, 28, 20}, field::Handles::Keep);
+  field::repair_topology(field, context);
   const SurfaceCycle surface = mesh_cycle(field, {}, context);
   expect_sound(surface);
   EXPECT_NE(log.find("was mended in 1 of 4 phases"), std::string::npos) << log;

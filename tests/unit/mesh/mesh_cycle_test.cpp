@@ -149,30 +149,28 @@ TEST(MeshCycle, KeepsTheLargestPieceAndSaysSo) {
       [](double, const Vec3& x) {
         return std::min((x - Vec3(-5, 0, 0)).norm() - 14.0, (x - Vec3(20, 0, 0)).norm() - 4.0);
       },
-      2, {-28, -24, -24}, {34, 24, 24});
+      2, {-28, -24, -24}, {34, 24, 24}, field::Handles::Keep);
   StageContext context;
   std::string log;
   context.warn_sink = [&](std::string_view line) { log += line; };
   const SurfaceCycle surface = mesh_cycle(field, {}, context);
-  EXPECT_NE(log.find("2 pieces, 0 hollows and 0 handles"), std::string::npos) << log;
+  EXPECT_NE(log.find("falls into 2 pieces"), std::string::npos) << log;
   EXPECT_EQ(measure_quality(surface).euler_number, 2);
   for (const Vec3f& x : surface.positions[1]) {
     ASSERT_NEAR((x - Vec3f(-5, 0, 0)).norm(), 14.0F, 0.05F);
   }
 }
 
-TEST(MeshCycle, ARingKeepsItsHandleIfToldSo) {
+TEST(MeshCycle, ARingKeepsItsHandleAndSaysSo) {
   const FieldCycle field = beating_field(
       [](double share, const Vec3& x) {
         return std::hypot(std::hypot(x.x(), x.y()) - 18 + 2 * share, x.z()) - 7.0;
       },
-      4, {-34, -34, -16}, {34, 34, 16});
+      4, {-34, -34, -16}, {34, 34, 16}, field::Handles::Keep);
   StageContext context;
   std::string log;
   context.warn_sink = [&](std::string_view line) { log += line; };
-  MeshOptions options;
-  options.handles = Handles::Keep;
-  const MeshQuality quality = measure_quality(mesh_cycle(field, options, context));
+  const MeshQuality quality = measure_quality(mesh_cycle(field, {}, context));
   EXPECT_TRUE(quality.closed_manifold);
   EXPECT_EQ(quality.euler_number, 0);
   EXPECT_NE(log.find("1 handle"), std::string::npos) << log;

@@ -4,7 +4,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::mesh {
+namespace beatlas::field {
 
 /// Topology of {samples < 0} as marching tetrahedra see it (field/surface.h): the part of the
 /// Freudenthal triangulation of the lattice whose corners are all inside, where each sample has
@@ -36,4 +36,4 @@ struct Repair {
 /// @param samples distances, clamped or not; untouched where they are a ball already
 Repair make_ball(const Grid& grid, std::vector<float>& samples);
 
-}  // namespace beatlas::mesh
+}  // namespace beatlas::field

@@ -1,6 +1,6 @@
 #pragma once
-/// What simple_topology.cpp and cycle_topology.cpp share: masks on the Freudenthal triangulation of
-/// a lattice, where each sample has 14 neighbours.
+/// What simple_topology.cpp, cycle_topology.cpp and repair_topology.cpp share: masks on the
+/// Freudenthal triangulation of a lattice, where each sample has 14 neighbours.
 
 #include <array>
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::mesh {
+namespace beatlas::field {
 
 constexpr std::size_t kNeighbours = 14;
 
@@ -24,7 +24,7 @@ constexpr std::array<Index3, kNeighbours> make_steps() {
   }
   return out;
 }
-inline constexpr std::array<Index3, kNeighbours> kSteps = make_steps();
+inline constexpr std::array<Index3, kNeighbours> kNeighbourSteps = make_steps();
 
 /// 1 for each sample that is inside.
 using Mask = std::vector<std::uint8_t>;
@@ -36,8 +36,9 @@ class Lattice {
  public:
   explicit Lattice(const Grid& grid) : size_(grid.size) {
     for (std::size_t n = 0; n < kNeighbours; ++n) {
-      offset_[n] = static_cast<std::ptrdiff_t>(kSteps[n][0]) +
-                   size_[0] * (kSteps[n][1] + static_cast<std::ptrdiff_t>(size_[1]) * kSteps[n][2]);
+      offset_[n] = static_cast<std::ptrdiff_t>(kNeighbourSteps[n][0]) +
+                   size_[0] * (kNeighbourSteps[n][1] +
+                               static_cast<std::ptrdiff_t>(size_[1]) * kNeighbourSteps[n][2]);
     }
   }
   [[nodiscard]] Index3 at(std::size_t index) const {
@@ -61,7 +62,7 @@ class Lattice {
       if (!inner) {
         bool within = true;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          const int to = here[axis] + kSteps[n][axis];
+          const int to = here[axis] + kNeighbourSteps[n][axis];
           within = within && to >= 0 && to < size_[axis];
         }
         if (!within) continue;
@@ -73,6 +74,8 @@ class Lattice {
   /// piece around it (Bertrand 1994).
   /// @param beyond whether what lies beyond the lattice is set
   [[nodiscard]] bool is_simple(const Mask& set, std::size_t index, bool beyond) const;
+  /// Whether a sample of the set joins what is in pieces around it.
+  [[nodiscard]] bool is_thread(const Mask& set, std::size_t index) const;
 
  private:
   Index3 size_;
@@ -100,18 +103,25 @@ struct Piece {
 [[nodiscard]] std::vector<Piece> pieces_of(const Lattice& lattice, const Mask& inside,
                                            std::uint8_t side);
 
+/// What the other phases of a cycle say of one phase's pieces.
+struct PiecesInCycle {
+  std::vector<std::uint8_t> belongs;     ///< [piece] 1: part of the body, however far from it
+  const std::vector<float>* least_mm{};  ///< [sample] the least of all phases; null: no others
+};
+
 /// Makes the inside one piece without hollows. Beside the piece of the most samples each other, the
-/// nearest first, is joined to it where it is deeper than the way to it is long, and goes where it
-/// is not. Labels of slices far apart lose the neck by which a part hangs on, as the outflow tract
-/// on the right ventricle, and the part is there all the same; what is farther away than it is
-/// deep is a slip of the labels. The way is that over the least sum of samples, with the samples
-/// around it, so that triangles have room there.
-/// @param samples distances [mm] on `grid`
-void make_one_body(const Grid& grid, const std::vector<float>& samples, Mask& inside);
+/// nearest first, is joined to it where it belongs to it or is deeper than the way to it is long,
+/// and goes where it is not. Labels of slices far apart lose the neck by which a part hangs on, as
+/// the outflow tract on the right ventricle, and the part is there all the same; what is farther
+/// away than it is deep is a slip of the labels. The way is that over the least sum of samples,
+/// where the neck is in any phase, with the samples around it, so that triangles have room there.
+/// @param samples distances [mm] on `grid`  @param cycle of the pieces of `inside`, see pieces_of
+void make_one_body(const Grid& grid, const std::vector<float>& samples, Mask& inside,
+                   const PiecesInCycle& cycle = {});
 
 /// Gives samples the side that they have in the mask and eases those around, so that a cut is about
 /// 0.6 of a sample wide.
 /// @return how many changed side
 std::size_t change_sides(const Grid& grid, const Mask& inside, std::vector<float>& samples);
 
-}  // namespace beatlas::mesh
+}  // namespace beatlas::field

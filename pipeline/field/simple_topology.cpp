@@ -1,4 +1,4 @@
-#include "pipeline/mesh/simple_topology.h"
+#include "pipeline/field/simple_topology.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <queue>
 #include <utility>
 
-#include "pipeline/mesh/simple_points.h"
+#include "pipeline/field/simple_points.h"
 
-namespace beatlas::mesh {
+namespace beatlas::field {
 namespace {
 
 /// V - E + F - T of the simplices that are wholly inside. Those whose lowest corner is a sample:
@@ -193,4 +193,4 @@ Repair make_ball(const Grid& grid, std::vector<float>& samples) {
   return out;
 }
 
-}  // namespace beatlas::mesh
+}  // namespace beatlas::field

@@ -1,4 +1,4 @@
-#include "pipeline/mesh/simple_topology.h"
+#include "pipeline/field/simple_topology.h"
 
 #include <cmath>
 #include <functional>
@@ -11,7 +11,7 @@
 #include "pipeline/mesh/triangle_mesh.h"
 #include "tests/unit/mesh/beating_shapes.h"
 
-namespace beatlas::mesh {
+namespace beatlas::field {
 namespace {
 
 using closed_form::lattice;
@@ -24,11 +24,11 @@ int surface_euler_number(const Grid& grid, const std::vector<float>& samples, in
   FieldCycle field;
   field.distance_mm = {grid, {samples}};
   field.voxel_mm = grid.spacing_mm().x();
-  field::TriangleSoup soup = field::extract_surface(field, 0);
-  const TriangleMesh mesh{soup.points, soup.triangles};
-  const Topology found = inspect(mesh.points.size(), mesh.triangles);
+  TriangleSoup soup = extract_surface(field, 0);
+  const mesh::TriangleMesh triangles{soup.points, soup.triangles};
+  const mesh::Topology found = mesh::inspect(triangles.points.size(), triangles.triangles);
   EXPECT_TRUE(found.closed_manifold);
-  pieces = largest_component(mesh).components;
+  pieces = mesh::largest_component(triangles).components;
   return found.euler_number;
 }
 
@@ -92,7 +92,7 @@ TEST(SimpleTopology, SmallPiecesGoAndHollowsAreFilled) {
   EXPECT_EQ(repair.before.hollows, 1);
   EXPECT_EQ(repair.before.handles, 0);
   expect_ball(kGrid, samples);
-  const field::Interpolant inside(kGrid, samples);
+  const Interpolant inside(kGrid, samples);
   EXPECT_LT(inside.value({-5, 0, 0}), 0);
   EXPECT_GT(inside.value({17, 0, 0}), 0);
 }
@@ -107,7 +107,7 @@ TEST(SimpleTopology, ALargePieceIsJoinedWhereItIsNearestAndASpeckGoes) {
   const Repair repair = make_ball(kGrid, samples);
   EXPECT_EQ(repair.before.pieces, 3);
   expect_ball(kGrid, samples);
-  const field::Interpolant inside(kGrid, samples);
+  const Interpolant inside(kGrid, samples);
   EXPECT_LT(inside.value({13, 0, 0}), 0);
   EXPECT_LT(inside.value({4, 0, 0}), 0) << "the bridge, where both are nearest";
   EXPECT_GT(inside.value({-6, 19, 0}), 0);
@@ -131,7 +131,7 @@ TEST(SimpleTopology, AHoleInAThinPlaceIsFilled) {
   EXPECT_EQ(repair.before.handles, 1);
   EXPECT_LT(repair.changed, 30U);
   expect_ball(kGrid, samples);
-  EXPECT_LT(field::Interpolant(kGrid, samples).value({3, 0, 0}), 0);
+  EXPECT_LT(Interpolant(kGrid, samples).value({3, 0, 0}), 0);
 }
 
 TEST(SimpleTopology, AThinStrandIsCut) {
@@ -145,7 +145,7 @@ TEST(SimpleTopology, AThinStrandIsCut) {
   EXPECT_EQ(repair.before.handles, 1);
   EXPECT_LT(repair.changed, 12U);
   expect_ball(kGrid, samples);
-  EXPECT_LT(field::Interpolant(kGrid, samples).value({0, 0, 0}), 0);  // the contact stays
+  EXPECT_LT(Interpolant(kGrid, samples).value({0, 0, 0}), 0);  // the contact stays
 }
 
 TEST(SimpleTopology, EachHandleIsClosedTheCheaperWay) {
@@ -160,7 +160,7 @@ TEST(SimpleTopology, EachHandleIsClosedTheCheaperWay) {
   EXPECT_EQ(repair.left_handles, 0);
   EXPECT_LT(repair.changed, 40U);
   expect_ball(kGrid, samples);
-  EXPECT_LT(field::Interpolant(kGrid, samples).value({3, 0, 0}), 0);
+  EXPECT_LT(Interpolant(kGrid, samples).value({3, 0, 0}), 0);
 }
 
 TEST(SimpleTopology, ClampedDistancesAndThinSheetsAreNoTrouble) {
@@ -187,4 +187,4 @@ TEST(SimpleTopology, ClampedDistancesAndThinSheetsAreNoTrouble) {
 }
 
 }  // namespace
-}  // namespace beatlas::mesh
+}  // namespace beatlas::field

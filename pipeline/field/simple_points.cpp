@@ -1,4 +1,4 @@
-#include "pipeline/mesh/simple_points.h"
+#include "pipeline/field/simple_points.h"
 
 #include <algorithm>
 #include <bit>
@@ -6,7 +6,7 @@
 #include <limits>
 #include <queue>
 
-namespace beatlas::mesh {
+namespace beatlas::field {
 namespace {
 
 constexpr std::uint32_t kAll = (1U << kNeighbours) - 1;
@@ -16,9 +16,10 @@ constexpr std::array<std::uint32_t, kNeighbours> make_links() {
   std::array<std::uint32_t, kNeighbours> out{};
   for (std::size_t a = 0; a < kNeighbours; ++a) {
     for (std::size_t b = 0; b < kNeighbours; ++b) {
-      for (const Index3& step : kSteps) {
-        if (kSteps[a][0] + step[0] == kSteps[b][0] && kSteps[a][1] + step[1] == kSteps[b][1] &&
-            kSteps[a][2] + step[2] == kSteps[b][2]) {
+      for (const Index3& step : kNeighbourSteps) {
+        if (kNeighbourSteps[a][0] + step[0] == kNeighbourSteps[b][0] &&
+            kNeighbourSteps[a][1] + step[1] == kNeighbourSteps[b][1] &&
+            kNeighbourSteps[a][2] + step[2] == kNeighbourSteps[b][2]) {
           out[a] |= 1U << b;
         }
       }
@@ -60,6 +61,14 @@ bool Lattice::is_simple(const Mask& set, std::size_t index, bool beyond) const {
     if ((set[to] != 0) != (((own >> n) & 1U) != 0)) own ^= 1U << n;
   });
   return is_one_piece(own) && is_one_piece(kAll & ~own);
+}
+
+bool Lattice::is_thread(const Mask& set, std::size_t index) const {
+  std::uint32_t own = 0;
+  around(index, [&](std::size_t n, std::size_t to) {
+    if (set[to] != 0) own |= 1U << n;
+  });
+  return set[index] != 0 && own != 0 && !is_one_piece(own);
 }
 
 std::vector<Piece> pieces_of(const Lattice& lattice, const Mask& inside, std::uint8_t side) {
@@ -155,7 +164,7 @@ std::vector<std::size_t> bridge_of(const Lattice& lattice, const Way& way,
 }
 
 void join_pieces(const Grid& grid, const std::vector<float>& samples,
-                 const std::vector<Piece>& pieces, Mask& inside) {
+                 const std::vector<Piece>& pieces, const PiecesInCycle& cycle, Mask& inside) {
   const Lattice lattice(grid);
   const auto largest = std::max_element(
       pieces.begin(), pieces.end(),
@@ -167,12 +176,15 @@ void join_pieces(const Grid& grid, const std::vector<float>& samples,
     for (const std::size_t n : piece->samples) piece_of[n] = name;
   }
   for (std::size_t left = pieces.size() - 1; left > 0; --left) {
-    const Way way = way_to_next_piece(lattice, samples, piece_of);
+    const Way way =
+        way_to_next_piece(lattice, cycle.least_mm != nullptr ? *cycle.least_mm : samples, piece_of);
     if (way.samples.empty()) break;
-    const Piece& piece = pieces[way.piece - 2];
+    const std::size_t number = way.piece - 2;
+    const Piece& piece = pieces[number];
     float deepest = 0;
     for (const std::size_t n : piece.samples) deepest = std::min(deepest, samples[n]);
-    const bool is_joined = way.length_mm(lattice, grid.spacing_mm().x()) < -deepest;
+    const bool is_joined = (number < cycle.belongs.size() && cycle.belongs[number] != 0) ||
+                           way.length_mm(lattice, grid.spacing_mm().x()) < -deepest;
     for (const std::size_t n : piece.samples) piece_of[n] = is_joined ? 1 : 0;
     if (!is_joined) continue;
     for (const std::size_t n : bridge_of(lattice, way, piece_of)) piece_of[n] = 1;
@@ -182,10 +194,11 @@ void join_pieces(const Grid& grid, const std::vector<float>& samples,
 
 }  // namespace
 
-void make_one_body(const Grid& grid, const std::vector<float>& samples, Mask& inside) {
+void make_one_body(const Grid& grid, const std::vector<float>& samples, Mask& inside,
+                   const PiecesInCycle& cycle) {
   const Lattice lattice(grid);
   const std::vector<Piece> pieces = pieces_of(lattice, inside, 1);
-  if (pieces.size() > 1) join_pieces(grid, samples, pieces, inside);
+  if (pieces.size() > 1) join_pieces(grid, samples, pieces, cycle, inside);
   for (const Piece& piece : pieces_of(lattice, inside, 0)) {
     if (!piece.at_border) flip(inside, piece.samples);
   }
@@ -225,4 +238,4 @@ std::size_t change_sides(const Grid& grid, const Mask& inside, std::vector<float
   return changed;
 }
 
-}  // namespace beatlas::mesh
+}  // namespace beatlas::field
