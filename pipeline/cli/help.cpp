@@ -66,9 +66,8 @@ constexpr std::array kEntries{
     Entry{"register", "beatlas register --study exam.study",
           "The workspace of Nakao et al., MEDINFO 2001: 256 x 256 x 64 voxels of 1 x 1 x 3 mm"},
     Entry{"field", "beatlas field --study exam.study",
-          "Narrow-band signed distance on sparse grids: Museth, ACM TOG 32, 2013; handles closed "
-          "at\nsimple "
-          "points, Bertrand, Pattern Recognition Letters 15, 1994"},
+          "Narrow-band signed distance on sparse grids: Museth, ACM TOG 32, 2013; handles\n"
+          "closed at simple points, Bertrand, Pattern Recognition Letters 15, 1994"},
     Entry{
         "mesh", "beatlas mesh --study exam.study",
         "Isotropic remeshing, Botsch and Kobbelt, SGP 2004. Segments of the LV: Cerqueira et al.,\n"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
+#include <optional>
 #include <utility>
 
 #include "pipeline/core/parallel.h"
@@ -127,17 +127,41 @@ Index3 first_of(const FieldCycle& field) {
           static_cast<int>(std::lround(at.z()))};
 }
 
+/// The sample of a field at a place of the lattice that all share; none beyond its own.
+std::optional<std::size_t> sample_at(const FieldCycle& field, const Index3& shared) {
+  const Index3 first = first_of(field);
+  const Index3 at{shared[0] - first[0], shared[1] - first[1], shared[2] - first[2]};
+  if (!field.distance_mm.grid.contains(at[0], at[1], at[2])) return std::nullopt;
+  return field.distance_mm.grid.offset(at[0], at[1], at[2]);
+}
+
+/// The place of a field's sample on the lattice that all share.
+Index3 shared_place(const FieldCycle& field, std::size_t sample) {
+  const Index3 at = Lattice(field.distance_mm.grid).at(sample);
+  const Index3 first = first_of(field);
+  return {at[0] + first[0], at[1] + first[1], at[2] + first[2]};
+}
+
+/// The piece of the inside that holds a sample.
+Mask piece_with(const Lattice& lattice, const Mask& inside, std::size_t sample) {
+  Mask out(inside.size());
+  for (const Piece& piece : pieces_of(lattice, inside, 1)) {
+    if (std::find(piece.samples.begin(), piece.samples.end(), sample) == piece.samples.end()) {
+      continue;
+    }
+    for (const std::size_t n : piece.samples) out[n] = 1;
+  }
+  return out;
+}
+
 /// What of a phase is nearer now, as far from the surface as its cells reach.
 std::vector<Gain> gained(const FieldCycle& field, const std::vector<float>& before,
                          const std::vector<float>& after) {
-  const Lattice lattice(field.distance_mm.grid);
-  const Index3 first = first_of(field);
   const auto far_mm = static_cast<float>(kCellsAround * field.voxel_mm);
   std::vector<Gain> out;
   for (std::size_t n = 0; n < after.size(); ++n) {
-    if (!(after[n] < before[n] && after[n] < far_mm)) continue;
-    const Index3 at = lattice.at(n);
-    out.push_back({{at[0] + first[0], at[1] + first[1], at[2] + first[2]}, after[n]});
+    if (after[n] < before[n] && after[n] < far_mm)
+      out.push_back({shared_place(field, n), after[n]});
   }
   return out;
 }
@@ -147,17 +171,15 @@ std::vector<Gain> gained(const FieldCycle& field, const std::vector<float>& befo
 bool give_way(const std::vector<Gain>& gains, const FieldCycle& field,
               std::vector<float>& samples) {
   const Grid& grid = field.distance_mm.grid;
-  const Index3 first = first_of(field);
   const auto deepest =
       static_cast<std::size_t>(std::min_element(samples.begin(), samples.end()) - samples.begin());
   const std::vector<float> before = samples;
   bool any = false;
   for (const Gain& gain : gains) {
-    const Index3 at{gain.at[0] - first[0], gain.at[1] - first[1], gain.at[2] - first[2]};
-    if (!grid.contains(at[0], at[1], at[2])) continue;
-    float& sample = samples[grid.offset(at[0], at[1], at[2])];
-    any = any || (sample < 0 && gain.mm < 0);
-    sample = std::max(sample, -gain.mm);
+    const std::optional<std::size_t> at = sample_at(field, gain.at);
+    if (!at) continue;
+    any = any || (samples[*at] < 0 && gain.mm < 0);
+    samples[*at] = std::max(samples[*at], -gain.mm);
   }
   if (!any) {
     samples = before;
@@ -165,17 +187,11 @@ bool give_way(const std::vector<Gain>& gains, const FieldCycle& field,
   }
   if (!(samples[deepest] < 0)) return false;
   const Lattice lattice(grid);
-  std::vector<std::uint8_t> was_apart(samples.size(), 1);
-  for (const Piece& piece : pieces_of(lattice, inside_of(before), 1)) {
-    const bool holds =
-        std::find(piece.samples.begin(), piece.samples.end(), deepest) != piece.samples.end();
-    for (const std::size_t n : piece.samples) was_apart[n] = holds ? 0 : 1;
-  }
+  const Mask body = piece_with(lattice, inside_of(before), deepest);
   Mask inside = inside_of(samples);
-  for (const Piece& piece : pieces_of(lattice, inside, 1)) {
-    const bool holds =
-        std::find(piece.samples.begin(), piece.samples.end(), deepest) != piece.samples.end();
-    if (!holds && was_apart[piece.samples.front()] == 0) flip(inside, piece.samples);
+  const Mask left = piece_with(lattice, inside, deepest);
+  for (std::size_t n = 0; n < inside.size(); ++n) {
+    if (body[n] != 0 && left[n] == 0) inside[n] = 0;
   }
   (void)change_sides(grid, inside, samples);
   return true;
@@ -241,18 +257,10 @@ void tell(const FieldCycle& field, const std::vector<Repair>& repairs,
 /// The distances of one phase of another field at this one's samples, beyond its lattice outer_mm.
 std::vector<float> at_samples_of(const FieldCycle& field, const FieldCycle& other,
                                  std::size_t phase) {
-  const Lattice lattice(field.distance_mm.grid);
-  const Grid& grid = other.distance_mm.grid;
-  const Index3 first = first_of(field);
-  const Index3 others = first_of(other);
   std::vector<float> out(field.distance_mm.grid.count());
   for (std::size_t n = 0; n < out.size(); ++n) {
-    const Index3 here = lattice.at(n);
-    const Index3 at{here[0] + first[0] - others[0], here[1] + first[1] - others[1],
-                    here[2] + first[2] - others[2]};
-    out[n] = grid.contains(at[0], at[1], at[2])
-                 ? other.distance_mm.phases[phase][grid.offset(at[0], at[1], at[2])]
-                 : static_cast<float>(other.outer_mm);
+    const std::optional<std::size_t> at = sample_at(other, shared_place(field, n));
+    out[n] = at ? other.distance_mm.phases[phase][*at] : static_cast<float>(other.outer_mm);
   }
   return out;
 }
@@ -295,16 +303,13 @@ class WithinHeart {
 /// The samples of the heart with what others had to gain beyond it.
 std::vector<std::vector<float>> around(const std::vector<Gains>& others, const FieldCycle& heart) {
   std::vector<std::vector<float>> out = heart.distance_mm.phases;
-  const Grid& grid = heart.distance_mm.grid;
-  const Lattice lattice(grid);
-  const Index3 first = first_of(heart);
+  const Lattice lattice(heart.distance_mm.grid);
   parallel_for(out.size(), [&](std::size_t p) {
     for (const Gains& gains : others) {
       for (const Gain& gain : gains[p]) {
-        const Index3 at{gain.at[0] - first[0], gain.at[1] - first[1], gain.at[2] - first[2]};
-        if (!grid.contains(at[0], at[1], at[2]) || lattice.on_border(at)) continue;
-        float& sample = out[p][grid.offset(at[0], at[1], at[2])];
-        if (gain.mm < sample - kAgreeMm) sample = gain.mm;
+        const std::optional<std::size_t> at = sample_at(heart, gain.at);
+        if (!at || lattice.on_border(lattice.at(*at))) continue;
+        if (gain.mm < out[p][*at] - kAgreeMm) out[p][*at] = gain.mm;
       }
     }
   });

@@ -60,6 +60,13 @@ double worst_off_ball_mm(const FieldCycle& field, std::size_t phase) {
 
 double ball_ml() { return 4.0 / 3 * std::numbers::pi * std::pow(kRadiusMm, 3) * 1e-3; }
 
+void expect_the_ball(const FieldCycle& field) {
+  for (std::size_t p = 0; p < kAlike; ++p) {
+    EXPECT_LT(worst_off_ball_mm(field, p), kOffMm) << p;
+    EXPECT_NEAR(field.volume_ml[p] / ball_ml(), 1, 0.005) << p;
+  }
+}
+
 TEST(RepairTopology, APieceThatGoesLeavesNothingToFeel) {
   FieldCycle field = cycle_of([](const Vec3& x) {
     return std::min(ball_mm(x, kBall, kRadiusMm), ball_mm(x, {20, 0, 0}, 4));
@@ -67,10 +74,7 @@ TEST(RepairTopology, APieceThatGoesLeavesNothingToFeel) {
   ASSERT_GT(field.volume_ml[0], ball_ml() + 0.2);
   const std::string log = repaired(field);
   EXPECT_NE(log.find("2 pieces, 0 hollows and 0 handles"), std::string::npos) << log;
-  for (std::size_t p = 0; p < kAlike; ++p) {
-    EXPECT_LT(worst_off_ball_mm(field, p), kOffMm) << p;
-    EXPECT_NEAR(field.volume_ml[p] / ball_ml(), 1, 0.005) << p;
-  }
+  expect_the_ball(field);
 }
 
 TEST(RepairTopology, AHollowIsAsDeepAsTheBodyAroundIt) {
@@ -80,10 +84,7 @@ TEST(RepairTopology, AHollowIsAsDeepAsTheBodyAroundIt) {
   ASSERT_LT(field.volume_ml[0], ball_ml() - 0.2);
   const std::string log = repaired(field);
   EXPECT_NE(log.find("1 piece, 1 hollow and 0 handles"), std::string::npos) << log;
-  for (std::size_t p = 0; p < kAlike; ++p) {
-    EXPECT_LT(worst_off_ball_mm(field, p), kOffMm) << p;
-    EXPECT_NEAR(field.volume_ml[p] / ball_ml(), 1, 0.005) << p;
-  }
+  expect_the_ball(field);
 }
 
 TEST(RepairTopology, ABridgeIsADistanceTooAndMovesNothingFarFromIt) {
@@ -220,10 +221,10 @@ TEST(RepairTopology, BloodThatMuscleEnclosesStays) {
 }
 
 TEST(RepairTopology, TheHeartIsTheSameWhateverElseIsMade) {
-  // A piece of the RV that is joined beyond the heart.
+  // Two pieces of the RV that are joined beyond the heart.
   const auto heart = cycle_of([](const Vec3& x) { return ball_mm(x, kBall, kRadiusMm); });
   FieldCycle rv = cycle_of([](const Vec3& x) {
-    return std::min(ball_mm(x, {-12, 0, 0}, 6), ball_mm(x, {3, 0, 0}, 6));
+    return std::min(ball_mm(x, {17, -7, 0}, 6), ball_mm(x, {17, 7, 0}, 6));
   });
   rv.structure = Structure::RvBlood;
   std::vector<FieldCycle> alone{heart};
@@ -232,6 +233,8 @@ TEST(RepairTopology, TheHeartIsTheSameWhateverElseIsMade) {
   repair_topology(alone, context);
   repair_topology(both, context);
   EXPECT_TRUE(topology_of(both[0].distance_mm.grid, both[0].distance_mm.phases[0]).is_ball());
+  EXPECT_LT(Interpolant(both[0].distance_mm.grid, both[0].distance_mm.phases[0]).value({17, 0, 0}),
+            0);
   EXPECT_EQ(alone[0].distance_mm.phases, both[1].distance_mm.phases);
 }
 
