@@ -64,14 +64,29 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
   // What upwind differences give is at least that much more than the least neighbour, but for
   // rounding.
   const double least_rise = voxel_mm / std::sqrt(3.0) * (1 - 1e-6);
+  // A sample that nothing changed around since it was looked at stays as it is, and is not looked
+  // at again (locked points of Bak, McLaughlin and Renzi, SIAM J. Sci. Comput. 32, 2010).
+  std::vector<std::uint8_t> settled(distance_mm.size(), 0);
+  const auto unsettle_around = [&](std::size_t s) {
+    for (int axis = 0; axis < 3; ++axis) {
+      // Past the end of a row or plane this is another sample, which is looked at in vain.
+      const std::size_t step = lattice.stride(axis);
+      if (s >= step) settled[s - step] = 0;
+      if (s + step < settled.size()) settled[s + step] = 0;
+    }
+  };
   const auto look_at = [&](int i, int j, int k, std::size_t s) {
+    if (settled[s] != 0) return;
+    settled[s] = 1;
     const auto sign = static_cast<float>(side[s]);
     const std::array<double, 3> near{neighbour(s, i, 0, sign), neighbour(s, j, 1, sign),
                                      neighbour(s, k, 2, sign)};
     const auto old = static_cast<double>(sign * value[s]);
     if (std::min({near[0], near[1], near[2]}) + least_rise >= old) return;
     const double found = std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
-    if (found < old) value[s] = sign * static_cast<float>(found);
+    if (!(found < old)) return;
+    value[s] = sign * static_cast<float>(found);
+    unsettle_around(s);
   };
   const auto sweep = [&](int order) {
     const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
