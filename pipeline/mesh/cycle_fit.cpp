@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <cstdint>
 #include <numbers>
 #include <numeric>
 
@@ -213,12 +213,17 @@ int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
   constexpr double kBetter = 0.002;      // of goodness
   constexpr std::size_t kFewest = 4;     // neighbours of a vertex that loses one
   constexpr double kMostOffEdges = 0.2;  // between the two diagonals, in edges
-  using Edge = std::pair<std::uint32_t, std::uint32_t>;
-  std::map<Edge, std::size_t> side;  // directed edge -> its triangle, around bad ones
-  for (std::size_t n = 0; n < triangles_.size(); ++n) {
+  // Directed edges with their triangles, ascending. Those of flipped triangles stay as they were:
+  // whoever comes upon one passes by, for it was changed.
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> sides;
+  const auto edge = [](std::uint32_t from, std::uint32_t to) {
+    return (std::uint64_t{from} << 32U) | to;
+  };
+  for (std::uint32_t n = 0; n < triangles_.size(); ++n) {
     const Triangle& t = triangles_[n];
-    for (std::size_t e = 0; e < 3; ++e) side[{t[e], t[(e + 1) % 3]}] = n;
+    for (std::size_t e = 0; e < 3; ++e) sides.emplace_back(edge(t[e], t[(e + 1) % 3]), n);
   }
+  std::sort(sides.begin(), sides.end());
   std::vector<bool> changed(triangles_.size(), false);
   int flips = 0;
   for (std::size_t n = 0; n < triangles_.size(); ++n) {
@@ -227,7 +232,9 @@ int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
       const std::uint32_t a = triangles_[n][e];
       const std::uint32_t b = triangles_[n][(e + 1) % 3];
       const std::uint32_t c = triangles_[n][(e + 2) % 3];
-      const std::size_t other = side.at({b, a});
+      const std::size_t other =
+          std::lower_bound(sides.begin(), sides.end(), std::pair{edge(b, a), std::uint32_t{0}})
+              ->second;
       if (changed[other]) continue;
       const Triangle& t = triangles_[other];
       const std::uint32_t d =
@@ -266,12 +273,6 @@ int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
       drop(b, a);
       join(c, d);
       join(d, c);
-      side.erase({a, b});
-      side.erase({b, a});
-      for (const std::size_t made : {n, other}) {
-        const Triangle& m = triangles_[made];
-        for (std::size_t k = 0; k < 3; ++k) side[{m[k], m[(k + 1) % 3]}] = made;
-      }
       ++flips;
     }
   }

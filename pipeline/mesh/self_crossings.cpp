@@ -19,23 +19,30 @@ Point exact(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 // Triangles in the cells of a lattice that their boxes touch, cell by cell.
 class Cells {
  public:
-  // Cells that none of those `among` touches stay empty; without such a list all are filled.
+  // They lie about those `among`, and what none of those touches stays empty; without such a list
+  // all are filled.
   Cells(std::span<const Vec3> points, std::span<const Triangle> triangles,
         const std::vector<bool>& among)
       : boxes_(triangles.size()) {
-    Eigen::AlignedBox3d all;
+    Eigen::AlignedBox3d near;
     double edges = 0;
     for (std::size_t n = 0; n < triangles.size(); ++n) {
       for (const std::uint32_t v : triangles[n]) boxes_[n].extend(points[v]);
-      all.extend(boxes_[n]);
+      if (among.empty() || among[n]) near.extend(boxes_[n]);
       edges += boxes_[n].sizes().maxCoeff();
     }
-    low_ = all.min();
+    if (near.isEmpty()) return;
+    low_ = near.min();
     edge_ = std::max(edges / static_cast<double>(triangles.size()),
-                     all.sizes().maxCoeff() / kMostCells);
+                     near.sizes().maxCoeff() / kMostCells);
     if (!(edge_ > 0)) edge_ = 1;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      size_[axis] = index(all.max(), axis) + 1;
+      size_[axis] =
+          static_cast<std::size_t>(near.sizes()[static_cast<Eigen::Index>(axis)] / edge_) + 1;
+    }
+    std::vector<std::uint32_t> candidates;
+    for (std::uint32_t n = 0; n < boxes_.size(); ++n) {
+      if (near.intersects(boxes_[n])) candidates.push_back(n);
     }
     const std::size_t cells = size_[0] * size_[1] * size_[2];
     std::vector<char> asked(cells, among.empty() ? 1 : 0);
@@ -43,13 +50,13 @@ class Cells {
       if (among[n]) each_cell(boxes_[n], [&](std::size_t cell) { asked[cell] = 1; });
     }
     first_.assign(cells + 1, 0);
-    for (const auto& box : boxes_) {
-      each_cell(box, [&](std::size_t cell) { first_[cell + 1] += asked[cell] != 0 ? 1 : 0; });
+    for (const std::uint32_t n : candidates) {
+      each_cell(boxes_[n], [&](std::size_t cell) { first_[cell + 1] += asked[cell] != 0 ? 1 : 0; });
     }
     for (std::size_t n = 1; n < first_.size(); ++n) first_[n] += first_[n - 1];
     members_.resize(first_.back());
     std::vector<std::uint32_t> filled(first_.begin(), first_.end() - 1);
-    for (std::uint32_t n = 0; n < boxes_.size(); ++n) {
+    for (const std::uint32_t n : candidates) {
       each_cell(boxes_[n], [&](std::size_t cell) {
         if (asked[cell] != 0) members_[filled[cell]++] = n;
       });
@@ -75,9 +82,11 @@ class Cells {
   }
 
  private:
+  // What lies beyond the cells counts as in the last.
   std::size_t index(const Vec3& p, std::size_t axis) const {
     const auto row = static_cast<Eigen::Index>(axis);
-    return static_cast<std::size_t>((p[row] - low_[row]) / edge_);
+    const double at = std::max(0.0, (p[row] - low_[row]) / edge_);
+    return std::min(static_cast<std::size_t>(at), size_[axis] - 1);
   }
   std::size_t cell_of(const Vec3& p) const {
     return index(p, 0) + size_[0] * (index(p, 1) + size_[1] * index(p, 2));
