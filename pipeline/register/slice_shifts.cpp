@@ -275,7 +275,7 @@ Exam with_aligned_slices(Exam exam, const AlignOptions& options) {
   exam.decisions.push_back(
       "Slices lie shifted in their planes by breath-holds (" + mm_text(found.size_mm) +
       " mm along an axis, standard deviation; most slice " +
-      std::to_string(most - found.shift_mm.begin() + 1) + ", " + mm_text(most->norm()) +
+      std::to_string(most - found.shift_mm.begin()) + ", " + mm_text(most->norm()) +
       " mm) and were moved back; /import/align_slices off in a recipe leaves them.");
   exam.slice_shifts_mm = std::move(found.shift_mm);
   return exam;

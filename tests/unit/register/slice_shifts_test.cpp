@@ -1,6 +1,8 @@
 #include "pipeline/register/slice_shifts.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -159,6 +161,13 @@ TEST(WithAlignedSlices, KeepsAndTellsWhatItUndid) {
   EXPECT_EQ(aligned.slice_shifts_mm.size(), shifted.truth.size());
   ASSERT_EQ(aligned.decisions.size(), 1U);
   EXPECT_NE(aligned.decisions[0].find("moved back"), std::string::npos);
+  // Slices count from 0, here as in all that is told of them.
+  const auto most = std::max_element(
+      aligned.slice_shifts_mm.begin(), aligned.slice_shifts_mm.end(),
+      [](const Vec2& a, const Vec2& b) { return a.squaredNorm() < b.squaredNorm(); });
+  const auto slice = std::to_string(most - aligned.slice_shifts_mm.begin());
+  EXPECT_NE(aligned.decisions[0].find("most slice " + slice + ","), std::string::npos)
+      << aligned.decisions[0];
   EXPECT_FALSE(find_slice_shifts(aligned.stack.images).certain());
 
   const Exam still = with_aligned_slices(aligned, {});
