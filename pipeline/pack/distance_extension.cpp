@@ -30,6 +30,16 @@ double solve_upwind(std::array<double, 3> a, double h) {
   return a[0] + (sum + std::sqrt(std::max(0.0, sum * sum - 3 * (b * b + c * c - h * h)))) / 3;
 }
 
+/// A sample changed: its neighbours may have to.
+void unsettle_around(const Lattice& lattice, std::size_t s, std::vector<std::uint8_t>& settled) {
+  for (int axis = 0; axis < 3; ++axis) {
+    // Past the end of a row or plane this is another sample, which is looked at in vain.
+    const std::size_t step = lattice.stride(axis);
+    if (s >= step) settled[s - step] = 0;
+    if (s + step < settled.size()) settled[s + step] = 0;
+  }
+}
+
 }  // namespace
 
 void extend_distance(const Lattice& lattice, const SampleMask& region, double voxel_mm,
@@ -67,14 +77,6 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
   // A sample that nothing changed around since it was looked at stays as it is, and is not looked
   // at again (locked points of Bak, McLaughlin and Renzi, SIAM J. Sci. Comput. 32, 2010).
   std::vector<std::uint8_t> settled(distance_mm.size(), 0);
-  const auto unsettle_around = [&](std::size_t s) {
-    for (int axis = 0; axis < 3; ++axis) {
-      // Past the end of a row or plane this is another sample, which is looked at in vain.
-      const std::size_t step = lattice.stride(axis);
-      if (s >= step) settled[s - step] = 0;
-      if (s + step < settled.size()) settled[s + step] = 0;
-    }
-  };
   const auto look_at = [&](int i, int j, int k, std::size_t s) {
     if (settled[s] != 0) return;
     settled[s] = 1;
@@ -86,7 +88,7 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
     const double found = std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
     if (!(found < old)) return;
     value[s] = sign * static_cast<float>(found);
-    unsettle_around(s);
+    unsettle_around(lattice, s, settled);
   };
   const auto sweep = [&](int order) {
     const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
