@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/cli/console.h"
@@ -66,6 +67,10 @@ void add_discard_edits(CLI::App& command, bool& discard_edits);
 /// Opens or starts the study to write, saying so if it must wait for another program.
 [[nodiscard]] study::Study study_to_write(const std::string& folder, Console& console,
                                           bool must_be_there);
+
+/// Refuses an output that is one of the files which the command reads, before it is replaced.
+/// @throws Error{Usage}
+void refuse_to_replace(const std::string& output, const std::vector<std::string>& read);
 
 /// Opens the study and runs `body` with a build of it whose recipe is --recipe's, else the study's.
 /// `before` is the last stage that must be up to date.

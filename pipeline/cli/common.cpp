@@ -1,3 +1,5 @@
+#include <filesystem>
+
 #include <CLI/CLI.hpp>
 
 #include "pipeline/build/learned_prior.h"
@@ -63,6 +65,15 @@ study::Study study_to_write(const std::string& folder, Console& console, bool mu
 
 build::Recipe recipe_of(const std::string& file) {
   return file.empty() ? build::Recipe{} : build::read_recipe(file);
+}
+
+void refuse_to_replace(const std::string& output, const std::vector<std::string>& read) {
+  for (const std::string& file : read) {
+    std::error_code none_there;
+    if (output.empty() || !std::filesystem::equivalent(output, file, none_there)) continue;
+    throw Error(ErrorCode::Usage,
+                output + " is read by this command and would be lost; name another file to write");
+  }
 }
 
 int run_stage(const StageArguments& arguments, study::Stage before,
