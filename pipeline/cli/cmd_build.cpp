@@ -120,7 +120,7 @@ void self_test_or_warn(build::IncrementalBuild& stages, Console& console) {
 int build(const BuildArguments& arguments) {
   check_named(arguments);
   for (const std::string& output : {arguments.output, arguments.common.timing}) {
-    refuse_to_replace(output, arguments.sources);
+    refuse_to_replace(output, arguments.sources, arguments.study);
   }
   const PackageToWrite package = package_to_write(arguments);
   if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);

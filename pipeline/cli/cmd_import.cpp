@@ -47,7 +47,7 @@ int import_exam(const ImportArguments& arguments) {
   if (arguments.sources.empty() == arguments.surfaces.empty()) {
     throw Error(ErrorCode::Usage, "name either the images, SOURCE, or --surfaces FILE.json");
   }
-  refuse_to_replace(common.timing, arguments.sources);
+  refuse_to_replace(common.timing, arguments.sources, arguments.stage.study);
   Console console(common.verbose);
   study::Study study = study_to_write(arguments.stage.study, console, false);
   build::Orders orders = build::orders_of(study);

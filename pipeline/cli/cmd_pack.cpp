@@ -30,8 +30,7 @@ void add_pack(CLI::App& app, Run& run) {
           arguments->output.empty()
               ? std::filesystem::path(arguments->stage.study) / "heart.beatlas"
               : std::filesystem::path(arguments->output);
-      refuse_to_replace(arguments->output, {arguments->stage.study + "/study.json",
-                                            arguments->stage.study + "/segment/labels.nii.gz"});
+      refuse_to_replace(arguments->output, {}, arguments->stage.study);
       if (!arguments->output.empty()) study::check_writable(file);
       return run_stage(arguments->stage, study::Stage::Mesh,
                        [&](build::IncrementalBuild& stages) { stages.pack(scene, file); });

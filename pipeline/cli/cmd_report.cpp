@@ -51,7 +51,7 @@ void add_report(CLI::App& app, Run& run) {
           throw Error(ErrorCode::Usage, "-o is missing: name the page of the package's report");
         }
       }
-      refuse_to_replace(arguments->output, {arguments->source, arguments->source + "/study.json"});
+      refuse_to_replace(arguments->output, {arguments->source}, arguments->source);
       if (!arguments->output.empty()) study::check_writable(arguments->output);
       set_thread_count(arguments->common.threads);
       Console console(arguments->common.verbose);
