@@ -45,13 +45,19 @@ std::string error_of(const atlas::Item& item, const json& options, const json& c
   return text;
 }
 
-std::string what_of(const atlas::Item& item) {
+/// Of a level of detail it tells the length of edges, by which they differ.
+std::string what_of(const atlas::Item& item, const std::vector<double>& edges_mm) {
   const std::string kind = item.kind == "field"     ? "distance field"
                            : item.kind == "surface" ? "surface"
                            : item.kind == "motion"  ? "motion of the surface"
                            : item.kind == "volume"  ? "images"
                                                     : "map of the wall";
-  return item.structure + ", " + kind;
+  const auto level = static_cast<std::size_t>(item.level);
+  const bool has_levels = item.kind != "field" && item.kind != "volume" && edges_mm.size() > 1;
+  if (!has_levels || level >= edges_mm.size()) return item.structure + ", " + kind;
+  char edges[48];
+  std::snprintf(edges, sizeof edges, ", edges of %g mm", edges_mm[level]);
+  return item.structure + ", " + kind + edges;
 }
 
 void put_worst_gap(const json& provenance, report::ReportPackage& out) {
@@ -134,8 +140,8 @@ report::ReportPackage package_facts(const json& contents, const std::string& sha
   const json options =
       manifest.provenance.contains(told) ? manifest.provenance.at(told) : json::object();
   for (const atlas::Item& item : manifest.items) {
-    out.items.push_back(
-        {what_of(item), item.bytes, item.sha256, error_of(item, options, contents)});
+    out.items.push_back({what_of(item, manifest.surface_edges_mm), item.bytes, item.sha256,
+                         error_of(item, options, contents)});
   }
   for (const atlas::StructureEntry& entry : manifest.structures) {
     if (const auto structure = structure_from_name(entry.name)) {

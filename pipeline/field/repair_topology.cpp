@@ -221,7 +221,8 @@ void check(const FieldCycle& field) {
   }
 }
 
-void tell(const FieldCycle& field, const std::vector<Repair>& repairs,
+/// @param when behind "was mended", for a structure whose turn comes twice
+void tell(const FieldCycle& field, const std::vector<Repair>& repairs, const std::string& when,
           const StageContext& context) {
   const std::string name(structure_name(field.structure));
   std::size_t mended = 0;
@@ -250,7 +251,7 @@ void tell(const FieldCycle& field, const std::vector<Repair>& repairs,
           : "; most in phase " + std::to_string(most) + ", which had " +
                 counted(before.pieces, "piece") + ", " + counted(before.hollows, "hollow") +
                 " and " + counted(before.handles, "handle");
-  context.warn(name + " was mended in " + std::to_string(mended) + " of " +
+  context.warn(name + " was mended " + when + "in " + std::to_string(mended) + " of " +
                std::to_string(repairs.size()) + " phases, by " + text + " ml on average" + why);
 }
 
@@ -324,9 +325,10 @@ std::size_t changed_sides(const std::vector<float>& before, const std::vector<fl
 
 /// @param given the samples of `field` as those repaired already leave them
 /// @param heart repaired, or null: what lies beyond it is gained only where nothing else will do
+/// @param when see tell
 /// @return what was gained
 Gains repair(const std::vector<std::vector<float>>& given, const FieldCycle* heart,
-             FieldCycle& field, const StageContext& context) {
+             FieldCycle& field, const StageContext& context, const std::string& when = {}) {
   std::vector<std::vector<float>>& phases = field.distance_mm.phases;
   const Grid& grid = field.distance_mm.grid;
   check(field);
@@ -345,7 +347,7 @@ Gains repair(const std::vector<std::vector<float>>& given, const FieldCycle* hea
     repairs[p].changed = changed_sides(before, phases[p]);
     out[p] = gained(field, before, phases[p]);
   });
-  tell(field, repairs, context);
+  tell(field, repairs, when, context);
   return out;
 }
 
@@ -405,7 +407,8 @@ void repair_topology(std::vector<FieldCycle>& fields, const StageContext& contex
     }
   };
   for (const Structure structure : kFirst) repair_one(structure);
-  if (heart != nullptr) (void)repair(around(gains, *heart), nullptr, *heart, next());
+  if (heart != nullptr)
+    (void)repair(around(gains, *heart), nullptr, *heart, next(), "again around what it holds, ");
   for (const Structure structure : kThen) repair_one(structure);
 }
 

@@ -9,31 +9,58 @@
 namespace beatlas::report {
 namespace {
 
-constexpr double kWorthTelling = 0.2;  ///< of a structure's doubt, in one slice
+constexpr double kWorthTelling = 0.2;  ///< of what is doubted
 constexpr std::size_t kMostSlices = 3;
+
+double excess_mm2(const SliceBelief& slice) { return slice.labelled_mm2 - slice.agreed_mm2; }
+double missed_mm2(const SliceBelief& slice) { return slice.expected_mm2 - slice.agreed_mm2; }
+
+/// @param doubted_mm2 excess_mm2 or missed_mm2
+DoubtedVolume doubted_volume(const std::vector<SliceBelief>& slices, double thickness_mm,
+                             double (*doubted_mm2)(const SliceBelief&)) {
+  DoubtedVolume out;
+  const double all_mm2 = doubted_mm2(about_labels(slices));
+  out.ml = all_mm2 * thickness_mm * 1e-3;
+  if (all_mm2 <= 0) return out;
+  for (const std::size_t k : slices_about_labels(slices)) {
+    out.slices.push_back({static_cast<int>(k), slices[k]});
+  }
+  std::stable_sort(out.slices.begin(), out.slices.end(),
+                   [&](const SliceDoubt& a, const SliceDoubt& b) {
+                     return doubted_mm2(a.belief) > doubted_mm2(b.belief);
+                   });
+  // The worst is told in any case.
+  const auto told = std::find_if(
+      out.slices.begin() + 1, out.slices.end(),
+      [&](const SliceDoubt& slice) { return doubted_mm2(slice.belief) < kWorthTelling * all_mm2; });
+  out.slices.erase(told, out.slices.end());
+  if (out.slices.size() > kMostSlices) out.slices.resize(kMostSlices);
+  return out;
+}
 
 Doubt doubt_of(Structure structure, bool end_systole, int phase,
                const std::vector<SliceBelief>& slices, double thickness_mm) {
-  const SliceBelief all = about_labels(slices);
-  Doubt out{structure, end_systole, phase, all.expected_dice(), 0, 0, {}};
-  out.excess_ml = (all.labelled_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
-  out.missed_ml = (all.expected_mm2 - all.agreed_mm2) * thickness_mm * 1e-3;
-  double doubted = 0;
-  for (const std::size_t k : slices_about_labels(slices)) {
-    out.slices.push_back({static_cast<int>(k), slices[k]});
-    doubted += out.slices.back().doubted_mm2();
+  return {structure,
+          end_systole,
+          phase,
+          about_labels(slices).expected_dice(),
+          doubted_volume(slices, thickness_mm, excess_mm2),
+          doubted_volume(slices, thickness_mm, missed_mm2)};
+}
+
+std::string in_words(const DoubtedVolume& doubted, const char* what) {
+  std::vector<std::string> slices;
+  char text[128];
+  for (const SliceDoubt& slice : doubted.slices) {
+    const double either =
+        slice.belief.labelled_mm2 + slice.belief.expected_mm2 - slice.belief.agreed_mm2;
+    std::snprintf(text, sizeof text, "slice %d (%.0f mm2 labelled, %.0f likely, %.0f %% in common)",
+                  slice.slice, slice.belief.labelled_mm2, slice.belief.expected_mm2,
+                  either > 0 ? 100 * slice.belief.agreed_mm2 / either : 100);
+    slices.emplace_back(text);
   }
-  std::stable_sort(
-      out.slices.begin(), out.slices.end(),
-      [](const SliceDoubt& a, const SliceDoubt& b) { return a.doubted_mm2() > b.doubted_mm2(); });
-  const auto told =
-      std::find_if(out.slices.begin(), out.slices.end(), [&](const SliceDoubt& slice) {
-        return slice.doubted_mm2() <= 0 || slice.doubted_mm2() < kWorthTelling * doubted;
-      });
-  // The worst is told in any case.
-  out.slices.erase(std::max(told, out.slices.begin() + (doubted > 0 ? 1 : 0)), out.slices.end());
-  if (out.slices.size() > kMostSlices) out.slices.resize(kMostSlices);
-  return out;
+  std::snprintf(text, sizeof text, "%.0f ml may be %s, most in ", doubted.ml, what);
+  return text + listed(slices);
 }
 
 }  // namespace
@@ -78,18 +105,14 @@ std::vector<Doubt> doubts_of(const Segmentation& segmentation) {
   return out;
 }
 
-std::string slices_in_words(const Doubt& doubt) {
-  std::vector<std::string> out;
-  for (const SliceDoubt& slice : doubt.slices) {
-    const double either =
-        slice.belief.labelled_mm2 + slice.belief.expected_mm2 - slice.belief.agreed_mm2;
-    char text[128];
-    std::snprintf(text, sizeof text, "slice %d (%.0f mm2 labelled, %.0f likely, %.0f %% in common)",
-                  slice.slice, slice.belief.labelled_mm2, slice.belief.expected_mm2,
-                  either > 0 ? 100 * slice.belief.agreed_mm2 / either : 100);
-    out.emplace_back(text);
-  }
-  return listed(out);
+std::string volumes_in_words(const Doubt& doubt) {
+  const bool is_excess = doubt.excess.ml > doubt.missed.ml;
+  const double lesser_ml = std::min(doubt.excess.ml, doubt.missed.ml);
+  const std::string excess = in_words(doubt.excess, "too much");
+  const std::string missed = in_words(doubt.missed, "missing");
+  const std::string& first = is_excess ? excess : missed;
+  if (lesser_ml < kWorthTelling * (doubt.excess.ml + doubt.missed.ml)) return first;
+  return first + "; " + (is_excess ? missed : excess);
 }
 
 std::string figures_in_words(const Doubt& doubt) {

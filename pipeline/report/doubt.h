@@ -26,11 +26,13 @@ struct ExpectedLimits {
 struct SliceDoubt {
   int slice = 0;
   SliceBelief belief;
+};
 
-  /// What is labelled and not expected, and the other way round.
-  [[nodiscard]] double doubted_mm2() const {
-    return belief.labelled_mm2 + belief.expected_mm2 - 2 * belief.agreed_mm2;
-  }
+/// What labels hold too much, or lack.
+struct DoubtedVolume {
+  double ml = 0;
+  /// Those that hold most of it, worst first: the worst, and up to two that hold a fifth.
+  std::vector<SliceDoubt> slices = {};
 };
 
 /// A structure at end-diastole or end-systole.
@@ -39,10 +41,8 @@ struct Doubt {
   bool end_systole = false;
   int phase = 0;
   double expected_dice = 1;  ///< of about_labels
-  double excess_ml = 0;      ///< labelled and not expected
-  double missed_ml = 0;      ///< expected and not labelled
-  /// Those that hold most of the doubt, worst first: the worst, and up to two that hold a fifth.
-  std::vector<SliceDoubt> slices;
+  DoubtedVolume excess;      ///< labelled and not expected
+  DoubtedVolume missed;      ///< expected and not labelled
 };
 
 /// Of LV blood and RV blood at end-diastole and end-systole, of LV muscle at end-diastole. Empty
@@ -56,8 +56,10 @@ struct Doubt {
 [[nodiscard]] bool is_borne_out(const LeakAlarm& alarm, const Segmentation& segmentation,
                                 const ExpectedLimits& limits);
 
-/// "slice 3 (768 mm2 labelled, 480 likely, 29 % in common) and slice 4 (...)".
-[[nodiscard]] std::string slices_in_words(const Doubt& doubt);
+/// "10 ml may be too much, most in slice 3 (768 mm2 labelled, 480 likely, 29 % in common) and slice
+/// 4 (...)", and the same of what may be missing: the larger first, the other where it is a fifth
+/// of both.
+[[nodiscard]] std::string volumes_in_words(const Doubt& doubt);
 /// The figures that hang on it: "ESV, EF and stroke volume of the LV".
 [[nodiscard]] std::string figures_in_words(const Doubt& doubt);
 

@@ -149,7 +149,7 @@ json figures_to_json(const HeartFigures& figures, double rr_interval_s) {
   };
   for (const char* key : {"lv_ef_percent", "lv_edv_ml", "lv_esv_ml", "lv_sv_ml", "rv_ef_percent",
                           "rv_edv_ml", "rv_esv_ml", "rv_sv_ml", "lv_mass_g"}) {
-    put(key, figure_of(figures, key), 10);
+    put(key, figure_of(figures, key), 1000);
   }
   put("heart_rate_per_min", rr_interval_s > 0 ? std::optional(60 / rr_interval_s) : std::nullopt,
       10);

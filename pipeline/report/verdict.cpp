@@ -19,6 +19,10 @@ namespace {
   return out;
 }
 
+/// A figure to the last place that people are told. report.json keeps a thousandth, which the page
+/// rounds again: both ways must lead to the same number.
+long as_told(double value) { return std::lround(std::round(1e3 * value) / 1e3); }
+
 Level check_if(bool bad) { return bad ? Level::Check : Level::Good; }
 Level reject_if(bool bad) { return bad ? Level::Rejected : Level::Good; }
 
@@ -134,7 +138,7 @@ Finding of_ejection(const VentricleFigures& lv, const VerdictLimits& limits) {
           ef < limits.least_ef_percent ? "The LV ejects too little for any heart"
                                        : "The LV ejects too much for any heart",
           reject_if(ef < limits.least_ef_percent || ef > limits.most_ef_percent),
-          text("LV %.0f %%", ef),
+          text("LV %ld %%", as_told(ef)),
           text("%g to %g %%", limits.least_ef_percent, limits.most_ef_percent),
           "No heart that ejects less keeps anyone alive, and none empties itself: labels that do "
           "not follow the beat, or images that do not show one."};
@@ -145,6 +149,8 @@ Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
   const double rv = figures.rv->stroke_ml();
   const double mean = (lv + rv) / 2;
   const double share = mean > 0 ? 100 * std::abs(lv - rv) / mean : 100;
+  const long lv_told = as_told(lv);
+  const long rv_told = as_told(rv);
   const bool far = share > limits.stroke_difference_percent;
   const char* less = rv < lv ? "RV" : "LV";
   const char* more = rv < lv ? "LV" : "RV";
@@ -152,16 +158,25 @@ Finding of_strokes(const HeartFigures& figures, const VerdictLimits& limits) {
           "Both ventricles eject as much",
           rv < lv ? "The RV ejects less than the LV" : "The LV ejects less than the RV",
           check_if(far),
-          far ? text("LV %.0f ml, RV %.0f ml: %.0f %% of their mean missing in the %s or too much "
+          far ? text("LV %ld ml, RV %ld ml: %.0f %% of their mean missing in the %s or too much "
                      "in the %s",
-                     lv, rv, share, less, more)
-              : text("LV %.0f ml, RV %.0f ml: they differ by %.0f %%", lv, rv, share),
+                     lv_told, rv_told, share, less, more)
+              : text("LV %ld ml, RV %ld ml: they differ by %.0f %%", lv_told, rv_told, share),
           text("%g %%", limits.stroke_difference_percent),
           "Without a shunt or a leaking valve the stroke volumes are nearly equal, so this checks "
           "both outlines at once. The limit leaves room for how far readers differ (SD of EDV "
           "15 to 28 ml between seven laboratories, Suinesiaputra 2015, "
           "doi:10.1186/s12968-015-0170-9). A patient with a shunt or regurgitation may rightly "
           "exceed it."};
+}
+
+/// A part of "LV 0.93 and 0.90, RV 0.85 and 0.79, muscle 0.80", in the order of the limits.
+std::string told_of(const Doubt& doubt, bool is_first) {
+  if (doubt.end_systole) return text(" and %.2f", doubt.expected_dice);
+  const char* of = doubt.structure == Structure::LvBlood   ? "LV"
+                   : doubt.structure == Structure::RvBlood ? "RV"
+                                                           : "muscle";
+  return text("%s%s %.2f", is_first ? "" : ", ", of, doubt.expected_dice);
 }
 
 /// One finding for each figure that is not to be trusted, or one for all that are.
@@ -173,23 +188,20 @@ std::vector<Finding> of_doubts(const VerdictInput& input, const VerdictLimits& l
       "hearts that nothing was learned from it goes with the true Dice "
       "(pipeline/report/README.md).";
   std::vector<Finding> out;
-  double least = 1;
+  std::string expected;
   for (const Doubt& doubt : input.doubts) {
-    least = std::min(least, doubt.expected_dice);
+    expected += told_of(doubt, expected.empty());
     const double limit = limits.expected.of(doubt.structure, doubt.end_systole);
     if (doubt.expected_dice >= limit) continue;
     const std::string when = doubt.end_systole ? "end-systole" : "end-diastole";
     const std::string what = structure_words(doubt.structure);
-    const bool excess = doubt.excess_ml > doubt.missed_ml;
     out.push_back({"expected_" + std::string(structure_name(doubt.structure)) +
                        (doubt.end_systole ? "_es" : "_ed"),
                    "Labels are what was to be expected",
                    "Look before you trust " + figures_in_words(doubt), Level::Check,
-                   text("%s at %s (phase %d): expected Dice %.2f, %.0f ml %s, most in ",
-                        what.c_str(), when.c_str(), doubt.phase, doubt.expected_dice,
-                        excess ? doubt.excess_ml : doubt.missed_ml,
-                        excess ? "may be too much" : "may be missing") +
-                       slices_in_words(doubt),
+                   text("%s at %s (phase %d): expected Dice %.2f, ", what.c_str(), when.c_str(),
+                        doubt.phase, doubt.expected_dice) +
+                       volumes_in_words(doubt),
                    text("%g", limit), kWhy,
                    "Look at these slices. Where an outline is wrong, mark what it lacks or has too "
                    "much with seeds; where it is right, leave it."});
@@ -197,7 +209,7 @@ std::vector<Finding> of_doubts(const VerdictInput& input, const VerdictLimits& l
   if (out.empty()) {
     out.push_back(
         {"expected", "Labels are what was to be expected", "", Level::Good,
-         text("expected Dice of ventricles at end-diastole and end-systole %.2f or more", least),
+         "expected Dice at end-diastole and end-systole: " + expected,
          text("LV %g and %g, RV %g and %g, muscle %g", limits.expected.lv_ed, limits.expected.lv_es,
               limits.expected.rv_ed, limits.expected.rv_es, limits.expected.muscle),
          kWhy});

@@ -31,16 +31,29 @@ TEST(Doubt, IsWhatLabelsAndPriorDoNotHaveInCommon) {
   EXPECT_FALSE(doubts[0].end_systole);
   // 1900 of 2000 and of 2700: the slice that was missed is next to those that hold labels.
   EXPECT_NEAR(doubts[0].expected_dice, 2 * 1900.0 / 4700, 1e-12);
-  EXPECT_NEAR(doubts[0].excess_ml, 1, 1e-12);
-  EXPECT_NEAR(doubts[0].missed_ml, 8, 1e-12);
-  ASSERT_EQ(doubts[0].slices.size(), 3U);
-  EXPECT_EQ(doubts[0].slices.front().slice, 3);
+  EXPECT_NEAR(doubts[0].excess.ml, 1, 1e-12);
+  EXPECT_NEAR(doubts[0].missed.ml, 8, 1e-12);
+  ASSERT_EQ(doubts[0].missed.slices.size(), 2U);
+  EXPECT_EQ(doubts[0].missed.slices[0].slice, 3);
+  EXPECT_EQ(doubts[0].missed.slices[1].slice, 2);
+  ASSERT_EQ(doubts[0].excess.slices.size(), 1U);
+  EXPECT_EQ(doubts[0].excess.slices[0].slice, 1);
   EXPECT_EQ(doubts[1].phase, 1);
   EXPECT_NEAR(doubts[1].expected_dice, 2 * 1050.0 / 2600, 1e-12);
-  EXPECT_NEAR(doubts[1].excess_ml, 4.5, 1e-12);
-  ASSERT_EQ(doubts[1].slices.size(), 1U);
-  EXPECT_EQ(slices_in_words(doubts[1]), "slice 3 (500 mm2 labelled, 100 likely, 9 % in common)");
+  EXPECT_NEAR(doubts[1].excess.ml, 4.5, 1e-12);
+  EXPECT_EQ(volumes_in_words(doubts[1]),
+            "4 ml may be too much, most in slice 3 (500 mm2 labelled, 100 likely, 9 % in common)");
   EXPECT_EQ(figures_in_words(doubts[1]), "ESV, EF and stroke volume of the LV");
+}
+
+TEST(Doubt, NamesTheSlicesThatLackAndThoseThatHoldTooMuchApart) {
+  const std::vector<SliceBelief> slices{
+      {1000, 1000, 1000}, {1500, 500, 500}, {500, 1000, 500}, {400, 1000, 400}, {500, 550, 500}};
+  const Doubt doubt = doubts_of(believed(Structure::RvBlood, slices, slices)).front();
+  EXPECT_EQ(volumes_in_words(doubt),
+            "12 ml may be missing, most in slice 3 (400 mm2 labelled, 1000 likely, 40 % in common) "
+            "and slice 2 (500 mm2 labelled, 1000 likely, 50 % in common); 10 ml may be too much, "
+            "most in slice 1 (1500 mm2 labelled, 500 likely, 33 % in common)");
 }
 
 TEST(Doubt, LeavesOutAnotherBodyFarFromTheLabels) {
@@ -71,6 +84,9 @@ TEST(Doubt, NamesStructurePhaseSliceAndFigure) {
   };
   ASSERT_EQ(of_doubts().size(), 1U);
   EXPECT_EQ(of_doubts().front().level, Level::Good);
+  EXPECT_EQ(of_doubts().front().said,
+            "expected Dice at end-diastole and end-systole: RV 0.95 and 0.95")
+      << "in the order of the limits, each beside its own";
   input.doubts = doubts_of(believed(Structure::RvBlood, sure, {{1000, 1000, 950}, {940, 100, 0}}));
   ASSERT_EQ(of_doubts().size(), 1U);
   const Finding finding = of_doubts().front();

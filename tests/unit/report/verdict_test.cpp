@@ -173,6 +173,11 @@ TEST(Verdict, SaysMissingOrTooMuchWhereTheSignIsKnown) {
   EXPECT_EQ(told(input, "ef_possible"), "The LV ejects too little for any heart: LV 1 %");
   input.segmentation.lv->esv_ml = 1;
   EXPECT_EQ(told(input, "ef_possible"), "The LV ejects too much for any heart: LV 99 %");
+  input.segmentation.lv = VentricleFigures{1000, 984.52, 0, 1};
+  EXPECT_EQ(told(input, "ef_possible"), "The LV ejects too little for any heart: LV 2 %");
+  input.segmentation.lv->esv_ml = 985.2;
+  EXPECT_EQ(told(input, "ef_possible"), "The LV ejects too little for any heart: LV 1 %")
+      << "1.48 %, not 1.5 % rounded once more";
   input = sound();
   input.package->lv->esv_ml = 60;
   EXPECT_EQ(told(input, "ef_agrees").rfind("The package's EF is too low for its labels", 0), 0U);
@@ -252,7 +257,7 @@ TEST(Verdict, LeavesItToThePriorWhetherWhatIsHardlySeenIsWrong) {
   input.uncertain_percent = 10.1;
   EXPECT_EQ(level_of(input, "leaks"), Level::Good);
   EXPECT_EQ(level_of(input, "boundaries"), Level::Check) << "no prior was asked";
-  input.doubts = {{Structure::LvBlood, false, 0, 0.95, 0, 0, {}}};
+  input.doubts = {{Structure::LvBlood, false, 0, 0.95, {}, {}}};
   EXPECT_EQ(verdict(findings(input)), Level::Good);
   const std::vector<Finding> all = findings(input);
   const auto leaks = std::find_if(all.begin(), all.end(),
