@@ -5,6 +5,7 @@
 
 #include "pipeline/build/fingerprint.h"
 #include "pipeline/build/version.h"
+#include "pipeline/core/words.h"
 #include "pipeline/field/repair_topology.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
@@ -162,11 +163,11 @@ void IncrementalBuild::tell_kept() {
 void IncrementalBuild::require(Stage stage) {
   const fs::path& folder = study_->folder();
   const std::string name(study::stage_name(stage));
-  const std::string run = "; run: beatlas " + name + " --study " + folder.string();
+  const std::string run = "; run: beatlas " + name + " --study " + shell_word(folder.string());
   if (!study_->find(stage)) {
     throw_invalid("the study " + folder.string() + " has no result of the stage " + name +
                   (stage == Stage::Import
-                       ? "; run: beatlas import SOURCE... --study " + folder.string()
+                       ? "; run: beatlas import SOURCE... --study " + shell_word(folder.string())
                        : run));
   }
   const bool discard = std::exchange(orders_.discard_edits, false);
@@ -177,7 +178,8 @@ void IncrementalBuild::require(Stage stage) {
     if (stage == Stage::Import) {
       throw_invalid("in the study " + folder.string() + " " + why.front() +
                     (gone ? " is gone" : " changed since the import") +
-                    "; name the images again: beatlas build SOURCE... --study " + folder.string());
+                    "; name the images again: beatlas build SOURCE... --study " +
+                    shell_word(folder.string()));
     }
     throw_invalid("in the study " + folder.string() + " the stage " + name + " must run again (" +
                   why.front() + (gone ? " is gone)" : " changed)") + run);
@@ -247,6 +249,39 @@ void IncrementalBuild::refuse_unless_from(const std::optional<std::string>& sour
   if (before == inputs.end() || before->second != source_files) refuse_another_source();
 }
 
+void IncrementalBuild::part_with_corrections(const std::optional<std::string>& source_files) {
+  if (!study_ || !study_->find(Stage::Import)) return;
+  if (!orders_.keeps_seeds && !orders_.keeps_labels) return;
+  const auto& inputs = study_->find(Stage::Import)->inputs;
+  const auto is_as_before = [&](const char* what, const std::optional<std::string>& now) {
+    const auto before = inputs.find(what);
+    return before != inputs.end() && before->second == now;
+  };
+  // A view that is added changes the files but not the stack, another option the stack only.
+  if (is_as_before(study::kSourceFiles, source_files) ||
+      is_as_before(study::kSourceStack, facts_.input_sha256)) {
+    return;
+  }
+  const std::string what = !orders_.keeps_labels  ? "seeds"
+                           : !orders_.keeps_seeds ? "labels that were given"
+                                                  : "seeds and labels that were given";
+  if (!orders_.discard_edits) {
+    throw_invalid("the study " + study_->folder().string() + " holds " + what +
+                  " for other images than these; name a new folder, or give them up with "
+                  "--discard-edits");
+  }
+  if (orders_.keeps_seeds) {
+    orders_.seeds.clear();
+    orders_.painted.reset();
+  }
+  if (orders_.keeps_labels) {
+    orders_.labels.reset();
+    orders_.coverage.clear();
+  }
+  keep_orders(orders_, *study_);
+  listener_.tell("import: given up with the images before: " + what);
+}
+
 void IncrementalBuild::leave_import(const study::Wanted& with) {
   note_exam();
   study::StageRecord record = new_record(Stage::Import);
@@ -263,6 +298,7 @@ void IncrementalBuild::import_made(Exam exam, const std::vector<fs::path>& files
   refuse_unless_from(with.source_files);
   exam_ = std::move(exam);
   facts_.input_sha256 = stack_sha256(exam_->stack);
+  part_with_corrections(with.source_files);
   leave_import(with);
   for (const std::string& decision : facts_.decisions) listener_.tell("import: " + decision);
 }
@@ -276,7 +312,7 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
         throw_invalid("in the study " + study_->folder().string() + " " + edited.front() +
                       " was edited by hand and can be made anew from the images only; name them: "
                       "beatlas build SOURCE... --study " +
-                      study_->folder().string() + " --discard-edits");
+                      shell_word(study_->folder().string()) + " --discard-edits");
       }
     }
     require(Stage::Import);
@@ -288,6 +324,7 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
   run(Stage::Import, [&](StageContext& context) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
     facts_.input_sha256 = stack_sha256(exam_->stack);
+    part_with_corrections(with.source_files);
     exam_ = reg::with_aligned_slices(std::move(*exam_), orders_.recipe.align);
     leave_import(with);
   });

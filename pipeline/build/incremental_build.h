@@ -90,6 +90,9 @@ class IncrementalBuild {
   void refuse_another_source() const;
   /// As above, where the study holds an import of other files and edits are not to be given up.
   void refuse_unless_from(const std::optional<std::string>& source_files) const;
+  /// Corrections that the study kept are of the heart in its images: they go with them.
+  /// @throws Error{InvalidInput} where other images were read and edits are not to be given up
+  void part_with_corrections(const std::optional<std::string>& source_files);
   /// Takes note of the exam that was read and leaves it in the study.
   void leave_import(const study::Wanted& with);
 

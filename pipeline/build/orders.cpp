@@ -70,6 +70,8 @@ Orders orders_of(const study::Study& study) {
   out.labels_from = index + ": /given/labels";
   out.coverage_from = index + ": /given";
   if (out.painted) out.seeds_from = index + ": /given/painted";
+  out.keeps_seeds = !out.seeds.empty() || out.painted;
+  out.keeps_labels = out.labels.has_value();
   note_prior(out, &study);
   return out;
 }

@@ -23,6 +23,9 @@ struct Orders {
   std::string labels_from;
   std::map<Structure, study::GivenImages> coverage;  ///< of those labels
   std::string coverage_from;
+  /// Seeds, or labels, were kept by the study: they are of the images it was made from.
+  bool keeps_seeds = false;
+  bool keeps_labels = false;
   /// Of the model that recipe.segment.prior names, see learned_prior.h; in place of its name it
   /// tells what segmentation was run with.
   std::string prior_sha256;

@@ -32,4 +32,18 @@ template <class Count>
   return out;
 }
 
+/// A word of a command that is shown to be typed, such as a path with spaces: in double quotes
+/// where a shell would take it apart.
+[[nodiscard]] inline std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+:@%,=";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string out = "\"";
+  for (const char c : word) {
+    if (c == '"' || c == '\\' || c == '$' || c == '`') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
 }  // namespace beatlas

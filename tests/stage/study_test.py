@@ -345,6 +345,17 @@ def edit_of_another():
     assert "another source" in said and "--discard-edits" in said, said
     assert digest(folder / "segment" / "labels.nii.gz") == drawn
     expect_same(PACKAGE, package)
+    # Nor are seeds, which are places in a patient: they would mark any other heart as well.
+    seeded = new_folder("seeds_of_another")
+    beatlas("import", EXAM, "--study", seeded)
+    beatlas("seeds", seeded, "add", "--label", "lv_blood", "--slice", "20", "--row", "30", "--column", "30")
+    said = beatlas("import", other / "dicom", "--study", seeded, code=3).stderr
+    assert "holds seeds for other images than these" in said, said
+    beatlas("import", EXAM, "--study", seeded)
+    assert "lv_blood" in beatlas("seeds", seeded, "list").stdout
+    said = beatlas("import", other / "dicom", "--study", seeded, "--discard-edits").stderr
+    assert "given up with the images before: seeds" in said, said
+    assert "no seeds" in beatlas("seeds", seeded, "list").stdout
     # Files for the eye: said to be without effect, and put aside rather than lost.
     eye = folder / "register" / "labels.nii.gz"
     paint(eye, lambda labels: labels.fill(0))
