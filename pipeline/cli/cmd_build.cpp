@@ -5,6 +5,7 @@
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/correction_words.h"
 #include "pipeline/cli/import_words.h"
+#include "pipeline/cli/named_files.h"
 #include "pipeline/cli/prior_words.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
@@ -79,10 +80,12 @@ void keep_unnamed(const BuildArguments& arguments, build::Orders before, build::
     orders.seeds = std::move(before.seeds);
     orders.painted = std::move(before.painted);
     orders.seeds_from = std::move(before.seeds_from);
+    orders.keeps_seeds = before.keeps_seeds;
   }
   if (arguments.corrections.labels.empty()) {
     orders.labels = std::move(before.labels);
     orders.labels_from = std::move(before.labels_from);
+    orders.keeps_labels = before.keeps_labels;
     if (arguments.corrections.coverage.empty()) {
       orders.coverage = std::move(before.coverage);
       orders.coverage_from = std::move(before.coverage_from);
@@ -119,9 +122,8 @@ void self_test_or_warn(build::IncrementalBuild& stages, Console& console) {
 
 int build(const BuildArguments& arguments) {
   check_named(arguments);
-  for (const std::string& output : {arguments.output, arguments.common.timing}) {
-    refuse_to_replace(output, arguments.sources, arguments.study);
-  }
+  refuse_to_replace(arguments.output, OutputKind::Package, arguments.study);
+  refuse_to_replace(arguments.common.timing, OutputKind::Timing, arguments.study);
   const PackageToWrite package = package_to_write(arguments);
   if (!arguments.common.timing.empty()) study::check_writable(arguments.common.timing);
   // Bad words are told before a study is waited for or made.

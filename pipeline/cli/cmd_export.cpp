@@ -12,6 +12,7 @@
 #include "pipeline/cli/stored_distances.h"
 #include "pipeline/cli/stored_images.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/words.h"
 #include "pipeline/field/field.h"
 #include "pipeline/formats/gltf.h"
 #include "pipeline/formats/label_table.h"
@@ -93,7 +94,7 @@ void require_done(const study::Study& study, study::Stage stage) {
     if (status.state == "done" || status.state == "edited") continue;
     throw_invalid("in the study " + study.folder().string() + " the stage " +
                   std::string(study::stage_name(status.stage)) + " is " + status.state +
-                  "; build it first: beatlas build --study " + study.folder().string() +
+                  "; build it first: beatlas build --study " + shell_word(study.folder().string()) +
                   " -o X.beatlas");
   }
 }

@@ -3,6 +3,7 @@
 #include "pipeline/cli/commands.h"
 #include "pipeline/cli/import_words.h"
 #include "pipeline/cli/key_surfaces.h"
+#include "pipeline/cli/named_files.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -38,6 +39,7 @@ std::pair<Exam, std::vector<std::filesystem::path>> exam_of_surfaces(const std::
   labels.sha256 = study::given_sha256(labels.images, labels.phases);
   orders.labels = std::move(labels);
   orders.labels_from = "the key surfaces";
+  orders.keeps_labels = false;
   orders.coverage.clear();
   return {std::move(seen.exam), std::move(keys.files)};
 }
@@ -47,7 +49,7 @@ int import_exam(const ImportArguments& arguments) {
   if (arguments.sources.empty() == arguments.surfaces.empty()) {
     throw Error(ErrorCode::Usage, "name either the images, SOURCE, or --surfaces FILE.json");
   }
-  refuse_to_replace(common.timing, arguments.sources, arguments.stage.study);
+  refuse_to_replace(common.timing, OutputKind::Timing, arguments.stage.study);
   Console console(common.verbose);
   study::Study study = study_to_write(arguments.stage.study, console, false);
   build::Orders orders = build::orders_of(study);

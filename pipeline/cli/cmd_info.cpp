@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/no_package.h"
+#include "pipeline/cli/named_files.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/info.h"
 

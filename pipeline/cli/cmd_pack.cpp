@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/named_files.h"
 #include "pipeline/study/files.h"
 
 namespace beatlas::cli {
@@ -30,7 +31,7 @@ void add_pack(CLI::App& app, Run& run) {
           arguments->output.empty()
               ? std::filesystem::path(arguments->stage.study) / "heart.beatlas"
               : std::filesystem::path(arguments->output);
-      refuse_to_replace(arguments->output, {}, arguments->stage.study);
+      refuse_to_replace(arguments->output, OutputKind::Package, arguments->stage.study);
       if (!arguments->output.empty()) study::check_writable(file);
       return run_stage(arguments->stage, study::Stage::Mesh,
                        [&](build::IncrementalBuild& stages) { stages.pack(scene, file); });

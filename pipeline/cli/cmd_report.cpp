@@ -5,7 +5,7 @@
 
 #include "pipeline/build/report_facts.h"
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/no_package.h"
+#include "pipeline/cli/named_files.h"
 #include "pipeline/cli/package_report.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
@@ -51,7 +51,7 @@ void add_report(CLI::App& app, Run& run) {
           throw Error(ErrorCode::Usage, "-o is missing: name the page of the package's report");
         }
       }
-      refuse_to_replace(arguments->output, {arguments->source}, arguments->source);
+      refuse_to_replace(arguments->output, OutputKind::Page, arguments->source);
       if (!arguments->output.empty()) study::check_writable(arguments->output);
       set_thread_count(arguments->common.threads);
       Console console(arguments->common.verbose);

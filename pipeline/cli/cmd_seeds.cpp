@@ -154,7 +154,7 @@ int change(const SeedsArguments& arguments,
   const std::string said = body(study, orders);
   build::keep_orders(orders, study);
   study.save();
-  print_data(said + "; build again: beatlas build --study " + arguments.study + "\n");
+  print_data(said + "; build again: beatlas build --study " + shell_word(arguments.study) + "\n");
   return 0;
 }
 
@@ -167,7 +167,7 @@ int add(const SeedsArguments& arguments) {
   return change(arguments, [&](study::Study& study, build::Orders& orders) {
     if (study.find(study::Stage::Import) == nullptr) {
       throw_invalid("the study " + arguments.study + " holds no images yet; run: beatlas import " +
-                    "SOURCE... --study " + arguments.study);
+                    "SOURCE... --study " + shell_word(arguments.study));
     }
     const study::StackLattice stack = study::read_stack_lattice(study.folder());
     const std::vector<Vec3> places = places_of(arguments, stack.grid);
@@ -192,7 +192,7 @@ int remove(const SeedsArguments& arguments) {
         for (std::size_t at = 1; at <= orders.seeds.size(); ++at) gone.insert(at);
       } else if (error != std::errc() || end != word.data() + word.size()) {
         refuse_words(shown_word(word) + " is no number of a seed; see: beatlas seeds " +
-                     arguments.study + " list");
+                     shell_word(arguments.study) + " list");
       } else if (number < 1 || number > orders.seeds.size()) {
         throw_invalid("there is no seed " + word + " in the study " + arguments.study +
                       ", which has " + std::to_string(orders.seeds.size()));

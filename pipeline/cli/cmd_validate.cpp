@@ -10,7 +10,7 @@
 #include "pipeline/assess/structural_checks.h"
 #include "pipeline/assess/validate.h"
 #include "pipeline/cli/commands.h"
-#include "pipeline/cli/no_package.h"
+#include "pipeline/cli/named_files.h"
 #include "pipeline/cli/validation_text.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/phantom/drawn_truth.h"

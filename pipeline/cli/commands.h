@@ -68,12 +68,6 @@ void add_discard_edits(CLI::App& command, bool& discard_edits);
 [[nodiscard]] study::Study study_to_write(const std::string& folder, Console& console,
                                           bool must_be_there);
 
-/// Refuses an output that would replace one of the files which the command reads, or one that its
-/// study keeps: the index, or a file in one of the study's folders.
-/// @param study its folder; may be empty  @throws Error{Usage}
-void refuse_to_replace(const std::string& output, const std::vector<std::string>& read,
-                       const std::string& study = {});
-
 /// Opens the study and runs `body` with a build of it whose recipe is --recipe's, else the study's.
 /// `before` is the last stage that must be up to date.
 /// @param change called with the orders of the study before they are used; may be empty

@@ -1,16 +1,14 @@
-#include <filesystem>
-
 #include <CLI/CLI.hpp>
 
 #include "pipeline/build/learned_prior.h"
 #include "pipeline/cli/commands.h"
+#include "pipeline/cli/named_files.h"
 #include "pipeline/cli/progress.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
-namespace fs = std::filesystem;
 
 void add_json_lines(CLI::App& command, bool& json, const std::string& description) {
   command.add_flag("--json", json, description)->each([](const std::string&) { speak_json(); });
@@ -68,29 +66,10 @@ build::Recipe recipe_of(const std::string& file) {
   return file.empty() ? build::Recipe{} : build::read_recipe(file);
 }
 
-void refuse_to_replace(const std::string& output, const std::vector<std::string>& read,
-                       const std::string& study) {
-  std::error_code none_there;
-  if (output.empty() || !fs::exists(output, none_there)) return;
-  for (const std::string& file : read) {
-    if (!fs::equivalent(output, file, none_there)) continue;
-    throw Error(ErrorCode::Usage,
-                output + " is read by this command and would be lost; name another file to write");
-  }
-  if (study.empty()) return;
-  const fs::path within =
-      fs::canonical(output, none_there).lexically_relative(fs::weakly_canonical(study, none_there));
-  const bool is_inside = !within.empty() && *within.begin() != "..";
-  if (is_inside && (within.has_parent_path() || within == "study.json")) {
-    throw Error(ErrorCode::Usage, output + " is a file of the study " + study +
-                                      " and would be lost; name another file to write");
-  }
-}
-
 int run_stage(const StageArguments& arguments, study::Stage before,
               const std::function<void(build::IncrementalBuild&)>& body,
               const std::function<void(build::Orders&)>& change) {
-  refuse_to_replace(arguments.common.timing, {}, arguments.study);
+  refuse_to_replace(arguments.common.timing, OutputKind::Timing, arguments.study);
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   study::Study study = study_to_write(arguments.study, console, true);

@@ -5,6 +5,7 @@
 
 #include "pipeline/build/orders.h"
 #include "pipeline/cli/markups.h"
+#include "pipeline/core/words.h"
 #include "pipeline/formats/label_table.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
@@ -32,7 +33,7 @@ void export_for_editor(const fs::path& study, int phase, const fs::path& folder)
   const study::Study opened = study::Study::open(study);
   if (opened.find(study::Stage::Import) == nullptr) {
     throw_invalid("the study " + study.string() + " holds no images yet; run: beatlas import " +
-                  "SOURCE... --study " + study.string());
+                  "SOURCE... --study " + shell_word(study.string()));
   }
   const Exam exam = study::read_exam(study);
   if (phase >= exam.stack.phase_count()) {

@@ -71,9 +71,25 @@ void tell_oddities(const DicomScan& scan, const std::vector<std::filesystem::pat
   }
 }
 
+bool holds_linked_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, ignored)) {
+    if (entry.is_symlink(ignored) && entry.is_directory(ignored)) return true;
+  }
+  return false;
+}
+
 /// Why a scan that gave no image gave none.
-[[noreturn]] void nothing_found(const DicomScan& scan) {
-  if (scan.files == 0) throw_invalid("the folder is empty");
+[[noreturn]] void nothing_found(const DicomScan& scan,
+                                const std::vector<std::filesystem::path>& sources) {
+  if (scan.files == 0) {
+    if (std::any_of(sources.begin(), sources.end(), holds_linked_folder)) {
+      throw_invalid(
+          "it holds links to folders, which are not followed, and no file; name the "
+          "folders that they lead to");
+    }
+    throw_invalid("the folder is empty");
+  }
   if (scan.not_grey > 0) throw_invalid("all its images are in colour, grey images are needed");
   if (scan.without_place > 0) {
     throw_invalid(
@@ -245,7 +261,7 @@ bool holds_stack(const std::vector<DicomImage>& images, const IngestOptions& opt
 Exam exam_of(const DicomScan& scan, const std::vector<std::filesystem::path>& sources,
              const IngestOptions& options, const ImageFiles& files, DicomPixels& pixels,
              StageContext& context) {
-  if (scan.images.empty()) nothing_found(scan);
+  if (scan.images.empty()) nothing_found(scan, sources);
   ImageFiles listed = files;
   listed.shown = [&](const std::filesystem::path& file) {
     return shown_below(sources, file, scan.words);

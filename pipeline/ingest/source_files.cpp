@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string>
 
+#include "pipeline/core/words.h"
 #include "pipeline/formats/image_file.h"
 #include "runtime/base/error.h"
 
@@ -172,8 +173,8 @@ SourceFiles find_files(const std::vector<fs::path>& named, StageContext& context
         throw_invalid(
             source.string() +
             ": it is a study, which a build left, and no images; 'beatlas build --study " +
-            source.string() + "' builds it again, 'beatlas status " + source.string() +
-            "' tells what is done");
+            shell_word(source.string()) + "' builds it again, 'beatlas status " +
+            shell_word(source.string()) + "' tells what is done");
       }
       FolderFiles found = files_under(source, context);
       out.studies += found.studies;

@@ -233,7 +233,8 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
       continue;
     }
     const std::string told = seed_told(seeds, s) + " lies where the image is " + looks;
-    out.push_back(told + "; if that is a slip, take it out with 'beatlas seeds STUDY remove'");
+    out.push_back(told + "; if that is a slip, take it out with 'beatlas seeds STUDY remove " +
+                  std::to_string(s + 1) + "'");
   }
   if (more > 0) {
     out.back() += "; the same of " + counted(more, "more seed");

@@ -4,6 +4,7 @@
 #include <system_error>
 #include <utility>
 
+#include "pipeline/core/words.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/json_values.h"
 #include "runtime/base/error.h"
@@ -135,7 +136,8 @@ Study Study::open(const fs::path& folder) {
   }
   if (!there) {
     throw_invalid("there is no study in " + folder.string() +
-                  "; start one with: beatlas import SOURCE... --study " + folder.string());
+                  "; start one with: beatlas import SOURCE... --study " +
+                  shell_word(folder.string()));
   }
   refuse_links(folder);
   Study study;
@@ -206,7 +208,8 @@ FileHashes Study::inputs_now(Stage stage) const {
     if (!record) {
       throw_invalid("the study " + folder_.string() + " has no result of the stage " +
                     std::string(stage_name(source)) + "; run: beatlas " +
-                    std::string(stage_command(source)) + " --study " + folder_.string());
+                    std::string(stage_command(source)) + " --study " +
+                    shell_word(folder_.string()));
     }
     for (const auto& output : record->outputs) {
       const std::string& file = output.first;

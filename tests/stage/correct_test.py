@@ -133,7 +133,7 @@ def slip():
     alone = [line for line in warned if line not in told]
     assert len(alone) == 1 and "seed 1, " in alone[0] and "stays alone" in alone[0], alone
     assert "as dark as lung" in told[0] and "as bright as blood" in told[1], told
-    assert all(" at (" in line and "mm LPS, phase 0" in line and "seeds STUDY remove" in line for line in told)
+    assert all(" at (" in line and "mm LPS, phase 0" in line and "seeds STUDY remove " in line for line in told)
     report = json.loads((folder / "report.json").read_text())
     assert any("seed 1, rest_of_heart" in reason["sentence"] for reason in report["reasons"]), report["reasons"]
 

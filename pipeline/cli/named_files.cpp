@@ -1,0 +1,111 @@
+#include "pipeline/cli/named_files.h"
+
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+#include "pipeline/core/words.h"
+#include "pipeline/formats/image_file.h"
+#include "pipeline/study/files.h"
+#include "runtime/base/error.h"
+
+namespace beatlas::cli {
+namespace fs = std::filesystem;
+namespace {
+
+/// The first bytes of a file, up to 64.
+std::string head_of(const fs::path& file) {
+  std::array<char, 64> head{};
+  std::ifstream in(file, std::ios::binary);
+  in.read(head.data(), head.size());
+  return {head.data(), static_cast<std::size_t>(in.gcount())};
+}
+
+/// A zip whose first entry is the manifest.
+bool is_package(const fs::path& file) {
+  constexpr std::size_t kName = 30;  // where a zip's local header has the name of its entry
+  const std::string head = head_of(file);
+  return head.starts_with("PK\x03\x04") && head.size() > kName &&
+         std::string_view(head).substr(kName).starts_with("atlas.json");
+}
+
+bool is_page(const fs::path& file) {
+  std::string head = head_of(file);
+  for (char& c : head) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return head.starts_with("<!doctype html");
+}
+
+bool is_timing(const fs::path& file) {
+  try {
+    const nlohmann::json content = study::read_json(file);
+    return content.contains("stages") && content.contains("peak_memory_mb");
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+bool is_of(OutputKind kind, const fs::path& file) {
+  switch (kind) {
+    case OutputKind::Package:
+      return is_package(file);
+    case OutputKind::Page:
+      return is_page(file);
+    case OutputKind::Timing:
+      return is_timing(file);
+  }
+  return false;
+}
+
+const char* in_words(OutputKind kind) {
+  switch (kind) {
+    case OutputKind::Package:
+      return "package";
+    case OutputKind::Page:
+      return "report";
+    case OutputKind::Timing:
+      return "file of times";
+  }
+  return "";
+}
+
+}  // namespace
+
+void refuse_what_is_no_package(const fs::path& file) {
+  std::error_code ignored;
+  const std::string name = file.string();
+  if (fs::is_regular_file(file / "study.json", ignored)) {
+    throw_invalid(name + " is a study, not a package; 'beatlas status " + shell_word(name) +
+                  "' tells what is done, 'beatlas report " + shell_word(name) +
+                  "' writes its report");
+  }
+  if (fs::is_directory(file, ignored)) {
+    throw_invalid(name + " is a folder, not a package; if it holds images, 'beatlas import " +
+                  shell_word(name) + " --study DIR' tells what they are");
+  }
+  if (fs::exists(file, ignored) && formats::format_of(file)) {
+    throw_invalid(name + " is an image, not a package; 'beatlas import " + shell_word(name) +
+                  " --study DIR' tells what it is");
+  }
+}
+
+void refuse_to_replace(const std::string& output, OutputKind kind, const std::string& study) {
+  std::error_code none_there;
+  if (output.empty() || !fs::is_regular_file(output, none_there)) return;
+  // An empty file, as mktemp makes it, holds nothing to lose.
+  if (fs::file_size(output, none_there) > 0 && !is_of(kind, output)) {
+    throw Error(ErrorCode::Usage, output + " is there, is no " + in_words(kind) +
+                                      " and would be lost; name another file to write");
+  }
+  if (study.empty()) return;
+  const fs::path within =
+      fs::canonical(output, none_there).lexically_relative(fs::weakly_canonical(study, none_there));
+  const bool is_inside = !within.empty() && *within.begin() != "..";
+  if (is_inside && (within.has_parent_path() || within == "study.json")) {
+    throw Error(ErrorCode::Usage, output + " is a file of the study " + study +
+                                      " and would be lost; name another file to write");
+  }
+}
+
+}  // namespace beatlas::cli
