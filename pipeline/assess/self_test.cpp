@@ -128,15 +128,6 @@ std::vector<HiddenError> pooled(const std::vector<Compared>& all, bool at_end) {
   return out;
 }
 
-/// Whether a slice of the coverage lies where the structure's base cut leaves it.
-bool counts(const Segmentation& found, Structure structure, int slice, std::size_t phase) {
-  const auto cut = found.base_cuts.find(structure);
-  if (cut == found.base_cuts.end()) return true;
-  const double beyond = (slice + found.coverage.first[2] - cut->second.k[phase]) *
-                        static_cast<double>(cut->second.base_step);
-  return beyond < 0;
-}
-
 /// In-plane distances of every slice of the coverage, [phase][slice]; empty where it shows none.
 using Sections = std::vector<std::vector<Phase>>;
 
@@ -147,9 +138,6 @@ Sections sections_of(const Segmentation& found, Structure structure,
   parallel_for(phases.size(), [&](std::size_t n) {
     const auto p = static_cast<std::size_t>(phases[n]);
     out[p] = reg::slice_distances(found.coverage.grid, shares[p]);
-    for (int k = 0; k < found.coverage.grid.size[2]; ++k) {
-      if (!counts(found, structure, k, p)) out[p][static_cast<std::size_t>(k)].clear();
-    }
   });
   return out;
 }
@@ -168,6 +156,8 @@ void hide_slices(const Segmentation& found, const Grid& stack, int parity,
         shape.level.grid.mm_from_index.inverse() * workspace * grid.mm_from_index;
     const Eigen::Matrix3d mm_from_lattice_gradient =
         shape.level.grid.mm_from_index.linear().inverse().transpose();
+    const auto cut = found.base_cuts.find(shape.structure);
+    const int base_step = cut != found.base_cuts.end() ? cut->second.base_step : 0;
     for (std::size_t n = 0; n < phases.size(); ++n) {
       const std::vector<Phase>& own = sections.at(shape.structure)[std::size_t(phases[n])];
       for (int k = 1 - parity; k < grid.size[2]; k += 2) {
@@ -176,6 +166,8 @@ void hide_slices(const Segmentation& found, const Grid& stack, int parity,
                  !own[static_cast<std::size_t>(slice)].empty();
         };
         if (!shows(k)) continue;
+        // No slice foretells which one is the last before a valve.
+        if (base_step != 0 && !shows(k + base_step)) continue;
         Compared compared{shape.structure, k, phases[n], !shows(k - 1) || !shows(k + 1), {}};
         for (const ContourPoint& point : contour_of(own[static_cast<std::size_t>(k)], grid.size[0],
                                                     grid.size[1], grid.spacing_mm())) {

@@ -26,8 +26,9 @@ struct CoverageCycle {
   std::map<Structure, std::vector<std::vector<float>>> phases;  ///< [structure][phase][voxel]
 };
 
-/// Where a plane parallel to the slices ends a structure flat on the side of the base: slices are
-/// too thick for the image to show the valve plane itself, and blood may go on beyond it.
+/// Where the valve's plane is thought to be that ends a structure on the side of the base, taken as
+/// parallel to the slices: they are too thick for the image to show it. It tells heights along the
+/// axis. Shapes and volumes end as their slices do, half-way to the next one.
 struct BaseCut {
   int base_step = 0;  ///< +1: the structure lies at smaller slice index than the plane, -1: larger
   std::vector<double> k;  ///< [phase] slice index of the plane, fractional, in the source's grid
@@ -51,7 +52,7 @@ struct Segmentation {
   Belief belief;                           ///< of the ventricles and the heart
   int end_diastole = 0;                    ///< phase of the largest LV (or heart) volume
   int end_systole = 0;                     ///< phase of the smallest
-  std::map<Structure, BaseCut> base_cuts;  ///< coverage beyond a cut does not count
+  std::map<Structure, BaseCut> base_cuts;  ///< of thick slices alone
   std::optional<LongAxis> axis;            ///< none without a left ventricle
   std::vector<std::string> warnings;
   std::vector<LeakAlarm> alarms;  ///< that rang, see segment/alarm.h

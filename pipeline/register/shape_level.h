@@ -39,8 +39,9 @@ enum class Creases { Keep, Round };
 
 /// Level [mm] from the in-plane distances of the slices (shape interpolation), cubic between four
 /// slices and linear between two, along the path of its sections, smoothed. Towards a slice without
-/// the structure it closes roundly within half a gap, unless a cut ends it; beyond its most apical
-/// slice where `apex` says, also where the stack ends there.
+/// the structure it closes roundly within half a gap, but on the base's side, where it is carried
+/// on to be cut flat; beyond its most apical slice where `apex` says, also where the stack ends
+/// there.
 /// @param path see section_path.h  @param open_step of the structure's BaseCut, 0 without one
 [[nodiscard]] Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
                                       const SectionPath& path, const Grid& lattice,

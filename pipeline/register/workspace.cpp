@@ -123,7 +123,7 @@ class LevelMaker {
         stack_(stack),
         first_k_(segmentation.coverage.first[2]) {
     const auto found = segmentation.base_cuts.find(structure);
-    if (found != segmentation.base_cuts.end()) cut_ = &found->second;
+    if (found != segmentation.base_cuts.end()) open_step_ = found->second.base_step;
     if (!stack.thick) return;
     const bool of_lv = structure == Structure::LvMyocardium || structure == Structure::LvBlood;
     path_ = of_lv && !stack.lv_path.empty() ? stack.lv_path : section_path(source_, filled);
@@ -138,7 +138,7 @@ class LevelMaker {
   [[nodiscard]] Phase level_of(const Phase& part, const std::vector<Phase>& sections,
                                const ApicalEnd& apex, Creases creases) const {
     return stack_.thick
-               ? level_from_slices(source_, sections, path_, lattice_, map_, open_step(), apex)
+               ? level_from_slices(source_, sections, path_, lattice_, map_, open_step_, apex)
                : level_from_coverage(source_, part, lattice_, map_, creases);
   }
 
@@ -150,31 +150,42 @@ class LevelMaker {
     const Phase inner = level_of(cavity, within, apex, Creases::Keep);
     std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
                    [](float outside, float inside) { return std::max(outside, -inside); });
-    if (stack_.thick && open_step() != 0) {
-      open_toward_base(level, source_, sections, within, path_, lattice_, map_, open_step());
+    if (stack_.thick && open_step_ != 0) {
+      open_toward_base(level, source_, sections, within, path_, lattice_, map_, open_step_);
     }
   }
 
-  /// Ends a phase's level flat at the structure's cut, and where the stack ends.
-  void end_flat(Phase& level, std::size_t phase) const {
+  /// Ends a phase's level flat on the side of the base, and where the stack ends.
+  /// @param part coverage of the structure itself
+  void end_flat(Phase& level, const Phase& part) const {
     const auto cut_at = [&](double k, int step) {
       cut_flat(level, lattice_, map_, stack_.gap_mm, k, step);
     };
-    if (cut_ != nullptr) cut_at(cut_->k[phase] - first_k_, cut_->base_step);
+    if (open_step_ != 0) cut_at(base_end(part), open_step_);
     // Where the stack ends, so does the heart: half a gap beyond its last slice.
     cut_at(-0.5 - first_k_, -1);
     cut_at(stack_.last_k + 0.5 - first_k_, +1);
   }
 
  private:
-  [[nodiscard]] int open_step() const { return cut_ != nullptr ? cut_->base_step : 0; }
+  /// Half a gap beyond the last slice, which is as far as volumes count; nearer to it, the less of
+  /// the largest section it holds: that is what a leaning valve leaves, and no column.
+  [[nodiscard]] double base_end(const Phase& part) const {
+    double largest = 0;
+    for (int k = 0; k < source_.size[2]; ++k) {
+      largest = std::max(largest, section_voxels(source_, part, k));
+    }
+    const int last = last_section(source_, part, open_step_);
+    if (last < 0) return open_step_ > 0 ? -1 : source_.size[2];
+    return last + open_step_ * std::min(0.5, section_voxels(source_, part, last) / largest);
+  }
 
   const Grid& source_;
   const Grid& lattice_;
   AxisMap map_;
   const StackSlices& stack_;
-  double first_k_;  ///< of the coverage in the whole stack
-  const BaseCut* cut_ = nullptr;
+  double first_k_;     ///< of the coverage in the whole stack
+  int open_step_ = 0;  ///< of the slice index, towards the base, where it ends flat; 0: nowhere
   SectionPath path_;
 };
 
@@ -218,7 +229,7 @@ ShapeCycle shape_of_structure(Structure structure, Segmentation& segmentation,
                                  structure == Structure::LvBlood ? ends.cavity : ends.wall,
                                  wall ? Creases::Round : Creases::Keep);
     if (with_cavity) maker.hollow(level, sections, cavity->second[p], ends.cavity);
-    maker.end_flat(level, p);
+    maker.end_flat(level, phases[p]);
     for (float& value : level) value = std::clamp(value, -kLevelReachMm, kLevelReachMm);
     shape.level.phases[p] = std::move(level);
     if (done_with) filled[p] = Phase();

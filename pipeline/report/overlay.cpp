@@ -44,7 +44,6 @@ cv::Mat draw_tile(const Cine& cine, const Segmentation& segmentation, const Shee
   for (Structure structure : kAllStructures) {
     const auto found = segmentation.coverage.phases.find(structure);
     if (found == segmentation.coverage.phases.end()) continue;
-    if (share_within_cut(segmentation, structure, phase, k) < 0.5) continue;
     cv::Mat inside;
     cv::resize(coverage_slice(segmentation.coverage, found->second[p], k, sheet.rectangle), inside,
                sheet.tile, 0, 0, cv::INTER_LINEAR);

@@ -183,7 +183,6 @@ std::vector<Outline> outlines(const Segmentation& segmentation, Structure struct
   const CoverageCycle& coverage = segmentation.coverage;
   const auto found = coverage.phases.find(structure);
   if (found == coverage.phases.end()) return {};
-  if (share_within_cut(segmentation, structure, phase, k) < 0.5) return {};
   const Grid& part = coverage.grid;
   const cv::Rect rectangle(coverage.first[0], coverage.first[1], part.size[0], part.size[1]);
   cv::Mat inside =

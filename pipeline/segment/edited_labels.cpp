@@ -7,6 +7,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
+#include "pipeline/segment/base_cuts.h"
 #include "pipeline/segment/belief.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
@@ -106,31 +107,12 @@ std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::
   return zone;
 }
 
-/// Moves a cut of one phase out to the farthest painted label of its structure and adds what it
-/// uncovers to `zone`.
-void follow_paint(const Grid& grid, const std::vector<std::uint8_t>& labels, Structure structure,
-                  int base_step, double first_k, double& cut_k, std::vector<std::uint8_t>& zone) {
-  double farthest = cut_k - first_k;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    if (base_step * (k + 0.5 * base_step - farthest) <= 0) continue;
-    if (base_step * (k - farthest) <= 0) continue;  // the cut goes through this slice already
-    const auto begin = labels.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
-    const bool painted =
-        std::any_of(begin, begin + static_cast<std::ptrdiff_t>(grid.slice_count()),
-                    [&](std::uint8_t label) { return label_in_structure(label, structure); });
-    if (painted) farthest = k + 0.5 * base_step;
-  }
-  const double before = cut_k - first_k;
-  if (farthest == before) return;
-  if (zone.empty()) zone.resize(grid.count(), 0);
-  for (int k = 0; k < grid.size[2]; ++k) {
-    const bool uncovered =
-        base_step * (k + 0.5 * base_step - before) > 0 && base_step * (k - farthest) < 0;
-    if (!uncovered) continue;
-    std::fill_n(zone.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k)),
-                grid.slice_count(), std::uint8_t{1});
-  }
-  cut_k = farthest + first_k;
+/// Moves the plane of one phase beyond the farthest label of its structure.
+void follow_paint(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
+                  int first_k, BaseCut& cut) {
+  const int last = most_basal(labels, phase, structure, cut.base_step);
+  if (last < 0 || cut.base_step * (last + first_k - cut.k[phase]) <= 0) return;
+  cut.k[phase] = last + first_k + 0.5 * cut.base_step;
 }
 
 void drop_or_refuse_absent(CoverageCycle& coverage) {
@@ -174,9 +156,9 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
 
   parallel_for(n, [&](std::size_t p) {
     context.check_cancelled();
-    std::vector<std::uint8_t> zone = changed_zone(grid, before.phases[p], after.phases[p]);
+    const std::vector<std::uint8_t> zone = changed_zone(grid, before.phases[p], after.phases[p]);
     for (auto& [structure, cut] : made.base_cuts) {
-      follow_paint(grid, after.phases[p], structure, cut.base_step, box.first[2], cut.k[p], zone);
+      follow_paint(after, p, structure, box.first[2], cut);
     }
     if (zone.empty()) return;
     // A body given as a whole is as smooth across slices as in them; a stroke is of its own slice.

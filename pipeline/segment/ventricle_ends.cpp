@@ -7,7 +7,6 @@
 
 #include "pipeline/core/lv_direction.h"
 #include "pipeline/core/parallel.h"
-#include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/register/apical_end.h"
 
@@ -35,33 +34,27 @@ struct Profile {
   }
 };
 
-/// Coverage of one phase, of the structures together, without what lies beyond their cuts.
+/// Coverage of one phase, of the structures together.
 class Body {
  public:
   Body(const Segmentation& segmentation, const std::vector<Structure>& structures,
        std::size_t phase)
-      : segmentation_(segmentation), structures_(structures), phase_(phase) {}
+      : coverage_(segmentation.coverage), structures_(structures), phase_(phase) {}
 
   /// visit(lps of the voxel's centre, covered share > 0)
   template <class Visit>
   void each(const Visit& visit) const {
-    const CoverageCycle& coverage = segmentation_.coverage;
-    const Grid& grid = coverage.grid;
+    const Grid& grid = coverage_.grid;
+    std::vector<const float*> voxels;
+    for (const Structure structure : structures_) {
+      voxels.push_back(coverage_.phases.at(structure)[phase_].data());
+    }
     for (int k = 0; k < grid.size[2]; ++k) {
-      std::vector<double> within;
-      std::vector<const float*> voxels;
-      for (const Structure structure : structures_) {
-        within.push_back(share_within_cut(segmentation_, structure, static_cast<int>(phase_),
-                                          k + coverage.first[2]));
-        voxels.push_back(coverage.phases.at(structure)[phase_].data());
-      }
       for (int j = 0; j < grid.size[1]; ++j) {
         for (int i = 0; i < grid.size[0]; ++i) {
           const std::size_t v = grid.offset(i, j, k);
           double share = 0;
-          for (std::size_t s = 0; s < voxels.size(); ++s) {
-            share += within[s] * static_cast<double>(voxels[s][v]);
-          }
+          for (const float* of : voxels) share += static_cast<double>(of[v]);
           if (share > 0) visit(grid.mm(i, j, k), std::min(1.0, share));
         }
       }
@@ -69,7 +62,7 @@ class Body {
   }
 
  private:
-  const Segmentation& segmentation_;
+  const CoverageCycle& coverage_;
   const std::vector<Structure>& structures_;
   std::size_t phase_;
 };
@@ -202,22 +195,11 @@ bool holds(const Segmentation& segmentation, Structure structure) {
   return segmentation.coverage.phases.count(structure) != 0;
 }
 
-/// A structure's coverage at end-diastole, without what lies beyond its cut; empty without it.
-std::vector<float> within_cut(const Segmentation& segmentation, Structure structure) {
+/// A structure's coverage at end-diastole; empty without it.
+std::vector<float> at_end_diastole(const Segmentation& segmentation, Structure structure) {
   const auto found = segmentation.coverage.phases.find(structure);
   if (found == segmentation.coverage.phases.end()) return {};
-  const Grid& grid = segmentation.coverage.grid;
-  const int phase = segmentation.end_diastole;
-  std::vector<float> out = found->second[static_cast<std::size_t>(phase)];
-  for (int k = 0; k < grid.size[2]; ++k) {
-    const auto share = static_cast<float>(
-        share_within_cut(segmentation, structure, phase, k + segmentation.coverage.first[2]));
-    if (share == 1) continue;
-    const auto first = out.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
-    std::for_each(first, first + static_cast<std::ptrdiff_t>(grid.slice_count()),
-                  [share](float& voxel) { voxel *= share; });
-  }
-  return out;
+  return found->second[static_cast<std::size_t>(segmentation.end_diastole)];
 }
 
 /// Of what the structures hold together, LPS. @pre that is something
@@ -236,8 +218,8 @@ Vec3 centre_mm(const Segmentation& segmentation, const std::vector<Structure>& s
 /// Origin and direction alone: the middle of the LV's blood and wall, and the way they lie.
 std::optional<LongAxis> line_of_lv(const Segmentation& segmentation) {
   const std::optional<Vec3> along =
-      lv_direction(segmentation.coverage.grid, within_cut(segmentation, Structure::LvBlood),
-                   within_cut(segmentation, Structure::LvMyocardium));
+      lv_direction(segmentation.coverage.grid, at_end_diastole(segmentation, Structure::LvBlood),
+                   at_end_diastole(segmentation, Structure::LvMyocardium));
   if (!along) return {};
   LongAxis axis;
   axis.origin_mm = centre_mm(segmentation, kVentricle, segmentation.end_diastole);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/register/workspace.h"
 #include "tests/unit/register/made_shapes.h"
 
@@ -196,33 +197,83 @@ TEST(Shape, OfAVentricleIsClosedByMuscleBeyondTheLastSlice) {
   }
 }
 
-TEST(Shape, EndsFlatWhereAValvePlaneCutsItInEachPhase) {
+/// Coverage of discs about the middle's line across the slices. @param radius_mm (slice); 0: none
+template <class Radius>
+std::vector<float> discs(const Grid& grid, const Vec3& middle, const Radius& radius_mm) {
+  std::vector<float> out(grid.count(), 0.0F);
+  const Vec3 spacing = grid.spacing_mm();
+  for (int k = 0; k < grid.size[2]; ++k) {
+    if (!(radius_mm(k) > 0)) continue;
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const double d = std::hypot(i * spacing[0] - middle[0], j * spacing[1] - middle[1]);
+        out[grid.offset(i, j, k)] =
+            static_cast<float>(std::clamp(0.5 - (d - radius_mm(k)) / spacing[0], 0.0, 1.0));
+      }
+    }
+  }
+  return out;
+}
+
+TEST(Shape, EndsFlatHalfAGapBeyondItsMostBasalSliceInEachPhase) {
   const Grid grid = made::straight_grid({56, 56, 8}, {1.4, 1.4, 8});
   for (int step : {1, -1}) {
     Segmentation segmentation = made::segmentation_of(grid, 2);
     const Vec3 centre(38, 38, 28);
-    // A cylinder through the stack; the cut alone ends it, at 4.5 and at 3.75 slices.
-    std::vector<float> cylinder(grid.count());
-    for (int k = 0; k < 8; ++k) {
-      for (int j = 0; j < 56; ++j) {
-        for (int i = 0; i < 56; ++i) {
-          const double d = std::hypot(i * 1.4 - 38, j * 1.4 - 38) - 20;
-          cylinder[grid.offset(i, j, k)] = static_cast<float>(std::clamp(0.5 - d / 1.4, 0.0, 1.0));
-        }
-      }
+    // A cylinder that a valve is thought to end elsewhere than half-way between two slices.
+    const std::vector<double> planes{4.9, 3.6};
+    for (const double plane : planes) {
+      segmentation.coverage.phases[Structure::LvBlood].push_back(
+          discs(grid, centre, [&](int k) { return step * (k - plane) < 0 ? 20.0 : 0.0; }));
     }
-    segmentation.coverage.phases[Structure::LvBlood] = {cylinder, cylinder};
-    segmentation.base_cuts[Structure::LvBlood] = {step, {4.5, 3.75}};
+    segmentation.base_cuts[Structure::LvBlood] = {step, planes};
     const auto shapes = shapes_of(segmentation, Affine::Identity());
+    const std::vector<double> volumes = segmented_volume_ml(segmentation, Structure::LvBlood);
     for (std::size_t p : {std::size_t{0}, std::size_t{1}}) {
-      const double plane_mm = 8 * (p == 0 ? 4.5 : 3.75);
+      const double plane_mm = 8 * (p == 0 ? 4.5 : 3.5);
       const Vec3 from(centre[0] + 6, centre[1], step > 0 ? 8 : 48);
       const double found = made::surface_along(shapes[0], p, from, Vec3::UnitZ() * step, 0, 45);
       EXPECT_NEAR(from[2] + step * found, plane_mm, 0.05) << step << " phase " << p;
+      // What is told as its volume: the disc's radius is off by less than 0.1 mm.
+      EXPECT_NEAR(made::volume_ml(shapes[0], p) / volumes[p], 1, 0.02) << step << " phase " << p;
     }
-    // Volume of the cylinder up to the plane: the disc's radius is off by less than 0.1 mm.
-    const double length = step > 0 ? 8 * 5 : 8 * 3;
-    EXPECT_NEAR(made::volume_ml(shapes[0], 0) / (std::numbers::pi * 0.4 * length), 1, 0.02);
+  }
+}
+
+// What is left of a ventricle in a slice beyond its valve is no reason for all of it to end
+// elsewhere than in the phases beside, where nothing is left; and it is no column of a slice.
+TEST(Shape, EndsWhereItDoesWhetherOrNotAPartIsInOneMoreSlice) {
+  constexpr double kGapMm = 12;
+  const Grid grid = made::straight_grid({56, 56, 7}, {1.4, 1.4, kGapMm});
+  const Vec3 middle(38, 38, 0);
+  const Vec3 aside(50, 38, 0);  // of the part
+  for (const int step : {1, -1}) {
+    SCOPED_TRACE("base at slices " + std::to_string(step));
+    const auto nth = [&](int k) { return step > 0 ? k : 6 - k; };  // counted from the apex
+    Segmentation segmentation = made::segmentation_of(grid, 2);
+    const std::vector<float> whole =
+        discs(grid, middle, [&](int k) { return nth(k) <= 3 ? 22.0 : 0.0; });
+    std::vector<float> with_part =
+        discs(grid, aside, [&](int k) { return nth(k) == 4 ? 6.0 : 0.0; });
+    std::transform(whole.begin(), whole.end(), with_part.begin(), with_part.begin(), std::plus<>());
+    segmentation.coverage.phases[Structure::LvBlood] = {whole, with_part};
+    const double plane = step > 0 ? 3.9 : 6 - 3.9;
+    segmentation.base_cuts[Structure::LvBlood] = {step, {plane, plane}};
+    const std::vector<double> volumes = segmented_volume_ml(segmentation, Structure::LvBlood);
+    const auto shapes = shapes_of(segmentation, Affine::Identity());
+    const auto end = [&](std::size_t p, const Vec3& from) {
+      const Vec3 start(from[0], from[1], kGapMm * nth(2));
+      return made::surface_along(shapes[0], p, start, Vec3::UnitZ() * step, 0, 40) / kGapMm + 2;
+    };
+    const Vec3 other(26, 38, 0);
+    EXPECT_NEAR(end(0, other), 3.5, 0.01);
+    EXPECT_NEAR(end(1, other), 3.5, 0.1);
+    EXPECT_NEAR(end(0, aside), 3.5, 0.01);
+    EXPECT_NEAR(end(1, aside), 4 + 6.0 * 6 / (22 * 22), 0.05);
+    for (const std::size_t p : {std::size_t{0}, std::size_t{1}}) {
+      EXPECT_NEAR(made::volume_ml(shapes[0], p) / volumes[p], 1, 0.04) << p;
+    }
+    EXPECT_NEAR(made::volume_ml(shapes[0], 1) / made::volume_ml(shapes[0], 0), 1, 0.04);
   }
 }
 

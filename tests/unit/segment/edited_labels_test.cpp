@@ -146,9 +146,9 @@ TEST(EditedLabels, PaintOutsideThePartThatHadCoverageCounts) {
               1e-9);
 }
 
-TEST(EditedLabels, ACutFollowsPaintBeyondIt) {
+TEST(EditedLabels, TheBasesPlaneFollowsPaintBeyondIt) {
   Segmentation before = made();
-  // The LV ends flat at 3.2: its pool goes on in slices 4 and 5, labelled rest of the heart.
+  // The LV ends at 3.2: slices 4 and 5 show a pool that is labelled rest of the heart.
   before.base_cuts[Structure::LvBlood] = {1, {3.2, 3.2}};
   LabelCycle& labels = before.labels;
   for (auto& phase : labels.phases) {
@@ -159,12 +159,16 @@ TEST(EditedLabels, ACutFollowsPaintBeyondIt) {
       }
     }
   }
+  const Grid& part = before.coverage.grid;
+  for (auto& phase : before.coverage.phases[Structure::LvBlood]) {
+    std::fill(phase.begin() + static_cast<std::ptrdiff_t>(part.offset(0, 0, 3)), phase.end(), 0.0F);
+  }
   LabelCycle painted = labels;
   const double disc = paint(painted, 1, 4, 30, 28, 5, kLabelLvBlood) - kSmoothedPx;
   StageContext context;
   const Segmentation after = with_edited_labels(before, painted, context);
   EXPECT_EQ(after.base_cuts.at(Structure::LvBlood).k, (std::vector<double>{3.2, 4.5}));
-  // In the slice that was uncovered the paint counts, not the pool that goes on beyond the cut.
+  // In that slice the paint counts, and nothing of the pool around it.
   double in_slice = 0;
   const Grid& grid = after.coverage.grid;
   for (std::size_t v = 0; v < grid.slice_count(); ++v) {
