@@ -35,8 +35,8 @@ struct HiddenPlace {
 struct SelfTest {
   double slices_apart_mm = 0;     ///< those that foretell: twice the stack's own distance
   std::vector<int> slice_phases;  ///< in which slices were hidden: end-diastole and end-systole
-  /// Of slices between two that show the structure; of those beside its ends, apex and base, where
-  /// one neighbour does not.
+  /// Of slices between two that show the structure; of those beside its ends, where one neighbour
+  /// does not, in thick slices of the apex alone.
   std::vector<HiddenError> between_slices;
   std::vector<HiddenError> at_ends;
   double phases_apart_s = 0;  ///< those that foretell: twice the exam's own; 0: none was hidden
@@ -44,7 +44,8 @@ struct SelfTest {
   std::vector<HiddenPlace> worst;  ///< slices between two others, the worst first, at most five
 };
 
-/// Every slice is hidden once: every other one foretells those between. Every phase is hidden once,
+/// Every slice is hidden once: every other one foretells those between, but for which thick one is
+/// the last before a valve, as no other tells. Every phase is hidden once,
 /// at most twelve that lie evenly over the beat, foretold as a cubic in time does in the middle
 /// between four; of fewer than eight phases none.
 /// @param found as the study holds it

@@ -242,26 +242,27 @@ void IncrementalBuild::refuse_another_source() const {
   }
 }
 
-void IncrementalBuild::refuse_unless_from(const std::optional<std::string>& source_files) const {
-  if (!study_ || !study_->find(Stage::Import) || orders_.discard_edits) return;
-  const auto& inputs = study_->find(Stage::Import)->inputs;
-  const auto before = inputs.find(study::kSourceFiles);
-  if (before == inputs.end() || before->second != source_files) refuse_another_source();
+bool IncrementalBuild::is_of_same_exam(const study::Wanted& with) const {
+  constexpr auto kExam = "exam";  // of several in the same files
+  const study::StageRecord& record = *study_->find(Stage::Import);
+  const auto before = record.inputs.find(study::kSourceFiles);
+  return before != record.inputs.end() && before->second == with.source_files &&
+         record.options.value(kExam, 0) == with.options.value(kExam, 0);
 }
 
-void IncrementalBuild::part_with_corrections(const std::optional<std::string>& source_files) {
+void IncrementalBuild::refuse_unless_from(const study::Wanted& with) const {
+  if (!study_ || !study_->find(Stage::Import) || orders_.discard_edits) return;
+  if (!is_of_same_exam(with)) refuse_another_source();
+}
+
+void IncrementalBuild::part_with_corrections(const study::Wanted& with) {
   if (!study_ || !study_->find(Stage::Import)) return;
   if (!orders_.keeps_seeds && !orders_.keeps_labels) return;
-  const auto& inputs = study_->find(Stage::Import)->inputs;
-  const auto is_as_before = [&](const char* what, const std::optional<std::string>& now) {
-    const auto before = inputs.find(what);
-    return before != inputs.end() && before->second == now;
-  };
   // A view that is added changes the files but not the stack, another option the stack only.
-  if (is_as_before(study::kSourceFiles, source_files) ||
-      is_as_before(study::kSourceStack, facts_.input_sha256)) {
-    return;
-  }
+  const auto& inputs = study_->find(Stage::Import)->inputs;
+  const auto stack = inputs.find(study::kSourceStack);
+  if (stack != inputs.end() && stack->second == facts_.input_sha256) return;
+  if (is_of_same_exam(with)) return;
   const std::string what = !orders_.keeps_labels  ? "seeds"
                            : !orders_.keeps_seeds ? "labels that were given"
                                                   : "seeds and labels that were given";
@@ -279,6 +280,7 @@ void IncrementalBuild::part_with_corrections(const std::optional<std::string>& s
     orders_.coverage.clear();
   }
   keep_orders(orders_, *study_);
+  study_->save();
   listener_.tell("import: given up with the images before: " + what);
 }
 
@@ -295,10 +297,10 @@ void IncrementalBuild::import_made(Exam exam, const std::vector<fs::path>& files
   study::Wanted with = wanted_of(Stage::Import, orders_);
   if (study_) with.source_files = files_sha256(files);
   if (keeps(Stage::Import, with)) return;
-  refuse_unless_from(with.source_files);
+  refuse_unless_from(with);
   exam_ = std::move(exam);
   facts_.input_sha256 = stack_sha256(exam_->stack);
-  part_with_corrections(with.source_files);
+  part_with_corrections(with);
   leave_import(with);
   for (const std::string& decision : facts_.decisions) listener_.tell("import: " + decision);
 }
@@ -320,11 +322,11 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
   }
   if (study_) with.source_files = files_sha256(sources);
   if (keeps(Stage::Import, with)) return;
-  refuse_unless_from(with.source_files);
+  refuse_unless_from(with);
   run(Stage::Import, [&](StageContext& context) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
     facts_.input_sha256 = stack_sha256(exam_->stack);
-    part_with_corrections(with.source_files);
+    part_with_corrections(with);
     exam_ = reg::with_aligned_slices(std::move(*exam_), orders_.recipe.align);
     leave_import(with);
   });

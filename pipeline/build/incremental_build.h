@@ -88,11 +88,13 @@ class IncrementalBuild {
   [[nodiscard]] study::StageRecord new_record(study::Stage stage) const;
   void pictures();
   void refuse_another_source() const;
-  /// As above, where the study holds an import of other files and edits are not to be given up.
-  void refuse_unless_from(const std::optional<std::string>& source_files) const;
+  /// Whether the study's import is of these files, and of the same exam among them.
+  [[nodiscard]] bool is_of_same_exam(const study::Wanted& with) const;
+  /// As above, where the study holds another exam and edits are not to be given up.
+  void refuse_unless_from(const study::Wanted& with) const;
   /// Corrections that the study kept are of the heart in its images: they go with them.
   /// @throws Error{InvalidInput} where other images were read and edits are not to be given up
-  void part_with_corrections(const std::optional<std::string>& source_files);
+  void part_with_corrections(const study::Wanted& with);
   /// Takes note of the exam that was read and leaves it in the study.
   void leave_import(const study::Wanted& with);
 

@@ -50,8 +50,10 @@ void add_stage_arguments(CLI::App& command, StageArguments& arguments) {
 }
 
 void add_discard_edits(CLI::App& command, bool& discard_edits) {
-  command.add_flag("--discard-edits", discard_edits,
-                   "Make anew what was edited by hand in the study; without, it is kept");
+  command.add_flag(
+      "--discard-edits", discard_edits,
+      "Make anew what was edited by hand in the study, and with the images of another exam give up "
+      "its seeds and labels, too; without, all is kept");
 }
 
 study::Study study_to_write(const std::string& folder, Console& console, bool must_be_there) {

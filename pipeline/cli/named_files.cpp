@@ -1,7 +1,6 @@
 #include "pipeline/cli/named_files.h"
 
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
@@ -15,9 +14,9 @@ namespace beatlas::cli {
 namespace fs = std::filesystem;
 namespace {
 
-/// The first bytes of a file, up to 64.
+/// The first bytes of a file.
 std::string head_of(const fs::path& file) {
-  std::array<char, 64> head{};
+  std::array<char, 256> head{};
   std::ifstream in(file, std::ios::binary);
   in.read(head.data(), head.size());
   return {head.data(), static_cast<std::size_t>(in.gcount())};
@@ -32,9 +31,8 @@ bool is_package(const fs::path& file) {
 }
 
 bool is_page(const fs::path& file) {
-  std::string head = head_of(file);
-  for (char& c : head) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return head.starts_with("<!doctype html");
+  constexpr std::string_view kGenerator = R"(<meta name="generator" content="beatlas">)";
+  return head_of(file).find(kGenerator) != std::string::npos;
 }
 
 bool is_timing(const fs::path& file) {

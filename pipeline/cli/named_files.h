@@ -1,6 +1,6 @@
 #pragma once
-/// Files that the words of a command name: of the kind that is asked, and nothing that is written
-/// over but what a command of its kind wrote.
+/// Files that the words of a command name: of the kind that is asked; and packages, reports and
+/// times, which replace nothing but their like.
 
 #include <filesystem>
 #include <string>

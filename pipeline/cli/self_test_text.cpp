@@ -30,7 +30,7 @@ std::string self_test_to_text(const assess::SelfTest& found) {
   const std::string apart = number("%.1f mm", found.slices_apart_mm);
   std::string text = table("Hidden slices, foretold by those beside them, " + apart + " apart",
                            found.between_slices);
-  text += table("Hidden slices beside an end: apex or base", found.at_ends);
+  text += table("Hidden slices beside an end", found.at_ends);
   text += table("Hidden phases, foretold by those beside them, " +
                     number("%.0f ms", 1e3 * found.phases_apart_s) + " apart",
                 found.between_phases);

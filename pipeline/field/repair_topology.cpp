@@ -408,7 +408,7 @@ void repair_topology(std::vector<FieldCycle>& fields, const StageContext& contex
   };
   for (const Structure structure : kFirst) repair_one(structure);
   if (heart != nullptr)
-    (void)repair(around(gains, *heart), nullptr, *heart, next(), "again around what it holds, ");
+    (void)repair(around(gains, *heart), nullptr, *heart, next(), "around what it holds, ");
   for (const Structure structure : kThen) repair_one(structure);
 }
 

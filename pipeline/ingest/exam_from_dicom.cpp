@@ -72,9 +72,12 @@ void tell_oddities(const DicomScan& scan, const std::vector<std::filesystem::pat
 }
 
 bool holds_linked_folder(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, ignored)) {
-    if (entry.is_symlink(ignored) && entry.is_directory(ignored)) return true;
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error);
+  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    std::error_code ignored;
+    if (it->is_symlink(ignored) && it->is_directory(ignored)) return true;
   }
   return false;
 }

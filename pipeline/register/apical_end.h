@@ -16,12 +16,6 @@ namespace beatlas::reg {
 /// Coverage of one phase of the LV's blood and muscle together. @pre there are both
 [[nodiscard]] std::vector<float> filled_lv(const CoverageCycle& coverage, std::size_t phase);
 
-/// Area of a slice's section, in voxels; 0 where none of them is half covered.
-[[nodiscard]] double section_voxels(const Grid& grid, const std::vector<float>& coverage, int k);
-
-/// The slice that holds a section farthest along `step`; -1 if there is none.
-[[nodiscard]] int last_section(const Grid& grid, const std::vector<float>& coverage, int step);
-
 /// Beyond its most apical slice a structure closes roundly.
 struct ApicalEnd {
   int step = 0;       ///< of the slice index, toward the apex; 0: unknown

@@ -156,12 +156,12 @@ class LevelMaker {
   }
 
   /// Ends a phase's level flat on the side of the base, and where the stack ends.
-  /// @param part coverage of the structure itself
-  void end_flat(Phase& level, const Phase& part) const {
+  /// @param sections of the structure itself
+  void end_flat(Phase& level, const std::vector<Phase>& sections) const {
     const auto cut_at = [&](double k, int step) {
       cut_flat(level, lattice_, map_, stack_.gap_mm, k, step);
     };
-    if (open_step_ != 0) cut_at(base_end(part), open_step_);
+    if (open_step_ != 0) cut_at(base_end(sections), open_step_);
     // Where the stack ends, so does the heart: half a gap beyond its last slice.
     cut_at(-0.5 - first_k_, -1);
     cut_at(stack_.last_k + 0.5 - first_k_, +1);
@@ -170,14 +170,20 @@ class LevelMaker {
  private:
   /// Half a gap beyond the last slice, which is as far as volumes count; nearer to it, the less of
   /// the largest section it holds: that is what a leaning valve leaves, and no column.
-  [[nodiscard]] double base_end(const Phase& part) const {
-    double largest = 0;
-    for (int k = 0; k < source_.size[2]; ++k) {
-      largest = std::max(largest, section_voxels(source_, part, k));
+  [[nodiscard]] double base_end(const std::vector<Phase>& sections) const {
+    const auto n = static_cast<int>(sections.size());
+    std::ptrdiff_t largest = 1;
+    std::ptrdiff_t of_last = 0;
+    int last = open_step_ > 0 ? -1 : n;
+    for (int k = open_step_ > 0 ? 0 : n - 1; k >= 0 && k < n; k += open_step_) {
+      const Phase& section = sections[static_cast<std::size_t>(k)];
+      if (section.empty()) continue;
+      last = k;
+      of_last = std::count_if(section.begin(), section.end(), [](float mm) { return mm < 0; });
+      largest = std::max(largest, of_last);
     }
-    const int last = last_section(source_, part, open_step_);
-    if (last < 0) return open_step_ > 0 ? -1 : source_.size[2];
-    return last + open_step_ * std::min(0.5, section_voxels(source_, part, last) / largest);
+    const double share = static_cast<double>(of_last) / static_cast<double>(largest);
+    return last + open_step_ * std::min(0.5, share);
   }
 
   const Grid& source_;
@@ -229,7 +235,7 @@ ShapeCycle shape_of_structure(Structure structure, Segmentation& segmentation,
                                  structure == Structure::LvBlood ? ends.cavity : ends.wall,
                                  wall ? Creases::Round : Creases::Keep);
     if (with_cavity) maker.hollow(level, sections, cavity->second[p], ends.cavity);
-    maker.end_flat(level, phases[p]);
+    maker.end_flat(level, with_cavity ? maker.sections_of(phases[p]) : sections);
     for (float& value : level) value = std::clamp(value, -kLevelReachMm, kLevelReachMm);
     shape.level.phases[p] = std::move(level);
     if (done_with) filled[p] = Phase();

@@ -8,7 +8,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/encoded_picture.h"
 #include "pipeline/report/slice_view.h"
 #include "runtime/atlas/structure_colours.h"

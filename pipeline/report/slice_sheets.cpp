@@ -10,7 +10,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/core/segmented_volume.h"
 #include "pipeline/report/base64.h"
 #include "pipeline/report/encoded_picture.h"
 #include "pipeline/report/slice_view.h"

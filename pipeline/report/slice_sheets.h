@@ -46,7 +46,7 @@ struct SliceSheets {
 using Outline = std::vector<std::array<float, 2>>;
 
 /// Where a structure's coverage is one half, between voxels too (marching squares, linear), thinned
-/// to the tolerance. Nothing where its base cut takes most of the slice off.
+/// to the tolerance.
 [[nodiscard]] std::vector<Outline> outlines(const Segmentation& segmentation, Structure structure,
                                             int phase, int k, double tolerance_mm);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Where structures end on the base's side in stacks of thick slices: flat, between two slices.
+/// Where valves are thought to end structures in stacks of thick slices, between two of them.
 
 #include <map>
 
@@ -7,7 +7,7 @@
 
 namespace beatlas::segment {
 
-/// Where structures end flat on the base's side, between the slices that labels tell.
+/// Planes of valves, between the slices that labels tell; see BaseCut.
 /// @param base_step +1 if the base lies towards larger k, -1 if smaller
 [[nodiscard]] std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels,
                                                           int base_step);

@@ -41,8 +41,7 @@ struct Covered {
 /// @param covered of these labels, on their grid
 void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& labels);
 
-/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one, as
-/// cut at the base.
+/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one.
 void find_ends(Segmentation& segmentation);
 
 /// Enclosed volume [ml] of a structure in every phase, from coverage.

@@ -8,9 +8,9 @@ namespace beatlas::segment {
 ///
 /// Where labels changed, and two pixels around, coverage becomes that of the new labels' own
 /// smoothed outlines, or of their smooth surface (smooth_coverage) where slices are thin and a
-/// phase had no labels before; elsewhere it stays as made. A base cut moves out as far as labels of
-/// its structure were painted beyond it; there the labels alone count. End-diastole and end-systole
-/// follow; alarms are to be asked for anew.
+/// phase had no labels before; elsewhere it stays as made. The plane of a base moves out as far as
+/// labels of its structure were painted beyond it. End-diastole and end-systole follow; alarms are
+/// to be asked for anew.
 /// @param made as segment_exam gave it; @param labels on its grid, one image a phase
 /// @throws Error{InvalidInput} if a label is unknown, if there is no heart left, or if a structure
 /// is there in some phases and not in others.

@@ -351,8 +351,19 @@ def edit_of_another():
     beatlas("seeds", seeded, "add", "--label", "lv_blood", "--slice", "20", "--row", "30", "--column", "30")
     said = beatlas("import", other / "dicom", "--study", seeded, code=3).stderr
     assert "holds seeds for other images than these" in said, said
-    beatlas("import", EXAM, "--study", seeded)
+    # Of the same files they stay, whatever the options, but for which exam among them is meant.
+    beatlas("import", EXAM, "--study", seeded, "--rr", "0.8")
     assert "lv_blood" in beatlas("seeds", seeded, "list").stdout
+    both = new_folder("exams_of_two")
+    for number, exam in enumerate((other, WORK / "edit_of_another_third")):
+        if number:
+            beatlas("phantom", "-o", exam, "--preset", "small", "--without", "all", "--snr", "12", "--seed", "3")
+        shutil.copytree(exam / "dicom", both / str(number))
+    of_two = new_folder("study_of_two")
+    beatlas("import", both, "--study", of_two, "--exam", "1")
+    beatlas("seeds", of_two, "add", "--label", "lv_blood", "--slice", "20", "--row", "30", "--column", "30")
+    beatlas("import", both, "--study", of_two, "--exam", "2", code=3)
+    assert "lv_blood" in beatlas("seeds", of_two, "list").stdout
     said = beatlas("import", other / "dicom", "--study", seeded, "--discard-edits").stderr
     assert "given up with the images before: seeds" in said, said
     assert "no seeds" in beatlas("seeds", seeded, "list").stdout

@@ -207,7 +207,7 @@
     const test = summary.self_test;
     if (!test) return;
     at("foretold").hidden = false;
-    const kinds = [["between_slices", `Slices between two others, foretold over ${test.slices_apart_mm.toFixed(1)} mm`], ["at_ends", "Slices beside apex or base"],
+    const kinds = [["between_slices", `Slices between two others, foretold over ${test.slices_apart_mm.toFixed(1)} mm`], ["at_ends", "Slices beside an end"],
                    ["between_phases", `Phases, foretold over ${(1000 * test.phases_apart_s).toFixed(0)} ms`]].filter(([key]) => test[key].length);
     const rows = kinds.flatMap(([key, title]) => test[key].map((row, n) => make("tr", {}, make("td", {}, n ? "" : title), make("th", {scope: "row"}, names[row.structure]),
       make("td", {class: "number"}, row.mean_mm.toFixed(1)), make("td", {class: "number"}, row.p95_mm.toFixed(1)), make("td", {class: "number"}, Math.abs(row.bias_mm) < 0.05 ? "0.0" : (row.bias_mm > 0 ? "+" : "−") + Math.abs(row.bias_mm).toFixed(1)))));

@@ -114,6 +114,18 @@ TEST(SelfTest, OfAnEndIsToldApart) {
   EXPECT_LT(heart_of(found.between_slices).mm.mean, 0.5);
 }
 
+TEST(SelfTest, AsksNoSliceWhichIsTheLastBeforeAValve) {
+  // A cylinder that ends in the stack on both sides.
+  const auto cylinder = [](double z, int) { return std::abs(z) < 26 ? 25.0 : 0.0; };
+  Segmentation found = body(10, 8, 1, cylinder);
+  const int without = heart_of(tested(found).at_ends).contours;
+  EXPECT_EQ(without, 2);
+  for (const int step : {1, -1}) {
+    found.base_cuts[Structure::Heart] = {step, {step > 0 ? 7.5 : 1.5}};
+    EXPECT_EQ(heart_of(tested(found).at_ends).contours, 1) << step;
+  }
+}
+
 TEST(SelfTest, OfHiddenPhasesIsTheCubicsOwnError) {
   // Radii that go round the beat in one wave and in three: in the middle between four phases a
   // cubic keeps (9 cos d - cos 3 d) / 8 of a wave whose phase moves by d from frame to frame.
