@@ -1,6 +1,7 @@
 """Bad input: one sentence that names the file and the reason, exit code 3, nothing left behind:
 bad_input_test.py BEATLAS NAME"""
 import json
+import pathlib
 import re
 import zipfile
 
@@ -175,9 +176,10 @@ def what_was_there_stays(folder):
     assert exam_bytes(folder / "study") == before
     stages = json.loads(record)["stages"]
     assert json.loads((folder / "study" / "study.json").read_text())["stages"] == stages
-    (folder / "heart.beatlas").write_text("the old one")
+    old = (pathlib.Path(__file__).resolve().parents[1] / "package" / "golden" / "v3.beatlas").read_bytes()
+    (folder / "heart.beatlas").write_bytes(old)
     one_sentence(run("build", bad, "-o", folder / "heart.beatlas"), "bad")
-    assert (folder / "heart.beatlas").read_text() == "the old one"
+    assert (folder / "heart.beatlas").read_bytes() == old
     beatlas("import", good, "--study", folder / "study")
     assert exam_bytes(folder / "study") == before
 
