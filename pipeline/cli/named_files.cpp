@@ -44,28 +44,15 @@ bool is_timing(const fs::path& file) {
   }
 }
 
-bool is_of(OutputKind kind, const fs::path& file) {
-  switch (kind) {
-    case OutputKind::Package:
-      return is_package(file);
-    case OutputKind::Page:
-      return is_page(file);
-    case OutputKind::Timing:
-      return is_timing(file);
-  }
-  return false;
-}
+struct Kind {
+  const char* name;
+  bool (*is)(const fs::path&);
+};
 
-const char* in_words(OutputKind kind) {
-  switch (kind) {
-    case OutputKind::Package:
-      return "package";
-    case OutputKind::Page:
-      return "report";
-    case OutputKind::Timing:
-      return "file of times";
-  }
-  return "";
+const Kind& described(OutputKind kind) {
+  static constexpr std::array kKinds{Kind{"package", is_package}, Kind{"report", is_page},
+                                     Kind{"file of times", is_timing}};
+  return kKinds.at(static_cast<std::size_t>(kind));
 }
 
 }  // namespace
@@ -91,9 +78,10 @@ void refuse_what_is_no_package(const fs::path& file) {
 void refuse_to_replace(const std::string& output, OutputKind kind, const std::string& study) {
   std::error_code none_there;
   if (output.empty() || !fs::is_regular_file(output, none_there)) return;
+  const Kind& wanted = described(kind);
   // An empty file, as mktemp makes it, holds nothing to lose.
-  if (fs::file_size(output, none_there) > 0 && !is_of(kind, output)) {
-    throw Error(ErrorCode::Usage, output + " is there, is no " + in_words(kind) +
+  if (fs::file_size(output, none_there) > 0 && !wanted.is(output)) {
+    throw Error(ErrorCode::Usage, output + " is there, is no " + wanted.name +
                                       " and would be lost; name another file to write");
   }
   if (study.empty()) return;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
-#include <numeric>
 #include <optional>
 
 #include "pipeline/core/parallel.h"
@@ -330,16 +329,6 @@ Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& l
   }
   fit_wall(search, settled, made);
   return made;
-}
-
-std::vector<double> volume_curve_ml(const CoverageCycle& coverage, Structure structure) {
-  std::vector<double> curve;
-  const auto found = coverage.phases.find(structure);
-  if (found == coverage.phases.end()) return curve;
-  for (const std::vector<float>& phase : found->second) {
-    curve.push_back(std::accumulate(phase.begin(), phase.end(), 0.0) * coverage.grid.voxel_ml());
-  }
-  return curve;
 }
 
 void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& labels) {

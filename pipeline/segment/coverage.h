@@ -44,8 +44,4 @@ void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& lab
 /// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one.
 void find_ends(Segmentation& segmentation);
 
-/// Enclosed volume [ml] of a structure in every phase, from coverage.
-[[nodiscard]] std::vector<double> volume_curve_ml(const CoverageCycle& coverage,
-                                                  Structure structure);
-
 }  // namespace beatlas::segment

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
@@ -76,7 +77,7 @@ double paint(LabelCycle& labels, int phase, int k, double x, double y, double ra
 }
 
 double volume_ml(const Segmentation& segmentation, Structure structure, std::size_t phase) {
-  return volume_curve_ml(segmentation.coverage, structure)[phase];
+  return segmented_volume_ml(segmentation, structure)[phase];
 }
 
 TEST(EditedLabels, WithoutAChangeAllStays) {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/coverage.h"
 #include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
@@ -154,7 +155,7 @@ TEST(KnownLabels, OfAllPhasesAreTakenAsTheyAre) {
   EXPECT_TRUE(result.base_cuts.empty());
   EXPECT_EQ(result.end_systole, end_systole(made));
   for (const Structure structure : kVentricular) {
-    const std::vector<double> curve = volume_curve_ml(result.coverage, structure);
+    const std::vector<double> curve = segmented_volume_ml(result, structure);
     for (std::size_t p = 0; p < curve.size(); ++p) {
       const double voxels = static_cast<double>(
           std::count_if(made.truth.phases[p].begin(), made.truth.phases[p].end(),

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/segment.h"
 #include "tests/unit/segment/imaged_phantom.h"
@@ -25,7 +26,7 @@ TEST(Papillary, AreCavityOrWallAsIsAsked) {
   options.papillary = Papillary::Muscle;
   const Segmentation out = imaged.segmented({}, options);
   const auto curve = [](const Segmentation& of, Structure structure) {
-    return volume_curve_ml(of.coverage, structure);
+    return segmented_volume_ml(of, structure);
   };
   const auto in_blood = curve(in, Structure::LvBlood);
   const auto out_blood = curve(out, Structure::LvBlood);

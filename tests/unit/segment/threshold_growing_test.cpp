@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/coverage.h"
 #include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
@@ -144,7 +145,7 @@ TEST(ThresholdGrowing, LeaksOnTheHardPhantomWhereTheCompetitionDoesNot) {
   const Scan scan(spec);
   const auto overgrown = [&](const Segmentation& found) {
     double most = 0;
-    const std::vector<double> curve = volume_curve_ml(found.coverage, Structure::LvBlood);
+    const std::vector<double> curve = segmented_volume_ml(found, Structure::LvBlood);
     for (int p = 0; p < spec.phases; ++p) {
       most = std::max(most,
                       curve[static_cast<std::size_t>(p)] /
