@@ -101,9 +101,13 @@ bool IncrementalBuild::keeps(Stage stage, const study::Wanted& wanted) {
 }
 
 study::StageRecord IncrementalBuild::new_record(Stage stage) const {
+  return new_record(wanted_of(stage, orders_));
+}
+
+study::StageRecord IncrementalBuild::new_record(study::Wanted with) {
   study::StageRecord record;
-  study::Wanted with = wanted_of(stage, orders_);
   record.version = std::move(with.version);
+  record.sources_sha256 = std::move(with.sources_sha256);
   record.options = std::move(with.options);
   return record;
 }

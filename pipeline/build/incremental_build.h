@@ -85,6 +85,7 @@ class IncrementalBuild {
   /// Writes what a stage made into the study, if there is one, and takes note of it.
   void leave(study::Stage stage, study::StageRecord record,
              const std::function<study::FileList()>& write);
+  [[nodiscard]] static study::StageRecord new_record(study::Wanted with);
   [[nodiscard]] study::StageRecord new_record(study::Stage stage) const;
   void pictures();
   void refuse_another_source() const;

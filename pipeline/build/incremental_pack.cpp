@@ -89,7 +89,7 @@ void IncrementalBuild::pack(const Scene& scene, const fs::path& file) {
     pack::write_package(file, content, orders_.recipe.pack);
     const std::vector<assess::Check> checks = checks_of(file, context.part(0.8, 1, "checks"));
     for (const std::string& failure : assess::failures_of(checks)) context.warn(failure);
-    study::StageRecord record{with.version, with.options, {}, {}, {}, {}};
+    study::StageRecord record = new_record(with);
     if (study_) {
       record.inputs = study_->inputs_now(Stage::Pack);
       record.package_sha256 = study::sha256_of_file(file);

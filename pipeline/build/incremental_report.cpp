@@ -58,7 +58,7 @@ json self_test_of(const study::Study& study) {
 /// Of all that the report tells.
 std::string made_from(const study::Study& study) {
   const auto& refusal = study.refusal();
-  json all{{"program", kVersion},
+  json all{{"program", {kVersion, sources_sha256()}},
            {"refused", refusal ? refusal->reason : std::string()},
            {"given", study.given()},
            {"self_test", self_test_of(study)}};

@@ -92,6 +92,7 @@ void keep_orders(const Orders& orders, study::Study& study) {
 study::Wanted wanted_of(Stage stage, const Orders& orders) {
   study::Wanted out;
   out.version = kVersion;
+  out.sources_sha256 = sources_sha256();
   out.options = stage_options(orders.recipe, stage);
   if (stage == Stage::Segment) out.options[kPriorOption] = orders.prior_sha256;
   if (stage == Stage::Segment && !orders.seeds.empty()) {

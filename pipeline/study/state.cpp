@@ -30,7 +30,11 @@ StageState state_of(const Study& study, Stage stage, const Wanted& wanted) {
     const bool spoiled = file == kLabelsAsMade && was_changed(study, file, hash);
     if (spoiled || !is_there(study, file)) out.missing.push_back(file);
   }
-  if (record->version != wanted.version) out.changed.emplace_back("the program's version");
+  if (record->version != wanted.version) {
+    out.changed.emplace_back("the program's version");
+  } else if (record->sources_sha256 != wanted.sources_sha256) {
+    out.changed.emplace_back("the program");
+  }
   if (record->options != wanted.options) out.changed.emplace_back("its options");
   if (stage == Stage::Import) {
     const auto files = record->inputs.find(kSourceFiles);

@@ -11,7 +11,8 @@ namespace beatlas::study {
 
 /// What a stage would be run with.
 struct Wanted {
-  std::string version;
+  std::string version;         ///< of the program
+  std::string sources_sha256;  ///< of the program
   nlohmann::json options = nlohmann::json::object();
   std::optional<std::string> source_files = {};  ///< of Import: hash of the files named now, if any
 };

@@ -20,6 +20,7 @@ constexpr auto kIndexName = "study.json";
 
 json to_json(const StageRecord& record) {
   json out{{"version", record.version},
+           {"sources_sha256", record.sources_sha256},
            {"options", record.options},
            {"inputs", record.inputs},
            {"outputs", record.outputs}};
@@ -51,6 +52,7 @@ StageRecord record_from_json(const json& value, const std::string& path) {
   JsonObject object(value, path);
   StageRecord record;
   object.read("version", record.version);
+  object.read("sources_sha256", record.sources_sha256);
   record.options = object.at("options");
   record.inputs = hashes(object.at("inputs"), path + "/inputs");
   record.outputs = hashes(object.at("outputs"), path + "/outputs");

@@ -36,7 +36,8 @@ using FileHashes = std::map<std::string, std::string>;  ///< name -> SHA-256
 
 /// What study.json keeps of a stage that ran.
 struct StageRecord {
-  std::string version;  ///< of the program
+  std::string version;         ///< of the program
+  std::string sources_sha256;  ///< of the program; empty from one that did not tell it
   nlohmann::json options = nlohmann::json::object();
   FileHashes inputs;                  ///< file in the study -> SHA-256; of Import: see Source
   FileHashes outputs;                 ///< file in the study -> SHA-256

@@ -27,7 +27,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const auto stage : study::kAllStages) {
       fuzz::only_errors([&] { (void)study::edited_outputs(study, stage); });
       fuzz::only_errors([&] { (void)study::edited_for_the_eye(study, stage); });
-      fuzz::only_errors([&] { (void)study::state_of(study, stage, {.version = "0.1.0"}); });
+      fuzz::only_errors([&] {
+        (void)study::state_of(study, stage, {.version = "0.1.0", .sources_sha256 = "0"});
+      });
     }
   });
   nlohmann::json json;

@@ -24,7 +24,7 @@ class StudyTest : public ::testing::Test {
   /// A stage whose files hold their own names.
   void run(Study& study, Stage stage, const std::vector<std::string>& files,
            json options = json::object()) {
-    StageRecord record{"1", std::move(options), {}, {}, {}, {}};
+    StageRecord record{"1", "a", std::move(options), {}, {}, {}, {}};
     const std::vector<Stage> sources = sources_of(stage);
     if (std::all_of(sources.begin(), sources.end(),
                     [&](Stage source) { return study.find(source) != nullptr; })) {
@@ -34,7 +34,7 @@ class StudyTest : public ::testing::Test {
     for (const std::string& file : files) put(file, file);
     study.commit(stage, std::move(record), files);
   }
-  const Wanted wanted_{"1", json::object(), std::nullopt};
+  const Wanted wanted_{"1", "a", json::object(), std::nullopt};
 
   std::string refusal() {
     try {
@@ -93,9 +93,11 @@ TEST_F(StudyTest, AStageIsStaleForInputsOptionsVersionAndMissingFiles) {
   Study study = Study::create(folder_.path());
   run(study, Stage::Import, {"exam/exam.json"});
   run(study, Stage::Segment, {"segment/segment.json"});
-  EXPECT_EQ(state_of(study, Stage::Segment, {"2", json::object(), std::nullopt}).changed,
+  EXPECT_EQ(state_of(study, Stage::Segment, {"2", "b", json::object(), std::nullopt}).changed,
             std::vector<std::string>{"the program's version"});
-  EXPECT_EQ(state_of(study, Stage::Segment, {"1", {{"edge", 1}}, std::nullopt}).changed,
+  EXPECT_EQ(state_of(study, Stage::Segment, {"1", "b", json::object(), std::nullopt}).changed,
+            std::vector<std::string>{"the program"});
+  EXPECT_EQ(state_of(study, Stage::Segment, {"1", "a", {{"edge", 1}}, std::nullopt}).changed,
             std::vector<std::string>{"its options"});
   Wanted other_source = wanted_;
   other_source.source_files = "abc";
