@@ -156,8 +156,8 @@ void hide_slices(const Segmentation& found, const Grid& stack, int parity,
         shape.level.grid.mm_from_index.inverse() * workspace * grid.mm_from_index;
     const Eigen::Matrix3d mm_from_lattice_gradient =
         shape.level.grid.mm_from_index.linear().inverse().transpose();
-    const auto cut = found.base_cuts.find(shape.structure);
-    const int base_step = cut != found.base_cuts.end() ? cut->second.base_step : 0;
+    const auto plane = found.valve_planes.find(shape.structure);
+    const int base_step = plane != found.valve_planes.end() ? plane->second.base_step : 0;
     for (std::size_t n = 0; n < phases.size(); ++n) {
       const std::vector<Phase>& own = sections.at(shape.structure)[std::size_t(phases[n])];
       for (int k = 1 - parity; k < grid.size[2]; k += 2) {
@@ -264,10 +264,10 @@ Segmentation every_other_slice(const Segmentation& found, const Grid& stack, int
     }
     return some;
   };
-  for (const auto& [structure, cut] : found.base_cuts) {
-    BaseCut& moved = out.base_cuts[structure];
-    moved.base_step = cut.base_step;
-    for (const double k : picked(cut.k)) moved.k.push_back(renumbered(k));
+  for (const auto& [structure, plane] : found.valve_planes) {
+    ValvePlane& moved = out.valve_planes[structure];
+    moved.base_step = plane.base_step;
+    for (const double k : picked(plane.k)) moved.k.push_back(renumbered(k));
   }
   if (found.axis) {
     out.axis = found.axis;

@@ -54,7 +54,7 @@ bool is_mostly_told_through(const std::vector<std::vector<SliceBelief>>& phases)
   return report::is_mostly_told(all);
 }
 
-/// See BaseCut. @pre segmentation.axis
+/// See ValvePlane. @pre segmentation.axis
 int base_step_of(const Segmentation& segmentation) {
   const Vec3 step = segmentation.labels.grid.mm_from_index.linear().col(2);
   return segmentation.axis->towards_base.dot(step) > 0 ? 1 : -1;
@@ -85,7 +85,7 @@ std::vector<std::vector<double>> across_mm(const BandModel& model,
   return out;
 }
 
-/// [slice] along the slices' normal, of one phase. @param base_step see BaseCut
+/// [slice] along the slices' normal, of one phase. @param base_step see ValvePlane
 std::vector<double> along_mm(const BandModel& model, const std::vector<SliceBelief>& slices,
                              int base_step, double distance_mm) {
   const auto is_labelled = [](const SliceBelief& slice) { return slice.labelled_mm2 > 0; };

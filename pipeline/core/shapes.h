@@ -29,7 +29,7 @@ struct CoverageCycle {
 /// Where the valve's plane is thought to be that ends a structure on the side of the base, taken as
 /// parallel to the slices: they are too thick for the image to show it. It tells heights along the
 /// axis. Shapes and volumes end as their slices do, half-way to the next one.
-struct BaseCut {
+struct ValvePlane {
   int base_step = 0;  ///< +1: the structure lies at smaller slice index than the plane, -1: larger
   std::vector<double> k;  ///< [phase] slice index of the plane, fractional, in the source's grid
 };
@@ -49,11 +49,11 @@ struct Segmentation {
   LabelCycle labels;
   CoverageCycle coverage;
   BoundaryUncertainty uncertainty;
-  Belief belief;                           ///< of the ventricles and the heart
-  int end_diastole = 0;                    ///< phase of the largest LV (or heart) volume
-  int end_systole = 0;                     ///< phase of the smallest
-  std::map<Structure, BaseCut> base_cuts;  ///< of thick slices alone
-  std::optional<LongAxis> axis;            ///< none without a left ventricle
+  Belief belief;                                 ///< of the ventricles and the heart
+  int end_diastole = 0;                          ///< phase of the largest LV (or heart) volume
+  int end_systole = 0;                           ///< phase of the smallest
+  std::map<Structure, ValvePlane> valve_planes;  ///< of thick slices alone
+  std::optional<LongAxis> axis;                  ///< none without a left ventricle
   std::vector<std::string> warnings;
   std::vector<LeakAlarm> alarms;  ///< that rang, see segment/alarm.h
 };

@@ -64,8 +64,8 @@ std::vector<float> filled_lv(const CoverageCycle& coverage, std::size_t phase) {
 }
 
 int step_to_apex(const Segmentation& segmentation, const std::optional<LongAxis>& axis) {
-  const auto cut = segmentation.base_cuts.find(Structure::LvMyocardium);
-  if (cut != segmentation.base_cuts.end()) return -cut->second.base_step;
+  const auto plane = segmentation.valve_planes.find(Structure::LvMyocardium);
+  if (plane != segmentation.valve_planes.end()) return -plane->second.base_step;
   if (!axis) return 0;
   const Grid& grid = segmentation.labels.grid;
   const Vec3 across = grid.mm_from_index.linear().col(2).normalized();

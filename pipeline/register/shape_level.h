@@ -42,7 +42,7 @@ enum class Creases { Keep, Round };
 /// the structure it closes roundly within half a gap, but on the base's side, where it is carried
 /// on to be cut flat; beyond its most apical slice where `apex` says, also where the stack ends
 /// there.
-/// @param path see section_path.h  @param open_step of the structure's BaseCut, 0 without one
+/// @param path see section_path.h  @param open_step of the structure's ValvePlane, 0 without one
 [[nodiscard]] Phase level_from_slices(const Grid& source, const std::vector<Phase>& distances,
                                       const SectionPath& path, const Grid& lattice,
                                       const AxisMap& map, int open_step, const ApicalEnd& apex);

@@ -122,8 +122,8 @@ class LevelMaker {
         map_(axis_map(source_, lattice, workspace_from_lps)),
         stack_(stack),
         first_k_(segmentation.coverage.first[2]) {
-    const auto found = segmentation.base_cuts.find(structure);
-    if (found != segmentation.base_cuts.end()) open_step_ = found->second.base_step;
+    const auto found = segmentation.valve_planes.find(structure);
+    if (found != segmentation.valve_planes.end()) open_step_ = found->second.base_step;
     if (!stack.thick) return;
     const bool of_lv = structure == Structure::LvMyocardium || structure == Structure::LvBlood;
     path_ = of_lv && !stack.lv_path.empty() ? stack.lv_path : section_path(source_, filled);

@@ -262,9 +262,10 @@ Finding border_contact(const Grid& grid, const std::vector<std::uint8_t>& labels
 /// and beyond are mixtures and atria, whose outlines follow rules where nothing shows them.
 bool below_base(const Segmentation& segmentation, std::size_t phase, int k) {
   const Grid& grid = segmentation.labels.grid;
-  const auto cut = segmentation.base_cuts.find(Structure::LvBlood);
-  if (grid.spacing_mm()[2] < kThickSlicesMm || cut == segmentation.base_cuts.end()) return true;
-  return cut->second.base_step * (cut->second.k[phase] - k) >= 1;
+  const auto plane = segmentation.valve_planes.find(Structure::LvBlood);
+  if (grid.spacing_mm()[2] < kThickSlicesMm || plane == segmentation.valve_planes.end())
+    return true;
+  return plane->second.base_step * (plane->second.k[phase] - k) >= 1;
 }
 
 Finding patch_of(const Grid& grid, const Box& box, const std::vector<SurfacePoint>& points,

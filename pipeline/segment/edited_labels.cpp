@@ -7,12 +7,12 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
-#include "pipeline/segment/base_cuts.h"
 #include "pipeline/segment/belief.h"
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/mask_surface.h"
 #include "pipeline/segment/tissue.h"
+#include "pipeline/segment/valve_planes.h"
 #include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
@@ -109,10 +109,10 @@ std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::
 
 /// Moves the plane of one phase beyond the farthest label of its structure.
 void follow_paint(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
-                  int first_k, BaseCut& cut) {
-  const int last = most_basal(labels, phase, structure, cut.base_step);
-  if (last < 0 || cut.base_step * (last + first_k - cut.k[phase]) <= 0) return;
-  cut.k[phase] = last + first_k + 0.5 * cut.base_step;
+                  int first_k, ValvePlane& plane) {
+  const int last = most_basal(labels, phase, structure, plane.base_step);
+  if (last < 0 || plane.base_step * (last + first_k - plane.k[phase]) <= 0) return;
+  plane.k[phase] = last + first_k + 0.5 * plane.base_step;
 }
 
 void drop_or_refuse_absent(CoverageCycle& coverage) {
@@ -157,8 +157,8 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
   parallel_for(n, [&](std::size_t p) {
     context.check_cancelled();
     const std::vector<std::uint8_t> zone = changed_zone(grid, before.phases[p], after.phases[p]);
-    for (auto& [structure, cut] : made.base_cuts) {
-      follow_paint(after, p, structure, box.first[2], cut);
+    for (auto& [structure, plane] : made.valve_planes) {
+      follow_paint(after, p, structure, box.first[2], plane);
     }
     if (zone.empty()) return;
     // A body given as a whole is as smooth across slices as in them; a stroke is of its own slice.
@@ -202,8 +202,8 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
   drop_or_refuse_absent(coverage);
   std::erase_if(made.uncertainty,
                 [&](const auto& entry) { return coverage.phases.count(entry.first) == 0; });
-  std::erase_if(made.base_cuts,
-                [&](const auto& cut) { return coverage.phases.count(cut.first) == 0; });
+  std::erase_if(made.valve_planes,
+                [&](const auto& plane) { return coverage.phases.count(plane.first) == 0; });
   find_ends(made);
   std::vector<char> changed(n);
   for (std::size_t p = 0; p < n; ++p) changed[p] = before.phases[p] != after.phases[p] ? 1 : 0;

@@ -6,10 +6,10 @@
 
 #include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
-#include "pipeline/segment/base_cuts.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/known_ground.h"
+#include "pipeline/segment/valve_planes.h"
 #include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
@@ -43,7 +43,7 @@ Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage
   made.coverage.grid = grid.part(box.first, box.size);
   const int step = base_step_of(labels);
   if (grid.spacing_mm()[2] >= kThickSlicesMm && step != 0) {
-    made.base_cuts = flat_base_cuts(labels, step);
+    made.valve_planes = estimated_valve_planes(labels, step);
   }
   made = with_other_labels(std::move(made), labels, context);
   if (coverage.empty()) return made;
@@ -138,11 +138,11 @@ Segmentation segment_with_labels(const Exam& exam, const KnownLabels& given,
   LabelCycle labels = made.labels;
   put_known(known, labels);
   made = with_other_labels(std::move(made), labels, context);
-  for (auto& [structure, cut] : made.base_cuts) {
+  for (auto& [structure, plane] : made.valve_planes) {
     for (const int phase : known.phases) {
       const auto p = static_cast<std::size_t>(phase);
-      const int k = most_basal(labels, p, structure, cut.base_step);
-      if (k >= 0) cut.k[p] = k + 0.5 * cut.base_step;
+      const int k = most_basal(labels, p, structure, plane.base_step);
+      if (k >= 0) plane.k[p] = k + 0.5 * plane.base_step;
     }
   }
   std::vector<char> changed(static_cast<std::size_t>(phases));

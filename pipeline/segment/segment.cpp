@@ -8,7 +8,6 @@
 #include "pipeline/prior/courses.h"
 #include "pipeline/register/phase_motion.h"
 #include "pipeline/segment/bad_frames.h"
-#include "pipeline/segment/base_cuts.h"
 #include "pipeline/segment/belief.h"
 #include "pipeline/segment/beyond_base.h"
 #include "pipeline/segment/connected.h"
@@ -27,6 +26,7 @@
 #include "pipeline/segment/thin_walls.h"
 #include "pipeline/segment/threshold_growing.h"
 #include "pipeline/segment/tissue.h"
+#include "pipeline/segment/valve_planes.h"
 #include "pipeline/segment/ventricle_ends.h"
 #include "runtime/base/error.h"
 
@@ -321,9 +321,9 @@ std::vector<std::string> keep_beyond_base(const Task& task, const Belief& belief
 void finish(const Task& task, int base_step, const ImageCycle<std::uint8_t>& labels,
             Segmentation& out) {
   if (task.thick()) {
-    out.base_cuts = flat_base_cuts(labels, base_step);
-    for (auto& [structure, cut] : out.base_cuts) {
-      for (double& k : cut.k) k += task.box.first[2];
+    out.valve_planes = estimated_valve_planes(labels, base_step);
+    for (auto& [structure, plane] : out.valve_planes) {
+      for (double& k : plane.k) k += task.box.first[2];
     }
   }
   find_ends(out);

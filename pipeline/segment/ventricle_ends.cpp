@@ -167,11 +167,11 @@ std::optional<double> slice_mm(const Segmentation& segmentation, const LongAxis&
   return (k - (index_from_mm * axis.origin_mm)[2]) / per_mm;
 }
 
-std::optional<double> cut_mm(const Segmentation& segmentation, const LongAxis& axis,
-                             Structure structure, std::size_t phase) {
-  const auto cut = segmentation.base_cuts.find(structure);
-  if (cut == segmentation.base_cuts.end()) return {};
-  return slice_mm(segmentation, axis, cut->second.k[phase]);
+std::optional<double> plane_mm(const Segmentation& segmentation, const LongAxis& axis,
+                               Structure structure, std::size_t phase) {
+  const auto plane = segmentation.valve_planes.find(structure);
+  if (plane == segmentation.valve_planes.end()) return {};
+  return slice_mm(segmentation, axis, plane->second.k[phase]);
 }
 
 /// Where the stack ends in the apex, the place at which the shape is closed.
@@ -187,8 +187,8 @@ std::optional<double> apex_mm(const Segmentation& segmentation, const LongAxis& 
 
 std::optional<double> base_mm(const Segmentation& segmentation, const LongAxis& axis,
                               Structure structure, std::size_t phase) {
-  const std::optional<double> cut = cut_mm(segmentation, axis, structure, phase);
-  return cut ? cut : flat_end_mm(profile_of(segmentation, axis, {structure}, phase));
+  const std::optional<double> plane = plane_mm(segmentation, axis, structure, phase);
+  return plane ? plane : flat_end_mm(profile_of(segmentation, axis, {structure}, phase));
 }
 
 bool holds(const Segmentation& segmentation, Structure structure) {

@@ -10,9 +10,9 @@ namespace beatlas::segment {
 
 /// The axis with its planes: through the middle of the LV's blood and wall at end-diastole, the way
 /// that core's lv_direction tells. Base planes are those of the valves between thick
-/// slices, see BaseCut, else where a ventricle's section falls by half. The apex is where the LV's
-/// outside, blood and wall, closes: near a rounded end the root of the volume below a height grows
-/// nearly as the height, so it is carried on to nothing; where thick slices end before it,
+/// slices, see ValvePlane, else where a ventricle's section falls by half. The apex is where the
+/// LV's outside, blood and wall, closes: near a rounded end the root of the volume below a height
+/// grows nearly as the height, so it is carried on to nothing; where thick slices end before it,
 /// register/apical_end.h tells. None without LV blood and LV muscle, or if they have no length.
 [[nodiscard]] std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation);
 

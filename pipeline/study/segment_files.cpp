@@ -31,20 +31,20 @@ Structure read_structure(JsonObject& object, const std::string& path) {
   return *structure;
 }
 
-void read_cuts(const json& list, const std::string& path, int phases, Segmentation& out) {
+void read_planes(const json& list, const std::string& path, int phases, Segmentation& out) {
   if (!list.is_array()) throw_invalid(path + " must be a list");
   for (std::size_t at = 0; at < list.size(); ++at) {
     const std::string here = path + "/" + std::to_string(at);
     JsonObject object(list[at], here);
     const Structure structure = read_structure(object, here);
-    BaseCut cut;
-    object.read("base_step", cut.base_step, -1, 1);
-    cut.k = numbers_from_json(object.at("k"), here + "/k");
+    ValvePlane plane;
+    object.read("base_step", plane.base_step, -1, 1);
+    plane.k = numbers_from_json(object.at("k"), here + "/k");
     object.finish();
-    if (cut.base_step == 0 || cut.k.size() != static_cast<std::size_t>(phases)) {
+    if (plane.base_step == 0 || plane.k.size() != static_cast<std::size_t>(phases)) {
       throw_invalid(here + " must have a base_step of 1 or -1 and a number k for each phase");
     }
-    out.base_cuts[structure] = std::move(cut);
+    out.valve_planes[structure] = std::move(plane);
   }
 }
 
@@ -253,10 +253,10 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
     write_json(folder / kLongAxisName, long_axis_to_json(*segmentation.axis));
     files.push_back("segment/" + std::string(kLongAxisName));
   }
-  json cuts = json::array();
-  for (const auto& [structure, cut] : segmentation.base_cuts) {
-    cuts.push_back(
-        {{"structure", structure_name(structure)}, {"base_step", cut.base_step}, {"k", cut.k}});
+  json planes = json::array();
+  for (const auto& [structure, plane] : segmentation.valve_planes) {
+    planes.push_back(
+        {{"structure", structure_name(structure)}, {"base_step", plane.base_step}, {"k", plane.k}});
   }
   write_json(folder / "segment.json", {{"grid", grid_to_json(labels.grid)},
                                        {"phases", labels.phase_count()},
@@ -265,7 +265,7 @@ FileList write_segmentation(const fs::path& study, const Segmentation& segmentat
                                        {"structures", structures_to_json(structures)},
                                        {"end_diastole", segmentation.end_diastole},
                                        {"end_systole", segmentation.end_systole},
-                                       {"base_cuts", cuts},
+                                       {"valve_planes", planes},
                                        {"long_axis", segmentation.axis.has_value()},
                                        {"uncertainty", structures_to_json(uncertain)},
                                        {"belief", belief_to_json(segmentation.belief)},
@@ -297,7 +297,10 @@ StoredSegmentation read_segmentation(const fs::path& study) {
     }
     object.read("end_diastole", out.end_diastole, 0, phases - 1);
     object.read("end_systole", out.end_systole, 0, phases - 1);
-    read_cuts(object.at("base_cuts"), "/base_cuts", phases, out);
+    // Studies named the planes otherwise before they were an estimate alone; edited labels outlive
+    // programs.
+    const std::string planes = object.has("base_cuts") ? "base_cuts" : "valve_planes";
+    read_planes(object.at(planes), "/" + planes, phases, out);
     out.warnings = strings_from_json(object.at("warnings"), "/warnings");
     if (object.has("alarms")) read_alarms(object.at("alarms"), "/alarms", phases, out);
     if (object.has("belief")) {

@@ -121,7 +121,7 @@ TEST(SelfTest, AsksNoSliceWhichIsTheLastBeforeAValve) {
   const int without = heart_of(tested(found).at_ends).contours;
   EXPECT_EQ(without, 2);
   for (const int step : {1, -1}) {
-    found.base_cuts[Structure::Heart] = {step, {step > 0 ? 7.5 : 1.5}};
+    found.valve_planes[Structure::Heart] = {step, {step > 0 ? 7.5 : 1.5}};
     EXPECT_EQ(heart_of(tested(found).at_ends).contours, 1) << step;
   }
 }
@@ -149,13 +149,13 @@ TEST(SelfTest, OfHiddenPhasesIsTheCubicsOwnError) {
 
 TEST(SelfTest, HidesWhatEveryOtherSliceSaysAndNothingElse) {
   Segmentation found = body(7, 8, 2, [](double, int p) { return p == 0 ? 25.0 : 20.0; });
-  found.base_cuts[Structure::Heart] = {1, {5.5, 4.5}};
+  found.valve_planes[Structure::Heart] = {1, {5.5, 4.5}};
   const Segmentation half = every_other_slice(found, found.labels.grid, 1, {1});
   EXPECT_EQ(half.coverage.grid.size[2], 3);
   EXPECT_TRUE(half.coverage.grid.mm(3, 4, 2).isApprox(found.coverage.grid.mm(3, 4, 5), 1e-12));
   ASSERT_EQ(half.coverage.phases.at(Structure::Heart).size(), 1U);
   // The plane at slice 4.5 of the stack lies at (4.5 - 1) / 2 of the new one.
-  EXPECT_DOUBLE_EQ(half.base_cuts.at(Structure::Heart).k.at(0), 1.75);
+  EXPECT_DOUBLE_EQ(half.valve_planes.at(Structure::Heart).k.at(0), 1.75);
 }
 
 TEST(SelfTest, NeedsSlicesThatCanForetellEachOther) {

@@ -175,9 +175,9 @@ TEST(Shape, OfAVentricleIsClosedByMuscleBeyondTheLastSlice) {
       segmentation.coverage.phases[Structure::Heart] = {filled};
       segmentation.coverage.phases[Structure::LvBlood] = {blood};
       segmentation.coverage.phases[Structure::LvMyocardium] = {muscle};
-      const BaseCut base{-step, {centre[2] / 10}};
-      segmentation.base_cuts[Structure::LvBlood] = base;
-      segmentation.base_cuts[Structure::LvMyocardium] = base;
+      const ValvePlane base{-step, {centre[2] / 10}};
+      segmentation.valve_planes[Structure::LvBlood] = base;
+      segmentation.valve_planes[Structure::LvMyocardium] = base;
       const auto shapes = shapes_of(segmentation, Affine::Identity());
       const Vec3 apex = Vec3::UnitZ() * step;
       const auto end = [&](Structure structure, double from) {
@@ -226,7 +226,7 @@ TEST(Shape, EndsFlatHalfAGapBeyondItsMostBasalSliceInEachPhase) {
       segmentation.coverage.phases[Structure::LvBlood].push_back(
           discs(grid, centre, [&](int k) { return step * (k - plane) < 0 ? 20.0 : 0.0; }));
     }
-    segmentation.base_cuts[Structure::LvBlood] = {step, planes};
+    segmentation.valve_planes[Structure::LvBlood] = {step, planes};
     const auto shapes = shapes_of(segmentation, Affine::Identity());
     const std::vector<double> volumes = segmented_volume_ml(segmentation, Structure::LvBlood);
     for (std::size_t p : {std::size_t{0}, std::size_t{1}}) {
@@ -258,7 +258,7 @@ TEST(Shape, EndsWhereItDoesWhetherOrNotAPartIsInOneMoreSlice) {
     std::transform(whole.begin(), whole.end(), with_part.begin(), with_part.begin(), std::plus<>());
     segmentation.coverage.phases[Structure::LvBlood] = {whole, with_part};
     const double plane = step > 0 ? 3.9 : 6 - 3.9;
-    segmentation.base_cuts[Structure::LvBlood] = {step, {plane, plane}};
+    segmentation.valve_planes[Structure::LvBlood] = {step, {plane, plane}};
     const std::vector<double> volumes = segmented_volume_ml(segmentation, Structure::LvBlood);
     const auto shapes = shapes_of(segmentation, Affine::Identity());
     const auto end = [&](std::size_t p, const Vec3& from) {
@@ -401,8 +401,8 @@ TEST(Shape, OfTheMyocardiumHasNoLidWhereTheCavityNarrowsTowardTheBase) {
     }
     segmentation.coverage.phases[Structure::LvBlood] = {blood};
     segmentation.coverage.phases[Structure::LvMyocardium] = {muscle};
-    segmentation.base_cuts[Structure::LvBlood] = {step, {step > 0 ? 6.5 : 0.5}};
-    segmentation.base_cuts[Structure::LvMyocardium] = {step, {step > 0 ? 6.0 : 1.0}};
+    segmentation.valve_planes[Structure::LvBlood] = {step, {step > 0 ? 6.5 : 0.5}};
+    segmentation.valve_planes[Structure::LvMyocardium] = {step, {step > 0 ? 6.0 : 1.0}};
     const auto shapes = shapes_of(segmentation, Affine::Identity());
     const ShapeCycle& wall = shape_of(shapes, Structure::LvMyocardium);
     const auto at = [&](double radius, double from_apex) {

@@ -89,7 +89,7 @@ TEST(Outlines, AreNoneWhereNothingIs) {
   EXPECT_TRUE(outlines(made.segmentation, Structure::LvBlood, 0, 0, 0).empty());
   EXPECT_TRUE(outlines(made.segmentation, Structure::Heart, 0, 1, 0).empty());
   // What a slice shows stays, wherever a valve's plane is thought to be.
-  made.segmentation.base_cuts[Structure::LvBlood] = {+1, {0.6, 0.6}};
+  made.segmentation.valve_planes[Structure::LvBlood] = {+1, {0.6, 0.6}};
   EXPECT_FALSE(outlines(made.segmentation, Structure::LvBlood, 0, 1, 0).empty());
 }
 

@@ -156,7 +156,7 @@ TEST(LeakAlarm, IsSilentAtTheBaseOfThickSlicesWhoseOutlinesFollowRules) {
     });
   };
   EXPECT_TRUE(edgeless());
-  segmentation.base_cuts[Structure::LvBlood] = {1, std::vector<double>(kPhases, kBase + 0.5)};
+  segmentation.valve_planes[Structure::LvBlood] = {1, std::vector<double>(kPhases, kBase + 0.5)};
   EXPECT_FALSE(edgeless());
 }
 

@@ -150,7 +150,7 @@ TEST(EditedLabels, PaintOutsideThePartThatHadCoverageCounts) {
 TEST(EditedLabels, TheBasesPlaneFollowsPaintBeyondIt) {
   Segmentation before = made();
   // The LV ends at 3.2: slices 4 and 5 show a pool that is labelled rest of the heart.
-  before.base_cuts[Structure::LvBlood] = {1, {3.2, 3.2}};
+  before.valve_planes[Structure::LvBlood] = {1, {3.2, 3.2}};
   LabelCycle& labels = before.labels;
   for (auto& phase : labels.phases) {
     for (int k = 4; k <= 5; ++k) {
@@ -168,7 +168,7 @@ TEST(EditedLabels, TheBasesPlaneFollowsPaintBeyondIt) {
   const double disc = paint(painted, 1, 4, 30, 28, 5, kLabelLvBlood) - kSmoothedPx;
   StageContext context;
   const Segmentation after = with_edited_labels(before, painted, context);
-  EXPECT_EQ(after.base_cuts.at(Structure::LvBlood).k, (std::vector<double>{3.2, 4.5}));
+  EXPECT_EQ(after.valve_planes.at(Structure::LvBlood).k, (std::vector<double>{3.2, 4.5}));
   // In that slice the paint counts, and nothing of the pool around it.
   double in_slice = 0;
   const Grid& grid = after.coverage.grid;

@@ -152,7 +152,7 @@ TEST(KnownLabels, OfAllPhasesAreTakenAsTheyAre) {
   const Segmentation result = segmented(made, known_of(made.truth, all));
   EXPECT_EQ(result.labels.phases, made.truth.phases);
   EXPECT_TRUE(result.warnings.empty());
-  EXPECT_TRUE(result.base_cuts.empty());
+  EXPECT_TRUE(result.valve_planes.empty());
   EXPECT_EQ(result.end_systole, end_systole(made));
   for (const Structure structure : kVentricular) {
     const std::vector<double> curve = segmented_volume_ml(result, structure);
@@ -199,10 +199,10 @@ TEST(KnownLabels, OfThickSlicesEndFlatOnTheSideOfTheBase) {
   std::iota(all.begin(), all.end(), 0);
   const Segmentation result = segmented(made, known_of(made.truth, all));
   EXPECT_EQ(result.labels.phases, made.truth.phases);
-  ASSERT_EQ(result.base_cuts.count(Structure::LvBlood), 1U);
-  const BaseCut& cut = result.base_cuts.at(Structure::LvBlood);
-  EXPECT_EQ(cut.base_step, 1);  // slices run from the apex to the base
-  EXPECT_NEAR(cut.k[0], 10.5, 1.0);
+  ASSERT_EQ(result.valve_planes.count(Structure::LvBlood), 1U);
+  const ValvePlane& plane = result.valve_planes.at(Structure::LvBlood);
+  EXPECT_EQ(plane.base_step, 1);  // slices run from the apex to the base
+  EXPECT_NEAR(plane.k[0], 10.5, 1.0);
 }
 
 TEST(KnownLabels, GiveTheSameOnOneThreadAndTwo) {

@@ -94,7 +94,7 @@ TEST(SmallPhantom, GivesLabelsAndCoverageOfOneShapeAndPlace) {
   EXPECT_TRUE(result.labels.grid == grid);
   ASSERT_EQ(result.labels.phase_count(), small_case().exam.stack.phase_count());
   EXPECT_TRUE(result.coverage.grid == grid.part(result.coverage.first, result.coverage.grid.size));
-  EXPECT_TRUE(result.base_cuts.empty());  // slices of 4 mm show the valve plane themselves
+  EXPECT_TRUE(result.valve_planes.empty());  // slices of 4 mm show the valve plane themselves
   for (const auto& [structure, phases] : result.coverage.phases) {
     ASSERT_EQ(phases.size(), result.labels.phases.size());
     double differ = 0;
@@ -238,14 +238,14 @@ TEST(ClinicalPhantom, WithAtriaInViewKeepsTheVentriclesToTheirSideOfTheValves) {
               {Structure::LvMyocardium, 0.88, 0.85, 0.15},
               // How much of atria and vessels belongs to a heart whose stack ends in them?
               {Structure::Heart, 0.94, 0.93, 0.15}});
-  ASSERT_EQ(result.base_cuts.count(Structure::LvBlood), 1U);
-  const BaseCut& cut = result.base_cuts.at(Structure::LvBlood);
-  EXPECT_EQ(cut.base_step, 1);  // slices run from the apex to the base
-  ASSERT_EQ(cut.k.size(), 10U);
+  ASSERT_EQ(result.valve_planes.count(Structure::LvBlood), 1U);
+  const ValvePlane& plane = result.valve_planes.at(Structure::LvBlood);
+  EXPECT_EQ(plane.base_step, 1);  // slices run from the apex to the base
+  ASSERT_EQ(plane.k.size(), 10U);
   // Slices stand at z = -75, -65, ... mm in the heart frame, the base plane at ED at z = 30 mm:
   // index 10.5; at ES at z = 16 mm: index 9.1. Within a slice.
-  EXPECT_NEAR(cut.k[0], 10.5, 1);
-  EXPECT_NEAR(*std::min_element(cut.k.begin(), cut.k.end()), 9.1, 1);
+  EXPECT_NEAR(plane.k[0], 10.5, 1);
+  EXPECT_NEAR(*std::min_element(plane.k.begin(), plane.k.end()), 9.1, 1);
   // The slice that the LV reaches in diastole alone shows an atrium in systole, and beside it the
   // aorta's root, which is of the heart.
   constexpr int kBaseSlice = 11;

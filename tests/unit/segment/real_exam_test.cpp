@@ -136,7 +136,7 @@ TEST(RealExam, OfDistantSlicesHasNearlyTheVolumesOfAnIndependentFit) {
   expect_volumes(Structure::LvBlood, 179, 0.1, 72, 0.1);
   expect_volumes(Structure::RvBlood, 211, 0.20, 99, 0.15);
   // The mitral plane descends by what a healthy heart's does [mm].
-  const BaseCut& base = result.base_cuts.at(Structure::LvBlood);
+  const ValvePlane& base = result.valve_planes.at(Structure::LvBlood);
   const auto [low, high] = std::minmax_element(base.k.begin(), base.k.end());
   const double excursion_mm = (*high - *low) * exam.stack.grid().spacing_mm()[2];
   EXPECT_GT(excursion_mm, 8);

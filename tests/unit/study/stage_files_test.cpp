@@ -97,7 +97,7 @@ Segmentation make_segmentation() {
   }
   out.end_diastole = 2;
   out.end_systole = 1;
-  out.base_cuts[Structure::LvBlood] = {-1, {1.0 / 3, 2.5, 0.1}};
+  out.valve_planes[Structure::LvBlood] = {-1, {1.0 / 3, 2.5, 0.1}};
   out.axis = LongAxis{Vec3(10, -20.0 / 3, 7),
                       Vec3(0.1, -0.7, 1.0 / 3).normalized(),
                       {-60.5, -61.0 / 3, -60},
@@ -164,10 +164,10 @@ TEST(StageFiles, ASegmentationComesBackBitByBit) {
     EXPECT_EQ(again.alarms[0].seeds[s].radius_mm, alarm.seeds[s].radius_mm);
     EXPECT_EQ(again.alarms[0].seeds[s].phase, alarm.seeds[s].phase);
   }
-  ASSERT_EQ(again.base_cuts.size(), 1U);
-  EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).base_step, -1);
-  EXPECT_EQ(again.base_cuts.at(Structure::LvBlood).k,
-            segmentation.base_cuts.at(Structure::LvBlood).k);
+  ASSERT_EQ(again.valve_planes.size(), 1U);
+  EXPECT_EQ(again.valve_planes.at(Structure::LvBlood).base_step, -1);
+  EXPECT_EQ(again.valve_planes.at(Structure::LvBlood).k,
+            segmentation.valve_planes.at(Structure::LvBlood).k);
 }
 
 TEST(StageFiles, TheLongAxisComesBackBitByBit) {

@@ -7,10 +7,10 @@
 
 namespace beatlas::segment {
 
-/// Planes of valves, between the slices that labels tell; see BaseCut.
+/// Planes of valves, between the slices that labels tell; see ValvePlane.
 /// @param base_step +1 if the base lies towards larger k, -1 if smaller
-[[nodiscard]] std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels,
-                                                          int base_step);
+[[nodiscard]] std::map<Structure, ValvePlane> estimated_valve_planes(
+    const ImageCycle<std::uint8_t>& labels, int base_step);
 
 /// Most basal slice with the structure in a phase; -1 if it has none.
 [[nodiscard]] int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase,

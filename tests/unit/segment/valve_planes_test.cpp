@@ -1,5 +1,5 @@
 /// Where ventricles of thick slices end, on made labels.
-#include "pipeline/segment/base_cuts.h"
+#include "pipeline/segment/valve_planes.h"
 
 #include <cmath>
 #include <vector>
@@ -30,10 +30,10 @@ ImageCycle<std::uint8_t> beating(const std::vector<int>& last, const std::vector
 }
 
 std::vector<double> ends_of(const ImageCycle<std::uint8_t>& labels) {
-  return flat_base_cuts(labels, 1).at(Structure::LvBlood).k;
+  return estimated_valve_planes(labels, 1).at(Structure::LvBlood).k;
 }
 
-TEST(BaseCuts, ABaseThatLeapsOverASliceDescendsAsTheVentricleEmpties) {
+TEST(ValvePlanes, ABaseThatLeapsOverASliceDescendsAsTheVentricleEmpties) {
   // The base passes the middle of slice 6 half-way.
   const std::vector<double> ends =
       ends_of(beating({6, 6, 6, 5, 5, 5, 5, 6, 6}, {1000, 900, 800, 700, 600, 500, 600, 800, 900}));
@@ -51,14 +51,14 @@ TEST(BaseCuts, ABaseThatLeapsOverASliceDescendsAsTheVentricleEmpties) {
   }
 }
 
-TEST(BaseCuts, ABaseThatLeavesNoSliceStaysBetweenTwo) {
+TEST(ValvePlanes, ABaseThatLeavesNoSliceStaysBetweenTwo) {
   for (const double end : ends_of(beating({6, 6, 6, 6}, {1000, 700, 400, 700}))) {
     EXPECT_GE(end, 6);
     EXPECT_LE(end, 7);
   }
 }
 
-TEST(BaseCuts, OfLabelsThatNoBaseCouldLeaveEachPhaseHasAnEnd) {
+TEST(ValvePlanes, OfLabelsThatNoBaseCouldLeaveEachPhaseHasAnEnd) {
   std::vector<int> last;
   std::vector<int> voxels;
   for (int p = 0; p < 60; ++p) {

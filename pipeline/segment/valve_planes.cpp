@@ -1,4 +1,4 @@
-#include "pipeline/segment/base_cuts.h"
+#include "pipeline/segment/valve_planes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,8 +27,8 @@ std::vector<double> lv_voxels(const ImageCycle<std::uint8_t>& labels) {
 /// of whole slices: all that labels tell is between which two slices it lies. It descends with the
 /// LV's volume, so of the straight lines in that volume, whose descent may be anything up to
 /// kMostDescentMm, the mean is taken, weighed by how far each leaves what the labels tell.
-std::vector<double> flat_ends(const ImageCycle<std::uint8_t>& labels, Structure structure, int step,
-                              const std::vector<double>& lv_volume) {
+std::vector<double> plane_places(const ImageCycle<std::uint8_t>& labels, Structure structure,
+                                 int step, const std::vector<double>& lv_volume) {
   const auto n = static_cast<std::size_t>(labels.phase_count());
   std::vector<double> ends(n);  // midway between the two slices
   for (std::size_t p = 0; p < n; ++p) {
@@ -94,13 +94,14 @@ int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Struct
   return -1;
 }
 
-std::map<Structure, BaseCut> flat_base_cuts(const ImageCycle<std::uint8_t>& labels, int base_step) {
+std::map<Structure, ValvePlane> estimated_valve_planes(const ImageCycle<std::uint8_t>& labels,
+                                                       int base_step) {
   const std::vector<double> lv_volume = lv_voxels(labels);
-  std::map<Structure, BaseCut> cuts;
+  std::map<Structure, ValvePlane> planes;
   for (Structure structure : kVentricular) {
-    cuts[structure] = {base_step, flat_ends(labels, structure, base_step, lv_volume)};
+    planes[structure] = {base_step, plane_places(labels, structure, base_step, lv_volume)};
   }
-  return cuts;
+  return planes;
 }
 
 BaseSide base_side(const LabelCycle& labels) {
