@@ -32,7 +32,8 @@ StageState state_of(const Study& study, Stage stage, const Wanted& wanted) {
   }
   if (record->version != wanted.version) {
     out.changed.emplace_back("the program's version");
-  } else if (record->sources_sha256 != wanted.sources_sha256) {
+  } else if (record->sources_sha256 != wanted.sources_sha256 &&
+             (stage != Stage::Import || wanted.source_files)) {
     out.changed.emplace_back("the program");
   }
   if (record->options != wanted.options) out.changed.emplace_back("its options");

@@ -97,6 +97,12 @@ TEST_F(StudyTest, AStageIsStaleForInputsOptionsVersionAndMissingFiles) {
             std::vector<std::string>{"the program's version"});
   EXPECT_EQ(state_of(study, Stage::Segment, {"1", "b", json::object(), std::nullopt}).changed,
             std::vector<std::string>{"the program"});
+  // Without images to read anew an import stands.
+  Wanted another_build = wanted_;
+  another_build.sources_sha256 = "b";
+  EXPECT_TRUE(state_of(study, Stage::Import, another_build).up_to_date());
+  another_build.source_files = "abc";
+  EXPECT_EQ(state_of(study, Stage::Import, another_build).changed.front(), "the program");
   EXPECT_EQ(state_of(study, Stage::Segment, {"1", "a", {{"edge", 1}}, std::nullopt}).changed,
             std::vector<std::string>{"its options"});
   Wanted other_source = wanted_;
