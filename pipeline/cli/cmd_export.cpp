@@ -20,6 +20,7 @@
 #include "pipeline/mesh/nested.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
+#include "pipeline/study/new_files.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
 
@@ -185,17 +186,19 @@ int export_atlas(const ExportArguments& arguments) {
   set_thread_count(arguments.common.threads);
   Console console(arguments.common.verbose);
   console.stage("export", [&](StageContext& context) {
+    // What was painted over an export, or an exam's own images, must not be lost to another one.
+    study::NewFiles files(arguments.output);
     if (slicer) {
-      export_for_editor(source, *arguments.phase, arguments.output);
-      return;
+      export_for_editor(source, *arguments.phase, files.place());
+    } else {
+      const Content content =
+          study ? from_study(source, arguments.to) : from_package(source, arguments.to);
+      if (arguments.to == "nifti") export_images(content, files.place(), context);
+      if (arguments.to == "vdb") export_vdb(content, files.place(), context);
+      if (arguments.to == "obj") export_obj(content, files.place());
+      if (arguments.to == "glb") export_glb(content, files.place());
     }
-    const Content content =
-        study ? from_study(source, arguments.to) : from_package(source, arguments.to);
-    study::make_folder(arguments.output);
-    if (arguments.to == "nifti") export_images(content, arguments.output, context);
-    if (arguments.to == "vdb") export_vdb(content, arguments.output, context);
-    if (arguments.to == "obj") export_obj(content, arguments.output);
-    if (arguments.to == "glb") export_glb(content, arguments.output);
+    files.put();
   });
   console.finish();
   return 0;
@@ -220,7 +223,8 @@ void add_export(CLI::App& app, Run& run) {
       "obj: <structure>_<phase>.obj, workspace [mm], one connectivity.\n"
       "vdb: <structure>.vdb, a float grid <structure>_<phase> a phase: signed distance [mm], "
       "placed\n"
-      "in the workspace [mm]; atria and the aorta have distances in a study alone.");
+      "in the workspace [mm]; atria and the aorta have distances in a study alone.\n"
+      "A file that is there is never replaced by another.");
   command->add_option("PACKAGE|STUDY", arguments->source, "A package, or the folder of a study")
       ->required();
   command->add_option("--to", arguments->to, "Format")

@@ -40,7 +40,6 @@ void export_for_editor(const fs::path& study, int phase, const fs::path& folder)
     throw_invalid("the study " + study.string() + " has the phases 0 to " +
                   std::to_string(exam.stack.phase_count() - 1));
   }
-  study::make_folder(folder);
   const ImageCycle<float> image = one_of(exam.stack.images, phase);
   study::write_images(folder / name_of("image", phase, ".nii.gz"), image.phases, image.grid, 0);
   if (opened.find(study::Stage::Segment) != nullptr) {

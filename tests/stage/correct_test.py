@@ -360,6 +360,13 @@ def editors(paint=None):
     found = labels_of(other)[..., 3]
     assert (found[ball] == RV).all() and (found[~ball] == before[..., 3][~ball]).all()
 
+    # Painted over the export: another one does not take its place, nor writes anything beside it.
+    painted(out / "labels_03.nii.gz", out / "labels_03.nii.gz")
+    files = {file.name: digest(file) for file in out.iterdir()}
+    said = beatlas("export", folder, "--to", "slicer", "--phase", 3, "-o", out, code=2).stderr
+    assert "labels_03.nii.gz is there and would be lost" in said, said
+    assert files == {file.name: digest(file) for file in out.iterdir()}
+
     # In the study's 4-D file, as ITK-SNAP saves it over.
     file = folder / "segment" / "labels.nii.gz"
     painted(file, given, 3)
