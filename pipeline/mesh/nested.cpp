@@ -136,6 +136,7 @@ class Phase {
   /// surface with what of the other is around that. Only where something changed.
   static std::vector<Triangle> may_cross(const Half& half, const Half& other) {
     const Body& body = *half.body;
+    if (body.changed.isEmpty() && other.body->changed.isEmpty()) return {};
     Eigen::AlignedBox3d around;
     for (const std::uint32_t n : other.body->off) {
       around.extend(other.body->box_of(other.body->triangles()[n]));

@@ -110,19 +110,34 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
 
   std::vector<ZipEntry> entries(1);
   Items items(manifest, entries);
-  for (const atlas::FieldPayload* field : held(content.fields, manifest.scene, atlas::kFieldKind)) {
-    check_stop_flag();
+  const auto fields = held(content.fields, manifest.scene, atlas::kFieldKind);
+  for (const atlas::FieldPayload* field : fields) {
     require_phases(manifest, field->structure, static_cast<std::size_t>(field->phases));
-    items.add(atlas::kFieldKind, field->structure,
-              pack_field(*field, field_step_mm(field->structure, options)));
   }
   const auto maps = held(content.maps, manifest.scene, atlas::kMapKind);
   const auto surfaces = held(content.surfaces, manifest.scene, atlas::kSurfaceKind);
   require_levels(surfaces, manifest);
   for (const atlas::SurfacePayload* surface : surfaces) {
-    check_stop_flag();
     require_phases(manifest, surface->structure, surface->positions.size());
-    PackedSurface packed = pack_surface(*surface, options.surface_step_mm);
+  }
+  // Several at a time: parts of the work on one are a single thread's.
+  std::vector<atlas::Bytes> packed_fields(fields.size());
+  std::vector<PackedSurface> packed_surfaces(surfaces.size());
+  parallel_for(fields.size() + surfaces.size(), [&](std::size_t n) {
+    if (n < fields.size()) {
+      const atlas::FieldPayload& field = *fields[n];
+      packed_fields[n] = pack_field(field, field_step_mm(field.structure, options));
+    } else {
+      const std::size_t at = n - fields.size();
+      packed_surfaces[at] = pack_surface(*surfaces[at], options.surface_step_mm);
+    }
+  });
+  for (std::size_t n = 0; n < fields.size(); ++n) {
+    items.add(atlas::kFieldKind, fields[n]->structure, std::move(packed_fields[n]));
+  }
+  for (std::size_t n = 0; n < surfaces.size(); ++n) {
+    const atlas::SurfacePayload* surface = surfaces[n];
+    PackedSurface& packed = packed_surfaces[n];
     items.add(atlas::kSurfaceKind, surface->structure, std::move(packed.drc), surface->level);
     items.add(atlas::kMotionKind, surface->structure, std::move(packed.motion), surface->level);
     for (const atlas::SurfaceMapPayload* map : maps) {
