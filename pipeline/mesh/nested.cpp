@@ -141,20 +141,24 @@ class Phase {
     for (const std::uint32_t n : other.body->off) {
       around.extend(other.body->box_of(other.body->triangles()[n]));
     }
-    std::vector<std::uint32_t> all = half.side.triangles;
-    all.insert(all.end(), body.off.begin(), body.off.end());
+    const auto is_new = [&](const Eigen::AlignedBox3d& box) {
+      return box.intersects(body.changed) || box.intersects(other.body->changed);
+    };
+    std::vector<std::uint32_t> all;
+    for (const auto* some : {&half.side.triangles, &body.off}) {
+      for (const std::uint32_t n : *some) {
+        if (is_new(body.box_of(body.triangles()[n]))) all.push_back(n);
+      }
+    }
     if (!around.isEmpty()) {
       for (std::uint32_t n = 0; n < body.triangles().size(); ++n) {
-        if (around.intersects(body.box_of(body.triangles()[n]))) all.push_back(n);
+        const Eigen::AlignedBox3d box = body.box_of(body.triangles()[n]);
+        if (around.intersects(box) && is_new(box)) all.push_back(n);
       }
     }
     sort_unique(all);
     std::vector<Triangle> out;
-    for (const std::uint32_t n : all) {
-      const Triangle& t = body.triangles()[n];
-      const Eigen::AlignedBox3d box = body.box_of(t);
-      if (box.intersects(body.changed) || box.intersects(other.body->changed)) out.push_back(t);
-    }
+    for (const std::uint32_t n : all) out.push_back(body.triangles()[n]);
     return out;
   }
 
