@@ -391,19 +391,18 @@ void CycleFit::settle(Cycle& cycle) {
 
 double CycleFit::flawed_share(const Cycle& cycle) const {
   constexpr double kLostMm = 1;
-  constexpr std::size_t kLostWeighs = 10;
   const Patch all = patch_around(std::vector<bool>(ring_.size(), true));
-  std::vector<std::size_t> count(cycle.size());
+  std::vector<double> count(cycle.size());
   parallel_for(cycle.size(), [&](std::size_t p) {
     std::vector<bool> bad(triangles_.size());
     look_for_bad(cycle[p], all, bad);
-    count[p] = static_cast<std::size_t>(std::count(bad.begin(), bad.end(), true));
+    count[p] = static_cast<double>(std::count(bad.begin(), bad.end(), true));
     for (const Triangle& t : triangles_) {
       const Vec3 middle = (cycle[p][t[0]] + cycle[p][t[1]] + cycle[p][t[2]]) / 3;
       if (std::abs(phases_[p].value(middle)) > kLostMm) count[p] += kLostWeighs;
     }
   });
-  return static_cast<double>(std::accumulate(count.begin(), count.end(), std::size_t{0})) /
+  return std::accumulate(count.begin(), count.end(), 0.0) /
          static_cast<double>(cycle.size() * triangles_.size());
 }
 

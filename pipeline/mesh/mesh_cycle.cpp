@@ -14,6 +14,7 @@
 #include "pipeline/mesh/carry.h"
 #include "pipeline/mesh/cycle_fit.h"
 #include "pipeline/mesh/mesh.h"
+#include "pipeline/mesh/missed.h"
 #include "pipeline/mesh/triangle_mesh.h"
 #include "runtime/base/error.h"
 
@@ -37,6 +38,8 @@ constexpr double kLongEdgeMm = 2;  ///< longer ones cut farther through curved p
 constexpr double kLostShare = 0.25;
 /// Of the same, told. Edges of e cut 3 e^2 / (8 R^2) off a ball of radius R: of 5 mm 4 % of 15 mm.
 constexpr double kToldShare = 0.1;
+/// Of a phase's surface, told: a mesh that has a part in one phase has it, drawn in, in all.
+constexpr double kToldMissed = 0.05;
 /// See flawed_at_a_glance: above this share other phases are looked at, too. Of 46 pairs of meshes
 /// (four real exams, `adult`, two draws), .05 at a glance is about .015 of the finer mesh; of the
 /// heart of `adult` slivers are left in the end of .037 and none of .012.
@@ -198,6 +201,7 @@ struct Fitted {
   double thin_share = 0;       ///< of triangles of all phases, see kNotThinDeg
   std::vector<double> off_mm;  ///< [phase] of its surface, mean
   std::vector<double> lost;    ///< [phase] of the volume its surface encloses, the share it lacks
+  std::vector<double> missed;  ///< [phase] of its surface, the share without a triangle near it
   double far = 0;              ///< both against what is too far: up to 1 the shape is kept
 
   [[nodiscard]] bool is_sound() const {
@@ -250,6 +254,17 @@ double lost_share(const FieldCycle& field, std::size_t phase, const std::vector<
   return std::abs(enclosed_ml(points, triangles) - inside_ml) / inside_ml;
 }
 
+/// Of each phase's surface the share that has no triangle within an edge.
+std::vector<double> missed_shares(const FieldCycle& field, const Cycle& cycle,
+                                  const std::vector<Triangle>& triangles, double edge_mm) {
+  std::vector<double> out(cycle.size());
+  parallel_for(cycle.size(), [&](std::size_t p) {
+    out[p] = missed_share(field.distance_mm.grid, field.distance_mm.phases[p], cycle[p], triangles,
+                          edge_mm);
+  });
+  return out;
+}
+
 Fitted fitted(const FieldCycle& field, Begun begun, const std::vector<field::Interpolant>& surface,
               double edge_mm, const StageContext& context) {
   CycleFit& fit = begun.fit;
@@ -277,6 +292,7 @@ Fitted fitted(const FieldCycle& field, Begun begun, const std::vector<field::Int
   out.far = std::max(mean_mm / kFarOffMm, worst_mm / kLostMm) /
             std::pow(std::max(1.0, edge_mm / kLongEdgeMm), 2);
   out.far = std::max(out.far, *std::max_element(out.lost.begin(), out.lost.end()) / kLostShare);
+  out.missed = missed_shares(field, out.cycle, out.triangles, edge_mm);
   std::size_t thin = 0;
   for (const std::vector<Vec3>& x : out.cycle) {
     thin += static_cast<std::size_t>(
@@ -311,8 +327,9 @@ std::vector<std::size_t> reference_phases(const FieldCycle& field) {
   return out;
 }
 
-/// CycleFit::flawed_share of a mesh of coarser triangles. It ranks phases as a mesh of the edges
-/// that are asked for does, in a tenth of the time. None if the phase cannot be meshed so.
+/// CycleFit::flawed_share of a mesh of coarser triangles, with what it misses of the surfaces,
+/// which weighs as much as what lies off them. It ranks phases as a mesh of the edges that are
+/// asked for does, in a tenth of the time. None if the phase cannot be meshed so.
 std::optional<double> flawed_at_a_glance(const FieldCycle& field,
                                          const std::vector<field::Interpolant>& surface,
                                          std::size_t reference, MeshOptions options,
@@ -322,7 +339,11 @@ std::optional<double> flawed_at_a_glance(const FieldCycle& field,
   StageContext glance = context;
   glance.warn_sink = [](std::string_view) {};
   try {
-    return begun(field, surface, reference, options, glance).flawed_share;
+    const Begun seen = begun(field, surface, reference, options, glance);
+    const std::vector<double> missed =
+        missed_shares(field, seen.cycle, seen.fit.triangles(), options.edge_mm);
+    return seen.flawed_share + kLostWeighs * std::accumulate(missed.begin(), missed.end(), 0.0) /
+                                   static_cast<double>(missed.size());
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Quality) throw;
     return std::nullopt;
@@ -433,6 +454,12 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
                  fixed(100 * *lost, 0) + " % of volume in phase " + std::to_string(phase) +
                  ": its labels there do not hang together as in other phases; look for thin places "
                  "and pieces apart");
+  }
+  const auto missed = std::max_element(made.missed.begin(), made.missed.end());
+  if (*missed > kToldMissed) {
+    context.warn("the mesh of " + name_of(field) + " misses " + fixed(100 * *missed, 0) +
+                 " % of its surface in phase " + std::to_string(missed - made.missed.begin()) +
+                 ": parts that are not there in other phases; look for labels that come and go");
   }
   context.progress(1.0);
   return out;
