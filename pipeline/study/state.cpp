@@ -45,6 +45,12 @@ StageState state_of(const Study& study, Stage stage, const Wanted& wanted) {
     }
     return out;
   }
+  for (const Stage source : sources_of(stage)) {
+    if (study.find(source) != nullptr) continue;
+    // It was stopped while it was made anew.
+    out.changed.push_back("the stage " + std::string(stage_name(source)));
+    return out;
+  }
   const FileHashes now = study.inputs_now(stage);
   std::set<std::string> names;
   for (const auto& input : now) names.insert(input.first);

@@ -29,7 +29,6 @@ struct StageState {
 /// Files for the eye do not count as edited. labels_as_made.nii.gz, if it is not what was written,
 /// counts as missing: without it no edit can be told. An import by another build of the program
 /// stands as long as no images are named that could be read anew.
-/// @pre the stages that `stage` reads have run; see Study::inputs_now
 [[nodiscard]] StageState state_of(const Study& study, Stage stage, const Wanted& wanted);
 
 /// Outputs that later stages read and whose bytes are no longer those that `stage` wrote.

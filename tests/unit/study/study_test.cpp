@@ -109,6 +109,13 @@ TEST_F(StudyTest, AStageIsStaleForInputsOptionsVersionAndMissingFiles) {
   other_source.source_files = "abc";
   EXPECT_EQ(state_of(study, Stage::Import, other_source).changed,
             std::vector<std::string>{"the source"});
+  // As it is after a stop while the import is made anew.
+  {
+    study.begin(Stage::Import);
+    EXPECT_EQ(state_of(study, Stage::Segment, wanted_).changed,
+              std::vector<std::string>{"the stage import"});
+    run(study, Stage::Import, {"exam/exam.json"});
+  }
   put("exam/exam.json", "changed");
   EXPECT_EQ(state_of(study, Stage::Segment, wanted_).changed,
             std::vector<std::string>{"exam/exam.json"});
