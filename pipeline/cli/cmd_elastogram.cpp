@@ -14,6 +14,7 @@
 #include "pipeline/study/files.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 #include "runtime/palpation/lv_wall.h"
 
 namespace beatlas::cli {
@@ -57,10 +58,12 @@ std::vector<float> stiffness_of(const ElastogramArguments& arguments) {
 }
 
 int run_elastogram(const ElastogramArguments& arguments) {
+  constexpr std::string_view kHeader = "vertex,kpa\n";
+  refuse_other_kind(arguments.output, kHeader);
   const std::vector<float> kpa = stiffness_of(arguments);
   std::ostringstream table;
   table.precision(6);
-  table << "vertex,kpa\n";
+  table << kHeader;
   std::vector<float> measured;
   for (std::size_t v = 0; v < kpa.size(); ++v) {
     if (!(kpa[v] > 0)) continue;

@@ -11,6 +11,7 @@
 #include "pipeline/identify/identify.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 #include "runtime/device/csv_table.h"
 #include "runtime/palpation/units.h"
 #include "runtime/plot/plot.h"
@@ -134,10 +135,12 @@ int run_identify(const IdentifyArguments& arguments) {
     }
   }
   const json parameters = {{"version", 1}, {"muscle", {{arguments.place, outcome.parameters}}}};
-  if (!arguments.output.empty()) {
-    study::write_text(arguments.output, parameters.dump(2) + "\n");
-  }
-  if (!arguments.plot.empty()) study::write_text(arguments.plot, plot::plots_svg(outcome.plots));
+  const std::string output = parameters.dump(2) + "\n";
+  const std::string plot = plot::plots_svg(outcome.plots);
+  if (!arguments.output.empty()) refuse_other_kind(arguments.output, output);
+  if (!arguments.plot.empty()) refuse_other_kind(arguments.plot, plot);
+  if (!arguments.output.empty()) study::write_text(arguments.output, output);
+  if (!arguments.plot.empty()) study::write_text(arguments.plot, plot);
   if (arguments.as_json) {
     print_data(json{{"place", arguments.place}, {"estimates", outcome.estimates}}.dump(2) + "\n");
   } else {

@@ -17,6 +17,7 @@
 #include "pipeline/phantom/truth.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 
 namespace beatlas::cli {
 namespace fs = std::filesystem;
@@ -114,7 +115,9 @@ Outcome against_truth(const ValidateArguments& arguments, StageContext& context)
   const assess::ValidationReport report = std::visit(
       [&](const auto& of) { return assess::validate(package, of, options, context); }, truth);
   if (!arguments.vertices.empty()) {
-    study::write_text(arguments.vertices, vertices_to_csv(report));
+    const std::string text = vertices_to_csv(report);
+    refuse_other_kind(arguments.vertices, text);
+    study::write_text(arguments.vertices, text);
   }
   return {arguments.common.json ? assess::report_to_json(report).dump(2) + "\n"
                                 : validation_to_text(report),

@@ -22,6 +22,7 @@
 #include "runtime/base/interrupts.h"
 #include "runtime/base/json_object.h"
 #include "runtime/base/json_text.h"
+#include "runtime/base/replace_file.h"
 
 namespace beatlas::app {
 namespace {
@@ -219,6 +220,9 @@ void run_fingers(const PlayArguments& arguments, std::ostream& out) {
   std::stop_source interrupted;
   const Interrupts interrupts([&interrupted] { interrupted.request_stop(); });
   std::vector<PlayArguments> all = read_fingers(arguments.fingers, arguments);
+  for (std::size_t n = 0; !arguments.trace.empty() && n < all.size(); ++n) {
+    refuse_other_kind(numbered(arguments.trace, n), trace_csv({}));
+  }
   FingerOfSeveral which = heart.in_common(arguments, all.size());
   const auto circulation = which.circulation;
   std::vector<Finger> fingers;

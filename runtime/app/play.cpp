@@ -29,6 +29,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/interrupts.h"
 #include "runtime/base/json_text.h"
+#include "runtime/base/replace_file.h"
 #include "runtime/device/hardware.h"
 
 namespace beatlas::app {
@@ -131,6 +132,9 @@ void run_headless(const PlayArguments& told, std::ostream& out) {
   check_usage(arguments);
   if (!arguments.exercise.empty()) return run_exercise(arguments, out);
   if (!arguments.fingers.empty()) return run_fingers(arguments, out);
+  // Before a session rather than after it: what it gave would be lost.
+  if (!arguments.trace.empty()) refuse_other_kind(arguments.trace, trace_csv({}));
+  if (!arguments.ticks.empty()) refuse_other_kind(arguments.ticks, haptics::kTicksFormat);
   const TouchedHeart heart(arguments);
   const TouchingTool tool = heart.tool(arguments, arguments.ticks.empty() ? 0 : kRecordedTicks);
 

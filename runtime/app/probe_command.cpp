@@ -14,6 +14,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
 #include "runtime/base/nearest_name.h"
+#include "runtime/base/replace_file.h"
 
 namespace beatlas::app {
 
@@ -66,6 +67,7 @@ void run_probe(const ProbeArguments& arguments, std::istream& in, std::ostream& 
   if (arguments.output.empty()) {
     out << text.str();
   } else {
+    refuse_other_kind(arguments.output, text.str());
     write_file(arguments.output, text.str());
   }
 }

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstdint>
+#include <fstream>
 #include <string>
 #include <system_error>
 
@@ -127,6 +128,21 @@ void replace_file(const fs::path& file, std::span<const std::byte> bytes) {
 
 void replace_file(const fs::path& file, std::string_view text) {
   replace_file(file, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void refuse_other_kind(const fs::path& file, std::string_view text) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored) || fs::file_size(file, ignored) == 0) return;
+  const bool is_markup = text.starts_with('<');
+  const std::string_view beginning = text.substr(0, text.find_first_of(is_markup ? " >\n" : "\n"));
+  std::string there(beginning.size() + 1, '\n');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(there.data(), static_cast<std::streamsize>(there.size()));
+  const bool goes_on = !is_markup && there.back() != '\n';
+  if (there.starts_with(beginning) && !goes_on) return;
+  throw Error(ErrorCode::Usage, file.string() +
+                                    " is there, is none of what is to be written and would be "
+                                    "lost; name another file to write");
 }
 
 bool is_partial(const fs::path& file) {

@@ -24,6 +24,13 @@ void replace_file(const std::filesystem::path& file,
 void replace_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void replace_file(const std::filesystem::path& file, std::string_view text);
 
+/// Refuses what was named in an output's place by mistake: a file that is there, holds something
+/// and does not begin as `text` does, with the same first line or, of a page or picture of text,
+/// the same tag.
+/// @param text all of what is to be written, or its first line
+/// @throws Error{Usage}
+void refuse_other_kind(const std::filesystem::path& file, std::string_view text);
+
 /// Whether `file` has the name of such a temporary: left behind by a program that was killed.
 [[nodiscard]] bool is_partial(const std::filesystem::path& file);
 

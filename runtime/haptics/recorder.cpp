@@ -15,8 +15,6 @@ namespace {
 
 static_assert(std::is_trivially_copyable_v<TickRecord>);
 
-constexpr std::string_view kFormat = "beatlas ticks 1";
-
 // The one list of what a line holds: visit(name, value) for every number, in order.
 template <class Record, class Visit>
 void each_number(Record& r, Visit visit) {
@@ -118,7 +116,7 @@ void write_ticks(std::ostream& out, const std::string& about,
   each_number(columns, [&](const std::string& name, auto&) {
     header += header.empty() ? name : ',' + name;
   });
-  out << kFormat << '\n' << about << '\n' << header << '\n';
+  out << kTicksFormat << '\n' << about << '\n' << header << '\n';
   for (const TickRecord& tick : ticks) {
     std::string line;
     each_number(tick, [&](const std::string&, const auto& value) {
@@ -132,9 +130,9 @@ void write_ticks(std::ostream& out, const std::string& about,
 RecordedTicks read_ticks(std::istream& in, const std::string& name) {
   RecordedTicks out;
   std::string line;
-  if (!next_line(in, line) || line != kFormat) {
+  if (!next_line(in, line) || line != kTicksFormat) {
     throw_invalid(name + " is no recording of ticks; its first line must be \"" +
-                  std::string(kFormat) + "\"");
+                  std::string(kTicksFormat) + "\"");
   }
   std::string header;
   if (!next_line(in, out.about) || !next_line(in, header)) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/haptics/contact.h"
@@ -13,6 +14,9 @@
 #include "runtime/haptics/safety.h"
 
 namespace beatlas::haptics {
+
+/// The first line of a file of ticks.
+inline constexpr std::string_view kTicksFormat = "beatlas ticks 1";
 
 /// All that a servo remembers from tick to tick.
 struct ServoMemory {

@@ -47,6 +47,32 @@ TEST(ReplaceFile, LeavesTheOldFileAndNothingElseWhenWritingFails) {
   EXPECT_EQ(count_files(folder.path()), 1U);
 }
 
+TEST(RefuseOtherKind, LetsOnlyWhatBeginsAlikeBeReplaced) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "a";
+  const auto refused = [&](const std::string& there, const std::string& text) {
+    fill(file, there);
+    try {
+      refuse_other_kind(file, text);
+      return false;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::Usage);
+      EXPECT_EQ(text_of(file), there);
+      return true;
+    }
+  };
+  EXPECT_FALSE(refused("t,x\n1,2\n", "t,x\n3,4\n"));
+  EXPECT_FALSE(refused("", "t,x\n"));
+  EXPECT_TRUE(refused("t,x,y\n1,2,3\n", "t,x\n3,4\n"));
+  EXPECT_TRUE(refused("t\n1\n", "t,x\n3,4\n"));
+  EXPECT_TRUE(refused("PK\x03\x04", "t,x\n"));
+  EXPECT_FALSE(refused("<svg width='1'>", "<svg width='2'>"));
+  EXPECT_TRUE(refused("<html>", "<svg>"));
+  fs::remove(file);
+  EXPECT_NO_THROW(refuse_other_kind(file, "t,x\n"));
+  EXPECT_NO_THROW(refuse_other_kind(folder.path(), "t,x\n"));  // whoever writes it says what it is
+}
+
 TEST(ReplaceFile, KeepsTheEndingOfTheName) {
   const TemporaryFolder folder;
   for (const std::string& name : {std::string("x.nii.gz"), std::string(240, 'x') + ".nii.gz"}) {
