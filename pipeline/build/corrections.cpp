@@ -1,8 +1,11 @@
 #include "pipeline/build/corrections.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_labels.h"
@@ -115,6 +118,36 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
     throw error.with_context(orders.coverage_from);
   }
   return out;
+}
+
+study::GivenLabels with_other_phases(study::GivenLabels now, const study::GivenLabels& before) {
+  if (now.phases.empty()) return now;
+  std::map<int, std::vector<std::uint8_t>> images;
+  for (std::size_t n = 0; n < before.images.phases.size(); ++n) {
+    images[before.phases.empty() ? static_cast<int>(n) : before.phases[n]] =
+        before.images.phases[n];
+  }
+  for (const int phase : now.phases) images.erase(phase);
+  if (images.empty()) return now;
+  const Grid& grid = now.images.grid;
+  if (grid.size != before.images.grid.size ||
+      !grid.mm_from_index.isApprox(before.images.grid.mm_from_index, 1e-6)) {
+    throw_invalid("it lies on other voxels than the labels of phase " +
+                  std::to_string(images.begin()->first) +
+                  " that were given before; give all phases in one file, or those up with "
+                  "--labels none");
+  }
+  for (std::size_t n = 0; n < now.phases.size(); ++n) {
+    images[now.phases[n]] = std::move(now.images.phases[n]);
+  }
+  now.phases.clear();
+  now.images.phases.clear();
+  for (auto& [phase, image] : images) {
+    now.phases.push_back(phase);
+    now.images.phases.push_back(std::move(image));
+  }
+  now.sha256 = study::given_sha256(now.images, now.phases);
+  return now;
 }
 
 Segmentation segment_with(const Exam& exam, const Corrections& corrections,

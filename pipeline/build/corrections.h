@@ -23,6 +23,13 @@ struct Corrections {
 [[nodiscard]] Corrections corrections_for(const Exam& exam, const Orders& orders,
                                           StageContext& context);
 
+/// Labels of some phases, with those of the other phases that were given before: phases are
+/// corrected one after the other.
+/// @param now of named phases, or of all, which stand alone
+/// @throws Error{InvalidInput} if both are not on one grid
+[[nodiscard]] study::GivenLabels with_other_phases(study::GivenLabels now,
+                                                   const study::GivenLabels& before);
+
 /// Segments an exam with what was made by hand, if anything was.
 /// @param prior see segment_exam
 [[nodiscard]] Segmentation segment_with(const Exam& exam, const Corrections& corrections,

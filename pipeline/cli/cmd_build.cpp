@@ -90,6 +90,8 @@ void keep_unnamed(const BuildArguments& arguments, build::Orders before, build::
       orders.coverage = std::move(before.coverage);
       orders.coverage_from = std::move(before.coverage_from);
     }
+  } else if (keep_other_phases(before.labels, orders)) {
+    orders.keeps_labels = before.keeps_labels;
   }
 }
 

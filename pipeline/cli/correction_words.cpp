@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <charconv>
 #include <string_view>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
+#include "pipeline/build/corrections.h"
 #include "pipeline/build/seeds.h"
 #include "pipeline/cli/coverage_words.h"
 #include "pipeline/cli/label_names.h"
@@ -120,7 +122,7 @@ void take_seeds(const CorrectionWords& words, build::Orders& orders) {
 }
 
 void take_labels(const CorrectionWords& words, build::Orders& orders) {
-  orders.labels.reset();
+  const std::optional<study::GivenLabels> before = std::exchange(orders.labels, std::nullopt);
   orders.labels_from = words.labels;
   if (words.labels == kNone) return;
   const fs::path file = words.labels;
@@ -138,6 +140,7 @@ void take_labels(const CorrectionWords& words, build::Orders& orders) {
   }
   labels.sha256 = study::given_sha256(labels.images, labels.phases);
   orders.labels = std::move(labels);
+  keep_other_phases(before, orders);
 }
 
 }  // namespace
@@ -161,8 +164,8 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
   command
       .add_option("--labels", words.labels,
                   "A segmentation from elsewhere (NIfTI, any grid): of all phases, which is taken "
-                  "as it is, or of those of --labels-phases, from which the others are made; none: "
-                  "no longer")
+                  "as it is, or of those of --labels-phases, beside those given before, from which "
+                  "the others are made; none: no longer")
       ->type_name("FILE");
   command
       .add_option("--labels-phases", words.labels_phases,
@@ -184,6 +187,17 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
           "LV myocardium, 3 LV blood, 4 rest of the heart, 5 LA blood, 6 RA blood, 7 aorta "
           "(in labels of some phases alone the last three count as rest of the heart), 255 unknown")
       ->type_name("MAP");
+}
+
+bool keep_other_phases(const std::optional<study::GivenLabels>& before, build::Orders& orders) {
+  if (!before || !orders.labels) return false;
+  const std::size_t named = orders.labels->phases.size();
+  try {
+    orders.labels = build::with_other_phases(std::move(*orders.labels), *before);
+  } catch (const Error& error) {
+    throw error.with_context(orders.labels_from);
+  }
+  return orders.labels->phases.size() > named;
 }
 
 void take_corrections(const CorrectionWords& words, build::Orders& orders) {

@@ -31,4 +31,8 @@ void add_correction_words(CLI::App& command, CorrectionWords& words);
 /// @throws Error{Usage} for words that cannot be meant; Error{InvalidInput} for their files
 void take_corrections(const CorrectionWords& words, build::Orders& orders);
 
+/// Beside labels of some phases those of the others that a study was given before stay.
+/// @return whether any did  @throws Error{InvalidInput} naming the file, see with_other_phases
+bool keep_other_phases(const std::optional<study::GivenLabels>& before, build::Orders& orders);
+
 }  // namespace beatlas::cli
