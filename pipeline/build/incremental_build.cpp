@@ -188,7 +188,8 @@ void IncrementalBuild::require(Stage stage) {
     throw_invalid("in the study " + folder.string() + " the stage " + name + " must run again (" +
                   why.front() + (gone ? " is gone)" : " changed)") + run);
   }
-  if (stage == Stage::Import && study_->find(stage)->sources_sha256 != sources_sha256()) {
+  if (stage == Stage::Import && state.edited.empty() &&
+      study_->find(stage)->sources_sha256 != sources_sha256()) {
     listener_.warn(
         "the import is another build's of this program; name the images again to have them read "
         "anew");
