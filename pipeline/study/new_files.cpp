@@ -1,5 +1,6 @@
 #include "pipeline/study/new_files.h"
 
+#include <cerrno>
 #include <cstdlib>
 #include <string>
 #include <system_error>
@@ -35,24 +36,31 @@ NewFiles::~NewFiles() {
 
 void NewFiles::put() {
   std::vector<fs::path> names;
-  for (const auto& entry : fs::directory_iterator(place_)) names.push_back(entry.path().filename());
-  for (const fs::path& name : names) {
+  std::error_code failure;
+  for (auto it = fs::directory_iterator(place_, failure);
+       !failure && it != fs::directory_iterator(); it.increment(failure)) {
+    const fs::path name = it->path().filename();
     const fs::path there = folder_ / name;
     std::error_code ignored;
-    if (!fs::exists(fs::symlink_status(there, ignored))) continue;
-    if (!fs::is_regular_file(there, ignored) || !holds(there, sha256_of_file(place_ / name))) {
+    const fs::file_status status = fs::symlink_status(there, ignored);
+    if (!fs::exists(status)) {
+      names.push_back(name);
+    } else if (!fs::is_regular_file(status) || !holds(there, sha256_of_file(it->path()))) {
       throw Error(ErrorCode::Usage, there.string() +
                                         " is there and would be lost; name another folder, or "
                                         "move it away");
     }
   }
-  for (const fs::path& name : names) {
-    std::error_code failure;
-    fs::rename(place_ / name, folder_ / name, failure);
-    if (failure) {
-      throw Error(ErrorCode::Machine,
-                  (folder_ / name).string() + " cannot be written: " + failure.message());
-    }
+  for (std::size_t n = 0; !failure && n < names.size(); ++n) {
+    fs::rename(place_ / names[n], folder_ / names[n], failure);
+    if (!failure) continue;
+    std::error_code ignored;
+    while (n > 0) fs::remove(folder_ / names[--n], ignored);
+    break;
+  }
+  if (failure) {
+    throw Error(ErrorCode::Machine,
+                "the folder " + folder_.string() + " cannot be written: " + failure.message());
   }
 }
 

@@ -19,7 +19,8 @@ class NewFiles {
   [[nodiscard]] const std::filesystem::path& place() const { return place_; }
 
   /// Moves them into the folder. One that is there already with the same bytes is left as it is.
-  /// @throws Error{Usage} naming a file that is there with others, and moves none; Error{Machine}
+  /// @throws Error{Usage} naming what is there otherwise, a link too; Error{Machine}; then none is
+  /// moved
   void put();
 
  private:

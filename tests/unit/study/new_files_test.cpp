@@ -66,6 +66,13 @@ TEST_F(NewFilesTest, TakeNobodysPlace) {
     write_text(files.place() / "c", "c");
     files.put();
   }
+  fs::create_symlink("c", folder_.path() / "e");
+  {
+    NewFiles files(folder_.path());
+    write_text(files.place() / "e", "c");
+    EXPECT_THROW(files.put(), Error);
+  }
+  EXPECT_TRUE(fs::is_symlink(folder_.path() / "e"));
   fs::create_symlink("nowhere", folder_.path() / "d");
   NewFiles files(folder_.path());
   write_text(files.place() / "d", "d");

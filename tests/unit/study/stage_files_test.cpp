@@ -170,6 +170,19 @@ TEST(StageFiles, ASegmentationComesBackBitByBit) {
             segmentation.valve_planes.at(Structure::LvBlood).k);
 }
 
+TEST(StageFiles, ValvePlanesAreReadUnderTheirFormerName) {
+  const TemporaryFolder folder;
+  const Segmentation segmentation = make_segmentation();
+  (void)write_segmentation(folder.path(), segmentation, 0.05);
+  const std::filesystem::path file = folder.path() / "segment" / "segment.json";
+  nlohmann::json content = read_json(file);
+  content["base_cuts"] = content.at("valve_planes");
+  content.erase("valve_planes");
+  write_json(file, content);
+  EXPECT_EQ(read_segmentation(folder.path()).made.valve_planes.at(Structure::LvBlood).k,
+            segmentation.valve_planes.at(Structure::LvBlood).k);
+}
+
 TEST(StageFiles, TheLongAxisComesBackBitByBit) {
   const TemporaryFolder folder;
   const Segmentation made = make_segmentation();
