@@ -108,6 +108,7 @@ Outcome against_truth(const ValidateArguments& arguments, StageContext& context)
   } else if (!arguments.vertices.empty()) {
     throw_invalid("--vertices needs the truth of a drawn exam, and this is none: leave it out");
   }
+  if (!arguments.vertices.empty()) refuse_other_kind(arguments.vertices, vertices_to_csv({}));
   options.promises = promises_of(arguments, options.limits, truth);
   atlas::Needs needs = atlas::everything_in(atlas::Atlas::open(arguments.package, {}).manifest());
   const assess::Candidate package =
@@ -115,9 +116,7 @@ Outcome against_truth(const ValidateArguments& arguments, StageContext& context)
   const assess::ValidationReport report = std::visit(
       [&](const auto& of) { return assess::validate(package, of, options, context); }, truth);
   if (!arguments.vertices.empty()) {
-    const std::string text = vertices_to_csv(report);
-    refuse_other_kind(arguments.vertices, text);
-    study::write_text(arguments.vertices, text);
+    study::write_text(arguments.vertices, vertices_to_csv(report));
   }
   return {arguments.common.json ? assess::report_to_json(report).dump(2) + "\n"
                                 : validation_to_text(report),

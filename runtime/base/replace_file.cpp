@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "runtime/base/error.h"
@@ -101,6 +102,28 @@ class Partial {
   bool renamed_ = false;
 };
 
+bool begins_alike(const fs::path& file, std::string_view text) {
+  const bool is_markup = text.starts_with('<');
+  const std::string_view beginning = text.substr(0, text.find_first_of(is_markup ? " >\n" : "\n"));
+  std::string there(beginning.size() + 1, '\n');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(there.data(), static_cast<std::streamsize>(there.size()));
+  const bool ends = there.back() == '\n' || there.back() == '\r';
+  return there.starts_with(beginning) && (is_markup || ends);
+}
+
+bool has_keys_of(const fs::path& file, std::string_view text) {
+  using nlohmann::json;
+  std::ifstream stream(file, std::ios::binary);
+  const json there = json::parse(stream, nullptr, false);
+  const json wanted = json::parse(text, nullptr, false);
+  if (!there.is_object() || !wanted.is_object()) return false;
+  for (const auto& item : wanted.items()) {
+    if (!there.contains(item.key())) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void replace_file(const fs::path& file, const std::function<void(const fs::path&)>& write) {
@@ -133,13 +156,7 @@ void replace_file(const fs::path& file, std::string_view text) {
 void refuse_other_kind(const fs::path& file, std::string_view text) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored) || fs::file_size(file, ignored) == 0) return;
-  const bool is_markup = text.starts_with('<');
-  const std::string_view beginning = text.substr(0, text.find_first_of(is_markup ? " >\n" : "\n"));
-  std::string there(beginning.size() + 1, '\n');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(there.data(), static_cast<std::streamsize>(there.size()));
-  const bool goes_on = !is_markup && there.back() != '\n';
-  if (there.starts_with(beginning) && !goes_on) return;
+  if (text.starts_with('{') ? has_keys_of(file, text) : begins_alike(file, text)) return;
   throw Error(ErrorCode::Usage, file.string() +
                                     " is there, is none of what is to be written and would be "
                                     "lost; name another file to write");

@@ -26,8 +26,8 @@ void replace_file(const std::filesystem::path& file, std::string_view text);
 
 /// Refuses what was named in an output's place by mistake: a file that is there, holds something
 /// and does not begin as `text` does, with the same first line or, of a page or picture of text,
-/// the same tag.
-/// @param text all of what is to be written, or its first line
+/// the same tag. Of a JSON object it must be one, too, with every key that `text` has.
+/// @param text all of what is to be written; of a table its first line may do
 /// @throws Error{Usage}
 void refuse_other_kind(const std::filesystem::path& file, std::string_view text);
 

@@ -68,6 +68,9 @@ TEST(RefuseOtherKind, LetsOnlyWhatBeginsAlikeBeReplaced) {
   EXPECT_TRUE(refused("PK\x03\x04", "t,x\n"));
   EXPECT_FALSE(refused("<svg width='1'>", "<svg width='2'>"));
   EXPECT_TRUE(refused("<html>", "<svg>"));
+  EXPECT_FALSE(refused("t,x\r\n1,2\r\n", "t,x\n3,4\n"));
+  EXPECT_FALSE(refused(R"({"muscle":{},"version":1,"more":2})", R"({"version": 1, "muscle": {}})"));
+  EXPECT_TRUE(refused("{\n  \"version\": 1\n}", "{\n  \"muscle\": {}\n}"));
   fs::remove(file);
   EXPECT_NO_THROW(refuse_other_kind(file, "t,x\n"));
   EXPECT_NO_THROW(refuse_other_kind(folder.path(), "t,x\n"));  // whoever writes it says what it is
