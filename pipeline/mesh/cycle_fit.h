@@ -8,8 +8,8 @@ namespace beatlas::mesh {
 
 using Cycle = std::vector<std::vector<Vec3>>;  ///< [phase][vertex], workspace [mm]
 
-/// What a mesh lacks or has off its surface weighs so much more than a thin triangle, which is
-/// mended later.
+/// What lies off its surface, or is missed of it, weighs so much more than a thin triangle, which
+/// is mended later.
 constexpr double kLostWeighs = 10;
 
 /// What of harmonic k of a cycle of `phases` is kept: 1 / (1 + (k / (0.42 phases))^8). Of 15 phases

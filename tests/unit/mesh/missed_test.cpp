@@ -1,5 +1,6 @@
 #include "pipeline/mesh/missed.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -41,9 +42,11 @@ TEST(MissedShare, IsThatOfAPartThatTheMeshNeverEntered) {
   const double small_mm2 = 36 * (1 - cosine(6, 10)) / 2;
   const double large_mm2 = 100 * (1 - cosine(10, 6)) / 2;
   const double beyond_mm2 = 36 * (1 - cosine(6, 10 + kReachMm)) / 2;
+  // Lines of a lattice meet slanted parts more often, which changes the share by .003; with no
+  // reach at all it would be .24 for .22.
   const double share = missed_of(
       [](double, const Vec3& x) { return std::min(ball(x, 10, 0), ball(x, 6, 13)); }, one_ball);
-  EXPECT_NEAR(share, beyond_mm2 / (small_mm2 + large_mm2), 0.02);
+  EXPECT_NEAR(share, beyond_mm2 / (small_mm2 + large_mm2), 0.015);
 }
 
 TEST(MissedShare, LeavesPitsThatAreBridgedOut) {
