@@ -146,7 +146,9 @@ study::GivenLabels with_other_phases(study::GivenLabels now, const study::GivenL
     now.phases.push_back(phase);
     now.images.phases.push_back(std::move(image));
   }
+  // They are no file's any more: in whatever order they were given, they are the same.
   now.sha256 = study::given_sha256(now.images, now.phases);
+  now.file_sha256 = now.sha256;
   return now;
 }
 

@@ -90,8 +90,11 @@ void keep_unnamed(const BuildArguments& arguments, build::Orders before, build::
       orders.coverage = std::move(before.coverage);
       orders.coverage_from = std::move(before.coverage_from);
     }
-  } else if (keep_other_phases(before.labels, orders)) {
-    orders.keeps_labels = before.keeps_labels;
+  } else if (arguments.sources.empty()) {
+    keep_other_phases(arguments.study, before, orders);
+  } else if (before.labels && orders.labels && !orders.labels->phases.empty()) {
+    console.warn(
+        "labels that were given before are given up: images are named, too; give all in one file");
   }
 }
 

@@ -28,7 +28,11 @@ void add_segment(CLI::App& app, Run& run) {
           arguments->stage, study::Stage::Import,
           [](build::IncrementalBuild& stages) { stages.segment(); },
           [&](build::Orders& orders) {
+            const build::Orders before = orders;
             take_corrections(arguments->corrections, orders);
+            if (!arguments->corrections.labels.empty()) {
+              keep_other_phases(arguments->stage.study, before, orders);
+            }
             if (!arguments->prior) return;
             orders.recipe.segment.prior = *arguments->prior;
             build::check_prior(orders.recipe);

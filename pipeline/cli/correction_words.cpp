@@ -18,6 +18,7 @@
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/painting.h"
 #include "pipeline/study/files.h"
+#include "pipeline/study/stage_files.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -122,7 +123,7 @@ void take_seeds(const CorrectionWords& words, build::Orders& orders) {
 }
 
 void take_labels(const CorrectionWords& words, build::Orders& orders) {
-  const std::optional<study::GivenLabels> before = std::exchange(orders.labels, std::nullopt);
+  orders.labels.reset();
   orders.labels_from = words.labels;
   if (words.labels == kNone) return;
   const fs::path file = words.labels;
@@ -140,7 +141,6 @@ void take_labels(const CorrectionWords& words, build::Orders& orders) {
   }
   labels.sha256 = study::given_sha256(labels.images, labels.phases);
   orders.labels = std::move(labels);
-  keep_other_phases(before, orders);
 }
 
 }  // namespace
@@ -189,15 +189,23 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
       ->type_name("MAP");
 }
 
-bool keep_other_phases(const std::optional<study::GivenLabels>& before, build::Orders& orders) {
-  if (!before || !orders.labels) return false;
-  const std::size_t named = orders.labels->phases.size();
+void keep_other_phases(const fs::path& study, const build::Orders& before, build::Orders& orders) {
+  if (!before.labels || !orders.labels || orders.labels->phases.empty()) return;
   try {
-    orders.labels = build::with_other_phases(std::move(*orders.labels), *before);
+    const int phases = study::read_stack_lattice(study).phases;
+    if (orders.labels->phases.back() >= phases) {
+      throw_invalid("phase " + std::to_string(orders.labels->phases.back()) +
+                    " is not known; the study has the phases 0 to " + std::to_string(phases - 1));
+    }
+    if (!before.coverage.empty()) {
+      throw_invalid(
+          "labels of every phase were given with coverage, which those of one phase cannot change; "
+          "give both anew, or first the coverage up with --coverage none");
+    }
+    orders.labels = build::with_other_phases(std::move(*orders.labels), *before.labels);
   } catch (const Error& error) {
     throw error.with_context(orders.labels_from);
   }
-  return orders.labels->phases.size() > named;
 }
 
 void take_corrections(const CorrectionWords& words, build::Orders& orders) {

@@ -2,6 +2,7 @@
 /// What a technician marked or segmented elsewhere: --seeds, --labels, --coverage and what explains
 /// them.
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,8 +32,12 @@ void add_correction_words(CLI::App& command, CorrectionWords& words);
 /// @throws Error{Usage} for words that cannot be meant; Error{InvalidInput} for their files
 void take_corrections(const CorrectionWords& words, build::Orders& orders);
 
-/// Beside labels of some phases those of the others that a study was given before stay.
-/// @return whether any did  @throws Error{InvalidInput} naming the file, see with_other_phases
-bool keep_other_phases(const std::optional<study::GivenLabels>& before, build::Orders& orders);
+/// Beside labels of some phases that were named, those of the others stay that a study was given
+/// before.
+/// @param study its folder, with an import that stays
+/// @throws Error{InvalidInput} naming the file, for a phase that the study lacks, for coverage of
+/// the labels before, and see with_other_phases
+void keep_other_phases(const std::filesystem::path& study, const build::Orders& before,
+                       build::Orders& orders);
 
 }  // namespace beatlas::cli

@@ -18,7 +18,7 @@ struct GivenLabels {
   LabelCycle images;  ///< on their own grid, patient LPS
   std::vector<int>
       phases;  ///< of each image; -1 = every phase; empty: each of the study's, in order
-  std::string file_sha256;  ///< of the file they were read from, as it was
+  std::string file_sha256;  ///< of the file they were read from, as it was; of several: `sha256`
   std::string sha256;       ///< of grid, voxels and phases, see given_sha256
 };
 

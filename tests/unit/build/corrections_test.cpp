@@ -30,8 +30,11 @@ TEST(OtherPhases, StayBesideThoseThatAreGivenNow) {
   const study::GivenLabels both = with_other_phases(labels_of({2}, {5}), labels_of({0, 2}, {1, 3}));
   EXPECT_EQ(both.phases, (std::vector<int>{0, 2}));
   EXPECT_EQ(fills_of(both), (std::vector<int>{1, 5}));
-  // The same as both at once, also for who compares hashes.
   EXPECT_EQ(both.sha256, labels_of({0, 2}, {1, 5}).sha256);
+  // Whichever came last.
+  const study::GivenLabels turned = with_other_phases(labels_of({0}, {1}), labels_of({2}, {5}));
+  EXPECT_EQ(turned.sha256, both.sha256);
+  EXPECT_EQ(turned.file_sha256, both.file_sha256);
 }
 
 TEST(OtherPhases, OfLabelsOfEveryPhaseStayToo) {
