@@ -98,8 +98,9 @@ void check_fit(const Cine& cine, const Segmentation& segmentation) {
     fits = fits && coverage.first[axis] >= 0 &&
            coverage.first[axis] + coverage.grid.size[axis] <= cine.grid().size[axis];
   }
-  for (const auto& [structure, plane] : segmentation.valve_planes)
+  for (const auto& [structure, plane] : segmentation.valve_planes) {
     fits = fits && plane.k.size() == phases;
+  }
   for (int phase : {segmentation.end_diastole, segmentation.end_systole}) {
     fits = fits && phase >= 0 && static_cast<std::size_t>(phase) < phases;
   }

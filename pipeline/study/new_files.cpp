@@ -17,7 +17,8 @@ NewFiles::NewFiles(fs::path folder) : folder_(std::move(folder)) {
   std::error_code ignored;
   made_ = !fs::exists(folder_, ignored);
   make_folder(folder_);
-  std::string name = (folder_ / ".beatlas-XXXXXX").string();
+  // As replace_file names what is not whole yet; see is_partial.
+  std::string name = (folder_ / ".partial-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) {
     const std::error_code failure(errno, std::generic_category());
     if (made_) fs::remove(folder_, ignored);

@@ -33,6 +33,7 @@ TEST_F(NewFilesTest, ComeTogetherAndBesideOthers) {
   write_text(folder_.path() / "other", "other");
   {
     NewFiles files(folder_.path());
+    EXPECT_TRUE(is_partial(files.place()));
     write_text(files.place() / "a", "a");
     EXPECT_FALSE(fs::exists(folder_.path() / "a"));
     write_text(files.place() / "b", "b");
