@@ -30,15 +30,24 @@ double solve_upwind(std::array<double, 3> a, double h) {
   return a[0] + (sum + std::sqrt(std::max(0.0, sum * sum - 3 * (b * b + c * c - h * h)))) / 3;
 }
 
-/// A sample changed: its neighbours may have to.
-void unsettle_around(const Lattice& lattice, std::size_t s, std::vector<std::uint8_t>& settled) {
-  for (int axis = 0; axis < 3; ++axis) {
+/// Which samples nothing changed around since they were looked at, and of which rows that is all.
+struct Settled {
+  std::vector<std::uint8_t> samples;
+  std::vector<std::uint8_t> rows;
+
+  /// A sample of a row changed: its neighbours may have to.
+  void unsettle_around(const Lattice& lattice, std::size_t s, std::size_t row) {
     // Past the end of a row or plane this is another sample, which is looked at in vain.
-    const std::size_t step = lattice.stride(axis);
-    if (s >= step) settled[s - step] = 0;
-    if (s + step < settled.size()) settled[s + step] = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t step = lattice.stride(axis);
+      if (s >= step) samples[s - step] = 0;
+      if (s + step < samples.size()) samples[s + step] = 0;
+      const std::size_t rows_on = step / static_cast<std::size_t>(lattice.size[0]);
+      if (row >= rows_on) rows[row - rows_on] = 0;
+      if (row + rows_on < rows.size()) rows[row + rows_on] = 0;
+    }
   }
-}
+};
 
 }  // namespace
 
@@ -76,10 +85,11 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
   const double least_rise = voxel_mm / std::sqrt(3.0) * (1 - 1e-6);
   // A sample that nothing changed around since it was looked at stays as it is, and is not looked
   // at again (locked points of Bak, McLaughlin and Renzi, SIAM J. Sci. Comput. 32, 2010).
-  std::vector<std::uint8_t> settled(distance_mm.size(), 0);
-  const auto look_at = [&](int i, int j, int k, std::size_t s) {
-    if (settled[s] != 0) return;
-    settled[s] = 1;
+  Settled settled{std::vector<std::uint8_t>(distance_mm.size(), 0),
+                  std::vector<std::uint8_t>(first_of_row.size() - 1, 0)};
+  const auto look_at = [&](int i, int j, int k, std::size_t s, std::size_t row) {
+    if (settled.samples[s] != 0) return;
+    settled.samples[s] = 1;
     const auto sign = static_cast<float>(side[s]);
     const std::array<double, 3> near{neighbour(s, i, 0, sign), neighbour(s, j, 1, sign),
                                      neighbour(s, k, 2, sign)};
@@ -88,7 +98,7 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
     const double found = std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
     if (!(found < old)) return;
     value[s] = sign * static_cast<float>(found);
-    unsettle_around(lattice, s, settled);
+    settled.unsettle_around(lattice, s, row);
   };
   const auto sweep = [&](int order) {
     const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
@@ -98,9 +108,13 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
         const int j = down[1] ? lattice.size[1] - 1 - jj : jj;
         const std::size_t start = lattice.offset(0, j, k);
         const std::size_t row = start / static_cast<std::size_t>(lattice.size[0]);
+        if (settled.rows[row] != 0) continue;
+        settled.rows[row] = 1;
         const std::span<const int> of_row(to_find.data() + first_of_row[row],
                                           first_of_row[row + 1] - first_of_row[row]);
-        const auto visit = [&](int i) { look_at(i, j, k, start + static_cast<std::size_t>(i)); };
+        const auto visit = [&](int i) {
+          look_at(i, j, k, start + static_cast<std::size_t>(i), row);
+        };
         if (down[0]) {
           std::for_each(of_row.rbegin(), of_row.rend(), visit);
         } else {
