@@ -12,6 +12,7 @@
 #include "pipeline/core/words.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/study/stage_files.h"
+#include "pipeline/study/state.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::cli {
@@ -154,6 +155,12 @@ int change(const SeedsArguments& arguments,
   const std::string said = body(study, orders);
   build::keep_orders(orders, study);
   study.save();
+  if (!study::edited_outputs(study, study::Stage::Segment).empty()) {
+    console.warn(
+        "segment/labels.nii.gz was edited by hand and is kept, so seeds change nothing; paint "
+        "there, or give the edits up: beatlas build --study " +
+        shell_word(arguments.study) + " --discard-edits");
+  }
   print_data(said + "; build again: beatlas build --study " + shell_word(arguments.study) + "\n");
   return 0;
 }

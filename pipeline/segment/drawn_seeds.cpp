@@ -118,7 +118,8 @@ std::string seed_told(const std::vector<Seed>& seeds, std::size_t at) {
   const Seed& seed = seeds[at];
   const Vec3& mm = seed.lps_mm;
   char text[200];
-  std::snprintf(text, sizeof text, "seed %zu, %s at (%.0f, %.0f, %.0f) mm LPS, %s,", at + 1,
+  const std::string named = seed.painted ? "what is painted" : "seed " + std::to_string(at + 1);
+  std::snprintf(text, sizeof text, "%s, %s at (%.0f, %.0f, %.0f) mm LPS, %s,", named.c_str(),
                 std::string(kLabelWords.at(seed.label)).c_str(), mm[0], mm[1], mm[2],
                 seed.phase < 0 ? "every phase" : ("phase " + std::to_string(seed.phase)).c_str());
   return text;
@@ -213,6 +214,7 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
   constexpr std::size_t kMost = 5;
   std::vector<std::string> out;
   std::size_t more = 0;
+  std::size_t numbered = 0;
   for (std::size_t s = 0; s < seeds.size(); ++s) {
     const Seed& seed = seeds[s];
     double sum = 0;
@@ -233,10 +235,15 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
       continue;
     }
     const std::string told = seed_told(seeds, s) + " lies where the image is " + looks;
+    if (seed.painted) {
+      out.push_back(told + "; if that is a slip, paint it anew");
+      continue;
+    }
+    ++numbered;
     out.push_back(told + "; if that is a slip, take it out with 'beatlas seeds STUDY remove " +
                   std::to_string(s + 1) + "'");
   }
-  if (out.size() > 1) out.back() += "; name all that are to go at once, for numbers move up";
+  if (numbered > 1) out.back() += "; name all that are to go at once, for numbers move up";
   if (more > 0) out.back() += "; the same of " + counted(more, "more seed");
   return out;
 }

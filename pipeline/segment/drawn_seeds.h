@@ -14,7 +14,8 @@ namespace beatlas::segment {
 /// The voxels that a seed marks, ascending, each once. Empty if it misses the grid.
 [[nodiscard]] std::vector<std::size_t> voxels_of(const Grid& grid, const Seed& seed);
 
-/// "seed 3, lv_blood at (12, -4, 30) mm LPS, phase 2," for a message; counted from 1.
+/// "seed 3, lv_blood at (12, -4, 30) mm LPS, phase 2," for a message; counted from 1. What was
+/// painted has no number.
 [[nodiscard]] std::string seed_told(const std::vector<Seed>& seeds, std::size_t at);
 
 /// The heart's box made to hold a technician's seeds of the heart, with a margin; seeds of
@@ -35,7 +36,7 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
 /// @throws Error{InvalidInput} if muscle was marked on what is as bright as blood
 void part_marked(TissueLevels& levels);
 
-/// Seeds that are likely a slip, a sentence each with seed (counted from 1), place and phase: where
+/// Seeds that are likely a slip, a sentence each as seed_told begins it: where
 /// the image is as dark as muscle or lung under a seed of blood, as bright as blood or as dark as
 /// lung under one of muscle, as dark as lung under one of the rest. At most five, and how many
 /// more. They are followed all the same.

@@ -80,7 +80,8 @@ std::string why(std::uint8_t label, std::uint8_t there) {
 
 std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labels,
                                             const std::vector<Seed>& seeds,
-                                            const LabelImages& marks) {
+                                            const LabelImages& marks,
+                                            const std::vector<int>& given_phases) {
   std::vector<std::string> out;
   std::size_t more = 0;
   for (std::size_t s = 0; s < seeds.size(); ++s) {
@@ -90,6 +91,7 @@ std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labe
     std::size_t lost = 0;
     std::size_t alone = 0;
     std::size_t first = 0;
+    std::size_t against_given = 0;
     Around instead;
     for (std::size_t p = 0; p < labels.phases.size(); ++p) {
       if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
@@ -105,6 +107,9 @@ std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labe
       if (lost + alone == 0) first = p;
       lost += is_lost ? 1 : 0;
       alone += is_alone ? 1 : 0;
+      const bool was_given = std::find(given_phases.begin(), given_phases.end(),
+                                       static_cast<int>(p)) != given_phases.end();
+      against_given += was_given ? 1 : 0;
       for (std::size_t label = 0; label < instead.on.size(); ++label) {
         if (label == seed.label) continue;
         (is_lost ? instead.on : instead.beside).at(label) +=
@@ -121,6 +126,12 @@ std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labe
     const std::string where = seed.phase >= 0 ? std::string()
                               : phases == 1   ? " in phase " + std::to_string(first)
                                               : " in " + std::to_string(phases) + " phases";
+    if (against_given == phases) {
+      out.push_back(told + " was not followed" + where +
+                    ": the labels that were given there stay; give them anew with the seed's label "
+                    "painted");
+      continue;
+    }
     if (lost >= alone) {
       told += " was not followed" + where + ": " + why(seed.label, most_of(instead.on));
     } else {

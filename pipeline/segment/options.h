@@ -19,6 +19,7 @@ struct Seed {
   int phase = 0;  ///< phase it was drawn in; -1 = every phase
   /// A stroke goes straight from lps_mm through these places; none: a ball.
   std::vector<Vec3> stroke_lps_mm = {};
+  bool painted = false;  ///< a run of an image's voxels, which has no number of its own
 };
 
 enum class Method {

@@ -87,7 +87,7 @@ std::vector<Seed> seeds_of_painting(const Grid& painted_grid,
         }
         if (label == open) continue;
         if (open != kNotPainted) {
-          Seed run{ventricles_apart(open), grid.mm(begin, j, k), kThinMm, phase, {}};
+          Seed run{ventricles_apart(open), grid.mm(begin, j, k), kThinMm, phase, {}, true};
           if (i - 1 > begin) run.stroke_lps_mm.push_back(grid.mm(i - 1, j, k));
           seeds.push_back(std::move(run));
         }

@@ -398,7 +398,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (out.coverage.phases.count(Structure::Heart) == 0) {
     throw_invalid("no heart found: what grew from the seeds is empty");
   }
-  tell(seeds_not_followed(labels, given, task.marks));
+  tell(seeds_not_followed(labels, given, task.marks, known.phases));
   if (atria && !options.atria) {
     merge_beyond_base(labels);
     for (const Structure structure : kBeyondBase) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/segment/followed_seeds.h"
 #include "runtime/atlas/structures.h"
 #include "tests/unit/segment/made_images.h"
 
@@ -44,6 +45,34 @@ TEST(DoubtfulSeeds, AreThoseThatImagesSpeakAgainst) {
   const std::vector<std::string> some = doubtful_seeds(images, many, levels);
   EXPECT_EQ(some.size(), 5U);
   EXPECT_NE(some.back().find("the same of 4 more seeds"), std::string::npos);
+  // What was painted has no number that could be taken out, and moves none.
+  Seed run{kLabelLvBlood, here, 3.0, 1};
+  run.painted = true;
+  const std::vector<std::string> mixed =
+      doubtful_seeds(images, {{kLabelLvBlood, here, 3.0, 1}, run}, levels);
+  ASSERT_EQ(mixed.size(), 2U);
+  EXPECT_NE(mixed[0].find("remove 1"), std::string::npos);
+  EXPECT_EQ(mixed[1].rfind("what is painted, lv_blood at (", 0), 0U) << mixed[1];
+  EXPECT_NE(mixed[1].find("paint it anew"), std::string::npos);
+  EXPECT_EQ(mixed[1].find("remove"), std::string::npos) << mixed[1];
+}
+
+TEST(SeedsNotFollowed, GivenLabelsAreNamedWhereTheyStay) {
+  const Vec3 here = kOblique.mm(20, 18, 12);
+  const std::vector<Seed> seeds{{kLabelRvBlood, here, 3.0, 1}};
+  ImageCycle<std::uint8_t> labels{kOblique, blank(kOblique, 2)};
+  for (auto& phase : labels.phases) phase.assign(phase.size(), kLabelLvBlood);
+  LabelImages marks = blank(kOblique, 2);
+  draw_seeds(kOblique, seeds, marks);
+  const auto told = [&](const std::vector<int>& given) {
+    const std::vector<std::string> out = seeds_not_followed(labels, seeds, marks, given);
+    return out.size() == 1 ? out.front() : std::string();
+  };
+  EXPECT_NE(told({}).find("it was taken for lv_blood"), std::string::npos) << told({});
+  EXPECT_NE(told({0}).find("it was taken for lv_blood"), std::string::npos) << told({0});
+  EXPECT_NE(told({1}).find("labels that were given there stay"), std::string::npos) << told({1});
+  labels.phases[1].assign(labels.phases[1].size(), kLabelRvBlood);
+  EXPECT_TRUE(seeds_not_followed(labels, seeds, marks, {1}).empty());
 }
 
 TEST(DrawSeeds, PaintsTheVoxelsWhoseCentresLieInTheBall) {
