@@ -265,6 +265,24 @@ void IncrementalBuild::refuse_unless_from(const study::Wanted& with) const {
   if (!is_of_same_exam(with)) refuse_another_source();
 }
 
+void IncrementalBuild::refuse_unless_edits_fit() const {
+  if (!study_ || orders_.discard_edits) return;
+  if (study::edited_outputs(*study_, Stage::Segment).empty()) return;
+  demand_fit(study::read_segmentation(study_->folder()).labels);
+}
+
+void IncrementalBuild::demand_fit(const LabelCycle& labels) const {
+  const Grid& grid = exam_->stack.grid();
+  if (labels.grid.size == grid.size &&
+      labels.grid.mm_from_index.isApprox(grid.mm_from_index, 1e-9) &&
+      labels.phase_count() == exam_->stack.phase_count()) {
+    return;
+  }
+  throw_invalid("in the study " + study_->folder().string() +
+                " the edited segment/labels.nii.gz has other slices or phases than the images as "
+                "they are imported now; import as before, or make it anew with --discard-edits");
+}
+
 void IncrementalBuild::part_with_corrections(const study::Wanted& with) {
   if (!study_ || !study_->find(Stage::Import)) return;
   if (!orders_.keeps_seeds && !orders_.keeps_labels) return;
@@ -338,6 +356,7 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
     facts_.input_sha256 = stack_sha256(exam_->stack);
     part_with_corrections(with);
     exam_ = reg::with_aligned_slices(std::move(*exam_), orders_.recipe.align);
+    refuse_unless_edits_fit();
     leave_import(with);
   });
   for (const std::string& decision : facts_.decisions) listener_.tell("import: " + decision);

@@ -67,14 +67,8 @@ const Segmentation& IncrementalBuild::segmentation() {
         throw error.with_context((study_->folder() / "segment" / "labels.nii.gz").string());
       }
     }
-    const Grid& grid = exam().stack.grid();
-    if (segmentation_->labels.grid.size != grid.size ||
-        !segmentation_->labels.grid.mm_from_index.isApprox(grid.mm_from_index, 1e-9) ||
-        segmentation_->labels.phase_count() != exam().stack.phase_count()) {
-      throw_invalid("in the study " + study_->folder().string() +
-                    " the edited segment/labels.nii.gz does not fit the images that were imported "
-                    "since; import as before, or make it anew with --discard-edits");
-    }
+    (void)exam();
+    demand_fit(segmentation_->labels);
     if (edited) {
       ask_for_leaks(context);
       // What was painted stays, whatever a seed says.

@@ -24,6 +24,21 @@ const study::StageRecord* record_of(const study::Study& study) {
   throw Error(ErrorCode::Usage, why + "; name the package to write with -o X.beatlas");
 }
 
+/// Whether a folder is a study, other than `study`, that made the same package last: its copy, or
+/// the one that it is a copy of.
+bool is_twin(const fs::path& folder, const study::Study& study, const std::string& sha256) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) return false;
+  if (fs::equivalent(folder, study.folder(), ignored)) return false;
+  try {
+    const study::Study other = study::Study::open(folder);
+    const study::StageRecord* record = record_of(other);
+    return record != nullptr && record->package_sha256 == sha256;
+  } catch (const Error&) {  // no study, or one that cannot be read
+    return false;
+  }
+}
+
 }  // namespace
 
 fs::path made_package(const study::Study& study) {
@@ -37,6 +52,10 @@ fs::path made_package(const study::Study& study) {
     for (auto it = fs::directory_iterator(place, ignored); it != fs::directory_iterator();
          it.increment(ignored)) {
       const fs::path& file = it->path();
+      if (is_twin(file, study, record->package_sha256)) {
+        ask_for_name(named + " and " + file.string() +
+                     " are copies of each other, and either may have made the package last");
+      }
       if (file.extension() != kEnding || !it->is_regular_file(ignored)) continue;
       if (study::holds(file, record->package_sha256)) {
         found.insert(fs::weakly_canonical(file, ignored));

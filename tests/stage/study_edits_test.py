@@ -82,6 +82,15 @@ def edit_of_another():
     assert "another source" in said and "--discard-edits" in said, said
     assert digest(folder / "segment" / "labels.nii.gz") == drawn
     expect_same(PACKAGE, package)
+    # Nor is the import of the same images replaced by one that the edits do not fit, and what was refused is
+    # not remembered. Seeds change nothing in labels that are kept, and adding one says so.
+    before = (folder / "study.json").read_bytes()
+    said = beatlas("build", EXAM, "-o", package, "--study", folder, "--phases", "2", code=3).stderr
+    assert "the edited segment/labels.nii.gz has other slices or phases" in said, said
+    assert (folder / "study.json").read_bytes() == before
+    said = beatlas("seeds", folder, "add", "--label", "lv_blood", "--slice", "20", "--row", "30", "--column", "30").stderr
+    assert "was edited by hand and is kept, so seeds change nothing" in said, said
+    beatlas("seeds", folder, "remove", "all")
     # Files for the eye: said to be without effect, and put aside rather than lost.
     eye = folder / "register" / "labels.nii.gz"
     paint(eye, lambda labels: labels.fill(0))

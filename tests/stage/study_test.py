@@ -199,6 +199,11 @@ def resume():
     beatlas("build", "--study", lone / "study", "-o", lone / "any name.beatlas", "--scene", "palpation")
     small = digest(lone / "any name.beatlas")
     assert "nothing has changed" in beatlas("build", "--study", lone / "study").stderr
+    # A copy of the study does not write over the package of the one that it is a copy of.
+    shutil.copytree(lone / "study", lone / "twin")
+    said = beatlas("build", "--study", lone / "twin", code=2).stderr
+    assert "copies of each other" in said and "-o X.beatlas" in said, said
+    shutil.rmtree(lone / "twin")
     beatlas("seeds", lone / "study", "add", "--label", "myocardium", "--slice", 20, "--row", 40, "--column", 40)
     said = beatlas("build", "--study", lone / "study").stderr
     assert "pack" in said.split("; made ")[1] and [file.name for file in lone.glob("*.beatlas")] == ["any name.beatlas"]
