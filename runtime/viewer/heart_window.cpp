@@ -16,12 +16,12 @@
 #include <QStatusBar>
 #include <QTimer>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "runtime/app/touch.h"
 #include "runtime/field/surface_point.h"
+#include "runtime/viewer/tick_times.h"
 #include "runtime/viewer/volume_plot.h"
 
 namespace beatlas::viewer {
@@ -36,12 +36,6 @@ const char* const kHint =
     "Drag to turn the heart, wheel to zoom. Tick \"Touch\" (T) and drag into the heart to press "
     "it. "
     "F1 lists the keys.";
-
-std::int64_t clock_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 

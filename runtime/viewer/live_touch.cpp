@@ -1,6 +1,5 @@
 #include "runtime/viewer/live_touch.h"
 
-#include <chrono>
 #include <cmath>
 #include <exception>
 #include <optional>
@@ -15,12 +14,6 @@ namespace beatlas::viewer {
 namespace {
 
 constexpr double kMouseSettlingS = 0.06;
-
-std::int64_t clock_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 // Where OpenGL is drawn by software a picture takes every core there is: a tick goes first, if the
 // system lets it (RLIMIT_RTPRIO). It sleeps nearly all the time.

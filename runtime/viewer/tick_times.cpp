@@ -1,6 +1,7 @@
 #include "runtime/viewer/tick_times.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace beatlas::viewer {
@@ -10,6 +11,12 @@ constexpr double kLeastNs = 64;
 constexpr double kAnOctave = 12;
 
 }  // namespace
+
+std::int64_t clock_ns() noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
 
 void TickTimes::add(std::int64_t ns) noexcept {
   const double octaves = std::log2(std::max(kLeastNs, static_cast<double>(ns)) / kLeastNs);

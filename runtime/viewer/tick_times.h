@@ -7,6 +7,9 @@
 
 namespace beatlas::viewer {
 
+/// Time of a clock that only goes on [ns].
+[[nodiscard]] std::int64_t clock_ns() noexcept;
+
 /// Counts in steps of a twelfth of an octave (6 %), from 64 ns to a second and more. One thread
 /// adds, any thread asks.
 class TickTimes {

@@ -15,6 +15,7 @@
 #include "runtime/palpation/on_heart.h"
 #include "runtime/palpation/patch_model.h"
 #include "runtime/palpation/patch_stiffness.h"
+#include "runtime/viewer/tick_times.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -204,9 +205,7 @@ Vec3 Touch::tick(const haptics::ServoState& state, std::size_t finger) noexcept 
   circulation_->advance();
   (void)circulation_->latest(one.last.circulation);
   one.last.servo = one.servo->published();
-  one.last.clock_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                          std::chrono::steady_clock::now().time_since_epoch())
-                          .count();
+  one.last.clock_ns = clock_ns();
   one.felt.write(one.last);
   constexpr std::uint64_t kEvery = 5;
   if (finger == 0 && one.last.servo.ticks % kEvery == 0) rows_.add(press_row(one.last));

@@ -62,6 +62,9 @@ class WindowFixture : public testing::Test {
     viewer::ViewOptions options;
     options.view = "anterior";
     auto made = std::make_unique<viewer::HeartWindow>(options);
+    // A processor draws here, and takes time by the pixel. A size that is remembered stays.
+    const QByteArray kept = QSettings("beatlas", "beatlas-view").value("geometry").toByteArray();
+    if (kept.isEmpty() || kept == "none") made->resize(800, 560);
     made->show();
     EXPECT_TRUE(QTest::qWaitForWindowExposed(made.get()));
     return made;
