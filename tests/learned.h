@@ -1,6 +1,7 @@
 #pragma once
-/// What the built-in model says of an exam, as the command line asks it.
+/// What a model says of an exam, as the command line asks it.
 
+#include <filesystem>
 #include <optional>
 
 #include "pipeline/prior/prior.h"
@@ -8,8 +9,9 @@
 
 namespace beatlas::test {
 
-[[nodiscard]] inline prior::PriorCycle learned(const Exam& exam) {
-  static const prior::Model model = prior::Model::load(prior::default_model_path());
+[[nodiscard]] inline prior::PriorCycle learned(
+    const Exam& exam, const std::filesystem::path& file = prior::default_model_path()) {
+  const prior::Model model = prior::Model::load(file);
   const std::optional<Exam> mended = segment::without_bad_frames(exam);
   StageContext context;
   return prior::heart_prior(mended ? *mended : exam, model, context);

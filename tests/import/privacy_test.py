@@ -92,7 +92,7 @@ def the_texts_are_planted(folder):
 @case
 def a_whole_build(folder):
     """Study, pictures, package, its manifest, exports, times, logs: all of a planted exam."""
-    beatlas("phantom", "-o", folder / "phantom", "--preset", "small", "--format", "nifti")
+    beatlas("phantom", "-o", folder / "phantom", "--preset", "small", "--format", "nifti", "--phases", "4")
     image = nibabel.load(folder / "phantom" / "cine.nii.gz")
     data = np.asarray(image.dataobj)[:, :, ::2]
     affine = np.diag([-1.0, -1, 1, 1]) @ image.affine

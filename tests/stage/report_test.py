@@ -117,7 +117,7 @@ def figures():
     # The field of the heart holds its parts, too, where they are covered by more than the heart is.
     beyond_ml = parts_beyond_the_heart_ml()
     for structure in info["structures"]:
-        assert len(told["volumes_ml"][structure["name"]]) == len(structure["volume_ml"]) == 10
+        assert len(told["volumes_ml"][structure["name"]]) == len(structure["volume_ml"]) == stage_test.PHASES
         for phase, (mine, theirs) in enumerate(zip(told["volumes_ml"][structure["name"]], structure["volume_ml"])):
             held_ml = beyond_ml[phase] if structure["name"] == "heart" else 0
             assert abs(mine + held_ml - theirs) < 0.015 * max(structure["volume_ml"]), structure["name"]
@@ -130,7 +130,7 @@ def figures():
     for name, surface in known.items():
         assert 0 < surface["in_slices_mm"] <= surface["worst_slice_mm"], surface
         bands = [entry for entry in info["structures"] if entry["name"] == name][0]["band"]
-        assert len(bands["across_mm"]) == len(bands["along_mm"]) == 10
+        assert len(bands["across_mm"]) == len(bands["along_mm"]) == stage_test.PHASES
         worst = bands["across_mm"][info["end_diastole"]][surface["worst_slice"]]
         assert abs(worst - surface["worst_slice_mm"]) < 0.06, (worst, surface)
     truth = json.loads((WORK / "phantom" / "truth.json").read_text())

@@ -3,16 +3,23 @@
 #include "tests/learned.h"
 
 namespace beatlas::segment::made {
+namespace {
 
-Segmentation segmented(const Exam& exam, const std::vector<Seed>& seeds,
-                       const SegmentOptions& options, const KnownLabels& known) {
-  const prior::PriorCycle likely = test::learned(exam);
+prior::PriorCycle prior_of(const Exam& exam, Views views) {
+  return views == Views::All ? test::learned(exam) : test::learned(exam, BEATLAS_ONE_VIEW_PRIOR);
+}
+
+}  // namespace
+
+Segmentation segmented(const Exam& exam, Views views, const std::vector<Seed>& seeds,
+                       const SegmentOptions& options) {
+  const prior::PriorCycle likely = prior_of(exam, views);
   StageContext context;
-  return segment_exam(exam, seeds, options, context, known, &likely);
+  return segment_exam(exam, seeds, options, context, {}, &likely);
 }
 
 const prior::PriorCycle& ImagedPhantom::prior() const {
-  if (!prior_) prior_ = test::learned(exam);
+  if (!prior_) prior_ = prior_of(exam, views_);
   return *prior_;
 }
 

@@ -11,14 +11,19 @@
 
 namespace beatlas::segment::made {
 
+/// In how many ways round the built-in model is shown slices: in all where a test asks what the
+/// program reaches, in one, a fraction of the time, where it asks what is made of a prior.
+enum class Views { One, All };
+
 /// segment_exam beside what the built-in model says.
-[[nodiscard]] Segmentation segmented(const Exam& exam, const std::vector<Seed>& seeds = {},
-                                     const SegmentOptions& options = {},
-                                     const KnownLabels& known = {});
+[[nodiscard]] Segmentation segmented(const Exam& exam, Views views = Views::One,
+                                     const std::vector<Seed>& seeds = {},
+                                     const SegmentOptions& options = {});
 
 /// A phantom as its scanner shows it, and its labels.
 struct ImagedPhantom {
-  explicit ImagedPhantom(const phantom::PhantomSpec& spec) : phantom(spec) {
+  explicit ImagedPhantom(const phantom::PhantomSpec& spec, Views views = Views::One)
+      : phantom(spec), views_(views) {
     StageContext context;
     phantom::Rendering rendering = phantom::render(phantom, context);
     exam.stack = std::move(rendering.cine);
@@ -40,6 +45,7 @@ struct ImagedPhantom {
   LabelCycle truth;
 
  private:
+  Views views_;
   mutable std::optional<prior::PriorCycle> prior_;
 };
 

@@ -31,12 +31,12 @@ phantom::PhantomSpec small_ventricles() {
 }
 
 const Case& small_case() {
-  static const Case made(small_ventricles());
+  static const Case made(small_ventricles(), made::Views::All);
   return made;
 }
 
 const Case& whole_case() {
-  static const Case made(small_whole());
+  static const Case made(small_whole(), made::Views::All);
   return made;
 }
 

@@ -23,7 +23,7 @@ phantom::PhantomSpec small(int phases) {
 }
 
 const Case& small_case() {
-  static const Case made(small(8));
+  static const Case made(small(8), made::Views::All);
   return made;
 }
 
@@ -229,7 +229,7 @@ TEST(SmallPhantom, IsTheSameOnOneThreadAndTwo) {
 TEST(ClinicalPhantom, WithAtriaInViewKeepsTheVentriclesToTheirSideOfTheValves) {
   phantom::PhantomSpec spec = made::clinical_part();
   spec.phases = 10;
-  const Case made(spec);
+  const Case made(spec, made::Views::All);
   const Segmentation result = made.segmented();
   expect_met(made, result,
              // A basal slice that is ventricle in a part of the beat is a tenth of it.

@@ -79,7 +79,7 @@ TEST(RealExam, OfTwoPhasesHasTheExpertsCavityWithThreeStrokesAtEndSystole) {
   BEATLAS_NEEDS_REAL_EXAM("two-phase-ge");
   StageContext context;
   const Exam exam = ingest::read_exam({real_exam("two-phase-ge")}, {}, context);
-  const Segmentation automatic = made::segmented(exam);
+  const Segmentation automatic = made::segmented(exam, made::Views::All);
   EXPECT_GE(dice(automatic, kEndDiastole, 0), 0.90);
   EXPECT_GE(dice(automatic, kEndSystole, 1), 0.855);
 
@@ -98,7 +98,7 @@ TEST(RealExam, OfTwoPhasesHasTheExpertsCavityWithThreeStrokesAtEndSystole) {
       stroke(1, {{141, 118, 0}, {147, 127, 0}, {141, 137, 0}}),
       stroke(2, {{141, 118, 0}, {147, 127, 0}, {141, 137, 0}}),
   };
-  const Segmentation corrected = made::segmented(exam, strokes);
+  const Segmentation corrected = made::segmented(exam, made::Views::All, strokes);
   EXPECT_GE(dice(corrected, kEndDiastole, 0), 0.90);
   // The prior sees the rim by itself now; whoever marks it all the same draws the cavity a little
   // larger than the experts did.
@@ -109,7 +109,7 @@ TEST(RealExam, OfDistantSlicesHasNearlyTheVolumesOfAnIndependentFit) {
   BEATLAS_NEEDS_REAL_EXAM("cine-exam");
   StageContext context;
   const Exam exam = ingest::read_exam({real_exam("cine-exam")}, {}, context);
-  const Segmentation result = made::segmented(exam);
+  const Segmentation result = made::segmented(exam, made::Views::All);
   // By itself the network takes the LV's apex, in the last slice, for RV.
   ASSERT_EQ(result.warnings.size(), 1U);
   EXPECT_NE(result.warnings[0].find("slice 0 is labelled after the long-axis views"),

@@ -131,7 +131,7 @@ TEST(ThresholdGrowing, FindsItsWindowInImagesWithAnOffset) {
   for (auto& phase : scan.exam.stack.images.phases) {
     for (float& value : phase) value -= 20000;
   }
-  const Segmentation moved = made::segmented(scan.exam, seeds, options);
+  const Segmentation moved = made::segmented(scan.exam, made::Views::One, seeds, options);
   for (std::size_t p = 0; p < 4; ++p) {
     EXPECT_GT(made::label_dice(plain.labels.phases[p], moved.labels.phases[p], kLabelLvBlood), 0.99)
         << p;

@@ -104,7 +104,7 @@ void expect_calibrated(const std::string& preset, double snr, std::size_t stride
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   spec.phases = 5;
   spec.scanner.snr_blood = snr;
-  const made::ImagedPhantom imaged(spec);
+  const made::ImagedPhantom imaged(spec, made::Views::All);
   const Segmentation found = imaged.segmented();
   ASSERT_TRUE(found.axis);
   std::vector<Off> all;

@@ -98,22 +98,22 @@ constexpr Tolerance kThinWithAtria{4, 2, 4, 6};
 constexpr Tolerance kThinAskew{4, 2, 20, 6};
 
 TEST(VentricleAxis, IsThePhantomsWithAtria) {
-  const Heart heart(small(false));
+  const Heart heart(small(false), made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThinWithAtria);
 }
 
 TEST(VentricleAxis, IsThePhantomsInSlicesOfAnyDirection) {
-  const Heart heart(small(false, {25, -20, 40}));
+  const Heart heart(small(false, {25, -20, 40}), made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThinAskew);
 }
 
 TEST(VentricleAxis, IsThePhantomsWithVentriclesAlone) {
-  const Heart heart(small(true));
+  const Heart heart(small(true), made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThin);
 }
 
 TEST(VentricleAxis, OfLabelsAloneIsTheirs) {
-  const Heart heart(small(true));
+  const Heart heart(small(true), made::Views::All);
   StageContext context;
   const Segmentation known =
       segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
@@ -124,12 +124,12 @@ TEST(VentricleAxis, InThickSlicesIsWithinASlice) {
   phantom::PhantomSpec spec = made::clinical_part();
   spec.phases = 8;
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
-  const Heart heart(spec);
+  const Heart heart(spec, made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), {4, 7, 5, 5});
 }
 
 TEST(VentricleAxis, FollowsLabelsThatAreCutInOnePhase) {
-  const Heart heart(small(true));
+  const Heart heart(small(true), made::Views::All);
   StageContext context;
   const Segmentation made =
       segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
