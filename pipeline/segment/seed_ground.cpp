@@ -266,7 +266,7 @@ class LevelsAlong {
   std::array<Along<double>, kLabels> levels_;
 };
 
-/// What lies how far from the cavity's outline, in a sector of a slice of one phase: shares of
+/// What lies how far from the cavity's outline, in each sector of a slice of one phase: shares of
 /// cavity, muscle and what is outside, by millimetres. They are the mixture of the three looks that
 /// the images are likeliest from, on condition that cavity and wall, going outward, end once each.
 class Layers {
@@ -274,54 +274,73 @@ class Layers {
   static constexpr int kInside = 10;  ///< [mm] that are told apart on the inner side
   static constexpr int kBins = 60;
   using Shares = std::array<double, 3>;
+  using BySector = std::array<double, kSectors>;  ///< side by side: worked on several at a time
   struct Voxel {
     int bin = 0;
-    double weight = 1;
     Shares look{};
+    BySector weight{};
   };
 
   [[nodiscard]] static int bin_of(float signed_mm) {
     return std::clamp(static_cast<int>(std::lround(signed_mm)) + kInside, 0, kBins - 1);
   }
   explicit Layers(const std::vector<Voxel>& voxels) {
-    for (Shares& bin : shares_) bin.fill(1.0 / 3);
-    for (int round = 0; round < 20; ++round) {
-      std::array<Shares, kBins> sums{};
+    constexpr int kRounds = 20;
+    for (auto& bin : shares_) {
+      for (BySector& share : bin) share.fill(1.0 / 3);
+    }
+    for (int round = 0; round < kRounds; ++round) {
+      std::array<std::array<BySector, 3>, kBins> sums{};
       for (const Voxel& voxel : voxels) {
-        const Shares& share = shares_[static_cast<std::size_t>(voxel.bin)];
-        double sum = 0;
-        for (std::size_t c = 0; c < 3; ++c) sum += share[c] * voxel.look[c];
+        const std::array<BySector, 3>& share = shares_[static_cast<std::size_t>(voxel.bin)];
+        std::array<BySector, 3>& sum = sums[static_cast<std::size_t>(voxel.bin)];
+        BySector of_likely;
+        for (std::size_t s = 0; s < kSectors; ++s) {
+          of_likely[s] =
+              voxel.weight[s] / (share[0][s] * voxel.look[0] + share[1][s] * voxel.look[1] +
+                                 share[2][s] * voxel.look[2]);
+        }
         for (std::size_t c = 0; c < 3; ++c) {
-          sums[static_cast<std::size_t>(voxel.bin)][c] +=
-              voxel.weight * share[c] * voxel.look[c] / sum;
+          for (std::size_t s = 0; s < kSectors; ++s) {
+            sum[c][s] += share[c][s] * voxel.look[c] * of_likely[s];
+          }
         }
       }
-      double within = 1;
-      double blood = 1;
-      for (std::size_t b = 0; b < kBins; ++b) {
-        const double sum = sums[b][0] + sums[b][1] + sums[b][2];
-        if (sum <= 0) continue;
-        const double wall = std::min(within, 1 - sums[b][2] / sum);
-        blood = std::min(blood, sums[b][0] / sum);
-        shares_[b] = {blood, std::max(wall - blood, 0.0), 1 - wall};
-        within = wall;
-      }
+      for (std::size_t s = 0; s < kSectors; ++s) end_once(sums, s);
     }
   }
-  [[nodiscard]] const Shares& at(int bin) const { return shares_[static_cast<std::size_t>(bin)]; }
+  [[nodiscard]] Shares at(std::size_t sector, int bin) const {
+    const std::array<BySector, 3>& share = shares_[static_cast<std::size_t>(bin)];
+    return {share[0][sector], share[1][sector], share[2][sector]};
+  }
 
  private:
-  std::array<Shares, kBins> shares_{};
+  /// Shares of a sector from what was summed up, cavity and wall growing no more outward.
+  void end_once(const std::array<std::array<BySector, 3>, kBins>& sums, std::size_t s) {
+    double within = 1;
+    double blood = 1;
+    for (std::size_t b = 0; b < kBins; ++b) {
+      const double sum = sums[b][0][s] + sums[b][1][s] + sums[b][2][s];
+      if (sum <= 0) continue;
+      const double wall = std::min(within, 1 - sums[b][2][s] / sum);
+      blood = std::min(blood, sums[b][0][s] / sum);
+      shares_[b][0][s] = blood;
+      shares_[b][1][s] = std::max(wall - blood, 0.0);
+      shares_[b][2][s] = 1 - wall;
+      within = wall;
+    }
+  }
+
+  std::array<std::array<BySector, 3>, kBins> shares_{};
 };
 
-/// Shares at a place of slice k: between the middles of two sectors they go straight on.
-/// @param layers [slice * kSectors + sector]
-Layers::Shares shares_at(const std::vector<Layers>& layers, std::size_t k, float sector, int bin) {
+/// Shares at a place of a slice: between the middles of two sectors they go straight on.
+Layers::Shares shares_at(const Layers& layers, float sector, int bin) {
   const double at = static_cast<double>(sector) - 0.5 + kSectors;
   const auto low = static_cast<std::size_t>(at);
   const double t = at - static_cast<double>(low);
-  const Layers::Shares& a = layers[k * kSectors + low % kSectors].at(bin);
-  const Layers::Shares& b = layers[k * kSectors + (low + 1) % kSectors].at(bin);
+  const Layers::Shares a = layers.at(low % kSectors, bin);
+  const Layers::Shares b = layers.at((low + 1) % kSectors, bin);
   Layers::Shares out{};
   for (std::size_t c = 0; c < out.size(); ++c) out[c] = a[c] * (1 - t) + b[c] * t;
   return out;
@@ -366,7 +385,7 @@ std::vector<Looks> looks_by_slice(const LevelsAlong& along, const std::vector<Lo
   return out;
 }
 
-/// Of one phase [slice * kSectors + sector], each with half of the slices beside it.
+/// Of one phase [slice], each with half of the slices beside it.
 /// @param away_mm [voxel], see distance_from_cavity
 std::vector<Layers> layers_of(const Scene& scene, const std::vector<float>& image,
                               const std::vector<float>& away_mm) {
@@ -381,19 +400,20 @@ std::vector<Layers> layers_of(const Scene& scene, const std::vector<float>& imag
   };
   std::vector<Layers> layers;
   for (int k = 0; k < slices; ++k) {
-    std::array<std::vector<Layers::Voxel>, kSectors> voxels;
+    std::vector<Layers::Voxel> voxels;
     for (int n = std::max(0, k - 1); n < std::min(slices, k + 2); ++n) {
       const auto begin = static_cast<std::size_t>(n) * slice;
       for (std::size_t v = begin; v < begin + slice; ++v) {
         if (scene.place[v].heart <= 0 || away_mm[v] >= kNoDistance) continue;
         Layers::Voxel voxel{.bin = Layers::bin_of(away_mm[v]), .look = seen(v)};
         for (int s = 0; s < kSectors; ++s) {
-          voxel.weight = (n == k ? 1.0 : 0.5) * weight_in_sector(s, scene.place[v].sector);
-          voxels[static_cast<std::size_t>(s)].push_back(voxel);
+          voxel.weight[static_cast<std::size_t>(s)] =
+              (n == k ? 1.0 : 0.5) * weight_in_sector(s, scene.place[v].sector);
         }
+        voxels.push_back(voxel);
       }
     }
-    for (const auto& list : voxels) layers.emplace_back(list);
+    layers.emplace_back(voxels);
   }
   return layers;
 }
@@ -413,7 +433,7 @@ void lay_phase(const Scene& scene, std::size_t p, const std::vector<float>& away
     const bool layered = grown && away_mm[v] < kNoDistance;
     Layers::Shares share{static_cast<double>(at.cavity), static_cast<double>(at.muscle),
                          static_cast<double>(at.outside)};
-    if (layered) share = shares_at(layers, v / slice, at.sector, Layers::bin_of(away_mm[v]));
+    if (layered) share = shares_at(layers[v / slice], at.sector, Layers::bin_of(away_mm[v]));
     const auto heart = static_cast<double>(at.heart);
     const auto rv = static_cast<double>(at.rv);
     const Looks& here = scene.look[v / slice];
