@@ -29,15 +29,12 @@ Carrier::Carrier(const TriangleMesh& reference)
   first_ = std::move(neighbours.first);
 }
 
-void Carrier::laplacian(const Columns& x, Columns& out) const {
-  for (std::size_t v = 0; v < total_.size(); ++v) {
-    const auto column = static_cast<Eigen::Index>(v);
-    Eigen::Vector4f sum = total_[v] * x.col(column);
-    for (std::uint32_t n = first_[v]; n < first_[v + 1]; ++n) {
-      sum -= links_[n].weight * x.col(static_cast<Eigen::Index>(links_[n].to));
-    }
-    out.col(column) = sum;
+inline Eigen::Vector4f Carrier::laplacian_at(std::size_t vertex, const Columns& x) const {
+  Eigen::Vector4f sum = total_[vertex] * x.col(static_cast<Eigen::Index>(vertex));
+  for (std::uint32_t n = first_[vertex]; n < first_[vertex + 1]; ++n) {
+    sum -= links_[n].weight * x.col(static_cast<Eigen::Index>(links_[n].to));
   }
+  return sum;
 }
 
 double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase, double tolerance,
@@ -61,19 +58,20 @@ double Carrier::step(std::vector<Vec3>& points, const field::Interpolant& phase,
     pull[v] = static_cast<float>(kStiffness * agreement * agreement);
     residual.col(v) = -pull[v] * total_[n] * static_cast<float>(here.value / steep) * normal.col(v);
   }
-  Columns image(4, count);
-  laplacian(displacement, image);
-  residual -= image;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    residual.col(v) -= laplacian_at(static_cast<std::size_t>(v), displacement);
+  }
 
   // The system times `direction`, and the energy of that.
   Columns direction(4, count);
+  Columns image(4, count);
   const auto apply = [&] {
-    laplacian(direction, image);
     double sum = 0;
     for (Eigen::Index v = 0; v < count; ++v) {
+      const auto n = static_cast<std::size_t>(v);
       const Column x = direction.col(v);
-      const float pulled = pull[v] * total_[static_cast<std::size_t>(v)] * normal.col(v).dot(x);
-      const Column y = image.col(v) + pulled * normal.col(v);
+      const float pulled = pull[v] * total_[n] * normal.col(v).dot(x);
+      const Column y = laplacian_at(n, direction) + pulled * normal.col(v);
       image.col(v) = y;
       sum += static_cast<double>(x.dot(y));
     }

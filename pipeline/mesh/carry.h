@@ -38,7 +38,7 @@ class Carrier {
   ///   square is `most_energy`), so that the last steps, which are short, take few rounds
   double step(std::vector<Vec3>& points, const field::Interpolant& phase, double tolerance,
               double& most_energy) const;
-  void laplacian(const Columns& x, Columns& out) const;
+  [[nodiscard]] Eigen::Vector4f laplacian_at(std::size_t vertex, const Columns& x) const;
 
   struct Link {
     std::uint32_t to = 0;
