@@ -277,13 +277,12 @@ struct ReferenceHeart {
       const Vec3 step = 1e-6 * patch.normal(u, v);
       const bool boundary = contains(part, q + step) != contains(part, q - step);
       if (boundary) best = std::min(best, distance);
-      bool clear = true;
-      for (int m = 0; m < static_cast<int>(all.size()); ++m) {
-        clear = clear && (m == n || all[m].at_least(q) > radius + 1e-5);
+      if (radius <= resolution_mm) return;
+      bool open = boundary;  // or beside another surface, which may part it
+      for (int m = 0; m < static_cast<int>(all.size()) && !open; ++m) {
+        open = m != n && !(all[m].at_least(q) > radius + 1e-5);
       }
-      if ((boundary || !clear) && radius > resolution_mm) {
-        queue.push({n, u, v, du, dv, at_least});
-      }
+      if (open) queue.push({n, u, v, du, dv, at_least});
     };
     for (int n = 0; n < static_cast<int>(all.size()); ++n) {
       const Patch& p = all[n];
