@@ -20,7 +20,7 @@ TEST(Papillary, AreCavityOrWallAsIsAsked) {
   spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   spec.anatomy.papillary_muscles.present = true;
   spec.phases = 6;
-  const made::ImagedPhantom imaged(spec);
+  const made::ImagedPhantom imaged(spec, made::Views::All);
   SegmentOptions options;
   const Segmentation in = imaged.segmented({}, options);
   options.papillary = Papillary::Muscle;
