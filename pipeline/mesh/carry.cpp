@@ -29,7 +29,7 @@ Carrier::Carrier(const TriangleMesh& reference)
   first_ = std::move(neighbours.first);
 }
 
-inline Eigen::Vector4f Carrier::laplacian_at(std::size_t vertex, const Columns& x) const {
+Eigen::Vector4f Carrier::laplacian_at(std::size_t vertex, const Columns& x) const {
   Eigen::Vector4f sum = total_[vertex] * x.col(static_cast<Eigen::Index>(vertex));
   for (std::uint32_t n = first_[vertex]; n < first_[vertex + 1]; ++n) {
     sum -= links_[n].weight * x.col(static_cast<Eigen::Index>(links_[n].to));
