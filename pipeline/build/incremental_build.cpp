@@ -267,20 +267,21 @@ void IncrementalBuild::refuse_unless_from(const study::Wanted& with) const {
 
 void IncrementalBuild::refuse_unless_edits_fit() const {
   if (!study_ || orders_.discard_edits) return;
-  if (study::edited_outputs(*study_, Stage::Segment).empty()) return;
-  demand_fit(study::read_segmentation(study_->folder()).labels);
+  const std::vector<std::string> edited = study::edited_outputs(*study_, Stage::Segment);
+  if (edited.empty() || !study_->find(Stage::Import)) return;
+  const study::StackLattice before = study::read_stack_lattice(study_->folder());
+  demand_fit(before.grid, before.phases, edited.front());
 }
 
-void IncrementalBuild::demand_fit(const LabelCycle& labels) const {
-  const Grid& grid = exam_->stack.grid();
-  if (labels.grid.size == grid.size &&
-      labels.grid.mm_from_index.isApprox(grid.mm_from_index, 1e-9) &&
-      labels.phase_count() == exam_->stack.phase_count()) {
+void IncrementalBuild::demand_fit(const Grid& grid, int phases, const std::string& edited) const {
+  const Grid& now = exam_->stack.grid();
+  if (grid.size == now.size && grid.mm_from_index.isApprox(now.mm_from_index, 1e-9) &&
+      phases == exam_->stack.phase_count()) {
     return;
   }
-  throw_invalid("in the study " + study_->folder().string() +
-                " the edited segment/labels.nii.gz has other slices or phases than the images as "
-                "they are imported now; import as before, or make it anew with --discard-edits");
+  throw_invalid("in the study " + study_->folder().string() + " " + edited +
+                ", edited by hand, is of other slices or phases than the images as they are "
+                "imported now; import as before, or make it anew with --discard-edits");
 }
 
 void IncrementalBuild::part_with_corrections(const study::Wanted& with) {

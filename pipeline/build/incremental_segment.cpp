@@ -68,7 +68,8 @@ const Segmentation& IncrementalBuild::segmentation() {
       }
     }
     (void)exam();
-    demand_fit(segmentation_->labels);
+    const LabelCycle& labels = segmentation_->labels;
+    demand_fit(labels.grid, labels.phase_count(), "segment/labels.nii.gz");
     if (edited) {
       ask_for_leaks(context);
       // What was painted stays, whatever a seed says.

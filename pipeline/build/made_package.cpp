@@ -24,8 +24,8 @@ const study::StageRecord* record_of(const study::Study& study) {
   throw Error(ErrorCode::Usage, why + "; name the package to write with -o X.beatlas");
 }
 
-/// Whether a folder is a study, other than `study`, that made the same package last: its copy, or
-/// the one that it is a copy of.
+/// Whether a folder is a study, other than `study`, that made the same package last: its copy, the
+/// one that it is a copy of, or one made alike.
 bool is_twin(const fs::path& folder, const study::Study& study, const std::string& sha256) {
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored)) return false;
@@ -48,19 +48,19 @@ fs::path made_package(const study::Study& study) {
   std::error_code ignored;
   const fs::path folder = fs::weakly_canonical(study.folder(), ignored);
   std::set<fs::path> found;
+  std::set<fs::path> twins;
   for (const fs::path& place : {folder, folder.parent_path(), fs::current_path(ignored)}) {
     for (auto it = fs::directory_iterator(place, ignored); it != fs::directory_iterator();
          it.increment(ignored)) {
       const fs::path& file = it->path();
-      if (is_twin(file, study, record->package_sha256)) {
-        ask_for_name(named + " and " + file.string() +
-                     " are copies of each other, and either may have made the package last");
-      }
+      if (is_twin(file, study, record->package_sha256)) twins.insert(file);
       if (file.extension() != kEnding || !it->is_regular_file(ignored)) continue;
       if (study::holds(file, record->package_sha256)) {
         found.insert(fs::weakly_canonical(file, ignored));
       }
     }
+    // What lies in the study is its own, whatever lies beside it.
+    if (place == folder && found.size() == 1) return *found.begin();
   }
   if (found.empty()) {
     ask_for_name("the package that " + named + " made last lies neither in it nor beside it");
@@ -69,6 +69,11 @@ fs::path made_package(const study::Study& study) {
     ask_for_name("there are " + std::to_string(found.size()) + " copies of the package that " +
                  named + " made last, " + found.begin()->string() + " and " +
                  std::next(found.begin())->string());
+  }
+  if (!twins.empty()) {
+    ask_for_name("the package " + found.begin()->string() + " is what " + named +
+                 " made last, and what " + twins.begin()->string() +
+                 " made last, of which one may be a copy of the other");
   }
   return *found.begin();
 }

@@ -9,9 +9,9 @@
 
 namespace beatlas::build {
 
-/// Looks in the study, in the folder that holds it and in the current one.
-/// @throws Error{Usage} asking for a name where it has made none, it lies elsewhere, or there are
-/// copies of it
+/// Looks in the study; then in the folder that holds it and in the current one, too.
+/// @throws Error{Usage} asking for a name where it has made none, it lies elsewhere, there are
+/// copies of it, or it lies beside the study and another study beside it made the same
 [[nodiscard]] std::filesystem::path made_package(const study::Study& study);
 
 /// What that package is for. @pre made_package found it  @throws Error{InvalidInput}
