@@ -155,11 +155,12 @@ int change(const SeedsArguments& arguments,
   const std::string said = body(study, orders);
   build::keep_orders(orders, study);
   study.save();
-  if (!study::edited_outputs(study, study::Stage::Segment).empty()) {
-    console.warn(
-        "segment/labels.nii.gz was edited by hand and is kept, so seeds change nothing; paint "
-        "there, or give the edits up: beatlas build --study " +
-        shell_word(arguments.study) + " --discard-edits");
+  const std::vector<std::string> edited = study::edited_outputs(study, study::Stage::Segment);
+  if (!edited.empty()) {
+    console.warn(edited.front() +
+                 " was edited by hand, and all of segment is kept, so seeds change nothing; paint "
+                 "segment/labels.nii.gz, or give the edits up: beatlas build --study " +
+                 shell_word(arguments.study) + " --discard-edits");
   }
   print_data(said + "; build again: beatlas build --study " + shell_word(arguments.study) + "\n");
   return 0;

@@ -214,7 +214,7 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
   constexpr std::size_t kMost = 5;
   std::vector<std::string> out;
   std::size_t more = 0;
-  std::size_t numbered = 0;
+  std::vector<std::size_t> numbered;  // of the sentences
   for (std::size_t s = 0; s < seeds.size(); ++s) {
     const Seed& seed = seeds[s];
     double sum = 0;
@@ -239,11 +239,12 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
       out.push_back(told + "; if that is a slip, paint it anew");
       continue;
     }
-    ++numbered;
+    numbered.push_back(out.size());
     out.push_back(told + "; if that is a slip, take it out with 'beatlas seeds STUDY remove " +
                   std::to_string(s + 1) + "'");
   }
-  if (numbered > 1) out.back() += "; name all that are to go at once, for numbers move up";
+  if (numbered.size() > 1)
+    out[numbered.back()] += "; name all that are to go at once, for numbers move up";
   if (more > 0) out.back() += "; the same of " + counted(more, "more seed");
   return out;
 }

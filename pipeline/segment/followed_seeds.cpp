@@ -78,10 +78,10 @@ std::string why(std::uint8_t label, std::uint8_t there) {
 
 }  // namespace
 
-std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labels,
+std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& grown,
+                                            const ImageCycle<std::uint8_t>& labels,
                                             const std::vector<Seed>& seeds,
-                                            const LabelImages& marks,
-                                            const std::vector<int>& given_phases) {
+                                            const LabelImages& marks) {
   std::vector<std::string> out;
   std::size_t more = 0;
   for (std::size_t s = 0; s < seeds.size(); ++s) {
@@ -107,9 +107,10 @@ std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labe
       if (lost + alone == 0) first = p;
       lost += is_lost ? 1 : 0;
       alone += is_alone ? 1 : 0;
-      const bool was_given = std::find(given_phases.begin(), given_phases.end(),
-                                       static_cast<int>(p)) != given_phases.end();
-      against_given += was_given ? 1 : 0;
+      if (is_lost) {
+        const Around before = look(labels.grid, grown.phases[p], marks[p], voxels, seed.label);
+        against_given += 2 * before.on.at(seed.label) > marked ? 1 : 0;
+      }
       for (std::size_t label = 0; label < instead.on.size(); ++label) {
         if (label == seed.label) continue;
         (is_lost ? instead.on : instead.beside).at(label) +=

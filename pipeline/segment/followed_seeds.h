@@ -10,16 +10,16 @@
 
 namespace beatlas::segment {
 
-/// Seeds of the heart that the labels do not follow, a sentence each with seed (counted from 1),
-/// place, phases and why: where at least half of what a seed marks (and no later one marks anew)
+/// Seeds of the heart that the labels do not follow, a sentence each as seed_told begins it, with
+/// phases and why: where at least half of what a seed marks (and no later one marks anew)
 /// has another label, or where it stays alone: no more hangs together with it in its slices, in its
 /// label, than it marks itself. At most five, and how many more.
-/// @param given_phases whose labels were given and stay as they are  @param labels as they are at
+/// @param grown labels as they grew  @param labels as they are at
 /// the end, before atria are parted; @param marks what seeds drew on their grid, kUnlabelled
 /// elsewhere
-[[nodiscard]] std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& labels,
+[[nodiscard]] std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& grown,
+                                                          const ImageCycle<std::uint8_t>& labels,
                                                           const std::vector<Seed>& seeds,
-                                                          const LabelImages& marks,
-                                                          const std::vector<int>& given_phases);
+                                                          const LabelImages& marks);
 
 }  // namespace beatlas::segment

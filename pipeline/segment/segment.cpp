@@ -398,7 +398,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   if (out.coverage.phases.count(Structure::Heart) == 0) {
     throw_invalid("no heart found: what grew from the seeds is empty");
   }
-  tell(seeds_not_followed(labels, given, task.marks, known.phases));
+  ImageCycle<std::uint8_t> kept = labels;
+  put_known(task.known, kept);
+  tell(seeds_not_followed(labels, kept, given, task.marks));
   if (atria && !options.atria) {
     merge_beyond_base(labels);
     for (const Structure structure : kBeyondBase) {

@@ -86,10 +86,10 @@ def edit_of_another():
     # not remembered. Seeds change nothing in labels that are kept, and adding one says so.
     before = (folder / "study.json").read_bytes()
     said = beatlas("build", EXAM, "-o", package, "--study", folder, "--phases", "2", code=3).stderr
-    assert "the edited segment/labels.nii.gz has other slices or phases" in said, said
+    assert "segment/labels.nii.gz, edited by hand, is of other slices or phases" in said, said
     assert (folder / "study.json").read_bytes() == before
     said = beatlas("seeds", folder, "add", "--label", "lv_blood", "--slice", "20", "--row", "30", "--column", "30").stderr
-    assert "was edited by hand and is kept, so seeds change nothing" in said, said
+    assert "segment/labels.nii.gz was edited by hand, and all of segment is kept" in said, said
     beatlas("seeds", folder, "remove", "all")
     # Files for the eye: said to be without effect, and put aside rather than lost.
     eye = folder / "register" / "labels.nii.gz"

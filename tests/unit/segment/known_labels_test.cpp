@@ -59,9 +59,10 @@ KnownLabels known_of(const LabelCycle& truth, const std::vector<int>& phases) {
   return known;
 }
 
-Segmentation segmented(const Case& made, const KnownLabels& known) {
+Segmentation segmented(const Case& made, const KnownLabels& known,
+                       const std::vector<Seed>& seeds = {}) {
   StageContext context;
-  return segment_with_labels(made.exam, known, {}, {}, context, {}, &made.prior());
+  return segment_with_labels(made.exam, known, seeds, {}, context, {}, &made.prior());
 }
 
 double dice_of(const Case& made, const Segmentation& result, Structure structure, std::size_t p) {
@@ -210,11 +211,19 @@ TEST(KnownLabels, GiveTheSameOnOneThreadAndTwo) {
   spec.phases = 4;
   const Case made(spec);
   const KnownLabels known = known_of(made.truth, {0, 2});
+  // Against what was given, which stays.
+  const std::vector<Seed> seeds{{kLabelRvBlood, made.phantom.spec().anatomy.origin_lps_mm, 5, 2}};
   set_thread_count(1);
-  const Segmentation one = segmented(made, known);
+  const Segmentation one = segmented(made, known, seeds);
   set_thread_count(2);
-  const Segmentation two = segmented(made, known);
+  const Segmentation two = segmented(made, known, seeds);
   set_thread_count(0);
+  EXPECT_EQ(one.labels.phases[2], made.truth.phases[2]);
+  EXPECT_TRUE(std::any_of(one.warnings.begin(), one.warnings.end(), [](const std::string& told) {
+    return told.starts_with("seed 1, rv_blood") &&
+           told.find("labels that were given there stay") != std::string::npos;
+  }));
+  EXPECT_EQ(one.warnings, two.warnings);
   EXPECT_EQ(one.labels.phases, two.labels.phases);
   EXPECT_EQ(one.coverage.phases, two.coverage.phases);
 }
