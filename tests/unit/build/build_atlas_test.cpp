@@ -57,9 +57,10 @@ Exam small_exam() {
   return exam;
 }
 
-/// Coarse, so that it does not take long.
+/// Coarse, so that it does not take long, and from a prior in one view.
 Recipe coarse() {
   Recipe recipe;
+  recipe.segment.prior = BEATLAS_ONE_VIEW_PRIOR;
   recipe.registration.shape_mm = 2;
   recipe.field.voxel_mm = 3;
   recipe.mesh.edge_mm = 5;
