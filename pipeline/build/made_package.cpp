@@ -49,7 +49,7 @@ fs::path made_package(const study::Study& study) {
   const fs::path folder = fs::weakly_canonical(study.folder(), ignored);
   std::set<fs::path> found;
   std::set<fs::path> twins;
-  for (const fs::path& place : {folder, folder.parent_path(), fs::current_path(ignored)}) {
+  const auto look_in = [&](const fs::path& place) {
     for (auto it = fs::directory_iterator(place, ignored); it != fs::directory_iterator();
          it.increment(ignored)) {
       const fs::path& file = it->path();
@@ -59,9 +59,12 @@ fs::path made_package(const study::Study& study) {
         found.insert(fs::weakly_canonical(file, ignored));
       }
     }
-    // What lies in the study is its own, whatever lies beside it.
-    if (place == folder && found.size() == 1) return *found.begin();
-  }
+  };
+  look_in(folder);
+  // What lies in the study is its own, whatever lies beside it.
+  if (found.size() == 1) return *found.begin();
+  look_in(folder.parent_path());
+  look_in(fs::current_path(ignored));
   if (found.empty()) {
     ask_for_name("the package that " + named + " made last lies neither in it nor beside it");
   }

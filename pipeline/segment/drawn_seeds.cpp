@@ -243,8 +243,9 @@ std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
     out.push_back(told + "; if that is a slip, take it out with 'beatlas seeds STUDY remove " +
                   std::to_string(s + 1) + "'");
   }
-  if (numbered.size() > 1)
+  if (numbered.size() > 1) {
     out[numbered.back()] += "; name all that are to go at once, for numbers move up";
+  }
   if (more > 0) out.back() += "; the same of " + counted(more, "more seed");
   return out;
 }
