@@ -265,7 +265,7 @@ void IncrementalBuild::refuse_unless_from(const study::Wanted& with) const {
   if (!is_of_same_exam(with)) refuse_another_source();
 }
 
-void IncrementalBuild::refuse_unless_edits_fit() const {
+void IncrementalBuild::refuse_unless_edits_fit() {
   if (!study_ || orders_.discard_edits) return;
   const std::vector<std::string> edited = study::edited_outputs(*study_, Stage::Segment);
   if (edited.empty() || !study_->find(Stage::Import)) return;
@@ -273,8 +273,8 @@ void IncrementalBuild::refuse_unless_edits_fit() const {
   demand_fit(before.grid, before.phases, edited.front());
 }
 
-void IncrementalBuild::demand_fit(const Grid& grid, int phases, const std::string& edited) const {
-  const Grid& now = exam_->stack.grid();
+void IncrementalBuild::demand_fit(const Grid& grid, int phases, const std::string& edited) {
+  const Grid& now = exam().stack.grid();
   if (grid.size == now.size && grid.mm_from_index.isApprox(now.mm_from_index, 1e-9) &&
       phases == exam_->stack.phase_count()) {
     return;

@@ -95,9 +95,9 @@ class IncrementalBuild {
   void refuse_unless_from(const study::Wanted& with) const;
   /// Before what was imported is replaced. @throws Error{InvalidInput} where segment was edited by
   /// hand for other slices or phases, and that is not to be given up
-  void refuse_unless_edits_fit() const;
-  /// @pre the exam was read  @throws Error{InvalidInput} unless it has that grid and phases
-  void demand_fit(const Grid& grid, int phases, const std::string& edited) const;
+  void refuse_unless_edits_fit();
+  /// @throws Error{InvalidInput} unless the exam has that grid and phases
+  void demand_fit(const Grid& grid, int phases, const std::string& edited);
   /// Corrections that the study kept are of the heart in its images: they go with them.
   /// @throws Error{InvalidInput} where other images were read and edits are not to be given up
   void part_with_corrections(const study::Wanted& with);

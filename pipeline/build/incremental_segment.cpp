@@ -67,7 +67,6 @@ const Segmentation& IncrementalBuild::segmentation() {
         throw error.with_context((study_->folder() / "segment" / "labels.nii.gz").string());
       }
     }
-    (void)exam();
     const LabelCycle& labels = segmentation_->labels;
     demand_fit(labels.grid, labels.phase_count(), "segment/labels.nii.gz");
     if (edited) {

@@ -274,49 +274,41 @@ class Layers {
   static constexpr int kInside = 10;  ///< [mm] that are told apart on the inner side
   static constexpr int kBins = 60;
   using Shares = std::array<double, 3>;
-  using BySector = std::array<double, kSectors>;  ///< side by side: worked on several at a time
+  using BySector = Eigen::Array<double, kSectors, 1>;  ///< several are worked on at a time
+  using Sums = std::array<std::array<BySector, 3>, kBins>;
   struct Voxel {
     int bin = 0;
     Shares look{};
-    BySector weight{};
+    BySector weight = BySector::Zero();
   };
 
   [[nodiscard]] static int bin_of(float signed_mm) {
     return std::clamp(static_cast<int>(std::lround(signed_mm)) + kInside, 0, kBins - 1);
   }
   explicit Layers(const std::vector<Voxel>& voxels) {
-    constexpr int kRounds = 20;
-    for (auto& bin : shares_) {
-      for (BySector& share : bin) share.fill(1.0 / 3);
-    }
-    for (int round = 0; round < kRounds; ++round) {
-      std::array<std::array<BySector, 3>, kBins> sums{};
+    for (auto& bin : shares_) bin.fill(BySector::Constant(1.0 / 3));
+    for (int round = 0; round < 20; ++round) {
+      Sums sums;
+      for (auto& bin : sums) bin.fill(BySector::Zero());
       for (const Voxel& voxel : voxels) {
-        const std::array<BySector, 3>& share = shares_[static_cast<std::size_t>(voxel.bin)];
-        std::array<BySector, 3>& sum = sums[static_cast<std::size_t>(voxel.bin)];
-        BySector of_likely;
-        for (std::size_t s = 0; s < kSectors; ++s) {
-          of_likely[s] =
-              voxel.weight[s] / (share[0][s] * voxel.look[0] + share[1][s] * voxel.look[1] +
-                                 share[2][s] * voxel.look[2]);
-        }
-        for (std::size_t c = 0; c < 3; ++c) {
-          for (std::size_t s = 0; s < kSectors; ++s) {
-            sum[c][s] += share[c][s] * voxel.look[c] * of_likely[s];
-          }
-        }
+        const auto n = static_cast<std::size_t>(voxel.bin);
+        const auto& [cavity, muscle, outside] = shares_[n];
+        const auto& [of_cavity, of_muscle, of_outside] = voxel.look;
+        const BySector of_likely =
+            voxel.weight / (cavity * of_cavity + muscle * of_muscle + outside * of_outside);
+        for (std::size_t c = 0; c < 3; ++c) sums[n][c] += shares_[n][c] * voxel.look[c] * of_likely;
       }
-      for (std::size_t s = 0; s < kSectors; ++s) end_once(sums, s);
+      for (Eigen::Index s = 0; s < kSectors; ++s) end_once(sums, s);
     }
   }
-  [[nodiscard]] Shares at(std::size_t sector, int bin) const {
-    const std::array<BySector, 3>& share = shares_[static_cast<std::size_t>(bin)];
-    return {share[0][sector], share[1][sector], share[2][sector]};
+  [[nodiscard]] Shares at(Eigen::Index sector, int bin) const {
+    const auto& [cavity, muscle, outside] = shares_[static_cast<std::size_t>(bin)];
+    return {cavity[sector], muscle[sector], outside[sector]};
   }
 
  private:
   /// Shares of a sector from what was summed up, cavity and wall growing no more outward.
-  void end_once(const std::array<std::array<BySector, 3>, kBins>& sums, std::size_t s) {
+  void end_once(const Sums& sums, Eigen::Index s) {
     double within = 1;
     double blood = 1;
     for (std::size_t b = 0; b < kBins; ++b) {
@@ -331,13 +323,13 @@ class Layers {
     }
   }
 
-  std::array<std::array<BySector, 3>, kBins> shares_{};
+  Sums shares_;
 };
 
 /// Shares at a place of a slice: between the middles of two sectors they go straight on.
 Layers::Shares shares_at(const Layers& layers, float sector, int bin) {
   const double at = static_cast<double>(sector) - 0.5 + kSectors;
-  const auto low = static_cast<std::size_t>(at);
+  const auto low = static_cast<Eigen::Index>(at);
   const double t = at - static_cast<double>(low);
   const Layers::Shares a = layers.at(low % kSectors, bin);
   const Layers::Shares b = layers.at((low + 1) % kSectors, bin);
@@ -407,8 +399,7 @@ std::vector<Layers> layers_of(const Scene& scene, const std::vector<float>& imag
         if (scene.place[v].heart <= 0 || away_mm[v] >= kNoDistance) continue;
         Layers::Voxel voxel{.bin = Layers::bin_of(away_mm[v]), .look = seen(v)};
         for (int s = 0; s < kSectors; ++s) {
-          voxel.weight[static_cast<std::size_t>(s)] =
-              (n == k ? 1.0 : 0.5) * weight_in_sector(s, scene.place[v].sector);
+          voxel.weight[s] = (n == k ? 1.0 : 0.5) * weight_in_sector(s, scene.place[v].sector);
         }
         voxels.push_back(voxel);
       }
