@@ -216,9 +216,9 @@ TEST(SmallPhantom, ASeedOutsideTheImagesIsRefused) {
 TEST(SmallPhantom, IsTheSameOnOneThreadAndTwo) {
   const Case made(small(2));
   set_thread_count(1);
-  const Segmentation one = made::segmented(made.exam, made::Views::All);
+  const Segmentation one = made::segmented(made.exam);
   set_thread_count(2);
-  const Segmentation two = made::segmented(made.exam, made::Views::All);
+  const Segmentation two = made::segmented(made.exam);
   set_thread_count(0);
   EXPECT_EQ(one.labels.phases, two.labels.phases);
   EXPECT_EQ(one.coverage.phases, two.coverage.phases);

@@ -18,9 +18,9 @@ namespace {
 
 using Heart = made::ImagedPhantom;
 
-phantom::PhantomSpec small(bool alone, const Vec3& oblique_deg = Vec3::Zero()) {
+phantom::PhantomSpec small(bool alone, int phases, const Vec3& oblique_deg = Vec3::Zero()) {
   phantom::PhantomSpec spec = phantom::preset("small");
-  spec.phases = 6;
+  spec.phases = phases;
   spec.oblique_deg = oblique_deg;
   if (alone) spec.anatomy = phantom::ventricles_alone(spec.anatomy);
   return spec;
@@ -98,22 +98,22 @@ constexpr Tolerance kThinWithAtria{4, 2, 4, 6};
 constexpr Tolerance kThinAskew{4, 2, 20, 6};
 
 TEST(VentricleAxis, IsThePhantomsWithAtria) {
-  const Heart heart(small(false), made::Views::All);
+  const Heart heart(small(false, 4), made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThinWithAtria);
 }
 
 TEST(VentricleAxis, IsThePhantomsInSlicesOfAnyDirection) {
-  const Heart heart(small(false, {25, -20, 40}), made::Views::All);
+  const Heart heart(small(false, 4, {25, -20, 40}), made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThinAskew);
 }
 
 TEST(VentricleAxis, IsThePhantomsWithVentriclesAlone) {
-  const Heart heart(small(true), made::Views::All);
+  const Heart heart(small(true, 4), made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThin);
 }
 
 TEST(VentricleAxis, OfLabelsAloneIsTheirs) {
-  const Heart heart(small(true), made::Views::All);
+  const Heart heart(small(true, 6), made::Views::All);
   StageContext context;
   const Segmentation known =
       segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
@@ -129,7 +129,7 @@ TEST(VentricleAxis, InThickSlicesIsWithinASlice) {
 }
 
 TEST(VentricleAxis, FollowsLabelsThatAreCutInOnePhase) {
-  const Heart heart(small(true), made::Views::All);
+  const Heart heart(small(true, 6), made::Views::All);
   StageContext context;
   const Segmentation made =
       segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3, 4, 5}}, {}, {}, context);
