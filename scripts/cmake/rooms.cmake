@@ -34,6 +34,12 @@ if(BEATLAS_SANITIZE)
   target_link_options(beatlas_flags INTERFACE -fsanitize=${BEATLAS_SANITIZE})
 endif()
 
+# What tests compute, rooms compute for them, so tests are compiled with less optimisation in two thirds of the time.
+# Precompiled headers hand on the optimisation that they were made with, whatever a file that uses them says.
+add_library(beatlas_test_flags INTERFACE)
+target_link_libraries(beatlas_test_flags INTERFACE beatlas_flags)
+target_compile_options(beatlas_test_flags INTERFACE $<$<CONFIG:Release>:-O1>)
+
 # Headers that nearly every file reads, precompiled once for rooms and once for their tests. Ours are never among them, and the presets dev, asan and
 # tsan do without, so that every file still says what it includes.
 option(BEATLAS_PCH "Precompile the headers of the standard library, Eigen, JSON and GoogleTest" ON)
@@ -68,7 +74,7 @@ function(beatlas_use_precompiled target headers)
 endfunction()
 
 # Several files of a room are read at a time: their headers once, in half the time. So no two files of
-# a room give their own things the same name; tests may say which files do.
+# a room give their own things the same name; a file of tests that would has a namespace of its own.
 # The presets dev, asan and tsan read each file alone.
 option(BEATLAS_UNITY "Compile several files of a room at a time" ON)
 function(beatlas_several_at_once target)
@@ -93,14 +99,12 @@ function(beatlas_room name)
 endfunction()
 
 # beatlas_test(name SOURCES a_test.cpp ... LINK targets... [LABELS unit] [TIMEOUT s] [OWN_FLAGS]
-#              [SHARE_FIXTURES] [ALONE a_test.cpp ...])
-# ALONE: sources that are read by themselves, because they give their own things the names that others do, or
-# because GCC 12 warns beside others of an overflow in std::string's + that is none.
+#              [SHARE_FIXTURES])
 # One GoogleTest program; each of its tests is one CTest test. SHARE_FIXTURES: the program is one, so
 # that what its tests share (a made exam, a segmentation) is made once. None of them may be skipped: the
 # whole would be counted as passed.
 function(beatlas_test name)
-  cmake_parse_arguments(TEST "OWN_FLAGS;SHARE_FIXTURES" "TIMEOUT" "SOURCES;LINK;LABELS;ALONE" ${ARGN})
+  cmake_parse_arguments(TEST "OWN_FLAGS;SHARE_FIXTURES" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
@@ -108,12 +112,11 @@ function(beatlas_test name)
     set(TEST_LABELS unit)
   endif()
   add_executable(${name} ${TEST_SOURCES})
-  target_link_libraries(${name} PRIVATE beatlas_flags ${TEST_LINK} GTest::gtest GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE beatlas_test_flags ${TEST_LINK} GTest::gtest GTest::gtest_main)
   if(NOT TEST_OWN_FLAGS)
     beatlas_use_precompiled(${name} beatlas_test_headers)
   endif()
   beatlas_several_at_once(${name})
-  set_source_files_properties(${TEST_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   if(TEST_SHARE_FIXTURES)
     add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
     # Many tests in one entry: begun first, it ends before the others do.

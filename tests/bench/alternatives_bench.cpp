@@ -16,6 +16,7 @@
 #include "pipeline/register/workspace.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "tests/bench/alternatives.h"
 #include "tests/learned.h"
 
@@ -182,7 +183,7 @@ int run(int argc, char** argv) {
     json out{
         {"preset", preset}, {"phases", setting.phases()}, {"size", size}, {"repeats", repeats}};
     for (const Table& table : tables) out[table.key] = to_json(table);
-    std::cout << out.dump(2) << "\n";
+    std::cout << json_text(out, 2) << "\n";
     return 0;
   }
   std::cout << "# Alternatives, phantom " << preset << "\n"

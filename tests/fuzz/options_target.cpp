@@ -4,15 +4,16 @@
 #include "pipeline/build/seeds.h"
 #include "pipeline/cli/markups.h"
 #include "pipeline/study/files.h"
+#include "runtime/base/json_text.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace beatlas::fuzz {
 std::vector<std::string> seeds() {
-  const auto drawn = nlohmann::json::parse(
+  const auto drawn = parse_json(
       R"({"seeds": [{"label": 3, "lps_mm": [1, -2.5, 3], "phase": 0},
                     {"label": 0, "lps_mm": [10, 20, 30], "radius_mm": 4, "phase": -1},
                     {"label": 2, "stroke_lps_mm": [[1, 2, 3], [4, 5, 6]]}], "version": 1})");
-  const auto markups = nlohmann::json::parse(
+  const auto markups = parse_json(
       R"({"@schema": "markups-schema-v1.0.3.json#",
           "markups": [{"type": "ClosedCurve", "name": "LV@2", "coordinateSystem": "RAS",
                        "coordinateUnits": ["um", "UCUM", "micrometer"], "labelFormat": "%N-%d",
@@ -20,12 +21,12 @@ std::vector<std::string> seeds() {
                                          {"label": "3@2", "position": [1, 2, 3],
                                           "positionStatus": "defined"}]}]})");
   const auto scene =
-      nlohmann::json::parse(R"({"content": "palpation", "material": {"stiffness_n_per_m": 200}})");
+      parse_json(R"({"content": "palpation", "material": {"stiffness_n_per_m": 200}})");
   (void)build::seeds_from_json(drawn);  // they must be sound, or most of a reader is never reached
   (void)cli::seeds_from_markups(markups, {});
   (void)build::scene_from_json(scene);
-  return {"r" + build::recipe_to_json({}).dump(1), "r{}", "s" + drawn.dump(1),
-          "s" + markups.dump(1), "c" + scene.dump(1)};
+  return {"r" + json_text(build::recipe_to_json({}), 1), "r{}", "s" + json_text(drawn, 1),
+          "s" + json_text(markups, 1), "c" + json_text(scene, 1)};
 }
 std::vector<std::string> tokens() { return json_tokens({"\\ud800"}); }
 }  // namespace beatlas::fuzz

@@ -7,23 +7,23 @@
 
 namespace beatlas::fuzz {
 std::vector<std::string> seeds() {
-  const auto regions = nlohmann::json::parse(
+  const auto regions = parse_json(
       R"([{"painted": "scar.csv", "label": 2, "scar": 0.8, "thickness_ratio": 0.6},
           {"thinner_than_mm": 5, "scar": 0.5}])");
   (void)palpation::regions_from_json(regions);  // sound, or most of the reader is never reached
   std::vector<std::string> out;
   for (const std::string& name : palpation::palpation_presets()) {
-    out.push_back(palpation::palpation_to_json(palpation::palpation_preset(name)).dump(1));
+    out.push_back(json_text(palpation::palpation_to_json(palpation::palpation_preset(name)), 1));
   }
-  nlohmann::json with = nlohmann::json::parse(out.front());
+  nlohmann::json with = parse_json(out.front());
   with["regions"] = regions;
-  out.push_back(with.dump());
+  out.push_back(json_text(with));
   out.emplace_back("{} // nothing told");
   for (const exercise::Task task : {exercise::Task::Find, exercise::Task::Threshold}) {
     exercise::Exercise asked;
     asked.task = task;
     asked.segments = {7, 12};
-    out.push_back(exercise::exercise_to_json(asked).dump(1));
+    out.push_back(json_text(exercise::exercise_to_json(asked), 1));
   }
   return out;
 }

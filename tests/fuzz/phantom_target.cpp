@@ -10,9 +10,9 @@ std::vector<std::string> seeds() {
   nlohmann::json spec;
   for (const std::string& name : phantom::preset_names()) {
     spec = phantom::spec_to_json(phantom::preset(name));
-    out.push_back(spec.dump());
+    out.push_back(json_text(spec));
   }
-  out.push_back(R"({"grid": )" + spec["grid"].dump() + "}");
+  out.push_back(R"({"grid": )" + json_text(spec["grid"]) + "}");
   out.push_back(R"({"format": "beatlas-phantom-truth", "version": 1, "spec": )" + out.front() +
                 "}");
   return out;

@@ -14,6 +14,7 @@
 #include "runtime/atlas/surface_payload.h"
 #include "runtime/atlas/volume_payload.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/base/sha256.h"
 #include "tests/package/sample_package.h"
 
@@ -37,7 +38,7 @@ inline Bytes to_bytes(const std::string& text) {
 
 inline json manifest_of(const Entries& entries) {
   const Bytes& bytes = entries.front().second;
-  return json::parse(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  return parse_json(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
 class HostilePackage : public ::testing::Test {
@@ -84,7 +85,7 @@ class HostilePackage : public ::testing::Test {
         item["sha256"] = sha256_hex(bytes);
       }
     }
-    entries.front().second = to_bytes(manifest.dump());
+    entries.front().second = to_bytes(json_text(manifest));
     return test::raw_zip(entries);
   }
 
@@ -92,7 +93,7 @@ class HostilePackage : public ::testing::Test {
     Entries entries = entries_;
     json manifest = manifest_of(entries);
     change(manifest);
-    entries.front().second = to_bytes(manifest.dump());
+    entries.front().second = to_bytes(json_text(manifest));
     return test::raw_zip(entries);
   }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/pack/payload_encoders.h"
+#include "runtime/base/json_text.h"
 #include "tests/package/hostile_package.h"
 
 namespace beatlas {
@@ -45,7 +46,7 @@ TEST_F(HostilePackage, WhoseLevelsMisleadIsRefused) {
   manifest["items"].erase(index_of("surfaces/lv_blood.level1.motion"));
   std::erase_if(entries,
                 [](const auto& each) { return each.first == "surfaces/lv_blood.level1.motion"; });
-  entries.front().second = to_bytes(manifest.dump());
+  entries.front().second = to_bytes(json_text(manifest));
   EXPECT_NE(open(test::raw_zip(entries)).find("holds no motion of lv_blood"), std::string::npos);
   entries = entries_;
   std::swap(entry(entries, "surfaces/lv_blood.motion"),

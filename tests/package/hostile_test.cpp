@@ -17,6 +17,7 @@
 #include "runtime/atlas/zip_archive.h"
 #include "runtime/atlas/zstd_frame.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/base/sha256.h"
 #include "tests/package/hostile_package.h"
 
@@ -189,7 +190,7 @@ TEST_F(HostilePackage, WithEntriesThatMisleadIsRefused) {
   Entries entries = entries_;
   json manifest = manifest_of(entries);
   manifest["items"][0]["path"] = "../evil";
-  entries[0].second = to_bytes(manifest.dump());
+  entries[0].second = to_bytes(json_text(manifest));
   entries[1].first = "../evil";
   EXPECT_NE(open(test::raw_zip(entries)).find("/items/0/path"), std::string::npos);
 
@@ -397,9 +398,9 @@ TEST_F(HostilePackage, WithADracoMeshOfManyClaimedTrianglesIsRefused) {
 TEST_F(HostilePackage, WithADeeplyNestedManifestIsRefused) {
   Entries entries = entries_;
   json manifest = manifest_of(entries);
-  std::string text = manifest.dump();
+  std::string text = json_text(manifest);
   const std::string deep = "{\"a\":" + std::string(1000000, '[') + std::string(1000000, ']') + "}";
-  const std::string provenance = manifest["provenance"].dump();
+  const std::string provenance = json_text(manifest["provenance"]);
   text.replace(text.find(provenance), provenance.size(), deep);
   entries.front().second = to_bytes(text);
   EXPECT_NE(open(test::raw_zip(entries)).find("nested"), std::string::npos);

@@ -11,6 +11,7 @@
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/info.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "tests/package/sample_package.h"
 
 int main(int argc, char** argv) {
@@ -31,7 +32,8 @@ int main(int argc, char** argv) {
     beatlas::pack::write_package(argv[1], content);
     if (argc > 2 && !is_large && !is_palpated) {
       const auto atlas = beatlas::atlas::Atlas::open(argv[1], {});
-      std::ofstream(argv[2]) << beatlas::atlas::info_json(atlas.manifest()).dump(2) << '\n';
+      std::ofstream(argv[2]) << beatlas::json_text(beatlas::atlas::info_json(atlas.manifest()), 2)
+                             << '\n';
     }
   } catch (const beatlas::Error& error) {
     std::cerr << error.what() << '\n';

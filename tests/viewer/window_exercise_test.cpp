@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "runtime/field/surface_point.h"
+#include "tests/json_file.h"
 #include "tests/viewer/window_fixture.h"
 
 namespace beatlas::viewer {
@@ -68,9 +69,9 @@ TEST_F(Window, AnExerciseIsPlayedMarkedScoredAndComesOutTheSame) {
   std::ostringstream out;
   EXPECT_NO_THROW(app::replay_exercise(exercise.package, exercise.session, out));
   EXPECT_NE(out.str().find("came out the same to the bit"), std::string::npos) << out.str();
-  std::ifstream score(exercise.session + "/score.json");
-  const nlohmann::json json = nlohmann::json::parse(score);
-  EXPECT_NE(json.dump().find("scar"), std::string::npos) << "what was marked is what was clicked";
+  const nlohmann::json json = beatlas::test::json_file(exercise.session + "/score.json");
+  EXPECT_NE(json_text(json).find("scar"), std::string::npos)
+      << "what was marked is what was clicked";
 }
 
 TEST_F(Window, AnExerciseThatIsBrokenOffGoesOn) {

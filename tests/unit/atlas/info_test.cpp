@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/base/json_text.h"
 #include "tests/unit/atlas/sample_manifest.h"
 
 namespace beatlas::atlas {
@@ -50,7 +51,7 @@ TEST(Info, TellsLevelsOfSurfacesAndTheirErrors) {
   // Provenance is as given, and need not hold what ours does.
   for (const char* strange : {"{}", "[]", "3", "[3]", R"([{"structure": "heart", "level": 0}])",
                               R"([{"structure": [], "level": {}, "mean_mm": "low"}])"}) {
-    manifest.provenance["surfaces"] = nlohmann::json::parse(strange);
+    manifest.provenance["surfaces"] = parse_json(strange);
     EXPECT_TRUE(told()[0]["mean_mm"].is_null()) << strange;
     EXPECT_FALSE(info_text(manifest).empty());
   }
@@ -78,7 +79,7 @@ TEST(Info, TellsHowWellTheVolumeGivesBackTheImages) {
       {"volumes/heart.volume.zst", "volume", "heart", 5, std::string(64, 'b')});
   // Provenance is as given, and need not hold what ours does.
   for (const char* strange : {"{}", "[]", "3", R"({"psnr_db": "high", "noise": []})"}) {
-    manifest.provenance["volume"] = nlohmann::json::parse(strange);
+    manifest.provenance["volume"] = parse_json(strange);
     EXPECT_TRUE(info_json(manifest)["volume"]["psnr_db"].is_null()) << strange;
     EXPECT_EQ(info_text(manifest).find("PSNR"), std::string::npos) << strange;
   }

@@ -1,11 +1,12 @@
 #include "runtime/atlas/manifest.h"
 
 #include <algorithm>
-#include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
+#include "tests/json_file.h"
 #include "tests/unit/atlas/sample_manifest.h"
 
 namespace beatlas::atlas {
@@ -48,7 +49,7 @@ std::vector<json::json_pointer> objects(const json& document) {
 
 TEST(Manifest, ComesBackFromItsText) {
   const json document = sample();
-  EXPECT_EQ(manifest_to_json(manifest_from_text(document.dump())), document);
+  EXPECT_EQ(manifest_to_json(manifest_from_text(json_text(document))), document);
   const Manifest back = manifest_from_json(document);
   const Manifest made = test::sample_manifest();
   EXPECT_EQ(back.workspace_from_lps.matrix(), made.workspace_from_lps.matrix());
@@ -120,8 +121,7 @@ void compare_keys(const json& schema, const json& document, const std::string& p
 }
 
 TEST(Manifest, HasTheKeysOfItsSchemaAndNoOthers) {
-  std::ifstream stream(std::string(BEATLAS_SCHEMAS) + "/manifest.schema.json");
-  const json schema = json::parse(stream);
+  const json schema = test::json_file(std::string(BEATLAS_SCHEMAS) + "/manifest.schema.json");
   EXPECT_EQ(schema["properties"]["format_version"]["enum"],
             json::array({kOldestFormatVersion, 4, 5, 6, kFormatVersion}));
   compare_keys(schema, sample(), "");
@@ -310,7 +310,7 @@ TEST(Manifest, HasBandsOfTheSourcesSlicesAndNotBeforeVersion7) {
 }
 
 TEST(Manifest, OfTextThatIsNoStrictJsonIsRefused) {
-  const std::string good = sample().dump();
+  const std::string good = json_text(sample());
   EXPECT_EQ(refusal_of_text(good), "");
   EXPECT_NE(refusal_of_text(""), "");
   EXPECT_NE(refusal_of_text("[]"), "");

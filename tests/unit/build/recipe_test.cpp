@@ -5,6 +5,7 @@
 #include "pipeline/build/scene.h"
 #include "pipeline/build/seeds.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::build {
 namespace {
@@ -22,7 +23,7 @@ std::string refusal(const Action& action) {
 }
 
 std::string recipe_refusal(const char* text) {
-  return refusal([&] { (void)recipe_from_json(json::parse(text)); });
+  return refusal([&] { (void)recipe_from_json(parse_json(text)); });
 }
 
 TEST(Recipe, DefaultsAreThoseOfTheStructs) {
@@ -46,24 +47,24 @@ TEST(Recipe, GoesThroughJsonUnchanged) {
 }
 
 TEST(Recipe, WhatItDoesNotNameKeepsItsDefault) {
-  const Recipe recipe = recipe_from_json(json::parse(R"({"mesh": {"edge_mm": 3}})"));
+  const Recipe recipe = recipe_from_json(parse_json(R"({"mesh": {"edge_mm": 3}})"));
   EXPECT_EQ(recipe.mesh.edge_mm, 3);
   EXPECT_EQ(recipe.mesh.reference_phase, mesh::MeshOptions{}.reference_phase);
 }
 
 TEST(Recipe, WhatNothingAsksAnyMoreIsPassedOver) {
   const Recipe recipe = recipe_from_json(
-      json::parse(R"({"segment": {"tricuspid_excursion_mm": 22, "atria": false}})"));
+      parse_json(R"({"segment": {"tricuspid_excursion_mm": 22, "atria": false}})"));
   EXPECT_FALSE(recipe.segment.atria);
   EXPECT_FALSE(recipe_to_json(recipe).at("segment").contains("tricuspid_excursion_mm"));
 }
 
 TEST(Recipe, HandlesWhereEarlierRecipesHadThemCountForTheField) {
-  const Recipe old = recipe_from_json(json::parse(R"({"mesh": {"handles": "keep"}})"));
+  const Recipe old = recipe_from_json(parse_json(R"({"mesh": {"handles": "keep"}})"));
   EXPECT_EQ(old.field.handles, field::Handles::Keep);
   EXPECT_FALSE(recipe_to_json(old).at("mesh").contains("handles"));
   const Recipe both = recipe_from_json(
-      json::parse(R"({"mesh": {"handles": "keep"}, "field": {"handles": "close"}})"));
+      parse_json(R"({"mesh": {"handles": "keep"}, "field": {"handles": "close"}})"));
   EXPECT_EQ(both.field.handles, field::Handles::Close);
   EXPECT_NE(recipe_refusal(R"({"mesh": {"handles": "cut"}})").find("/field/handles"),
             std::string::npos);
@@ -86,7 +87,7 @@ TEST(Recipe, RefusalsNameThePath) {
 
 TEST(Recipe, ALeakWarnsOrIsAnError) {
   EXPECT_EQ(recipe_from_json(json::object()).segment.leak.action, segment::LeakAction::Warn);
-  const Recipe strict = recipe_from_json(json::parse(R"({"segment": {"leak": "error"}})"));
+  const Recipe strict = recipe_from_json(parse_json(R"({"segment": {"leak": "error"}})"));
   EXPECT_EQ(strict.segment.leak.action, segment::LeakAction::Error);
   EXPECT_EQ(recipe_to_json(strict)["segment"]["leak"], "error");
   EXPECT_NE(recipe_refusal(R"({"segment": {"leak": "ring"}})").find("must be warn or error"),
@@ -98,7 +99,7 @@ TEST(Recipe, TheMethodAndThePapillaryMusclesAreChosenByName) {
   const segment::SegmentOptions plain = recipe_from_json(json::object()).segment;
   EXPECT_EQ(plain.method, segment::Method::Competition);
   EXPECT_EQ(plain.papillary, segment::Papillary::Cavity);
-  const json other = json::parse(
+  const json other = parse_json(
       R"({"segment": {"method": "threshold", "papillary": "muscle", "threshold_low": 100,
           "threshold_high": 300.5, "threshold_neighbours": "all", "labels_drawn_on": "aligned"}})");
   const Recipe recipe = recipe_from_json(other);
@@ -118,7 +119,7 @@ TEST(Recipe, TheMethodAndThePapillaryMusclesAreChosenByName) {
 }
 
 TEST(Recipe, LimitsAreOfAllStructuresAndOfSingleOnes) {
-  const Recipe recipe = recipe_from_json(json::parse(
+  const Recipe recipe = recipe_from_json(parse_json(
       R"({"validate": {"max_rms_mm": 0.5, "min_dice": null,
           "structures": {"lv_blood": {"max_rms_mm": 0.2}}}})"));
   EXPECT_EQ(recipe.validate.all.max_rms_mm, 0.5);
@@ -145,7 +146,7 @@ TEST(Recipe, EveryStageFindsItsOptions) {
 TEST(Scene, NamesAndObjectsAreUnderstood) {
   EXPECT_EQ(read_scene("palpation").content, "palpation");
   const Scene scene = scene_from_json(
-      json::parse(R"({"content": "anatomy", "material": {"stiffness_n_per_m": 80}})"));
+      parse_json(R"({"content": "anatomy", "material": {"stiffness_n_per_m": 80}})"));
   EXPECT_EQ(scene.content, "anatomy");
   EXPECT_EQ(scene.stiffness_n_per_m, 80);
   EXPECT_EQ(scene_from_json(json::object()).content, "full");
@@ -154,13 +155,13 @@ TEST(Scene, NamesAndObjectsAreUnderstood) {
   EXPECT_EQ(surface_edges_mm(scene, 2), (Edges{2, 4}));
   EXPECT_EQ(surface_edges_mm(scene, 3), Edges{3});
   EXPECT_EQ(surface_edges_mm(read_scene("palpation"), 2), Edges{2});
-  const Scene levels = scene_from_json(json::parse(R"({"surface_edges_mm": [1, 2, 4]})"));
+  const Scene levels = scene_from_json(parse_json(R"({"surface_edges_mm": [1, 2, 4]})"));
   EXPECT_EQ(surface_edges_mm(levels, 2), (Edges{1, 2, 4}));
 }
 
 TEST(Scene, RefusalsNameThePath) {
   const auto scene_refusal = [](const char* text) {
-    return refusal([&] { (void)scene_from_json(json::parse(text)); });
+    return refusal([&] { (void)scene_from_json(parse_json(text)); });
   };
   EXPECT_NE(scene_refusal(R"({"content": "all"})").find("/content"), std::string::npos);
   EXPECT_NE(scene_refusal(R"({"material": {"stiffness": 1}})").find("/material/stiffness"),
@@ -175,7 +176,7 @@ TEST(Scene, RefusalsNameThePath) {
 }
 
 TEST(Seeds, GoThroughJsonUnchanged) {
-  const json text = json::parse(
+  const json text = parse_json(
       R"({"seeds": [{"label": 3, "lps_mm": [1.5, -2, 0.1], "radius_mm": 4.5, "phase": -1}]})");
   const std::vector<segment::Seed> seeds = seeds_from_json(text);
   ASSERT_EQ(seeds.size(), 1U);
@@ -187,7 +188,7 @@ TEST(Seeds, GoThroughJsonUnchanged) {
 
 TEST(Seeds, RefusalsNameThePath) {
   const auto seeds_refusal = [](const char* text) {
-    return refusal([&] { (void)seeds_from_json(json::parse(text)); });
+    return refusal([&] { (void)seeds_from_json(parse_json(text)); });
   };
   EXPECT_NE(
       seeds_refusal(R"({"seeds": [{"label": 5, "lps_mm": [0, 0, 0]}]})").find("/seeds/0/label"),

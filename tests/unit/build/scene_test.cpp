@@ -4,6 +4,7 @@
 
 #include "pipeline/build/scene_plan.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::build {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 using enum Structure;
 using List = std::vector<Structure>;
 
-Scene of(const std::string& text) { return scene_from_json(nlohmann::json::parse(text)); }
+Scene of(const std::string& text) { return scene_from_json(parse_json(text)); }
 
 TEST(StructuresNeeded, AreTheFourOfEverySceneThatIsKnownByName) {
   const List four{Heart, LvBlood, RvBlood, LvMyocardium};

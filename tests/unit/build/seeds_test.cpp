@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::build {
 namespace {
@@ -41,7 +42,7 @@ TEST(SeedsFile, ReadsBackWhatItWroteToTheLastBit) {
   segment::Seed odd{1, Vec3(0.1, -1.0 / 3, 1e-9), 0.3, -1, {Vec3(2.0 / 7, 4999.9, -0.7)}};
   const json written = seeds_to_json({{3, Vec3(0.2, 0.3, 0.6), 2.5, 7, {}}, odd});
   EXPECT_EQ(written.at("version"), 1);
-  const auto seeds = seeds_from_json(json::parse(written.dump()));
+  const auto seeds = seeds_from_json(parse_json(json_text(written)));
   ASSERT_EQ(seeds.size(), 2U);
   EXPECT_EQ(seeds[1].lps_mm, odd.lps_mm);
   EXPECT_EQ(seeds[1].stroke_lps_mm, odd.stroke_lps_mm);

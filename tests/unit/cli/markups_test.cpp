@@ -4,6 +4,7 @@
 
 #include "pipeline/cli/label_names.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::cli {
 namespace {
@@ -211,7 +212,8 @@ TEST(Markups, GiveBackTheSeedsTheyWereWrittenFrom) {
       {.label = kLabelRestOfHeart, .lps_mm = {1, 1, 1}, .phase = 0, .stroke_lps_mm = {{2, 1, 1}}}};
   const json markups = seeds_to_markups(seeds);
   EXPECT_TRUE(holds_markups(markups));
-  const auto back = seeds_from_markups(json::parse(markups.dump()), {.phase = 3, .radius_mm = 9});
+  const auto back =
+      seeds_from_markups(parse_json(json_text(markups)), {.phase = 3, .radius_mm = 9});
   ASSERT_EQ(back.size(), seeds.size());
   for (std::size_t at = 0; at < seeds.size(); ++at) {
     EXPECT_EQ(back[at].label, seeds[at].label) << at;

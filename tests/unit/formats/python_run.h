@@ -3,12 +3,13 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 
 #include <nlohmann/json.hpp>
 #include <unistd.h>
+
+#include "tests/json_file.h"
 
 namespace beatlas::test {
 
@@ -42,8 +43,7 @@ inline nlohmann::json run_python(const std::string& script, const std::string& a
   const std::string command = std::string("\"") + BEATLAS_TEST_PYTHON + "\" -W ignore \"" + script +
                               "\" " + arguments + " > \"" + result.string() + "\"";
   if (std::system(command.c_str()) != 0) throw std::runtime_error("failed: " + command);
-  std::ifstream in(result);
-  return nlohmann::json::parse(in);
+  return json_file(result);
 }
 
 inline std::string quoted(const std::filesystem::path& path) { return '"' + path.string() + '"'; }

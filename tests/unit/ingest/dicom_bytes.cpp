@@ -108,7 +108,9 @@ std::string with_head(const std::string& syntax, std::string data_set, int insta
     data_set = stream.substr(2, stream.size() - 6);
     if (data_set.size() % 2 != 0) data_set += '\0';
   }
-  return std::string(128, '\0') + "DICM" + length.bytes() + meta.bytes() + data_set;
+  std::string out(128, '\0');
+  out.append("DICM").append(length.bytes()).append(meta.bytes()).append(data_set);
+  return out;
 }
 
 std::string dicom_file(const DicomForm& form) {

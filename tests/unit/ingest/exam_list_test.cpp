@@ -7,7 +7,7 @@
 #include "runtime/base/error.h"
 #include "tests/unit/ingest/made_images.h"
 
-namespace beatlas::ingest {
+namespace beatlas::ingest::exam_list_tests {
 namespace {
 
 using test::append;
@@ -167,4 +167,4 @@ TEST(ExamList, ABlankNameContradictsNone) {
 }
 
 }  // namespace
-}  // namespace beatlas::ingest
+}  // namespace beatlas::ingest::exam_list_tests

@@ -8,7 +8,7 @@
 #include "runtime/base/error.h"
 #include "tests/unit/ingest/made_images.h"
 
-namespace beatlas::ingest {
+namespace beatlas::ingest::stack_choice_tests {
 namespace {
 
 using test::append;
@@ -324,4 +324,4 @@ TEST(StackChoice, TheReasonToldIsTheRule) {
 }
 
 }  // namespace
-}  // namespace beatlas::ingest
+}  // namespace beatlas::ingest::stack_choice_tests

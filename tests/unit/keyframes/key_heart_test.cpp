@@ -10,7 +10,7 @@
 #include "pipeline/keyframes/periodic_spline.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::keyframes {
+namespace beatlas::keyframes::key_heart_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -211,4 +211,4 @@ TEST(KeyHeart, DistancesOfManyKeysCountAsImagesDo) {
 }
 
 }  // namespace
-}  // namespace beatlas::keyframes
+}  // namespace beatlas::keyframes::key_heart_tests

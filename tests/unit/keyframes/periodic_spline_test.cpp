@@ -7,7 +7,7 @@
 
 #include "runtime/base/error.h"
 
-namespace beatlas::keyframes {
+namespace beatlas::keyframes::periodic_spline_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -88,4 +88,4 @@ TEST(PeriodicSpline, RefusesKeysThatMakeNoCycle) {
 }
 
 }  // namespace
-}  // namespace beatlas::keyframes
+}  // namespace beatlas::keyframes::periodic_spline_tests

@@ -9,7 +9,7 @@
 #include "tests/unit/mesh/beating_shapes.h"
 #include "tests/unit/mesh/expect_sound.h"
 
-namespace beatlas::mesh {
+namespace beatlas::mesh::mesh_cycle_tests {
 namespace {
 
 using closed_form::beating_field;
@@ -223,4 +223,4 @@ TEST(MeshCycle, BadFieldsAndOptionsAreRefused) {
 }
 
 }  // namespace
-}  // namespace beatlas::mesh
+}  // namespace beatlas::mesh::mesh_cycle_tests

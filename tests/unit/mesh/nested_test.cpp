@@ -7,7 +7,7 @@
 #include "tests/unit/mesh/beating_shapes.h"
 #include "tests/unit/mesh/expect_sound.h"
 
-namespace beatlas::mesh {
+namespace beatlas::mesh::nested_tests {
 namespace {
 
 constexpr int kPhases = 4;
@@ -162,4 +162,4 @@ TEST(PartStructures, LeavesWhatTouchesNothingAsItIs) {
 }
 
 }  // namespace
-}  // namespace beatlas::mesh
+}  // namespace beatlas::mesh::nested_tests

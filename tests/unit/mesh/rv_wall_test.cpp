@@ -8,7 +8,7 @@
 #include "pipeline/mesh/mesh.h"
 #include "tests/unit/mesh/beating_shapes.h"
 
-namespace beatlas::mesh {
+namespace beatlas::mesh::rv_wall_tests {
 namespace {
 
 using closed_form::beating_field;
@@ -134,4 +134,4 @@ TEST(RvWall, IsNoneWithoutAHeartOrATricuspidPlane) {
 }
 
 }  // namespace
-}  // namespace beatlas::mesh
+}  // namespace beatlas::mesh::rv_wall_tests

@@ -8,7 +8,7 @@
 
 #include "runtime/palpation/muscle.h"
 
-namespace beatlas::palpation {
+namespace beatlas::palpation::oscillator_tests {
 namespace {
 
 using Real = long double;
@@ -152,4 +152,4 @@ TEST(Oscillator, HardCase11UnforcedNeverGainsEnergy) {
 }
 
 }  // namespace
-}  // namespace beatlas::palpation
+}  // namespace beatlas::palpation::oscillator_tests

@@ -1,12 +1,13 @@
 #include "runtime/palpation/parameters.h"
 
-#include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/palpation/on_heart.h"
+#include "tests/json_file.h"
 
 namespace beatlas::palpation {
 namespace {
@@ -14,8 +15,7 @@ namespace {
 using nlohmann::json;
 
 json file(const std::string& name) {
-  std::ifstream stream(std::string(BEATLAS_SOURCE_DIR) + name);
-  return json::parse(stream, nullptr, true, true);  // with comments
+  return test::json_file(std::string(BEATLAS_SOURCE_DIR) + name, JsonComments::Skip);
 }
 
 std::string refusal(const json& document) {
@@ -45,7 +45,7 @@ TEST(PalpationParameters, ComeBackFromTheirJson) {
 
 TEST(PalpationParameters, AreRefusedByTheirPathWithTheRange) {
   const auto says = [](const char* text, const std::string& path, const std::string& range) {
-    const std::string message = refusal(json::parse(text));
+    const std::string message = refusal(parse_json(text));
     EXPECT_NE(message.find(path), std::string::npos) << message;
     EXPECT_NE(message.find(range), std::string::npos) << message;
   };

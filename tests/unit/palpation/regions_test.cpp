@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/palpation/measured.h"
 #include "runtime/palpation/parameters.h"
 #include "tests/unit/palpation/sample_wall.h"
@@ -113,7 +114,7 @@ TEST(Regions, OfThinWallHaveItsShareOfTheMuscleAndItsOwnThickness) {
   const test::SampleWall sample;
   const LvWall wall = sample.wall();
   const std::vector<Region> regions =
-      regions_from_json(json::parse(R"([{"thinner_than_mm": 6, "scar": 0.8, "alpha": 0.2}])"));
+      regions_from_json(parse_json(R"([{"thinner_than_mm": 6, "scar": 0.8, "alpha": 0.2}])"));
   const TissueMap map = tissue_of_wall(wall, {}, regions, {});
   EXPECT_NEAR(map.infarct.fraction, 4.0 / 14, 0.025);
   EXPECT_NEAR(map.infarct.alpha, 0.2, 1e-12);
@@ -137,7 +138,7 @@ TEST(Regions, LieOverTheSegmentsTheLastOnTop) {
   maps.painted["scar.csv"][inferior.vertex] = 3;
   const WallPlace anterior = wall.nearest({30, 0, 0}, 0);
   EXPECT_EQ(tissue_of_wall(wall, segments, {}, {}).at(anterior), infarct_tissue());
-  const std::vector<Region> regions = regions_from_json(json::parse(
+  const std::vector<Region> regions = regions_from_json(parse_json(
       R"([{"painted": "scar.csv", "label": 3, "scar": 0.5, "thickness_ratio": 1.2, "alpha": 0.7},
           {"thinner_than_mm": 5, "scar": 0.1}])"));
   const TissueMap map = tissue_of_wall(wall, segments, regions, maps);
@@ -198,7 +199,7 @@ TEST(Regions, OfMeasuredStiffnessSetThatAlone) {
   maps.measured["e.csv"][stiff.vertex] = 30;
   maps.measured["e.csv"][soft.vertex] = 5;
   const TissueMap map = tissue_of_wall(wall, {},
-                                       regions_from_json(json::parse(
+                                       regions_from_json(parse_json(
                                            R"([{"thinner_than_mm": 6, "scar": 1, "alpha": 0.2},
               {"measured": "e.csv", "healthy_kpa": 10}])")),
                                        maps);
@@ -212,7 +213,7 @@ TEST(Regions, OfMeasuredStiffnessSetThatAlone) {
   EXPECT_NEAR(in_tissue(healthy, map.at(soft)).k_v_n_per_m, 0.5 * healthy.k_v_n_per_m, 1e-9);
 
   // Without a healthy stiffness the median of what was measured is.
-  const auto regions = regions_from_json(json::parse(R"([{"measured": "e.csv"}])"));
+  const auto regions = regions_from_json(parse_json(R"([{"measured": "e.csv"}])"));
   maps.measured["e.csv"].assign(wall.vertex_count(), 8);
   maps.measured["e.csv"][stiff.vertex] = 24;
   EXPECT_NEAR(tissue_of_wall(wall, {}, regions, maps).at(stiff).stiffness_ratio, 3, 1e-12);
@@ -229,7 +230,7 @@ TEST(Regions, OfMeasuredStiffnessSetThatAlone) {
 TEST(Regions, AreRefusedByJsonPath) {
   const auto said = [](const char* regions) {
     return refusal([&] {
-      (void)palpation_from_json(json::parse(std::string(R"({"regions": )") + regions + "}"));
+      (void)palpation_from_json(parse_json(std::string(R"({"regions": )") + regions + "}"));
     });
   };
   EXPECT_EQ(said(R"([{"thinner_than_mm": 6}, {"painted": "a.csv"}])"), "accepted");
@@ -252,7 +253,7 @@ TEST(Regions, AreRefusedByJsonPath) {
             std::string::npos);
   EXPECT_NE(said(R"([{"thinner_than_mm": 6, "colour": 2}])").find("/regions/0/colour"),
             std::string::npos);
-  const std::vector<Region> regions = regions_from_json(json::parse(
+  const std::vector<Region> regions = regions_from_json(parse_json(
       R"([{"painted": "b.csv", "label": 7, "thickness_ratio": 0.5}, {"thinner_than_mm": 6},
           {"measured": "e.csv", "reach_mm": 4}, {"measured": "f.csv", "healthy_kpa": 9}])"));
   EXPECT_EQ(regions_from_json(regions_to_json(regions)), regions);

@@ -6,10 +6,10 @@
 #include "pipeline/phantom/phantom.h"
 #include "tests/unit/phantom/reference_heart.h"
 
-namespace beatlas::phantom {
+namespace beatlas::phantom::distance_tests {
 namespace {
 
-using test::ReferenceHeart;
+using beatlas::test::ReferenceHeart;
 
 const double kTimes[] = {0.0, 0.17, 0.36, 0.47};  // end diastole, ejection, end systole, filling
 
@@ -211,4 +211,4 @@ TEST(PhantomDistance, SamplesLieOnTheSurfaceAndCoverIt) {
 }
 
 }  // namespace
-}  // namespace beatlas::phantom
+}  // namespace beatlas::phantom::distance_tests

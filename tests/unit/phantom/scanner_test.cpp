@@ -5,6 +5,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "tests/unit/phantom/scanner_images.h"
 
 namespace beatlas::phantom {
@@ -118,7 +119,7 @@ TEST(PhantomScanner, SurvivesJson) {
   for (const auto& [key, value] : json.items()) {
     EXPECT_NE(value, plain.at(key)) << key << " must be tried";
   }
-  EXPECT_EQ(scanner_to_json(scanner_from_json(nlohmann::json::parse(json.dump()), "")), json);
+  EXPECT_EQ(scanner_to_json(scanner_from_json(parse_json(json_text(json)), "")), json);
 }
 
 TEST(PhantomScanner, BadNumbersAreRefusedByTheirPath) {

@@ -11,10 +11,10 @@
 #include "pipeline/phantom/truth.h"
 #include "tests/unit/phantom/reference_heart.h"
 
-namespace beatlas::phantom {
+namespace beatlas::phantom::shape_tests {
 namespace {
 
-using test::ReferenceHeart;
+using beatlas::test::ReferenceHeart;
 
 constexpr double kEndDiastole = 0.0;
 constexpr double kEndSystole = 0.36;
@@ -207,4 +207,4 @@ TEST(PhantomShape, LengthsScale) {
 }
 
 }  // namespace
-}  // namespace beatlas::phantom
+}  // namespace beatlas::phantom::shape_tests

@@ -5,6 +5,7 @@
 
 #include "pipeline/phantom/truth.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::phantom {
 namespace {
@@ -23,7 +24,7 @@ TEST(PhantomSpec, EveryPresetIsValidAndSurvivesJson) {
     const PhantomSpec spec = preset(name);
     EXPECT_EQ(spec.name, name);
     const nlohmann::json json = spec_to_json(spec);
-    const PhantomSpec again = spec_from_json(nlohmann::json::parse(json.dump()));
+    const PhantomSpec again = spec_from_json(parse_json(json_text(json)));
     EXPECT_EQ(spec_to_json(again), json);
     EXPECT_EQ(Phantom(again).identity(), Phantom(spec).identity());
   }
@@ -59,7 +60,7 @@ TEST(PhantomSpec, BadInputIsRefusedByItsPath) {
   const nlohmann::json good = spec_to_json(preset("small"));
   const auto refused = [&](const char* patch) {
     nlohmann::json bad = good;
-    bad.merge_patch(nlohmann::json::parse(patch));
+    bad.merge_patch(parse_json(patch));
     return error_of([&] { (void)spec_from_json(bad); });
   };
   const auto names = [](const std::string& text, const char* what) {
@@ -115,7 +116,7 @@ TEST(PhantomTruth, RebuildsThePhantom) {
   spec.oblique_deg = {3.0, 4.0, 5.0};
   spec.anatomy.scale = 0.9;
   const Phantom phantom(spec);
-  const nlohmann::json truth = nlohmann::json::parse(truth_json(phantom).dump());
+  const nlohmann::json truth = parse_json(json_text(truth_json(phantom)));
   const Phantom again = phantom_from_truth(truth);
   EXPECT_EQ(again.identity(), phantom.identity());
   EXPECT_EQ(again.distance_mm(Part::Heart, {1, 2, 3}, 0.21),

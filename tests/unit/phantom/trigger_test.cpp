@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/phantom/truth.h"
+#include "runtime/base/json_text.h"
 #include "tests/unit/phantom/scanner_images.h"
 
 namespace beatlas::phantom {
@@ -157,7 +158,7 @@ TEST(PhantomTrigger, TruthTellsWhatWasRealisedAndStaysUndegraded) {
   spec.scanner.shift_sigma_mm = 2.0;
   spec.scanner.mistriggered_slices = 3;
   const Phantom phantom(spec);
-  const nlohmann::json truth = nlohmann::json::parse(truth_json(phantom).dump());
+  const nlohmann::json truth = parse_json(json_text(truth_json(phantom)));
   const auto slices = acquisition(spec);
   const nlohmann::json& told = truth.at("acquisition").at("slices");
   ASSERT_EQ(told.size(), slices.size());

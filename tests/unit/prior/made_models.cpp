@@ -6,6 +6,7 @@
 
 #include "pipeline/prior/model.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/base/sha256.h"
 
 namespace beatlas::prior::made {
@@ -45,10 +46,10 @@ fs::path Folder::copy_of(const std::string& name,
   std::string onnx = text_of(model_file(name));
   if (change_onnx) change_onnx(onnx);
   std::ofstream(to, std::ios::binary) << onnx;
-  nlohmann::json card = nlohmann::json::parse(text_of(card_path(model_file(name))));
+  nlohmann::json card = parse_json(text_of(card_path(model_file(name))));
   card["sha256"] = sha256_hex(std::as_bytes(std::span(onnx)));
   if (change_card) change_card(card);
-  std::ofstream(card_path(to)) << card.dump();
+  std::ofstream(card_path(to)) << json_text(card);
   return to;
 }
 

@@ -11,6 +11,7 @@
 #include "pipeline/prior/network.h"
 #include "pipeline/prior/prior.h"
 #include "runtime/base/error.h"
+#include "tests/json_file.h"
 #include "tests/unit/prior/made_models.h"
 
 namespace beatlas::prior {
@@ -126,7 +127,7 @@ TEST(PriorModel, ItsJsonIsReadStrictly) {
 }
 
 TEST(PriorModel, ItsSchemaNamesTheSameKeysAndWords) {
-  const json schema = json::parse(std::ifstream(BEATLAS_PRIOR_SCHEMA));
+  const json schema = test::json_file(BEATLAS_PRIOR_SCHEMA);
   const json& keys = schema.at("properties");
   for (const json& word : keys.at("channels").at("items").at("enum")) {
     const made::Folder folder;
@@ -136,7 +137,7 @@ TEST(PriorModel, ItsSchemaNamesTheSameKeysAndWords) {
   const json& words = keys.at("outputs").at("items").at("enum");
   ASSERT_EQ(words.size(), kLabelWords.size());
   for (std::size_t at = 0; at < words.size(); ++at) EXPECT_EQ(words[at], kLabelWords[at]);
-  json card = json::parse(std::ifstream(card_path(made::model_file("unet"))));
+  json card = test::json_file(card_path(made::model_file("unet")));
   card["orientations"] = 2;   // models without it are of one orientation
   card["lv_ml"] = {40, 400};  // and show hearts as they are
   EXPECT_EQ(card.size(), keys.size());

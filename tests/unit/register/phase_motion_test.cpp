@@ -8,7 +8,7 @@
 
 #include "pipeline/core/parallel.h"
 
-namespace beatlas::reg {
+namespace beatlas::reg::phase_motion_tests {
 namespace {
 
 constexpr int kPhases = 8;
@@ -137,4 +137,4 @@ TEST(PhaseMotion, IsTheSameOnOneThreadAndTwo) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::reg::phase_motion_tests

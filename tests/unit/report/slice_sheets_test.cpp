@@ -8,7 +8,7 @@
 
 #include "runtime/base/error.h"
 
-namespace beatlas::report {
+namespace beatlas::report::slice_sheets_tests {
 namespace {
 
 constexpr int kSize = 40;
@@ -167,4 +167,4 @@ TEST(SliceSheets, RefuseImagesOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace beatlas::report
+}  // namespace beatlas::report::slice_sheets_tests

@@ -14,6 +14,7 @@
 #include "runtime/app/press_session.h"
 #include "runtime/app/region_maps.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/device/csv_table.h"
 #include "runtime/field/field_query.h"
 #include "tests/package/sample_package.h"
@@ -179,7 +180,7 @@ TEST_F(AtlasPresses, NotToldWherePressWhereAFingerCanReach) {
   const auto segment = [](const std::string& package) {
     const std::string said = session(package, "");
     EXPECT_EQ(said.front(), '{') << said;
-    return nlohmann::json::parse(said)["atlas"]["wall"]["segment"].get<std::string>();
+    return parse_json(said)["atlas"]["wall"]["segment"].get<std::string>();
   };
   EXPECT_EQ(segment("heart.beatlas"), "mid_anterior");
   EXPECT_NE(session("buried.beatlas", "").find("can reach no segment"), std::string::npos);
@@ -196,7 +197,7 @@ TEST_F(AtlasPresses, WithoutAMapPressTheFreeWallAsBefore) {
 
 TEST_F(AtlasPresses, TakeRegionsOfThinWallAndPaintedOnes) {
   // The wall is 8.2 mm and a millimetre more or less: thin is what lies away from the septum.
-  const auto thin = nlohmann::json::parse(session(
+  const auto thin = parse_json(session(
       "heart.beatlas", R"({"regions": [{"thinner_than_mm": 7.6, "scar": 0.7, "alpha": 0.1}]})",
       "mid_inferolateral"))["atlas"];
   EXPECT_EQ(thin["wall"]["segment"], "mid_inferolateral");
@@ -205,7 +206,7 @@ TEST_F(AtlasPresses, TakeRegionsOfThinWallAndPaintedOnes) {
   EXPECT_NEAR(thin["wall"]["thickness_ratio"].get<double>(),
               thin["wall"]["thickness_mm"].get<double>() / 8.5, 0.06);
   EXPECT_GT(thin["tissues"][2]["with_wall"]["systole_jnd"], 1);
-  const auto thick = nlohmann::json::parse(session(
+  const auto thick = parse_json(session(
       "heart.beatlas", R"({"regions": [{"thinner_than_mm": 7.6, "scar": 0.7, "alpha": 0.1}]})",
       "mid_inferoseptal"))["atlas"];
   EXPECT_EQ(thick["wall"]["alpha"], 1);
@@ -213,12 +214,11 @@ TEST_F(AtlasPresses, TakeRegionsOfThinWallAndPaintedOnes) {
   std::ofstream(file("scar.csv")) << "segment,label\n7,2\n8,1\n";
   const std::string painted =
       R"({"regions": [{"painted": "scar.csv", "label": 2, "alpha": 0.3, "thickness_ratio": 0.8}]})";
-  EXPECT_EQ(nlohmann::json::parse(
-                session("heart.beatlas", painted, "mid_anterior"))["atlas"]["wall"]["alpha"],
+  EXPECT_EQ(parse_json(session("heart.beatlas", painted, "mid_anterior"))["atlas"]["wall"]["alpha"],
             0.3);
-  EXPECT_EQ(nlohmann::json::parse(
-                session("heart.beatlas", painted, "mid_anteroseptal"))["atlas"]["wall"]["alpha"],
-            1);
+  EXPECT_EQ(
+      parse_json(session("heart.beatlas", painted, "mid_anteroseptal"))["atlas"]["wall"]["alpha"],
+      1);
   std::ofstream(file("scar.csv")) << "vertex,label\n0,2\n99999,2\n";
   EXPECT_NE(session("heart.beatlas", painted).find("'99999,2' must hold a vertex from 0 to"),
             std::string::npos);
@@ -240,7 +240,7 @@ TEST_F(AtlasPresses, TakeAMeasuredStiffness) {
   const auto felt = [](const std::string& parameters) {
     const std::string said = session("heart.beatlas", parameters, "mid_anterior");
     EXPECT_EQ(said.front(), '{') << said;
-    return nlohmann::json::parse(said)["atlas"];
+    return parse_json(said)["atlas"];
   };
   const std::string measured =
       R"({"regions": [{"measured": "e.csv", "healthy_kpa": 10, "reach_mm": 50}]})";
@@ -305,7 +305,7 @@ TEST_F(AtlasPresses, OfSeveralFingersHaveOneCirculation) {
         {file("heart.beatlas"), "--headless", "--fast", "--seconds", "8", "--tool-radius-mm", "5",
          "--model", "patch", "--fingers", file("two.json"), "--json", "--trace", file("two.csv")});
     EXPECT_EQ(result.code, 0) << result.err;
-    return {nlohmann::json::parse(result.out), bytes_of(file("two_1.csv"))};
+    return {parse_json(result.out), bytes_of(file("two_1.csv"))};
   };
   // One that ends before the others is lifted at the same tick of theirs, every time.
   {

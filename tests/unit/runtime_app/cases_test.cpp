@@ -16,6 +16,7 @@
 #include "runtime/app/text.h"
 #include "runtime/app/window.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/base/sha256.h"
 #include "tests/unit/runtime_app/played_ellipsoid.h"
 
@@ -231,7 +232,7 @@ TEST(Cases, HaveEveryWordThatIsLookedFor) {
   EXPECT_EQ(none.code, 0);
   EXPECT_TRUE(none.out.starts_with("none of 3 cases in ")) << none.out;
   EXPECT_TRUE(has(none.out, "has slack, tumour")) << none.out;
-  EXPECT_EQ(nlohmann::json::parse(run({"cases", kSamples.string(), "tumour", "--json"}).out),
+  EXPECT_EQ(parse_json(run({"cases", kSamples.string(), "tumour", "--json"}).out),
             nlohmann::json({{"cases", nlohmann::json::array()}}));
   // A word that is also a command's name is a word here.
   EXPECT_EQ(run({"cases", kSamples.string(), "probe"}).code, 0);
@@ -245,7 +246,7 @@ TEST(Cases, TellWhetherTheirAtlasIsThereAndTheSame) {
     std::ofstream(cases / "x.case.json") << document;
     const Result listed = run({"cases", cases.string(), "--json"});
     EXPECT_EQ(listed.code, 0) << listed.err;
-    return nlohmann::json::parse(listed.out)["cases"][0]["atlas_state"].get<std::string>();
+    return parse_json(listed.out)["cases"][0]["atlas_state"].get<std::string>();
   };
   const std::string right = sha256_of(package());
   EXPECT_EQ(state(nlohmann::json::object()), "none");

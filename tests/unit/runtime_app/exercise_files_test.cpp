@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::app {
 namespace {
@@ -28,10 +29,10 @@ KeptSession played() {
 
 /// What is said of a session that `change` was made to.
 std::string refusal(const std::function<void(json&)>& change) {
-  json document = json::parse(kept_session_text(played()));
+  json document = parse_json(kept_session_text(played()));
   change(document);
   try {
-    (void)kept_session_from_text(document.dump(), "session.json");
+    (void)kept_session_from_text(json_text(document), "session.json");
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::InvalidInput);
     return error.what();
@@ -50,7 +51,7 @@ TEST(KeptSession, IsReadAsItWasWritten) {
 
 TEST(KeptSession, WhatCannotBeIsRefusedByItsFileAndPlace) {
   EXPECT_EQ(refusal([](json&) {}), "");
-  const json sound = json::parse(kept_session_text(played()));
+  const json sound = parse_json(kept_session_text(played()));
   for (const auto& item : sound.items()) {
     EXPECT_EQ(refusal([&](json& s) { s.erase(item.key()); }),
               "session.json: /" + item.key() + " is missing");

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "runtime/base/json_text.h"
 #include "runtime/device/csv_table.h"
 #include "tests/unit/runtime_app/played_ellipsoid.h"
 
@@ -55,7 +56,7 @@ TEST(Fingers, OnOppositeWallsHoldTheHeartAndFeelItsPulse) {
       run({package(), "--headless", "--fast", "--seconds", "4", "--tool-radius-mm", "3",
            "--fingers", fingers, "--json", "--trace", (folder() / "both.csv").string()});
   ASSERT_EQ(both.code, 0) << both.err;
-  const nlohmann::json reports = nlohmann::json::parse(both.out)["fingers"];
+  const nlohmann::json reports = parse_json(both.out)["fingers"];
   ASSERT_EQ(reports.size(), 2U);
   for (const nlohmann::json& report : reports) {
     EXPECT_EQ(report["ticks"], 4000);

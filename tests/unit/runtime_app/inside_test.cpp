@@ -9,11 +9,12 @@
 
 #include "runtime/app/play.h"
 #include "runtime/atlas/atlas.h"
+#include "runtime/base/json_text.h"
 #include "runtime/device/csv_table.h"
 #include "tests/package/sample_package.h"
 #include "tests/unit/runtime_app/played.h"
 
-namespace beatlas::app {
+namespace beatlas::app::inside_tests {
 namespace {
 
 using beatlas::test::TemporaryFolder;
@@ -129,7 +130,7 @@ TEST_F(Inside, AThinToolInThePericardiumMeetsTheHeartAndTheSac) {
              "pericardium", "--effusion-mm", "8", "--tool-radius-mm", "1", "--hand", "still",
              "--depth-mm", std::to_string(depth_mm), "--trace", file("felt.csv"), "--json"});
     EXPECT_EQ(done.code, 0) << done.err;
-    EXPECT_EQ(nlohmann::json::parse(done.out)["effusion_mm"], 8);
+    EXPECT_EQ(parse_json(done.out)["effusion_mm"], 8);
     std::ifstream trace(file("felt.csv"));
     double least = 1e9;
     double most = -1e9;
@@ -155,4 +156,4 @@ TEST_F(Inside, AThinToolInThePericardiumMeetsTheHeartAndTheSac) {
 }
 
 }  // namespace
-}  // namespace beatlas::app
+}  // namespace beatlas::app::inside_tests

@@ -12,8 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/app/headless.h"
+#include "runtime/base/json_text.h"
 #include "runtime/device/csv_table.h"
 #include "runtime/field/field_query.h"
+#include "tests/json_file.h"
 #include "tests/unit/runtime_app/played_ellipsoid.h"
 
 namespace beatlas::app {
@@ -176,7 +178,7 @@ TEST(Play, AStillHandFeelsTheClosedFormsForce) {
   const Result result = run({package(), "--headless", "--fast", "--seconds", "3", "--hand", "still",
                              "--side", "left", "--depth-mm", "3", "--trace", trace, "--json"});
   ASSERT_EQ(result.code, 0) << result.err;
-  const auto json = nlohmann::json::parse(result.out);
+  const auto json = parse_json(result.out);
   EXPECT_EQ(json.at("ticks"), 3000);
   EXPECT_EQ(json.at("faults"), 0);
   EXPECT_EQ(json.at("contact_share"), 1);
@@ -206,7 +208,7 @@ TEST(Play, ATipInACavityFeelsItsWallFromWithin) {
                              "lv_blood", "--tool-radius-mm", "1",      "--trace",
                              trace,      "--ticks",          ticks,    "--json"});
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(nlohmann::json::parse(result.out).at("inside"), "lv_blood");
+  EXPECT_EQ(parse_json(result.out).at("inside"), "lv_blood");
   std::ifstream stream(trace);
   const auto rows = device::read_csv(stream, "trace", {"t_s", "z_mm", "depth_mm", "fz_n"}).rows;
   ASSERT_EQ(rows.size(), 2000U);
@@ -223,7 +225,7 @@ TEST(Play, ATipInACavityFeelsItsWallFromWithin) {
   const Result free =
       run({cavity, "--headless", "--fast", "--seconds", "1", "--hand", "still", "--side", "left",
            "--depth-mm", "-20", "--inside", "lv_blood", "--json"});
-  EXPECT_EQ(nlohmann::json::parse(free.out).at("max_model_force_n"), 0);
+  EXPECT_EQ(parse_json(free.out).at("max_model_force_n"), 0);
 
   const Result lacks = run({package(), "--headless", "--fast", "--inside", "rv_blood"});
   EXPECT_EQ(lacks.code, 3);
@@ -256,7 +258,7 @@ TEST(Play, AReplayedTraceGivesTheSameForces) {
 
 TEST(Play, RunsAtOneKilohertzInRealTime) {
   const Result result = run({package(), "--headless", "--seconds", "0.3", "--json"});
-  const auto json = nlohmann::json::parse(result.out);
+  const auto json = parse_json(result.out);
   // A busy machine may leave ticks out, and a gap may be a fault; it never adds any.
   ASSERT_EQ(result.code, json.at("faults") > 0 ? 5 : 0) << result.err;
   EXPECT_LE(json.at("ticks"), 300);
@@ -287,9 +289,8 @@ TEST(Play, UsageErrorsAreExitCodeTwo) {
 TEST(Play, TheSchemaNamesEveryKeyOfTheReport) {
   const Result result = run({package(), "--headless", "--fast", "--seconds", "0.1", "--json"});
   ASSERT_EQ(result.code, 0) << result.err;
-  const auto report = nlohmann::json::parse(result.out);
-  std::ifstream stream(BEATLAS_SOURCE_DIR "/schemas/play.schema.json");
-  const auto schema = nlohmann::json::parse(stream);
+  const auto report = parse_json(result.out);
+  const auto schema = beatlas::test::json_file(BEATLAS_SOURCE_DIR "/schemas/play.schema.json");
   for (const auto& item : report.items()) EXPECT_TRUE(schema["properties"].contains(item.key()));
   ASSERT_GT(schema["else"]["required"].size(), 10U);
   for (const auto& key : schema["else"]["required"]) EXPECT_TRUE(report.contains(key)) << key;

@@ -14,6 +14,7 @@
 
 #include "runtime/app/play.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/palpation/fit.h"
 #include "runtime/plot/plot.h"
 
@@ -135,7 +136,7 @@ TEST(Press, IsWrittenByTheCommandWithoutAPackage) {
   EXPECT_EQ(csv.rfind("t_s,displacement_mm,depth_mm,dent_mm,force_n,", 0), 0U);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 16501);
   EXPECT_NE(folder.text("loops.csv").find("\npressed,"), std::string::npos);
-  const auto report = nlohmann::json::parse(folder.text("press.json"));
+  const auto report = parse_json(folder.text("press.json"));
   EXPECT_NEAR(report["output_share"].get<double>(), 0.74, 0.03);
 }
 
@@ -144,7 +145,7 @@ TEST(Press, TakesParametersAndPresetsAndRefusesBadOnes) {
   const Called other =
       call({"--headless", "--press", folder.file("a"), "--preset", "by_74_percent", "--json"});
   EXPECT_EQ(other.code, 0) << other.err;
-  EXPECT_NEAR(nlohmann::json::parse(other.out)["output_share"].get<double>(), 0.255, 0.015);
+  EXPECT_NEAR(parse_json(other.out)["output_share"].get<double>(), 0.255, 0.015);
   const std::string file = folder.file("a/p.json");
   const auto with = [&](const std::string& text) {
     std::ofstream(file) << text;

@@ -9,6 +9,7 @@
 
 #include "runtime/app/play.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace beatlas::app {
 namespace {
@@ -114,7 +115,7 @@ TEST_F(SensitivityTable, IsWrittenByACommand) {
   std::ostringstream out;
   std::ostringstream err;
   ASSERT_EQ(play(5, words, in, out, err), 0) << err.str();
-  const auto json = nlohmann::json::parse(out.str());
+  const auto json = parse_json(out.str());
   EXPECT_EQ(json["rows"].size(), 14U);
   EXPECT_EQ(json["rows"][9]["symbol"], "LAP");
   EXPECT_EQ(json["rows"][9]["value"], 3);

@@ -20,6 +20,7 @@
 #include "runtime/app/touch.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/device/csv_table.h"
 #include "runtime/field/surface_point.h"
 #include "tests/unit/runtime_app/played.h"
@@ -55,7 +56,7 @@ nlohmann::json report_of(std::vector<std::string> words) {
                                "--amplitude-mm", "1.5"});
   const Result result = run(words);
   EXPECT_EQ(result.code, 0) << result.err;
-  return result.code == 0 ? nlohmann::json::parse(result.out) : nlohmann::json();
+  return result.code == 0 ? parse_json(result.out) : nlohmann::json();
 }
 
 TEST(Session, EveryModelTouchesThePackage) {
@@ -118,7 +119,7 @@ TEST(Session, AVendorsDevicePlaysForAsLongAsItIsTold) {
   const TemporaryFile trace("trace.csv");
   const Result result = run({kGolden, "--headless", "--device", "dhd", "--device-library", FAKE_DHD,
                              "--seconds", "0.05", "--trace", trace.path(), "--json"});
-  const nlohmann::json json = nlohmann::json::parse(result.out);
+  const nlohmann::json json = parse_json(result.out);
   // Where others hold the machine, a gap may be a fault.
   ASSERT_EQ(result.code, json.at("faults") > 0 ? 5 : 0) << result.err;
   EXPECT_EQ(json.at("device"), "dhd");
@@ -149,7 +150,7 @@ TEST(Session, ALostDeviceStillLeavesItsTraceAndTheTicksOfTheFault) {
   ::unsetenv("FAKE_DHD");
   EXPECT_EQ(result.code, 5);
   EXPECT_NE(result.err.find("was lost"), std::string::npos) << result.err;
-  EXPECT_GE(nlohmann::json::parse(result.out).at("faults"), 1);
+  EXPECT_GE(parse_json(result.out).at("faults"), 1);
   const std::string rows = trace.text();
   EXPECT_GE(std::count(rows.begin(), rows.end(), '\n'), 20);
   const Result replay = run({"replay-ticks", kGolden, ticks.path()});
@@ -170,7 +171,7 @@ TEST(Session, FaultsEndInAnErrorAfterTheReport) {
   const Result kept = run(with_ticks);
   ::unsetenv("FAKE_DHD");
   EXPECT_EQ(result.code, 5);
-  const nlohmann::json report = nlohmann::json::parse(result.out);
+  const nlohmann::json report = parse_json(result.out);
   const auto faults = report.at("faults").get<std::int64_t>();
   EXPECT_GE(faults, 1);
   EXPECT_NE(result.err.find(std::to_string(faults) + " of "), std::string::npos) << result.err;

@@ -21,6 +21,7 @@
 #include <sys/socket.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/device/frame_buffer.h"
 #include "runtime/device/json_scan.h"
 
@@ -42,7 +43,7 @@ std::string frame_of(const std::string& id, const Vec3& haply_m, bool pretty = f
            {"cursor_velocity", {{"x", 0.1}, {"y", 0.2}, {"z", 0.3}}}}}},
         {{"device_id", "OTHER"},
          {"state", {{"cursor_position", {{"x", 9}, {"y", 9}, {"z", 9}}}}}}}}};
-  return json.dump(pretty ? 2 : -1);
+  return json_text(json, pretty ? 2 : -1);
 }
 
 // A service for one connection after the other; `session` plays each.
@@ -108,12 +109,12 @@ TEST(Haply, SpeaksTheProtocolAndTurnsItsAxes) {
   service.emplace([&](Stream& stream, int) {
     say(stream, frame_of("A-1", kPlace));
     for (int n = 0; n < 50; ++n) {
-      heard.push_back(nlohmann::json::parse(hear(stream)));
+      heard.push_back(parse_json(hear(stream)));
       if (n == 20) stream.ping({});  // answered and passed over
       ++replies;
       say(stream, frame_of("A-1", kPlace + n * Vec3(1e-4, 0, 0), n % 2 == 0));
     }
-    heard.push_back(nlohmann::json::parse(hear(stream)));
+    heard.push_back(parse_json(hear(stream)));
     stream.close(beast::websocket::close_code::normal);
   });
   {
@@ -193,7 +194,7 @@ TEST(Haply, ALostDeviceIsToldToTheServoAndTakenUpAgain) {
     say(stream, frame_of("A", kPlace));
     for (int n = 0; connection > 0 || n < 10; ++n) {
       const std::string heard = hear(stream);
-      if (connection > 0) second.push_back(nlohmann::json::parse(heard));
+      if (connection > 0) second.push_back(parse_json(heard));
       say(stream, frame_of("A", kPlace));
     }
     // The first connection breaks off without a word.
@@ -293,7 +294,7 @@ TEST(Haply, AnotherThreadMayDropTheForceWhileTheServoHangs) {
   service.emplace([&](Stream& stream, int) {
     say(stream, frame_of("A", kPlace));
     while (true) {
-      const auto json = nlohmann::json::parse(hear(stream));
+      const auto json = parse_json(hear(stream));
       const double f = json["inverse3"][0]["commands"]["set_cursor_force"]["values"]["x"];
       if (heard++ > 2 && f == 0) zero_heard = true;
       say(stream, frame_of("A", kPlace));

@@ -10,7 +10,7 @@
 #include "runtime/base/error.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
-namespace beatlas::field {
+namespace beatlas::field::sampled_query_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -203,4 +203,4 @@ TEST(SampledQuery, RefusesNoField) {
 }
 
 }  // namespace
-}  // namespace beatlas::field
+}  // namespace beatlas::field::sampled_query_tests

@@ -10,7 +10,7 @@
 #include "runtime/base/error.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
-namespace beatlas::field {
+namespace beatlas::field::shell_query_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -129,4 +129,4 @@ TEST(ShellQuery, WritesNoMoreThanThereIsRoomFor) {
 }
 
 }  // namespace
-}  // namespace beatlas::field
+}  // namespace beatlas::field::shell_query_tests

@@ -14,7 +14,7 @@
 #include "runtime/haptics/tube_field.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::cavity_tests {
 namespace {
 
 using testing::FormField;
@@ -300,4 +300,4 @@ TEST(Cavity, RefusesWhatIsNoCavity) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::cavity_tests

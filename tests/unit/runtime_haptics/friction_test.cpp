@@ -9,7 +9,7 @@
 #include "runtime/haptics/proxy.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::friction_tests {
 namespace {
 
 using testing::FormField;
@@ -133,4 +133,4 @@ TEST(Friction, RefusesCoefficientsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::friction_tests

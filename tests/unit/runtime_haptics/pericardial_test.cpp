@@ -10,7 +10,7 @@
 #include "runtime/haptics/pericardial_field.h"
 #include "runtime/haptics/proxy.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::pericardial_tests {
 namespace {
 
 constexpr double kPeriod = 0.8;
@@ -130,4 +130,4 @@ TEST(Pericardial, WhatMakesNoSenseIsRefused) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::pericardial_tests

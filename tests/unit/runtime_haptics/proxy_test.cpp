@@ -9,7 +9,7 @@
 #include "runtime/base/error.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::proxy_tests {
 namespace {
 
 using testing::FormField;
@@ -160,4 +160,4 @@ TEST(Proxy, RefusesOptionsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::proxy_tests

@@ -8,7 +8,7 @@
 
 #include "runtime/base/error.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::safety_tests {
 namespace {
 
 constexpr double kTick = 0.001;
@@ -135,4 +135,4 @@ TEST(SafetyStage, RefusesLimitsThatWouldBeNone) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::safety_tests

@@ -14,7 +14,7 @@
 #include "runtime/haptics/watchdog.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::servo_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -323,4 +323,4 @@ TEST(Servo, AnAtlasOfAnotherPeriodGoesOnAtTheSamePhase) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::servo_tests

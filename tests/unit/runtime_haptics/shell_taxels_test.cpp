@@ -11,7 +11,7 @@
 #include "runtime/haptics/shell.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::shell_taxels_tests {
 namespace {
 
 using testing::FormField;
@@ -241,4 +241,4 @@ TEST(ShellTaxels, NormalsThatAreNoneAreRefused) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::shell_taxels_tests

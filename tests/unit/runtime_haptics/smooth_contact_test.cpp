@@ -11,7 +11,7 @@
 #include "runtime/haptics/proxy.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::smooth_contact_tests {
 namespace {
 
 using testing::FormField;
@@ -181,4 +181,4 @@ TEST(HardCase2, AnEllipsoidThatTurnsAndSwellsUnevenlyLosesNoTick) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::smooth_contact_tests

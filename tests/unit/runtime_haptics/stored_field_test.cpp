@@ -12,7 +12,7 @@
 #include "runtime/haptics/two_step.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::stored_field_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -99,4 +99,4 @@ TEST(HardCase7, FifteenFramesOfFiveMillimetresAreFeltToFiveMicrometres) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::stored_field_tests

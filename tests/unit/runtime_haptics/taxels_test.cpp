@@ -10,7 +10,7 @@
 #include "runtime/haptics/proxy.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::taxels_tests {
 namespace {
 
 using testing::FormField;
@@ -195,4 +195,4 @@ TEST(Taxels, OptionsThatMakeNoSenseAreRefused) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::taxels_tests

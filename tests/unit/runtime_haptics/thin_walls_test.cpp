@@ -11,7 +11,7 @@
 #include "runtime/haptics/two_step.h"
 #include "tests/unit/runtime_haptics/closed_forms.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::thin_walls_tests {
 namespace {
 
 using testing::FormField;
@@ -169,4 +169,4 @@ TEST(HardCase4, AlsoAfterAGapBetweenTicks) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::thin_walls_tests

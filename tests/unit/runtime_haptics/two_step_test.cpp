@@ -10,7 +10,7 @@
 #include "runtime/haptics/servo.h"
 #include "tests/unit/runtime_field/test_fields.h"
 
-namespace beatlas::haptics {
+namespace beatlas::haptics::two_step_tests {
 namespace {
 
 constexpr double kPeriod = 0.8;
@@ -168,4 +168,4 @@ TEST(Servo, BadStatesGiveZeroForceAndARampAfterwards) {
 }
 
 }  // namespace
-}  // namespace beatlas::haptics
+}  // namespace beatlas::haptics::two_step_tests

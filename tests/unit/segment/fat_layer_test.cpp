@@ -11,7 +11,7 @@
 #include "pipeline/segment/segment.h"
 #include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::fat_layer_tests {
 namespace {
 
 constexpr double kBlood = 1000;
@@ -183,4 +183,4 @@ TEST(FatLayer, KnownPhasesStay) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::fat_layer_tests

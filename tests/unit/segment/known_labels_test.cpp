@@ -12,7 +12,7 @@
 #include "tests/unit/segment/imaged_phantom.h"
 #include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::known_labels_tests {
 namespace {
 
 using Case = made::ImagedPhantom;
@@ -247,4 +247,4 @@ TEST(KnownLabels, ThatCannotBeUsedAreRefused) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::known_labels_tests

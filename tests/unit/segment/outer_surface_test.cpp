@@ -12,7 +12,7 @@
 #include "runtime/atlas/structures.h"
 #include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::outer_surface_tests {
 namespace {
 
 constexpr double kBlood = 1000;
@@ -258,4 +258,4 @@ TEST(OuterSurface, KnownPhasesStay) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::outer_surface_tests

@@ -9,7 +9,7 @@
 
 #include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::surfels_tests {
 namespace {
 
 TEST(Surfels, LieOnABallLookOutwardAndBendAsItDoes) {
@@ -80,4 +80,4 @@ TEST(PlacesNearby, FindsAllWithinReachAndNoOther) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::surfels_tests

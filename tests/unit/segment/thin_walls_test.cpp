@@ -8,7 +8,7 @@
 #include "runtime/atlas/structures.h"
 #include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::thin_walls_tests {
 namespace {
 
 constexpr int kSide = 60;
@@ -112,4 +112,4 @@ TEST(ReachWalls, GivesWhatLiesBetweenTwoCavitiesToTheNearerOne) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::thin_walls_tests

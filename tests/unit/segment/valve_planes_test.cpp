@@ -9,7 +9,7 @@
 #include "runtime/atlas/structures.h"
 #include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::valve_planes_tests {
 namespace {
 
 constexpr int kSlices = 8;
@@ -73,4 +73,4 @@ TEST(ValvePlanes, OfLabelsThatNoBaseCouldLeaveEachPhaseHasAnEnd) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::valve_planes_tests

@@ -6,9 +6,10 @@
 
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "tests/unit/study/temporary_folder.h"
 
-namespace beatlas::study {
+namespace beatlas::study::given_files_tests {
 namespace {
 namespace fs = std::filesystem;
 
@@ -49,7 +50,7 @@ std::string refusal(const fs::path& study, const nlohmann::json& json) {
 TEST(GivenLabels, ComeBackBitByBit) {
   const TemporaryFolder study;
   const GivenLabels before = given(3);
-  const nlohmann::json told = nlohmann::json::parse(write_given(study.path(), before).dump());
+  const nlohmann::json told = parse_json(json_text(write_given(study.path(), before)));
   const GivenLabels after = read_given(study.path(), told, "/given/labels");
   EXPECT_TRUE(after.images.grid == before.images.grid);
   EXPECT_EQ(after.images.phases, before.images.phases);
@@ -106,4 +107,4 @@ TEST(GivenLabels, ThatNothingTellsOfAreClearedAway) {
 }
 
 }  // namespace
-}  // namespace beatlas::study
+}  // namespace beatlas::study::given_files_tests
