@@ -4,6 +4,7 @@
 #include <string>
 
 #include "pipeline/study/files.h"
+#include "pipeline/study/json_values.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_object.h"
 
@@ -79,7 +80,7 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.choice("handles", recipe.field.handles, kHandles);
   visit.section("mesh");
   visit.option("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
-  visit.option("reference_phase", recipe.mesh.reference_phase, -1, 1023);
+  visit.option("reference_phase", recipe.mesh.reference_phase, -1, study::kLastPhase);
   visit.section("pack");
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
   visit.option("nested_step_mm", recipe.pack.nested_step_mm, 0.0005, 0.1);

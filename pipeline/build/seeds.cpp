@@ -52,7 +52,7 @@ segment::Seed seed_from_json(const json& value, const std::string& path) {
     read_stroke(object.at("stroke_lps_mm"), path + "/stroke_lps_mm", seed);
   }
   object.read("radius_mm", seed.radius_mm, 0.1, 50);
-  object.read("phase", seed.phase, -1, 1023);
+  object.read("phase", seed.phase, -1, study::kLastPhase);
   object.finish();
   return seed;
 }

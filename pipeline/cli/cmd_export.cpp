@@ -20,6 +20,7 @@
 #include "pipeline/mesh/nested.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/images.h"
+#include "pipeline/study/json_values.h"
 #include "pipeline/study/new_files.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
@@ -231,7 +232,7 @@ void add_export(CLI::App& app, Run& run) {
       ->required()
       ->check(CLI::IsMember({"glb", "obj", "vdb", "nifti", "slicer"}));
   command->add_option("--phase", arguments->phase, "Phase of --to slicer, from 0")
-      ->check(CLI::Range(0, 1023));
+      ->check(CLI::Range(0, study::kLastPhase));
   command->add_option("-o,--output", arguments->output, "The folder to write to")
       ->required()
       ->type_name("DIR");

@@ -11,6 +11,7 @@
 #include "pipeline/cli/markups.h"
 #include "pipeline/core/words.h"
 #include "pipeline/segment/drawn_seeds.h"
+#include "pipeline/study/json_values.h"
 #include "pipeline/study/stage_files.h"
 #include "pipeline/study/state.h"
 #include "runtime/base/error.h"
@@ -233,7 +234,7 @@ void add_place_words(CLI::App& command, SeedsArguments& words) {
   command.add_option("--row", words.row, "The same");
   command.add_option("--column", words.column, "The same");
   command.add_option("--phase", words.phase, "Phase from 0, or -1: every phase")
-      ->check(CLI::Range(-1, 1023))
+      ->check(CLI::Range(-1, study::kLastPhase))
       ->capture_default_str();
   command.add_option("--radius", words.radius_mm, "Radius of the ball or stroke [mm]")
       ->check(CLI::Range(0.1, 50.0))

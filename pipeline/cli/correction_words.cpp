@@ -18,6 +18,7 @@
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/painting.h"
 #include "pipeline/study/files.h"
+#include "pipeline/study/json_values.h"
 #include "pipeline/study/stage_files.h"
 #include "runtime/base/error.h"
 
@@ -26,7 +27,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr auto kNone = "none";
-constexpr int kMostPhase = 1023;
 
 [[noreturn]] void refuse_words(const std::string& what) { throw Error(ErrorCode::Usage, what); }
 
@@ -75,7 +75,7 @@ std::vector<int> phases_from_word(const std::string& word) {
     int phase = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), phase);
     if (error != std::errc() || end != text.data() + text.size() || phase < 0 ||
-        phase > kMostPhase || (!phases.empty() && phase <= phases.back())) {
+        phase > study::kLastPhase || (!phases.empty() && phase <= phases.back())) {
       refuse_words("--labels-phases: give phases from 0 in ascending order, as in 0,7");
     }
     phases.push_back(phase);
@@ -155,7 +155,7 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
       .add_option("--seeds-phase", words.seeds_phase,
                   "Phase that markups or a painted 3-D image belong to, -1 = every phase; a "
                   "markup's name may end with its own, as in lv_blood@5 (default: 0)")
-      ->check(CLI::Range(-1, kMostPhase))
+      ->check(CLI::Range(-1, study::kLastPhase))
       ->type_name("PHASE");
   command
       .add_option("--seeds-radius", words.seeds_radius_mm, "Radius of markups [mm] (default: 2)")

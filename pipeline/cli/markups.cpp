@@ -15,7 +15,6 @@ namespace beatlas::cli {
 using nlohmann::json;
 namespace {
 
-constexpr int kMostPhase = 1023;
 constexpr std::string_view kSchema = "markups-schema-v";
 constexpr std::string_view kRadius = "radius ";
 constexpr std::string_view kMm = " mm";
@@ -46,7 +45,7 @@ Told told_by(const std::string& name, const std::string& path) {
   int phase = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), phase);
   const bool ends = end == word.data() + word.size() || *end == '-' || *end == '_' || *end == ' ';
-  if (error != std::errc() || !ends || phase < 0 || phase > kMostPhase) {
+  if (error != std::errc() || !ends || phase < 0 || phase > study::kLastPhase) {
     throw_invalid(path + ": " + shown_word(name) +
                   " names no phase; end it with @ and a phase from 0, or with @all");
   }

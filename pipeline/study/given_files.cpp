@@ -109,7 +109,7 @@ GivenLabels read_given(const fs::path& study, const json& value, const std::stri
   int images = 0;
   (void)object.at("images");
   object.read("images", images, 1, kMostImages);
-  object.read("phases", out.phases, -1, 1023);
+  object.read("phases", out.phases, -1, kLastPhase);
   object.finish();
   const fs::path file = study / kFolder / name_of(out.sha256);
   std::error_code ignored;

@@ -10,6 +10,9 @@
 
 namespace beatlas::study {
 
+/// The last phase that a file or a command may name, counted from 0: a package holds 1024.
+inline constexpr int kLastPhase = 1023;
+
 /// 16 numbers, row-major.
 [[nodiscard]] nlohmann::json affine_to_json(const Affine& affine);
 /// @throws Error{InvalidInput} naming `path` unless it is 16 numbers with last row 0 0 0 1 and an
