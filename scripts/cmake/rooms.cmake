@@ -1,7 +1,8 @@
 # A room is one folder, one library target beatlas::<name>, and one list of what it may use.
 #
-# beatlas_room(name SOURCES a.cpp ... [PUBLIC targets...] [PRIVATE targets...] [OWN_FLAGS])
+# beatlas_room(name SOURCES a.cpp ... [PUBLIC targets...] [PRIVATE targets...] [OWN_FLAGS] [AT_ONCE 6])
 # OWN_FLAGS: a library that it uses changes the compiler's flags, so precompiled headers do not fit.
+# AT_ONCE: so many files are compiled together; more where headers, and what they make, are most of it.
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
@@ -78,13 +79,15 @@ endfunction()
 # The presets dev, asan and tsan read each file alone.
 option(BEATLAS_UNITY "Compile several files of a room at a time" ON)
 function(beatlas_several_at_once target)
+  set(count ${ARGN} 6)
+  list(GET count 0 count)
   if(BEATLAS_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
   endif()
 endfunction()
 
 function(beatlas_room name)
-  cmake_parse_arguments(ROOM "OWN_FLAGS" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "OWN_FLAGS" "AT_ONCE" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(beatlas_${name} STATIC ${ROOM_SOURCES})
   add_library(beatlas::${name} ALIAS beatlas_${name})
   set_target_properties(beatlas_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
@@ -95,7 +98,7 @@ function(beatlas_room name)
   if(NOT ROOM_OWN_FLAGS)
     beatlas_use_precompiled(beatlas_${name} beatlas_room_headers)
   endif()
-  beatlas_several_at_once(beatlas_${name})
+  beatlas_several_at_once(beatlas_${name} ${ROOM_AT_ONCE})
 endfunction()
 
 # beatlas_test(name SOURCES a_test.cpp ... LINK targets... [LABELS unit] [TIMEOUT s] [OWN_FLAGS]
