@@ -9,11 +9,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/slices.h"
-#include "pipeline/segment/looks.h"
 #include "pipeline/segment/magnitude.h"
 #include "pipeline/segment/outline.h"
 #include "pipeline/segment/side_levels.h"
 #include "pipeline/segment/slice_image.h"
+#include "pipeline/segment/tissue.h"
 
 namespace beatlas::segment {
 namespace {

@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/core/slices.h"
 #include "pipeline/segment/layer_fit.h"
 #include "pipeline/segment/outline.h"
 #include "pipeline/segment/slice_image.h"
@@ -34,7 +33,6 @@ constexpr int kLeastOutlinePx = 24;
 constexpr int kBloodReach = 3;     ///< pixels of the outline: blood so near hides muscle
 constexpr double kMixedPx = 0.75;  ///< beside blood
 constexpr int kAgree = 3;          ///< places on both sides that have to agree, by half
-constexpr float kMostLeanPx = 4;   ///< from slice to slice; more is another surface's
 constexpr float kBandPx = 3;       ///< beside the edge, whose coverage is told
 
 bool is_blood(std::uint8_t label) { return label == kLabelLvBlood || label == kLabelRvBlood; }
@@ -190,18 +188,6 @@ Layers agreed(const Profiles& profiles, const Layers& found) {
   return out;
 }
 
-/// By how many pixels the outline moves to the next slice at a place.
-float lean_at(const std::vector<Slice>& slices, std::size_t k, const cv::Point& at) {
-  const auto distance = [&](std::size_t slice) {
-    return slices[slice].distance_px.at<float>(at.y, at.x);
-  };
-  const std::size_t below = k > 0 && !slices[k - 1].distance_px.empty() ? k - 1 : k;
-  const std::size_t above = k + 1 < slices.size() && !slices[k + 1].distance_px.empty() ? k + 1 : k;
-  if (above == below) return 0;
-  return std::min(kMostLeanPx,
-                  std::abs(distance(above) - distance(below)) / static_cast<float>(above - below));
-}
-
 /// Of one slice.
 struct Strip {
   cv::Mat labels;
@@ -210,14 +196,8 @@ struct Strip {
 
 class SliceFat {
  public:
-  SliceFat(const Grid& grid, const std::vector<Slice>& slices, std::size_t k,
-           const LayerLevels& levels)
-      : grid_(grid),
-        slices_(slices),
-        slice_(slices[k]),
-        k_(k),
-        thin_(grid.spacing_mm()[2] < kThickSlicesMm),
-        levels_(levels) {}
+  SliceFat(const Grid& grid, const Slice& slice, std::size_t k, const LayerLevels& levels)
+      : grid_(grid), slice_(slice), k_(k), levels_(levels) {}
 
   /// @return nothing where there is no layer
   [[nodiscard]] std::optional<Strip> strip() const {
@@ -238,15 +218,13 @@ class SliceFat {
       count += outline.size();
     }
     gather(place, first, profiles);
-    std::vector<float> leans;
     Layers layers;
     for (std::size_t o = 0; o < outlines.size(); ++o) {
       Layers found(outlines[o].size());
       for (std::size_t at = 0; at < found.size(); ++at) {
-        leans.push_back(thin_ ? lean_at(slices_, k_, outlines[o][at]) : 0);
         for (const double along_px : kAlongPx) {
           if (found[at]) break;
-          found[at] = fit_fat_layer(profiles[o].around(at, along_px), levels_, leans.back());
+          found[at] = fit_fat_layer(profiles[o].around(at, along_px), levels_);
         }
       }
       const Layers smooth = agreed(profiles[o], found);
@@ -255,7 +233,7 @@ class SliceFat {
     if (std::none_of(layers.begin(), layers.end(), [](const auto& layer) { return layer; })) {
       return {};
     }
-    return without(place, layers, leans);
+    return without(place, layers);
   }
 
  private:
@@ -303,8 +281,7 @@ class SliceFat {
     }
   }
 
-  [[nodiscard]] Strip without(const cv::Mat& place, const Layers& layers,
-                              const std::vector<float>& leans) const {
+  [[nodiscard]] Strip without(const cv::Mat& place, const Layers& layers) const {
     Strip out{slice_.labels.clone(), {}};
     const Vec3 spacing = grid_.spacing_mm();
     const auto pixel_mm = static_cast<float>(std::sqrt(spacing[0] * spacing[1]));
@@ -319,7 +296,7 @@ class SliceFat {
         if (std::abs(d) > kBandPx) continue;
         out.edges.push_back({static_cast<std::uint32_t>(grid_.offset(
                                  slice_.part.x + i, slice_.part.y + j, static_cast<int>(k_))),
-                             FatEdge::kNowhere, ramp(d, leans[at]).coverage,
+                             FatEdge::kNowhere, ramp(d, 0).coverage,
                              pixel_mm * static_cast<float>(layer->edge_sigma_px)});
       }
     }
@@ -327,10 +304,8 @@ class SliceFat {
   }
 
   const Grid& grid_;
-  const std::vector<Slice>& slices_;
   const Slice& slice_;
   std::size_t k_;
-  bool thin_;
   const LayerLevels& levels_;
 };
 
@@ -363,7 +338,7 @@ std::vector<std::vector<FatEdge>> strip_fat_layer(const ImageCycle<float>& image
     std::vector<std::optional<Strip>> strips(slices.size());
     for (std::size_t k = 0; k < slices.size(); ++k) {
       if (slices[k].distance_px.empty()) continue;
-      strips[k] = SliceFat(images.grid, slices, k, levels).strip();
+      strips[k] = SliceFat(images.grid, slices[k], k, levels).strip();
     }
     for (std::size_t k = 0; k < slices.size(); ++k) {
       if (!strips[k]) continue;

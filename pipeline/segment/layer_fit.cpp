@@ -34,8 +34,8 @@ struct Fit {
 
 class LayerSearch {
  public:
-  LayerSearch(const AcrossProfile& profile, const LayerLevels& levels, double lean_px)
-      : profile_(profile), levels_(levels), lean_px_(static_cast<float>(lean_px)) {
+  LayerSearch(const AcrossProfile& profile, const LayerLevels& levels)
+      : profile_(profile), levels_(levels) {
     std::size_t first = 0;
     while (first < AcrossProfile::kBins && !(profile.weight[first] > 0)) ++first;
     least_edge_px_ = AcrossProfile::kFromPx + AcrossProfile::kBinPx * static_cast<double>(first) +
@@ -122,16 +122,14 @@ class LayerSearch {
 
   /// Of muscle, fat and what lies beyond, so far outside of muscle's edge.
   [[nodiscard]] Eigen::Vector3d shares(double beyond_edge_px, double thick_px) const {
-    const double within = ramp(static_cast<float>(beyond_edge_px), lean_px_).coverage;
+    const double within = ramp(static_cast<float>(beyond_edge_px), 0).coverage;
     const double to_end =
-        thick_px > 0 ? ramp(static_cast<float>(beyond_edge_px - thick_px), lean_px_).coverage
-                     : within;
+        thick_px > 0 ? ramp(static_cast<float>(beyond_edge_px - thick_px), 0).coverage : within;
     return {within, to_end - within, 1 - to_end};
   }
 
   const AcrossProfile& profile_;
   const LayerLevels& levels_;
-  float lean_px_;
   double least_edge_px_ = 0;
   double of_muscle_ = 0;
   double of_fat_ = 0;
@@ -145,14 +143,13 @@ double told(const AcrossProfile& profile) {
 }
 
 /// Whether what lies right inside the edge is muscle.
-bool is_muscle(const AcrossProfile& profile, const LayerLevels& levels, double edge_px,
-               double lean_px) {
+bool is_muscle(const AcrossProfile& profile, const LayerLevels& levels, double edge_px) {
   double sum = 0;
   double weights = 0;
-  const double mixed = 0.5 + 0.5 * lean_px;
+  constexpr double kMixed = 0.5;  // pixels: a voxel's half
   for (std::size_t n = 0; n < AcrossProfile::kBins; ++n) {
     const double d = AcrossProfile::middle_px(n) - edge_px;
-    if (d < -mixed - 2 || d > -std::min(mixed, 1.0)) continue;
+    if (d < -kMixed - 2 || d > -kMixed) continue;
     sum += profile.weight[n] * profile.mean[n];
     weights += profile.weight[n];
   }
@@ -162,9 +159,8 @@ bool is_muscle(const AcrossProfile& profile, const LayerLevels& levels, double e
 
 }  // namespace
 
-std::optional<FatLayer> fit_fat_layer(const AcrossProfile& profile, const LayerLevels& levels,
-                                      double lean_px) {
-  const LayerSearch search(profile, levels, lean_px);
+std::optional<FatLayer> fit_fat_layer(const AcrossProfile& profile, const LayerLevels& levels) {
+  const LayerSearch search(profile, levels);
   if (search.least_edge_px() > 0) return {};
   double edge_px = 0;
   double none = 0;
@@ -193,7 +189,7 @@ std::optional<FatLayer> fit_fat_layer(const AcrossProfile& profile, const LayerL
   }
   if (alone.cost - best.cost < kSureLayer || best_thick < kLeastThickPx) return {};
   if (best.fat - std::max(best.muscle, best.beyond) < 0.5 * (levels.fat - levels.muscle) ||
-      !is_muscle(profile, levels, best_edge, lean_px)) {
+      !is_muscle(profile, levels, best_edge)) {
     return {};
   }
   return FatLayer{best_edge, best_thick, search.edge_sigma_px(best_edge, best_thick, best)};

@@ -38,10 +38,9 @@ struct FatLayer {
 /// Least squares of muscle, a layer of fat and one level beyond, box-shaped voxels. What is thinner
 /// than a voxel shows only as a bright rim, or as an edge too far out: half a millimetre of fat
 /// before lung moves the edge of muscle by two.
-/// @param lean_px that the outline moves from slice to slice
 /// @return nothing where muscle and what lies beyond alone explain the profile, or where its inside
 /// is no muscle
 [[nodiscard]] std::optional<FatLayer> fit_fat_layer(const AcrossProfile& profile,
-                                                    const LayerLevels& levels, double lean_px);
+                                                    const LayerLevels& levels);
 
 }  // namespace beatlas::segment

@@ -66,11 +66,4 @@ void set_prices(const std::array<double, VoxelPrices::kLabels>& weights, std::ui
   }
 }
 
-double median_of(std::vector<float>& values) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 }  // namespace beatlas::segment

@@ -36,7 +36,4 @@ using Looks = std::array<Look, VoxelPrices::kLabels>;
 /// more as they are less likely. @param price of VoxelPrices, of one voxel
 void set_prices(const std::array<double, VoxelPrices::kLabels>& weights, std::uint8_t* price);
 
-/// 0 of none.
-[[nodiscard]] double median_of(std::vector<float>& values);
-
 }  // namespace beatlas::segment

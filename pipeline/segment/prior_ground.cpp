@@ -8,6 +8,7 @@
 #include "pipeline/core/words.h"
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/looks.h"
+#include "pipeline/segment/tissue.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {

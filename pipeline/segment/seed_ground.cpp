@@ -10,6 +10,7 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/looks.h"
 #include "pipeline/segment/lv_section.h"
+#include "pipeline/segment/tissue.h"
 
 namespace beatlas::segment {
 namespace {

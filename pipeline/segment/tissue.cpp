@@ -11,13 +11,6 @@
 namespace beatlas::segment {
 namespace {
 
-double median_of(std::vector<float>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double quantile_of(std::vector<float> values, double share) {
   if (values.empty()) return 0;
   const auto index = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -29,6 +22,13 @@ double quantile_of(std::vector<float> values, double share) {
 constexpr double kSmoothedVariance = 0.1624;
 
 }  // namespace
+
+double median_of(std::vector<float>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 /// Noise from temporal second differences of voxels that hold signal: what is left after motion
 /// slower than two phases; the median ignores the few voxels that move faster. Air is left out:

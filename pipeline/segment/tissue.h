@@ -17,6 +17,9 @@ struct TemporalStats {
   double noise = 0;          ///< standard deviation of the noise in one phase
 };
 
+/// Puts `values` in another order. 0 of none.
+[[nodiscard]] double median_of(std::vector<float>& values);
+
 /// In-plane Gaussian smoothing of each slice; `sigma_mm` 0 copies.
 [[nodiscard]] std::vector<float> smooth_in_plane(const Grid& grid, const std::vector<float>& image,
                                                  double sigma_mm);

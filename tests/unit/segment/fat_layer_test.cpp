@@ -45,7 +45,7 @@ constexpr LayerLevels kLevels{.muscle = kMuscle, .blood = kBlood, .fat = kFat, .
 TEST(FatLayerFit, FindsMusclesEdgeUnderALayerOfAnyThickness) {
   for (const double thick : {0.35, 0.7, 1.5, 3.0}) {
     for (const double edge : {-2.4, -1.1, 0.3}) {
-      const auto layer = fit_fat_layer(profile(edge, thick), kLevels, 0);
+      const auto layer = fit_fat_layer(profile(edge, thick), kLevels);
       ASSERT_TRUE(layer) << edge << " " << thick;
       EXPECT_NEAR(layer->edge_px, edge, 0.08) << thick;
       EXPECT_NEAR(layer->thickness_px, thick, 0.1) << edge;
@@ -56,8 +56,8 @@ TEST(FatLayerFit, FindsMusclesEdgeUnderALayerOfAnyThickness) {
 }
 
 TEST(FatLayerFit, MuscleBeforeLungOrFatAloneHasNoLayer) {
-  EXPECT_FALSE(fit_fat_layer(profile(-0.6, 0), kLevels, 0));
-  EXPECT_FALSE(fit_fat_layer(profile(-0.6, 50), kLevels, 0));
+  EXPECT_FALSE(fit_fat_layer(profile(-0.6, 0), kLevels));
+  EXPECT_FALSE(fit_fat_layer(profile(-0.6, 50), kLevels));
 }
 
 TEST(FatLayerFit, BloodBehindAWallThatIsNotSeenIsNoFat) {
@@ -67,7 +67,7 @@ TEST(FatLayerFit, BloodBehindAWallThatIsNotSeenIsNoFat) {
     atrium.mean[n] = d < -2 ? kBlood : d < 0 ? kMuscle : kLung;
     atrium.weight[n] = 4;
   }
-  EXPECT_FALSE(fit_fat_layer(atrium, kLevels, 0));
+  EXPECT_FALSE(fit_fat_layer(atrium, kLevels));
 }
 
 constexpr double kCavityMm = 14;
