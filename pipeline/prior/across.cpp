@@ -102,7 +102,7 @@ std::optional<Corners> corners_about(const Grid& grid, const Vec3& index, const 
 std::optional<AcrossLv> across_lv(const PriorCycle& looked, const Grid& stack,
                                   const ModelCard& card) {
   const Vec3 spacing = stack.spacing_mm();
-  if (!(spacing[2] < kThickSlicesMm)) return {};
+  if (are_thick_slices(spacing[2])) return {};
   const std::optional<Vec3> direction =
       lv_direction(looked.grid, share_of_phases(looked, kLabelLvBlood),
                    share_of_phases(looked, kLabelLvMyocardium));

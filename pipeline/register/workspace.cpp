@@ -251,7 +251,7 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
   const CoverageCycle& coverage = segmentation.coverage;
   StackSlices stack;
   stack.gap_mm = coverage.grid.spacing_mm()[2];
-  stack.thick = stack.gap_mm >= kThickSlicesMm;
+  stack.thick = are_thick_slices(stack.gap_mm);
   stack.last_k = segmentation.labels.grid.size[2] - 1;
   stack.to_apex = stack.thick ? step_to_apex(segmentation, segmentation.axis) : 0;
   segmentation.labels.phases = {};

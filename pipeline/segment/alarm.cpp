@@ -263,7 +263,7 @@ Finding border_contact(const Grid& grid, const std::vector<std::uint8_t>& labels
 bool below_base(const Segmentation& segmentation, std::size_t phase, int k) {
   const Grid& grid = segmentation.labels.grid;
   const auto plane = segmentation.valve_planes.find(Structure::LvBlood);
-  if (grid.spacing_mm()[2] < kThickSlicesMm || plane == segmentation.valve_planes.end()) {
+  if (!are_thick_slices(grid.spacing_mm()[2]) || plane == segmentation.valve_planes.end()) {
     return true;
   }
   return plane->second.base_step * (plane->second.k[phase] - k) >= 1;

@@ -285,7 +285,7 @@ double along_normal(const std::vector<Edge>& edges, std::size_t k, const cv::Poi
 /// alone.
 std::vector<cv::Mat> leans_px(const Grid& grid, const std::vector<Edge>& edges) {
   std::vector<cv::Mat> out(edges.size());
-  const bool thin = grid.spacing_mm()[2] < kThickSlicesMm;
+  const bool thin = !are_thick_slices(grid.spacing_mm()[2]);
   for (std::size_t k = 0; k < edges.size(); ++k) {
     if (edges[k].drawn_px.empty()) continue;
     const std::size_t below = k > 0 && !edges[k - 1].drawn_px.empty() ? k - 1 : k;

@@ -126,7 +126,7 @@ struct EdgeSearch {
   double muscle = 0;    ///< below it a voxel is muscle and nothing else
   double contrast = 0;  ///< between both sides, less than which is no edge
 
-  [[nodiscard]] bool thin() const { return images.grid.spacing_mm()[2] < kThickSlicesMm; }
+  [[nodiscard]] bool thin() const { return !are_thick_slices(images.grid.spacing_mm()[2]); }
 };
 
 bool is_ventricle(Structure structure) {

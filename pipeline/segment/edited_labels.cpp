@@ -84,7 +84,7 @@ void enlarge(CoverageCycle& coverage, BoundaryUncertainty& uncertainty, const Gr
 /// 1 where labels changed and around, as far as that is felt; empty if nothing did.
 std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::uint8_t>& before,
                                        const std::vector<std::uint8_t>& after) {
-  const int slices = grid.spacing_mm()[2] < kThickSlicesMm ? kReachThin : 0;
+  const int slices = are_thick_slices(grid.spacing_mm()[2]) ? 0 : kReachThin;
   std::vector<std::uint8_t> zone;
   std::size_t v = 0;
   for (int k = 0; k < grid.size[2]; ++k) {
@@ -162,7 +162,7 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
     }
     if (zone.empty()) return;
     // A body given as a whole is as smooth across slices as in them; a stroke is of its own slice.
-    const bool whole = grid.spacing_mm()[2] < kThickSlicesMm &&
+    const bool whole = !are_thick_slices(grid.spacing_mm()[2]) &&
                        std::all_of(before.phases[p].begin(), before.phases[p].end(),
                                    [](std::uint8_t label) { return label == kLabelBackground; });
     const auto coverage_of = [&](const std::vector<std::uint8_t>& mask) {

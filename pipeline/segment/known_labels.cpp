@@ -42,7 +42,7 @@ Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage
   made.coverage.first = box.first;
   made.coverage.grid = grid.part(box.first, box.size);
   const int step = base_step_of(labels);
-  if (grid.spacing_mm()[2] >= kThickSlicesMm && step != 0) {
+  if (are_thick_slices(grid.spacing_mm()[2]) && step != 0) {
     made.valve_planes = estimated_valve_planes(labels, step);
   }
   made = with_other_labels(std::move(made), labels, context);

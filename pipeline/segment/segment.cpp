@@ -59,7 +59,7 @@ struct Task {
   LabelImages marks = {};         ///< what was drawn, kUnlabelled elsewhere
   Ground ground = {};
 
-  [[nodiscard]] bool thick() const { return stack.grid.spacing_mm()[2] >= kThickSlicesMm; }
+  [[nodiscard]] bool thick() const { return are_thick_slices(stack.grid.spacing_mm()[2]); }
 };
 
 [[noreturn]] void throw_no_heart(bool asked_prior) {

@@ -129,7 +129,7 @@ int level_reach_px(const Grid& grid) {
 LevelFinder::LevelFinder(const BoundaryInput& input, const std::vector<cv::Rect>& parts)
     : input_(input), parts_(parts), window_(window_of(input.grid)) {
   const Grid& grid = input.grid;
-  const bool thin = grid.spacing_mm()[2] < kThickSlicesMm;
+  const bool thin = !are_thick_slices(grid.spacing_mm()[2]);
   pixels_.resize(parts.size());
   std::vector<cv::Mat> inner(parts.size());
   std::vector<cv::Mat> outer(parts.size());

@@ -40,7 +40,7 @@ void smooth_outlines(ImageCycle<std::uint8_t>& labels, double sigma_mm) {
   const Grid& grid = labels.grid;
   const Vec3 spacing = grid.spacing_mm();
   const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
-  const bool thick = spacing[2] >= kThickSlicesMm;
+  const bool thick = are_thick_slices(spacing[2]);
   const std::array<NestedSet, 7> sets{{{kLabelRestOfHeart, {1, 2, 3, 4, 5, 6, 7}},
                                        {kLabelAorta, {kLabelAorta}},
                                        {kLabelLaBlood, {kLabelLaBlood}},

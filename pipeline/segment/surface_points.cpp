@@ -17,7 +17,7 @@ constexpr double kAverageMm = 2.5;
 constexpr int kTouchPx = 2;  ///< points of one outline this near are neighbours
 
 bool thin_slices(const Grid& grid) {
-  return grid.size[2] > 1 && grid.spacing_mm()[2] < kThickSlicesMm;
+  return grid.size[2] > 1 && !are_thick_slices(grid.spacing_mm()[2]);
 }
 
 /// Along the slices' axis by weights 1/4, 1/2, 1/4.

@@ -48,7 +48,7 @@ void walk(const Grid& grid, bool across_slices, const std::vector<std::uint8_t>&
 void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
                     ImageCycle<std::uint8_t>& labels) {
   const Grid& grid = labels.grid;
-  const bool across_slices = grid.spacing_mm()[2] < kThickSlicesMm;
+  const bool across_slices = !are_thick_slices(grid.spacing_mm()[2]);
   parallel_for(labels.phases.size(), [&](std::size_t p) {
     std::vector<std::uint8_t>& phase = labels.phases[p];
     std::vector<std::uint8_t> pools(phase.size());

@@ -177,7 +177,7 @@ std::optional<double> plane_mm(const Segmentation& segmentation, const LongAxis&
 /// Where the stack ends in the apex, the place at which the shape is closed.
 std::optional<double> apex_mm(const Segmentation& segmentation, const LongAxis& axis,
                               std::size_t phase) {
-  if (segmentation.labels.grid.spacing_mm()[2] >= kThickSlicesMm) {
+  if (are_thick_slices(segmentation.labels.grid.spacing_mm()[2])) {
     const std::optional<double> k =
         reg::lv_apex_k(segmentation, phase, reg::step_to_apex(segmentation, axis));
     if (k) return slice_mm(segmentation, axis, *k);
