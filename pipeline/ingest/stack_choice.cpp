@@ -32,7 +32,9 @@ double mean_rr_s(const Candidate& candidate, const IngestOptions& options) {
       "the images name no R-R interval and no trigger times: give the R-R interval (--rr)");
 }
 
-/// Drops slices that lack a part of the cycle.
+/// Drops slices that lack more of the cycle than can be bridged, and more than the others do, or
+/// that have too few frames: a heart that ends a slice early, or an exam with a hole, is worse than
+/// a diastole that is drawn smoothly.
 void drop_incomplete(Candidate& candidate, double rr_s, std::vector<std::string>& decisions) {
   std::vector<double> gaps;
   gaps.reserve(candidate.slices.size());
@@ -41,15 +43,12 @@ void drop_incomplete(Candidate& candidate, double rr_s, std::vector<std::string>
   }
   std::vector<double> sorted = gaps;
   std::sort(sorted.begin(), sorted.end());
-  // One missing frame among enough of them is bridged.
-  const double one_missing = candidate.phases >= kLeastFramesToBlend ? 2.05 / candidate.phases : 0;
-  const double most = std::max({kGapOfComplete, 1.5 * sorted[sorted.size() / 2], one_missing});
+  const double most = std::max(kMostUnseen, 1.5 * sorted[sorted.size() / 2]);
+  const int fewest = std::min((candidate.phases + 1) / 2, kLeastFramesToBlend);
   std::vector<std::pair<const Place*, const ImageSet*>> kept;
   std::set<int> dropped;
   for (std::size_t i = 0; i < gaps.size(); ++i) {
-    const bool complete =
-        gaps[i] <= most && 2 * candidate.slices[i].second->frames() >= candidate.phases;
-    if (complete) {
+    if (gaps[i] <= most && candidate.slices[i].second->frames() >= fewest) {
       kept.push_back(candidate.slices[i]);
     } else {
       dropped.insert(candidate.slices[i].second->series_number);

@@ -13,7 +13,6 @@ namespace beatlas::ingest {
 namespace {
 
 constexpr double kToldUnseen = 0.05;  // a missing frame of 25 is 0.04 and told as such
-constexpr double kMostUnseen = 0.4;   // prospective gating leaves out a tenth or two of the cycle
 
 }  // namespace
 

@@ -322,6 +322,10 @@ def make(variant, out):
     if variant == "end_slice_incomplete":
         put_stack(w, small, keep=lambda k, p: k > 0 or p < 4)
         return small.truth()
+    if variant in ("middle_slice_stops_early", "end_slice_stops_early"):
+        short = 3 if variant.startswith("middle") else 0
+        put_stack(w, small, keep=lambda k, p: k != short or p < 8)
+        return small.truth()
     if variant == "middle_slice_incomplete":
         put_stack(w, small, keep=lambda k, p: k != 3 or p < 4)
         return small.truth()

@@ -184,6 +184,15 @@ TEST(ReadDicom, IncompleteSliceAtTheEndIsLeftAndTold) {
   EXPECT_TRUE(decided(exam, "Warning: 1 slice lacks a part of the cycle")) << all(exam);
 }
 
+TEST(ReadDicom, SlicesThatStopEarlyAreBridgedAndTold) {
+  for (const char* which : {"middle_slice_stops_early", "end_slice_stops_early"}) {
+    const Exam exam = MadeExam(which).read();
+    EXPECT_EQ(exam.stack.grid().size[2], 6) << which;
+    EXPECT_EQ(exam.stack.images.phase_count(), 10) << which;
+    EXPECT_TRUE(decided(exam, "Warning: 20 % of the cycle was never imaged")) << all(exam);
+  }
+}
+
 TEST(ReadDicom, SlightlyUnevenSlicesAreTold) {
   const MadeExam made("slightly_uneven");
   const Exam exam = made.read();
