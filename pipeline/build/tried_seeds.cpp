@@ -1,7 +1,7 @@
 #include "pipeline/build/tried_seeds.h"
 
+#include "pipeline/build/seed_effect.h"
 #include "pipeline/segment/alarm.h"
-#include "pipeline/segment/seed_effect.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::build {
@@ -48,7 +48,7 @@ std::vector<LeakSeed> seeds_that_help(const Exam& exam, Corrections corrections,
         segment::leak_alarms(exam.stack, tried, options.leak, quiet);
     const LeakAlarm* left = same_alarm(alarms, alarm);
     const double figure = left == nullptr ? 0 : left->figure;
-    const double elsewhere_ml = segment::changed_elsewhere_ml(found.labels, tried.labels, seeds);
+    const double elsewhere_ml = changed_elsewhere_ml(found.labels, tried.labels, seeds);
     if (elsewhere_ml > kElsewhereMl) return {};
     if (figure <= kAlarmLeft * alarm.figure) return seeds;
     if (figure > kLessened * now.figure) return {};

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
 #include "pipeline/segment/drawn_seeds.h"
 

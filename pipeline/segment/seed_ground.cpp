@@ -11,6 +11,7 @@
 #include "pipeline/segment/looks.h"
 #include "pipeline/segment/lv_section.h"
 #include "pipeline/segment/tissue.h"
+#include "pipeline/segment/wall_layers.h"
 
 namespace beatlas::segment {
 namespace {
@@ -36,21 +37,6 @@ class Along {
     return before->second * (1 - t) + after->second * t;
   }
 };
-
-/// A wall is thick at one side and thin at another: it is told in sectors round the LV's middle.
-/// What tells of one spans 70 degrees at half its weight, about a segment of the AHA's model
-/// (Cerqueira et al., Circulation 105:539, 2002).
-constexpr int kSectors = 12;
-/// What all round the slice tells of each sector; without it a wall goes on into liver that looks
-/// as it does. Measured on seeds of real exams: 0 to 0.4 make .02 of muscle's Dice.
-constexpr double kAllRound = 0.1;
-
-/// What a place tells of a sector.
-/// @param at in sectors round the LV's middle
-double weight_in_sector(int sector, float at) {
-  const double off = std::remainder(static_cast<double>(at) - sector - 0.5, kSectors);
-  return kAllRound + (1 - kAllRound) * std::exp(-0.5 * off * off);
-}
 
 /// Places in a slice [mm] along its rows and columns.
 using Place = Eigen::Vector2d;
@@ -267,78 +253,6 @@ class LevelsAlong {
   std::array<Along<double>, kLabels> levels_;
 };
 
-/// What lies how far from the cavity's outline, in each sector of a slice of one phase: shares of
-/// cavity, muscle and what is outside, by millimetres. They are the mixture of the three looks that
-/// the images are likeliest from, on condition that cavity and wall, going outward, end once each.
-class Layers {
- public:
-  static constexpr int kInside = 10;  ///< [mm] that are told apart on the inner side
-  static constexpr int kBins = 60;
-  using Shares = std::array<double, 3>;
-  using BySector = Eigen::Array<double, kSectors, 1>;  ///< several are worked on at a time
-  using Sums = std::array<std::array<BySector, 3>, kBins>;
-  struct Voxel {
-    int bin = 0;
-    Shares look{};
-    BySector weight = BySector::Zero();
-  };
-
-  [[nodiscard]] static int bin_of(float signed_mm) {
-    return std::clamp(static_cast<int>(std::lround(signed_mm)) + kInside, 0, kBins - 1);
-  }
-  explicit Layers(const std::vector<Voxel>& voxels) {
-    for (auto& bin : shares_) bin.fill(BySector::Constant(1.0 / 3));
-    for (int round = 0; round < 20; ++round) {
-      Sums sums;
-      for (auto& bin : sums) bin.fill(BySector::Zero());
-      for (const Voxel& voxel : voxels) {
-        const auto n = static_cast<std::size_t>(voxel.bin);
-        const auto& [cavity, muscle, outside] = shares_[n];
-        const auto& [of_cavity, of_muscle, of_outside] = voxel.look;
-        const BySector of_likely =
-            voxel.weight / (cavity * of_cavity + muscle * of_muscle + outside * of_outside);
-        for (std::size_t c = 0; c < 3; ++c) sums[n][c] += shares_[n][c] * voxel.look[c] * of_likely;
-      }
-      for (Eigen::Index s = 0; s < kSectors; ++s) end_once(sums, s);
-    }
-  }
-  [[nodiscard]] Shares at(Eigen::Index sector, int bin) const {
-    const auto& [cavity, muscle, outside] = shares_[static_cast<std::size_t>(bin)];
-    return {cavity[sector], muscle[sector], outside[sector]};
-  }
-
- private:
-  /// Shares of a sector from what was summed up, cavity and wall growing no more outward.
-  void end_once(const Sums& sums, Eigen::Index s) {
-    double within = 1;
-    double blood = 1;
-    for (std::size_t b = 0; b < kBins; ++b) {
-      const double sum = sums[b][0][s] + sums[b][1][s] + sums[b][2][s];
-      if (sum <= 0) continue;
-      const double wall = std::min(within, 1 - sums[b][2][s] / sum);
-      blood = std::min(blood, sums[b][0][s] / sum);
-      shares_[b][0][s] = blood;
-      shares_[b][1][s] = std::max(wall - blood, 0.0);
-      shares_[b][2][s] = 1 - wall;
-      within = wall;
-    }
-  }
-
-  Sums shares_;
-};
-
-/// Shares at a place of a slice: between the middles of two sectors they go straight on.
-Layers::Shares shares_at(const Layers& layers, float sector, int bin) {
-  const double at = static_cast<double>(sector) - 0.5 + kSectors;
-  const auto low = static_cast<Eigen::Index>(at);
-  const double t = at - static_cast<double>(low);
-  const Layers::Shares a = layers.at(low % kSectors, bin);
-  const Layers::Shares b = layers.at((low + 1) % kSectors, bin);
-  Layers::Shares out{};
-  for (std::size_t c = 0; c < out.size(); ++c) out[c] = a[c] * (1 - t) + b[c] * t;
-  return out;
-}
-
 /// What of images and marks is the same in all phases.
 struct Scene {
   const ImageCycle<float>& images;
@@ -380,28 +294,27 @@ std::vector<Looks> looks_by_slice(const LevelsAlong& along, const std::vector<Lo
 
 /// Of one phase [slice], each with half of the slices beside it.
 /// @param away_mm [voxel], see distance_from_cavity
-std::vector<Layers> layers_of(const Scene& scene, const std::vector<float>& image,
-                              const std::vector<float>& away_mm) {
+std::vector<WallLayers> layers_of(const Scene& scene, const std::vector<float>& image,
+                                  const std::vector<float>& away_mm) {
   const std::size_t slice = scene.images.grid.slice_count();
   const int slices = scene.images.grid.size[2];
   const auto seen = [&](std::size_t v) {
     const Looks& here = scene.look[v / slice];
     const std::size_t bin = scene.bins.of(image[v]);
     const double rv = static_cast<double>(scene.place[v].rv);
-    return Layers::Shares{here[kLabelLvBlood][bin], here[kLabelLvMyocardium][bin],
-                          rv * here[kLabelRvBlood][bin] + (1 - rv) * here[kLabelBackground][bin]};
+    return WallLayers::Shares{
+        here[kLabelLvBlood][bin], here[kLabelLvMyocardium][bin],
+        rv * here[kLabelRvBlood][bin] + (1 - rv) * here[kLabelBackground][bin]};
   };
-  std::vector<Layers> layers;
+  std::vector<WallLayers> layers;
   for (int k = 0; k < slices; ++k) {
-    std::vector<Layers::Voxel> voxels;
+    std::vector<WallLayers::Voxel> voxels;
     for (int n = std::max(0, k - 1); n < std::min(slices, k + 2); ++n) {
       const auto begin = static_cast<std::size_t>(n) * slice;
       for (std::size_t v = begin; v < begin + slice; ++v) {
         if (scene.place[v].heart <= 0 || away_mm[v] >= kNoDistance) continue;
-        Layers::Voxel voxel{.bin = Layers::bin_of(away_mm[v]), .look = seen(v)};
-        for (int s = 0; s < kSectors; ++s) {
-          voxel.weight[s] = (n == k ? 1.0 : 0.5) * weight_in_sector(s, scene.place[v].sector);
-        }
+        WallLayers::Voxel voxel{.bin = WallLayers::bin_of(away_mm[v]), .look = seen(v)};
+        voxel.weight = (n == k ? 1.0 : 0.5) * weights_by_sector(scene.place[v].sector);
         voxels.push_back(voxel);
       }
     }
@@ -416,16 +329,16 @@ void lay_phase(const Scene& scene, std::size_t p, const std::vector<float>& away
   const std::size_t slice = scene.images.grid.slice_count();
   const std::vector<float>& image = scene.images.phases[p];
   const bool grown = !away_mm.empty();
-  const std::vector<Layers> layers =
-      grown ? layers_of(scene, image, away_mm) : std::vector<Layers>{};
+  const std::vector<WallLayers> layers =
+      grown ? layers_of(scene, image, away_mm) : std::vector<WallLayers>{};
   std::vector<std::uint8_t>& prices = out.prices.phases[p];
   prices.resize(image.size() * kLabels);
   for (std::size_t v = 0; v < image.size(); ++v) {
     const ByPlace& at = scene.place[v];
     const bool layered = grown && away_mm[v] < kNoDistance;
-    Layers::Shares share{static_cast<double>(at.cavity), static_cast<double>(at.muscle),
-                         static_cast<double>(at.outside)};
-    if (layered) share = shares_at(layers[v / slice], at.sector, Layers::bin_of(away_mm[v]));
+    WallLayers::Shares share{static_cast<double>(at.cavity), static_cast<double>(at.muscle),
+                             static_cast<double>(at.outside)};
+    if (layered) share = layers[v / slice].at(at.sector, WallLayers::bin_of(away_mm[v]));
     const auto heart = static_cast<double>(at.heart);
     const auto rv = static_cast<double>(at.rv);
     const Looks& here = scene.look[v / slice];

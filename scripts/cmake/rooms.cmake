@@ -35,7 +35,7 @@ if(BEATLAS_SANITIZE)
   target_link_options(beatlas_flags INTERFACE -fsanitize=${BEATLAS_SANITIZE})
 endif()
 
-# What tests compute, rooms compute for them, so tests are compiled with less optimisation in two thirds of the time.
+# What tests compute, rooms compute for them: tests are compiled with less optimisation, in half of the time.
 # Precompiled headers hand on the optimisation that they were made with, whatever a file that uses them says.
 add_library(beatlas_test_flags INTERFACE)
 target_link_libraries(beatlas_test_flags INTERFACE beatlas_flags)

@@ -1,9 +1,9 @@
 /// What a correction changed beside what it is for is told in ml.
-#include "pipeline/segment/seed_effect.h"
+#include "pipeline/build/seed_effect.h"
 
 #include <gtest/gtest.h>
 
-namespace beatlas::segment {
+namespace beatlas::build {
 namespace {
 
 /// Voxels of 0.001 ml in 4 phases, all rest of the heart.
@@ -66,4 +66,4 @@ TEST(ChangedElsewhere, BeginsInThePhaseOfTheSeed) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::build

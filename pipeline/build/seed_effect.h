@@ -6,7 +6,7 @@
 #include "pipeline/core/leak_alarm.h"
 #include "pipeline/core/shapes.h"
 
-namespace beatlas::segment {
+namespace beatlas::build {
 
 /// The largest change of a label's volume in a phase [ml], of all labels and phases, where labels
 /// changed and do not hang together, through space and time, with what changed in a ball of the
@@ -16,4 +16,4 @@ namespace beatlas::segment {
 [[nodiscard]] double changed_elsewhere_ml(const LabelCycle& before, const LabelCycle& after,
                                           const std::vector<LeakSeed>& seeds);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::build

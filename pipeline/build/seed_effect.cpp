@@ -1,4 +1,4 @@
-#include "pipeline/segment/seed_effect.h"
+#include "pipeline/build/seed_effect.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/drawn_seeds.h"
 
-namespace beatlas::segment {
+namespace beatlas::build {
 namespace {
 
 constexpr std::uint8_t kChanged = 1;
@@ -26,7 +26,7 @@ ImageCycle<std::uint8_t> changes(const LabelCycle& before, const LabelCycle& aft
 
 void mark_ball(const LeakSeed& seed, ImageCycle<std::uint8_t>& changed) {
   const std::vector<std::size_t> ball =
-      voxels_of(changed.grid, {seed.label, seed.lps_mm, seed.radius_mm, seed.phase});
+      segment::voxels_of(changed.grid, {seed.label, seed.lps_mm, seed.radius_mm, seed.phase});
   for (std::size_t p = 0; p < changed.phases.size(); ++p) {
     if (seed.phase >= 0 && p != static_cast<std::size_t>(seed.phase)) continue;
     for (const std::size_t v : ball) {
@@ -41,7 +41,7 @@ double changed_elsewhere_ml(const LabelCycle& before, const LabelCycle& after,
                             const std::vector<LeakSeed>& seeds) {
   ImageCycle<std::uint8_t> changed = changes(before, after);
   for (const LeakSeed& seed : seeds) mark_ball(seed, changed);
-  clear_marked_parts(kChangedInBall, changed);
+  segment::clear_marked_parts(kChangedInBall, changed);
   long most = 0;
   for (std::size_t p = 0; p < changed.phases.size(); ++p) {
     std::array<long, 256> gained{};
@@ -55,4 +55,4 @@ double changed_elsewhere_ml(const LabelCycle& before, const LabelCycle& after,
   return static_cast<double>(most) * before.grid.voxel_ml();
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::build
