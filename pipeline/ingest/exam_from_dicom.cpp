@@ -11,6 +11,7 @@
 #include "pipeline/ingest/exam_list.h"
 #include "pipeline/ingest/exam_sources.h"
 #include "pipeline/ingest/phase_resampling.h"
+#include "pipeline/ingest/slice_resampling.h"
 #include "pipeline/ingest/stack_choice.h"
 #include "runtime/base/error.h"
 
@@ -126,6 +127,17 @@ struct Reading {
   int total = 0;
 };
 
+/// Reads an image on the pixels of its stack.
+PixelState read_onto(const SliceResampling& onto, const DicomPixels& pixels,
+                     const DicomImage& image, std::span<float> out) {
+  if (onto.same()) return pixels.read(image, out);
+  std::vector<float> own(static_cast<std::size_t>(image.columns) *
+                         static_cast<std::size_t>(image.rows));
+  const PixelState state = pixels.read(image, own);
+  if (state == PixelState::Good) onto.resample(own, out);
+  return state;
+}
+
 /// Reads and resamples the slices of a cine. A few slices at a time, so that little more than the
 /// result is in memory.
 Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
@@ -158,17 +170,20 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
     const auto place = [&](std::size_t p) {
       return std::span(out.images.phases[p]).subspan(k * count, count);
     };
+    const SliceResampling onto(image(0), chosen.grid, static_cast<int>(k));
+    const auto read = [&](std::size_t f, std::span<float> pixels) {
+      return read_onto(onto, reading.pixels, image(f), pixels);
+    };
     std::vector<PixelState> states(copies ? taps.size() : set.images.size());
     if (copies) {
       parallel_for(taps.size(), [&](std::size_t p) {
-        states[p] =
-            reading.pixels.read(image(static_cast<std::size_t>(taps[p].frame[0])), place(p));
+        states[p] = read(static_cast<std::size_t>(taps[p].frame[0]), place(p));
       });
     } else {
       frames.resize(set.images.size());
       parallel_for(frames.size(), [&](std::size_t f) {
         frames[f].resize(count);
-        states[f] = reading.pixels.read(image(f), frames[f]);
+        states[f] = read(f, frames[f]);
       });
     }
     for (std::size_t i = 0; i < states.size(); ++i) {

@@ -3,20 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <tuple>
 
 #include "pipeline/ingest/image_runs.h"
+#include "pipeline/ingest/slice_resampling.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
 namespace {
 
-constexpr double kSameDirection = 1.8e-3;  // radian, 0.1 degree: 0.3 mm at the edge of an image
-constexpr double kSameStep = 1e-3;    // relative; pixel sizes are printed with 4 digits or more
-constexpr double kSamePlaceMm = 0.1;  // far below any slice gap
-constexpr int kLeastOfCine = 3;       // images of a slice before their sizes must agree
+// 0.3 mm at the edge of an image.
+constexpr double kSameDirection = kSameTurnDeg * std::numbers::pi / 180;
+constexpr double kSameStep = 1e-3;  // relative; pixel sizes are printed with 4 digits or more
+constexpr int kLeastOfCine = 3;     // images of a slice before their sizes must agree
 constexpr std::size_t kMostTimes = 4;
 constexpr int kFlowSeries = 2;  // scanners number magnitude and velocity series one after another
 
@@ -232,7 +234,35 @@ std::vector<ImageSet> cines_of(const std::vector<int>& indices,
   return out;
 }
 
+/// Places of the other planes as this one sees them.
+std::vector<Place> guests_of(const Plane& plane, const std::vector<Plane>& planes) {
+  std::vector<Place> out;
+  if (plane.places.empty()) return out;
+  const Vec3 normal = plane.normal_lps();
+  const Vec3 middle = plane.places.front().position_lps +
+                      plane.row_lps * (0.5 * (plane.columns - 1) * plane.column_step_mm) +
+                      plane.column_lps * (0.5 * (plane.rows - 1) * plane.row_step_mm);
+  for (const Plane& other : planes) {
+    if (&other == &plane || !nearly_parallel(plane, other)) continue;
+    const Vec3 other_normal = other.normal_lps();
+    for (Place place : other.places) {
+      place.along_mm = normal.dot(middle) +
+                       other_normal.dot(place.position_lps - middle) / other_normal.dot(normal);
+      place.guest = true;
+      out.push_back(std::move(place));
+    }
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Place& a, const Place& b) { return a.along_mm < b.along_mm; });
+  return out;
+}
+
 }  // namespace
+
+bool nearly_parallel(const Plane& a, const Plane& b) {
+  return std::abs(a.normal_lps().dot(b.normal_lps())) >=
+         std::cos(kNearlyParallelDeg * std::numbers::pi / 180);
+}
 
 std::vector<Plane> group_planes(const std::vector<DicomImage>& images, const ImageFiles& files) {
   check_sizes(images, files);
@@ -274,6 +304,7 @@ std::vector<Plane> group_planes(const std::vector<DicomImage>& images, const Ima
     std::stable_sort(plane.places.begin(), plane.places.end(),
                      [](const Place& a, const Place& b) { return a.along_mm < b.along_mm; });
   }
+  for (Plane& plane : planes) plane.guests = guests_of(plane, planes);
   return planes;
 }
 

@@ -48,6 +48,7 @@ struct Place {
   Vec3 position_lps = Vec3::Zero();  ///< of the first image met
   double along_mm = 0;               ///< of its plane's normal
   int images = 0;
+  bool guest = false;           ///< seen by another plane than its own
   std::vector<ImageSet> cines;  ///< sets of two images and more, best first
 };
 
@@ -61,9 +62,22 @@ struct Plane {
   Vec3 row_lps = Vec3::UnitX();
   Vec3 column_lps = Vec3::UnitY();
   std::vector<Place> places;  ///< ascending along row x column
+  /// Places of other planes that are nearly parallel to this one, ascending; `along_mm` is this
+  /// plane's, where the line through the middle of its images meets them.
+  std::vector<Place> guests;
 
   [[nodiscard]] Vec3 normal_lps() const { return row_lps.cross(column_lps); }
 };
+
+inline constexpr double kSamePlaceMm = 0.1;  ///< far below any slice gap
+
+/// Whether slices of two planes could be of one stack, but for their fields of view: their normals
+/// are within kNearlyParallelDeg.
+[[nodiscard]] bool nearly_parallel(const Plane& a, const Plane& b);
+
+/// Between the normals of slices that were planned as parallel. A slice of the left ventricle is at
+/// most 50 mm wide about its middle, where this moves it by 2.6 mm: a third of a slice of 8 mm.
+inline constexpr double kNearlyParallelDeg = 3;
 
 /// Groups a scan. Best first among the sets of a place: ordinary cines, then those timed by
 /// trigger, then most frames, then the later series (a repeat was taken because the first would not

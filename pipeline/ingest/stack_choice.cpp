@@ -11,12 +11,16 @@
 #include "pipeline/ingest/even_positions.h"
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
+#include "pipeline/ingest/slice_resampling.h"
 #include "pipeline/ingest/stack_candidates.h"
 #include "pipeline/ingest/stack_telling.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
 namespace {
+
+/// Of the stack's field of view, what a slice must show to be one of it.
+constexpr double kLeastCovered = 0.5;
 
 double mean_rr_s(const Candidate& candidate, const IngestOptions& options) {
   double sum = 0;
@@ -68,51 +72,6 @@ void drop_incomplete(Candidate& candidate, double rr_s, std::vector<std::string>
   candidate.slices = std::move(kept);
 }
 
-/// Keeps the slices whose origins lie on one line along the normal; returns a point of that line.
-Vec3 drop_offset(Candidate& candidate, std::vector<std::string>& decisions) {
-  const Plane& plane = *candidate.plane;
-  const double most = kMostShearPixels * std::min(plane.column_step_mm, plane.row_step_mm);
-  const Vec3 normal = plane.normal_lps();
-  const auto off_axis = [&](const Vec3& a, const Vec3& b) {
-    const Vec3 difference = a - b;
-    return (difference - normal * normal.dot(difference)).norm();
-  };
-  std::vector<std::size_t> best;  // indices into the slices
-  Vec3 anchor = Vec3::Zero();
-  double worst = 0;
-  for (const auto& [place, set] : candidate.slices) {
-    std::vector<std::size_t> near;
-    for (std::size_t i = 0; i < candidate.slices.size(); ++i) {
-      const double off = off_axis(candidate.slices[i].first->position_lps, place->position_lps);
-      if (off <= most) near.push_back(i);
-      worst = std::max(worst, off);
-    }
-    if (near.size() > best.size()) {
-      best = near;
-      anchor = place->position_lps;
-    }
-  }
-  const std::size_t count = candidate.slices.size();
-  if (best.size() == count) return anchor;
-  if (best.size() < kLeastSlices ||
-      static_cast<double>(best.size()) <= kLeastKept * static_cast<double>(count)) {
-    throw_invalid(
-        "the slices of the stack are shifted against each other within their plane by up "
-        "to " +
-        with_digits("%.2f", worst) +
-        " mm (a sheared stack, as a tilted gantry makes): export the slices with one common field "
-        "of view");
-  }
-  decisions.push_back("Warning: " + counted(count - best.size(), "slice lies", "slices lie") +
-                      " beside the axis of the stack and " +
-                      (count - best.size() == 1 ? "was" : "were") + " left.");
-  std::vector<std::pair<const Place*, const ImageSet*>> kept;
-  kept.reserve(best.size());
-  for (const std::size_t i : best) kept.push_back(candidate.slices[i]);
-  candidate.slices = std::move(kept);
-  return anchor;
-}
-
 Grid grid_of(const Plane& plane, const Vec3& first_lps, double spacing_mm, int slices) {
   Grid out;
   out.size = {plane.columns, plane.rows, slices};
@@ -121,6 +80,84 @@ Grid grid_of(const Plane& plane, const Vec3& first_lps, double spacing_mm, int s
   out.mm_from_index.linear().col(2) = plane.normal_lps() * spacing_mm;
   out.mm_from_index.translation() = first_lps;
   return out;
+}
+
+/// A point of the line along the normal on which the first pixels of most slices lie, of as many
+/// the line nearest the middle of the stack.
+Vec3 anchor_of(const Candidate& candidate) {
+  const Plane& plane = *candidate.plane;
+  const double most = kSamePixels * std::min(plane.column_step_mm, plane.row_step_mm);
+  const Vec3 normal = plane.normal_lps();
+  std::vector<Vec3> own;
+  for (const auto& [place, set] : candidate.slices) {
+    if (!place->guest) own.push_back(place->position_lps);
+  }
+  Vec3 anchor = plane.places.front().position_lps;
+  std::pair<std::ptrdiff_t, std::ptrdiff_t> best{0,
+                                                 0};  // slices on the line, nearness to the middle
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const auto on_line = std::count_if(own.begin(), own.end(), [&](const Vec3& other) {
+      const Vec3 offset = other - own[i];
+      return (offset - normal * normal.dot(offset)).norm() <= most;
+    });
+    const auto off_middle =
+        2 * static_cast<std::ptrdiff_t>(i) + 1 - static_cast<std::ptrdiff_t>(own.size());
+    const std::pair<std::ptrdiff_t, std::ptrdiff_t> rank{on_line, -std::abs(off_middle)};
+    if (i > 0 && rank <= best) continue;
+    best = rank;
+    anchor = own[i];
+    if (on_line == static_cast<std::ptrdiff_t>(own.size())) break;
+  }
+  return anchor;
+}
+
+/// Drops slices of another field of view that hardly show what the others do.
+void drop_elsewhere(Candidate& candidate, const Vec3& anchor, const std::vector<DicomImage>& images,
+                    std::vector<std::string>& decisions) {
+  const Grid slice = grid_of(*candidate.plane, anchor, 1, 1);
+  const std::size_t count = candidate.slices.size();
+  std::erase_if(candidate.slices, [&](const auto& one) {
+    const DicomImage& image = images[static_cast<std::size_t>(one.second->images.front())];
+    return SliceResampling(image, slice, 0).covered() < kLeastCovered;
+  });
+  const std::size_t left = count - candidate.slices.size();
+  if (candidate.slices.size() < kLeastSlices) {
+    throw_invalid(
+        "the slices of the stack have no field of view in common (a sheared stack, as a "
+        "tilted gantry makes, or slices of several regions)");
+  }
+  if (left > 0) {
+    decisions.push_back(
+        "Warning: " + counted(left, "parallel slice shows", "parallel slices show") +
+        " less than half of the field of view of the others and " + (left == 1 ? "was" : "were") +
+        " left.");
+  }
+}
+
+/// Tells of slices that are to be shown on pixels that are not theirs.
+void tell_resampled(const ChosenCine& stack, const std::vector<DicomImage>& images,
+                    std::vector<std::string>& decisions) {
+  std::set<int> series;
+  std::size_t count = 0;
+  double shift_mm = 0;
+  double turn_deg = 0;
+  for (std::size_t k = 0; k < stack.slices.size(); ++k) {
+    const ImageSet& set = stack.slices[k];
+    const SliceResampling onto(images[static_cast<std::size_t>(set.images.front())], stack.grid,
+                               static_cast<int>(k));
+    if (onto.same()) continue;
+    ++count;
+    series.insert(set.series_number);
+    shift_mm = std::max(shift_mm, onto.shift_mm());
+    turn_deg = std::max(turn_deg, onto.turn_deg());
+  }
+  if (count == 0) return;
+  decisions.push_back("Warning: " + counted(count, "slice has", "slices have") +
+                      " a field of view of " + (count == 1 ? "its" : "their") +
+                      " own, shifted within the plane by up to " + with_digits("%.1f", shift_mm) +
+                      " mm and turned by up to " + with_digits("%.1f", turn_deg) +
+                      " degrees against the others', and " + (count == 1 ? "was" : "were") +
+                      " resampled to the pixels of the stack (" + series_list(series) + ").");
 }
 
 double mean_rr_s(const std::vector<ImageSet>& slices, double otherwise_s) {
@@ -192,8 +229,8 @@ void check_beats(const Candidate& candidate) {
 }
 
 /// @throws Error{InvalidInput} if the candidate's geometry makes no stack.
-ChosenCine build(Candidate candidate, const IngestOptions& options,
-                 std::vector<std::string>& decisions) {
+ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
+                 const IngestOptions& options, std::vector<std::string>& decisions) {
   if (options.frame_times_s.empty()) check_beats(candidate);
   std::deque<ImageSet> retimed;
   double rr_share = 1;
@@ -205,7 +242,8 @@ ChosenCine build(Candidate candidate, const IngestOptions& options,
   const std::size_t found = candidate.slices.size();
   const double rr_s = mean_rr_s(candidate, options);
   drop_incomplete(candidate, rr_s, decisions);
-  const Vec3 anchor = drop_offset(candidate, decisions);
+  const Vec3 anchor = anchor_of(candidate);
+  drop_elsewhere(candidate, anchor, images, decisions);
   std::vector<double> positions;
   positions.reserve(candidate.slices.size());
   for (const auto& [place, set] : candidate.slices) positions.push_back(place->along_mm);
@@ -216,7 +254,7 @@ ChosenCine build(Candidate candidate, const IngestOptions& options,
     const std::size_t left = found - positions.size();
     if (left == 0) throw;
     throw error.with_context("without the " + counted(left, "slice that is", "slices that are") +
-                             " incomplete or beside the axis");
+                             " incomplete or elsewhere");
   }
 
   ChosenCine out;
@@ -245,6 +283,7 @@ ChosenCine build(Candidate candidate, const IngestOptions& options,
                         with_digits("%.1f", 100 * even.worst_gap) +
                         " %; the slices were placed evenly at the median.");
   }
+  tell_resampled(out, images, decisions);
   const std::size_t left = positions.size() - even.members.size();
   if (left > 0) {
     decisions.push_back("Warning: " + counted(left, "parallel slice does", "parallel slices do") +
@@ -378,7 +417,8 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
       if (place.cines.empty()) continue;
       const ImageSet& set = place.cines.front();
       if (used.count(set.images.front()) > 0) continue;
-      if (&plane == &stack_plane || cines > 2 || !usable_as_view(set, all_many_beats, good)) {
+      if (nearly_parallel(plane, stack_plane) || cines > 2 ||
+          !usable_as_view(set, all_many_beats, good)) {
         left.cines.insert(set.series_number);
         continue;
       }
@@ -433,7 +473,7 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
     Choice choice;
     choice.decisions.push_back(listed(candidates, i, options.stack > 0));
     try {
-      choice.stack = build(candidate, options, choice.decisions);
+      choice.stack = build(candidate, images, options, choice.decisions);
     } catch (const Error& error) {
       if (options.stack > 0) throw;
       if (!first_error) first_error = error;

@@ -25,8 +25,6 @@ struct Choice {
   std::vector<std::string> decisions;
 };
 
-/// In-plane offset of a slice from the stack's axis, in pixels, that is still no shear.
-inline constexpr double kMostShearPixels = 0.1;
 /// So much of a cycle [of the R-R] may lie between two frames: it is bridged and told. Prospective
 /// gating leaves out a tenth or two, a breath that was slower than the others' half as much again.
 inline constexpr double kMostUnseen = 0.4;

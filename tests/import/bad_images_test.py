@@ -202,11 +202,14 @@ def complex_voxels(folder):
 
 @case
 def sheared_stacks(folder):
-    """Slices that slide sideways, or a tilted gantry: never straightened in silence."""
-    def slide(k, p, d):
-        at = TRUTH.place((0, 0, k)) + 2.4 * k * TRUTH.turn[:, 0]
+    """Slices that slide sideways, or a tilted gantry: never straightened in silence. Slices of DICOM, each of
+    which tells its place, are; a volume has one for all."""
+    def slide(k, p, d, step=2.4):
+        at = TRUTH.place((0, 0, k)) + step * k * TRUTH.turn[:, 0]
         d.ImagePositionPatient = [decimal(v) for v in at]
-    refused(folder, dicom(folder, change=slide), "dicom", "shear|shift|tilt")
+    imported(folder / "S", dicom(folder, change=slide)).expect_warning("shifted within the plane", "resampled")
+    far = dicom(folder, name="far", change=lambda k, p, d: slide(k, p, d, 1000))
+    refused(folder, far, "far", "no field of view in common")
     lps = TRUTH.lps.copy()
     lps[:3, 2] += 2.4 * TRUTH.turn[:, 0]
     data = TRUTH.array()

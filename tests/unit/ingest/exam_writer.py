@@ -43,6 +43,15 @@ class Stack:
             out += height * np.exp(-r2 / (2 * sigma ** 2))
         return out + 100
 
+    def at(self, lps):
+        """Phase-mean brightness at places [..., 3]."""
+        local = (np.asarray(lps) - self.origin) @ self.turn
+        out = np.full(local.shape[:-1], 100.0)
+        for centre, sigma, height in self.blobs:
+            r2 = np.sum((local - np.array(centre)) ** 2, axis=-1)
+            out += height * np.exp(-r2 / (2 * sigma ** 2))
+        return out
+
     def truth(self):
         affine = np.eye(4)
         affine[:3, :3] = self.turn @ np.diag(self.step)

@@ -340,6 +340,27 @@ def make(variant, out):
             w.write(small.slice(0), small.lps((0, 0, 21.3)), orientation_of(small.turn),
                     (4.5, 4.0), 88, p + 1, p * 90.0, 900.0)
         return small.truth()
+    if variant == "fields_of_view":
+        # Two slices were planned again: one turned within the plane and moved, one of smaller pixels.
+        # Each place is written once.
+        whole = Stack(size=(96, 80, 12))
+        planned = {3: (np.deg2rad(5), (96, 80), (2.5, 2.2), (-9.0, 6.0)),
+                   11: (0.0, (140, 110), (1.9, 1.9), (-12.0, -10.0))}
+
+        def other(k, p, d):
+            if k not in planned:
+                return
+            angle, size, step, first = planned[k]
+            row = whole.turn @ [np.cos(angle), np.sin(angle), 0]
+            column = whole.turn @ [-np.sin(angle), np.cos(angle), 0]
+            corner = whole.lps((*first, k * whole.step[2]))
+            i, j = np.meshgrid(np.arange(size[0]) * step[0], np.arange(size[1]) * step[1])
+            mean = whole.at(corner + i[..., None] * row + j[..., None] * column)
+            beat = 1 + 0.3 * np.cos(2 * np.pi * p / 10)
+            d.update(pixels=mean * beat, position=corner, orientation=[*row, *column],
+                     spacing=(step[1], step[0]))
+        put_stack(w, whole, change=other)
+        return whole.truth()
     if variant in ("sheared", "hardly_sheared"):
         shift = 1.5 if variant == "sheared" else 0.05
         put_stack(w, small, where=lambda k: small.lps((shift * k, 0, 8 * k)))

@@ -212,6 +212,25 @@ TEST(ReadDicom, StrayParallelSliceIsLeftAndTold) {
   EXPECT_EQ(MadeExam("hardly_sheared").read().stack.grid().size[2], 6);
 }
 
+TEST(ReadDicom, SlicesOfAFieldOfViewOfTheirOwnAreSeenOnThePixelsOfTheStack) {
+  const MadeExam made("fields_of_view");
+  const Exam exam = made.read();
+  ASSERT_EQ(exam.stack.grid().size, (Index3{96, 80, 12})) << all(exam);
+  EXPECT_TRUE(
+      exam.stack.grid().mm_from_index.matrix().isApprox(made.lps_from_index().matrix(), 1e-6));
+  // The sharpest ball has a sigma of two pixels and a height of 3900: the third derivative that
+  // cubic convolution leaves out is worth 2 % of it.
+  EXPECT_LE(made.worst_error(exam.stack), 0.02 * 3900);
+  EXPECT_TRUE(decided(exam, "Warning: 2 slices have a field of view of their own")) << all(exam);
+  EXPECT_TRUE(decided(exam, "resampled to the pixels of the stack (series 4, 12)")) << all(exam);
+}
+
+TEST(ReadDicom, AStackThatSlidesSidewaysIsStraightenedAndTold) {
+  const Exam exam = MadeExam("sheared").read();
+  EXPECT_EQ(exam.stack.grid().size, (Index3{20, 16, 6}));
+  EXPECT_TRUE(decided(exam, "Warning: 5 slices have a field of view of their own")) << all(exam);
+}
+
 TEST(ReadDicom, ResultDoesNotDependOnThreads) {
   const MadeExam made("timing");
   set_thread_count(1);

@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(
                          "the file is truncated or damaged"},
                     Case{"damaged_several", "(2 more are like it)"},
                     Case{"two_patients", "2 exams of different patients"},
-                    Case{"sheared", "sheared stack"}, Case{"hole", "unevenly spaced"},
+                    Case{"hole", "unevenly spaced"},
                     Case{"middle_slice_incomplete", "without the 1 slice that is incomplete"}),
     [](const auto& test) { return std::string(test.param.variant); });
 
