@@ -151,8 +151,24 @@ std::size_t faces_between(const Grid& grid, const std::vector<std::uint8_t>& pha
   return count;
 }
 
-/// Of the slices that follow each other with the cavity in each, those stay that have most wall
-/// about it together.
+/// Whether a slice shows wall where the section of another slice lies, over half of it and more:
+/// there the wall closed upon the cavity, which goes on beyond.
+bool closed_by_wall(const Grid& grid, const std::vector<std::uint8_t>& phase, int section, int k,
+                    std::uint8_t cavity, std::uint8_t wall) {
+  const std::size_t from = grid.offset(0, 0, section);
+  const std::size_t to = grid.offset(0, 0, k);
+  std::size_t held = 0;
+  std::size_t closed = 0;
+  for (std::size_t v = 0; v < grid.slice_count(); ++v) {
+    if (phase[from + v] != cavity) continue;
+    ++held;
+    closed += phase[to + v] == wall ? 1 : 0;
+  }
+  return 2 * closed >= held;
+}
+
+/// Of the slices that follow each other with the cavity, or the wall that closed upon it, in each,
+/// those stay that have most wall about it together.
 void keep_walled_run(const Grid& grid, std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                      std::vector<std::uint8_t>& phase) {
   struct Slices {
@@ -167,7 +183,10 @@ void keep_walled_run(const Grid& grid, std::uint8_t cavity, std::uint8_t wall, s
   Slices now;
   for (int k = 0; k < grid.size[2]; ++k) {
     if (std::find(slice(k), slice(k + 1), cavity) == slice(k + 1)) {
-      now = {k + 1, k + 1, 0};
+      const bool begun = now.end > now.begin;
+      if (!begun || !closed_by_wall(grid, phase, now.end - 1, k, cavity, wall)) {
+        now = {k + 1, k + 1, 0};
+      }
       continue;
     }
     now.walled += faces_between(grid, phase, k, cavity, wall);

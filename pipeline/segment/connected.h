@@ -33,7 +33,8 @@ void clear_marked_parts(std::uint8_t marked, ImageCycle<std::uint8_t>& image);
 /// A ventricle's sections lie over each other: of each piece of a slice, through time, at least a
 /// quarter lies over the cavity in the slice before it, counted from the slice whose sections have
 /// most wall about them, and in a phase that leaves slices out the sections on their side with most
-/// wall count; the others get `instead`.
+/// wall count, unless the wall closed upon the cavity there, as in the middle of a thick-walled
+/// ventricle at end-systole; the others get `instead`.
 void keep_stacked(std::uint8_t cavity, std::uint8_t wall, std::uint8_t instead,
                   ImageCycle<std::uint8_t>& labels);
 

@@ -176,6 +176,20 @@ TEST(Connected, AVentricleHasNoGapBetweenItsSections) {
   EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 6 * 6 * 4);
 }
 
+TEST(Connected, WallThatClosesUponACavityLeavesWhatIsBeyondIt) {
+  ImageCycle<std::uint8_t> labels = cycle_of(8);
+  for (std::size_t p = 0; p < 2; ++p) {
+    fill(labels, p, {4, 4, 1}, {13, 13, 6}, kLabelLvMyocardium);
+    fill(labels, p, {6, 6, 1}, {11, 11, 6}, kLabelLvBlood);
+  }
+  // At end-systole no cavity is seen in two slices in the middle, but a pocket at the apex is.
+  fill(labels, 1, {6, 6, 1}, {11, 11, 4}, kLabelLvMyocardium);
+  fill(labels, 1, {8, 8, 1}, {9, 9, 2}, kLabelLvBlood);
+  const ImageCycle<std::uint8_t> before = labels;
+  keep_stacked(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+  EXPECT_EQ(labels.phases, before.phases);
+}
+
 TEST(Connected, WallThatSurroundsNothingOfItsVentricleIsNone) {
   ImageCycle<std::uint8_t> labels = cycle_of(8);
   for (std::size_t p = 0; p < 2; ++p) {
