@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <set>
 #include <span>
 #include <string>
 
@@ -34,6 +36,31 @@ bool same_place(const Grid& a, const Grid& b) {
     }
   }
   return true;
+}
+
+/// Whether an image holds whole numbers of so few values that they can only be names of structures.
+bool looks_like_labels(const std::vector<float>& voxels) {
+  constexpr std::size_t kMostLabels = 16;
+  std::set<float> values;
+  for (const float value : voxels) {
+    if (value < 0 || value > 255 || value != std::floor(value)) return false;
+    if (values.insert(value).second && values.size() > kMostLabels) return false;
+  }
+  return values.size() > 1;  // an image of one value is another fault
+}
+
+/// Images and labels of them in one list: the labels would be phases of the cine.
+void refuse_labels_among_images(const ImageCycle<float>& images,
+                                const std::vector<fs::path>& files) {
+  std::vector<char> labels(files.size());
+  parallel_for(files.size(),
+               [&](std::size_t f) { labels[f] = looks_like_labels(images.phases[f]) ? 1 : 0; });
+  const auto first = std::find(labels.begin(), labels.end(), 1);
+  if (first == labels.end() || std::find(labels.begin(), labels.end(), 0) == labels.end()) return;
+  throw_invalid(
+      files[static_cast<std::size_t>(first - labels.begin())].string() +
+      ": it holds labels, other files images; name the images alone, and give labels with "
+      "--labels");
 }
 
 /// Appends the one image of a file of a list. @throws Error{InvalidInput} if it does not fit
@@ -73,6 +100,7 @@ formats::ImageFile read_list(const std::vector<fs::path>& files, StageContext& c
     append(std::move(next), out.images, file);
     context.progress(static_cast<double>(++done) / static_cast<double>(files.size()));
   }
+  refuse_labels_among_images(out.images, files);
   if (!one_phantom) out.header.phantom_identity.clear();
   return out;
 }

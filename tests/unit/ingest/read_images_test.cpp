@@ -178,6 +178,19 @@ TEST_F(ReadImages, FolderWithOneFileIsThatFile) {
   expect_object(read({folder_.path()}));
 }
 
+TEST_F(ReadImages, LabelsAmongImagesAreNoPhases) {
+  std::vector<fs::path> files;
+  for (int p = 0; p < 4; ++p) files.push_back(nrrd("frame" + std::to_string(p) + ".nrrd", p));
+  EXPECT_EQ(read(files, {.rr_interval_s = 1}).stack.phase_count(), 4);
+  std::vector<double> labels(object_.grid.count());
+  for (std::size_t v = 0; v < labels.size(); ++v) labels[v] = static_cast<double>(v % 4);
+  files.insert(files.begin() + 2,
+               write("frame1_gt.nrrd",
+                     nrrd_header(object_.grid, 1) + "encoding: raw\n\n" + stored(labels, "i2")));
+  const std::string message = refusal(files, {.rr_interval_s = 1});
+  EXPECT_NE(message.find("frame1_gt.nrrd: it holds labels"), std::string::npos) << message;
+}
+
 TEST_F(ReadImages, FilesThatDoNotFitAreRefused) {
   const fs::path first = nrrd("a.nrrd", 0);
   const fs::path second = nrrd("b.nrrd", 1);
