@@ -107,12 +107,16 @@ std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::
   return zone;
 }
 
-/// Moves the plane of one phase beyond the farthest label of its structure.
-void follow_paint(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
-                  int first_k, ValvePlane& plane) {
-  const int last = most_basal(labels, phase, structure, plane.base_step);
-  if (last < 0 || plane.base_step * (last + first_k - plane.k[phase]) <= 0) return;
-  plane.k[phase] = last + first_k + 0.5 * plane.base_step;
+/// Moves the plane of one phase half a slice beyond the farthest label of its structure where
+/// labels were painted beyond it, or taken away up to it.
+void follow_paint(const ImageCycle<std::uint8_t>& before, const ImageCycle<std::uint8_t>& after,
+                  std::size_t phase, Structure structure, int first_k, ValvePlane& plane) {
+  const int last = most_basal(after, phase, structure, plane.base_step);
+  if (last < 0) return;
+  const int had = most_basal(before, phase, structure, plane.base_step);
+  const bool beyond = plane.base_step * (last + first_k - plane.k[phase]) > 0;
+  const bool receded = had >= 0 && plane.base_step * (had - last) > 0;
+  if (beyond || receded) plane.k[phase] = last + first_k + 0.5 * plane.base_step;
 }
 
 void drop_or_refuse_absent(CoverageCycle& coverage) {
@@ -158,7 +162,7 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
     context.check_cancelled();
     const std::vector<std::uint8_t> zone = changed_zone(grid, before.phases[p], after.phases[p]);
     for (auto& [structure, plane] : made.valve_planes) {
-      follow_paint(after, p, structure, box.first[2], plane);
+      follow_paint(before, after, p, structure, box.first[2], plane);
     }
     if (zone.empty()) return;
     // A body given as a whole is as smooth across slices as in them; a stroke is of its own slice.

@@ -80,6 +80,12 @@ double volume_ml(const Segmentation& segmentation, Structure structure, std::siz
   return segmented_volume_ml(segmentation, structure)[phase];
 }
 
+int last_slice(const LabelCycle& labels, std::size_t phase, std::uint8_t label) {
+  const auto found = std::find(labels.phases[phase].rbegin(), labels.phases[phase].rend(), label);
+  const auto behind = static_cast<std::size_t>(found - labels.phases[phase].rbegin());
+  return static_cast<int>((labels.grid.count() - behind - 1) / labels.grid.slice_count());
+}
+
 TEST(EditedLabels, WithoutAChangeAllStays) {
   const Segmentation before = made();
   StageContext context;
@@ -145,6 +151,21 @@ TEST(EditedLabels, PaintOutsideThePartThatHadCoverageCounts) {
               kPixelsOff);
   EXPECT_NEAR(volume_ml(after, Structure::LvBlood, 0), volume_ml(before, Structure::LvBlood, 0),
               1e-9);
+}
+
+TEST(EditedLabels, TheBasesPlaneFollowsWhatIsTakenAwayBeforeIt) {
+  Segmentation before = made();
+  const int base = last_slice(before.labels, 1, kLabelLvBlood);
+  before.valve_planes[Structure::LvBlood] = {1, {base + 0.3, base + 0.3}};
+  LabelCycle painted = before.labels;
+  for (std::size_t v = 0; v < painted.grid.slice_count(); ++v) {
+    auto& label = painted.phases[1][painted.grid.offset(0, 0, base) + v];
+    if (label == kLabelLvBlood) label = kLabelRestOfHeart;
+  }
+  StageContext context;
+  const Segmentation after = with_edited_labels(before, painted, context);
+  EXPECT_EQ(after.valve_planes.at(Structure::LvBlood).k,
+            (std::vector<double>{base + 0.3, base - 0.5}));
 }
 
 TEST(EditedLabels, TheBasesPlaneFollowsPaintBeyondIt) {
