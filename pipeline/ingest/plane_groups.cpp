@@ -24,11 +24,17 @@ constexpr int kFlowSeries = 2;  // scanners number magnitude and velocity series
 
 bool same_plane(const Plane& plane, const DicomImage& image) {
   const auto near = [](double a, double b) { return std::abs(a - b) <= kSameStep * b; };
-  return plane.columns == image.columns && plane.rows == image.rows &&
-         near(plane.column_step_mm, image.column_step_mm) &&
-         near(plane.row_step_mm, image.row_step_mm) &&
-         (plane.row_lps - image.row_lps).norm() < kSameDirection &&
-         (plane.column_lps - image.column_lps).norm() < kSameDirection;
+  if (plane.columns != image.columns || plane.rows != image.rows ||
+      !near(plane.column_step_mm, image.column_step_mm) ||
+      !near(plane.row_step_mm, image.row_step_mm) ||
+      (plane.row_lps - image.row_lps).norm() >= kSameDirection ||
+      (plane.column_lps - image.column_lps).norm() >= kSameDirection) {
+    return false;
+  }
+  const Vec3 offset = image.position_lps - plane.first_lps;
+  const Vec3 normal = plane.normal_lps();
+  return (offset - normal * normal.dot(offset)).norm() <=
+         kSamePixels * std::min(plane.column_step_mm, plane.row_step_mm);
 }
 
 Plane plane_of(const DicomImage& image) {
@@ -40,6 +46,7 @@ Plane plane_of(const DicomImage& image) {
   out.thickness_mm = image.thickness_mm;
   out.row_lps = image.row_lps;
   out.column_lps = image.column_lps;
+  out.first_lps = image.position_lps;
   return out;
 }
 
@@ -239,7 +246,7 @@ std::vector<Place> guests_of(const Plane& plane, const std::vector<Plane>& plane
   std::vector<Place> out;
   if (plane.places.empty()) return out;
   const Vec3 normal = plane.normal_lps();
-  const Vec3 middle = plane.places.front().position_lps +
+  const Vec3 middle = plane.first_lps +
                       plane.row_lps * (0.5 * (plane.columns - 1) * plane.column_step_mm) +
                       plane.column_lps * (0.5 * (plane.rows - 1) * plane.row_step_mm);
   for (const Plane& other : planes) {
@@ -258,6 +265,16 @@ std::vector<Place> guests_of(const Plane& plane, const std::vector<Plane>& plane
 }
 
 }  // namespace
+
+Grid lattice_of(const Plane& plane, const Vec3& first_lps, double spacing_mm, int slices) {
+  Grid out;
+  out.size = {plane.columns, plane.rows, slices};
+  out.mm_from_index.linear().col(0) = plane.row_lps * plane.column_step_mm;
+  out.mm_from_index.linear().col(1) = plane.column_lps * plane.row_step_mm;
+  out.mm_from_index.linear().col(2) = plane.normal_lps() * spacing_mm;
+  out.mm_from_index.translation() = first_lps;
+  return out;
+}
 
 bool nearly_parallel(const Plane& a, const Plane& b) {
   return std::abs(a.normal_lps().dot(b.normal_lps())) >=

@@ -1,11 +1,13 @@
 #pragma once
-/// The images of an exam, grouped: plane (orientation, matrix, pixel size) > place > image set.
+/// The images of an exam, grouped: plane (orientation, field of view, matrix, pixel size) > place >
+/// image set.
 
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "pipeline/core/grid.h"
 #include "pipeline/ingest/dicom_scan.h"
 #include "pipeline/ingest/slice_timing.h"
 
@@ -52,7 +54,7 @@ struct Place {
   std::vector<ImageSet> cines;  ///< sets of two images and more, best first
 };
 
-/// Parallel slices of one matrix and pixel size.
+/// Parallel slices of one field of view, matrix and pixel size.
 struct Plane {
   int columns = 0;
   int rows = 0;
@@ -61,7 +63,8 @@ struct Plane {
   double thickness_mm = 0;
   Vec3 row_lps = Vec3::UnitX();
   Vec3 column_lps = Vec3::UnitY();
-  std::vector<Place> places;  ///< ascending along row x column
+  Vec3 first_lps = Vec3::Zero();  ///< of the first image met; first pixels lie on its normal
+  std::vector<Place> places;      ///< ascending along row x column
   /// Places of other planes that are nearly parallel to this one, ascending; `along_mm` is this
   /// plane's, where the line through the middle of its images meets them.
   std::vector<Place> guests;
@@ -70,6 +73,10 @@ struct Plane {
 };
 
 inline constexpr double kSamePlaceMm = 0.1;  ///< far below any slice gap
+
+/// The lattice of some slices of a plane. @param first_lps first pixel of the first
+[[nodiscard]] Grid lattice_of(const Plane& plane, const Vec3& first_lps, double spacing_mm,
+                              int slices);
 
 /// Whether slices of two planes could be of one stack, but for their fields of view: their normals
 /// are within kNearlyParallelDeg.

@@ -38,7 +38,10 @@ SliceResampling::SliceResampling(const DicomImage& image, const Grid& grid, int 
   const Vec3 own_normal = image.row_lps.cross(image.column_lps);
   const double along = normal.dot(own_normal);
   turn_deg_ = std::acos(std::min(1.0, std::abs(along))) * 180 / std::numbers::pi;
-  const Vec3 aside = image.position_lps - grid.mm(0, 0, k);
+  const Vec3 own_middle = image.position_lps +
+                          image.row_lps * (0.5 * (own_columns_ - 1) * image.column_step_mm) +
+                          image.column_lps * (0.5 * (own_rows_ - 1) * image.row_step_mm);
+  const Vec3 aside = own_middle - grid.mm(0.5 * (columns_ - 1), 0.5 * (rows_ - 1), k);
   shift_mm_ = (aside - normal * normal.dot(aside)).norm();
   // Along the stack's normal onto the image's plane, and there in its pixels.
   const auto index_of = [&](const Vec3& offset) {
@@ -61,18 +64,17 @@ bool SliceResampling::same() const {
   return true;
 }
 
-double SliceResampling::covered() const {
-  std::size_t within = 0;
-  for (int j = 0; j < rows_; ++j) {
-    for (int i = 0; i < columns_; ++i) {
-      const Eigen::Vector2d at = own_index(i, j);
-      within +=
-          at.x() > -0.5 && at.y() > -0.5 && at.x() < own_columns_ - 0.5 && at.y() < own_rows_ - 0.5
-              ? 1
-              : 0;
+bool SliceResampling::shows_middle() const {
+  for (const double across : {0.25, 0.75}) {
+    for (const double down : {0.25, 0.75}) {
+      const Eigen::Vector2d at =
+          first_ + per_column_ * (across * (columns_ - 1)) + per_row_ * (down * (rows_ - 1));
+      if (at.x() < 0 || at.y() < 0 || at.x() > own_columns_ - 1 || at.y() > own_rows_ - 1) {
+        return false;
+      }
     }
   }
-  return static_cast<double>(within) / (static_cast<double>(columns_) * rows_);
+  return true;
 }
 
 void SliceResampling::resample(std::span<const float> own, std::span<float> out) const {

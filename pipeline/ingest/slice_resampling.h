@@ -24,9 +24,10 @@ class SliceResampling {
 
   /// The image's pixels are the stack's, within kSamePixels and kSameTurnDeg everywhere.
   [[nodiscard]] bool same() const;
-  /// Of the stack's pixels, the share that lies within the image.
-  [[nodiscard]] double covered() const;
-  /// How far the slice lies beside the stack's line of first pixels, along the plane [mm].
+  /// The image shows the middle half of the stack's slice along rows and columns, where the heart
+  /// of a cardiac exam lies.
+  [[nodiscard]] bool shows_middle() const;
+  /// Between the middles of the image and of the stack's slice, along the plane [mm].
   [[nodiscard]] double shift_mm() const { return shift_mm_; }
   /// Angle between the slice's normal and the stack's [degrees], 0 to 90.
   [[nodiscard]] double turn_deg() const { return turn_deg_; }

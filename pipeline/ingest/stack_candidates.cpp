@@ -4,13 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
-#include <limits>
 #include <map>
-#include <optional>
 #include <set>
 #include <tuple>
 
 #include "pipeline/ingest/even_positions.h"
+#include "pipeline/ingest/guest_slices.h"
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
 
@@ -19,14 +18,13 @@ namespace {
 
 constexpr double kAlikeCount = 0.9;  // share of the common number of frames that still counts as it
 constexpr double kAlikeEcho = 0.1;   // scanners trim echo times slice by slice
-constexpr double kOneRate = 1.15;    // R-R intervals of one acquisition
 constexpr int kNextSeries = 3;       // series of one acquisition follow each other
 constexpr double kAlongAxis = 0.966;  // cosine of 15 degrees
 
 auto rank(const Candidate& candidate) {
   return std::make_tuple(candidate.ordinary, candidate.good, candidate.slices.size(),
-                         candidate.slices.size() - candidate.guests, candidate.uniform,
-                         !candidate.mixed, candidate.one_series, candidate.phases);
+                         candidate.uniform, !candidate.mixed, candidate.one_series,
+                         candidate.phases);
 }
 
 /// The number of frames that most slices have, weighed by how much of the cycle it shows.
@@ -47,62 +45,10 @@ int common_count(const Candidate& candidate) {
   return best;
 }
 
-bool same_contrast(const ImageSet& a, const ImageSet& b) {
-  const bool same_kind = a.kinds == 1 || b.kinds == 1 || a.kind == b.kind;
-  return a.sequence == b.sequence && same_kind &&
-         std::abs(a.echo_ms - b.echo_ms) <= kAlikeEcho * std::max(a.echo_ms, b.echo_ms);
-}
-
-void finish(Candidate& candidate) {
-  candidate.phases = common_count(candidate);
-  std::size_t by_trigger = 0;
-  std::size_t ordinary = 0;
-  std::set<std::string> series;
-  candidate.uniform = true;
-  for (const auto& [place, set] : candidate.slices) {
-    candidate.guests += place->guest ? 1 : 0;
-    by_trigger += set->timing.by_trigger ? 1 : 0;
-    ordinary += set->ordinary() ? 1 : 0;
-    if (!set->merged) series.insert(set->series_uid);
-    candidate.uniform = candidate.uniform && same_contrast(*candidate.slices.front().second, *set);
-  }
-  candidate.ordinary = 2 * ordinary > candidate.slices.size();
-  candidate.one_series = series.size() == 1;
-  candidate.good =
-      2 * by_trigger > candidate.slices.size() && candidate.phases >= kLeastFramesToBlend;
-  double shortest = 0;
-  double longest = 0;
-  bool choice = false;
-  for (const auto& [place, set] : candidate.slices) {
-    choice = choice || place->cines.size() > 1;
-    const double rr_s = set->timing.rr_s;
-    if (rr_s <= 0) continue;
-    shortest = shortest > 0 ? std::min(shortest, rr_s) : rr_s;
-    longest = std::max(longest, rr_s);
-  }
-  candidate.mixed = choice && !candidate.one_series && longest > kOneRate * shortest;
-  std::vector<double> gaps;
-  for (std::size_t i = 1; i < candidate.slices.size(); ++i) {
-    gaps.push_back(candidate.slices[i].first->along_mm - candidate.slices[i - 1].first->along_mm);
-  }
-  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
-                   gaps.end());
-  candidate.spacing_mm = gaps[gaps.size() / 2];
-}
-
-/// Adds a place's set unless the place has one: the sets of a place come best first. Of two fields
-/// of view at one place the later series counts, unless it has fewer frames.
+/// Adds a place's set unless the place has one: the sets of a place come best first.
 void add(Candidate& candidate, const Place& place, const ImageSet& set) {
-  if (candidate.slices.empty() ||
-      place.along_mm - candidate.slices.back().first->along_mm > kSamePlaceMm) {
+  if (candidate.slices.empty() || candidate.slices.back().first != &place) {
     candidate.slices.emplace_back(&place, &set);
-    return;
-  }
-  auto& [had_place, had] = candidate.slices.back();
-  if (had_place != &place && set.ordinary() >= had->ordinary() && set.frames() >= had->frames() &&
-      set.series_number > had->series_number) {
-    had_place = &place;
-    had = &set;
   }
 }
 
@@ -186,68 +132,7 @@ std::vector<Candidate> interleaved(const Candidate& candidate) {
   return out;
 }
 
-/// What of a guest could be a slice of a stack of ordinary cines; null if nothing.
-const ImageSet* like_those_of(const Place& guest, const ImageSet& own) {
-  for (const ImageSet& set : guest.cines) {
-    if (set.ordinary() && set.timing.by_trigger == own.timing.by_trigger &&
-        same_contrast(own, set)) {
-      return &set;
-    }
-  }
-  return nullptr;
-}
-
-/// A candidate with the guests that go on with its even spacing or fill a hole in it; nothing if
-/// none does.
-std::optional<Candidate> completed(const Plane& plane, const Candidate& own) {
-  if (!own.ordinary || !own.uniform) return {};
-  Candidate out;
-  out.slices = own.slices;
-  const auto fits = [&](const Place& guest) {  // one step from the nearest, none where there is one
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const auto& [place, set] : out.slices) {
-      nearest = std::min(nearest, std::abs(place->along_mm - guest.along_mm));
-    }
-    return std::abs(nearest - own.spacing_mm) <= kMostUneven * own.spacing_mm;
-  };
-  const ImageSet& first = *own.slices.front().second;
-  for (bool more = true; more;) {
-    more = false;
-    for (const Place& guest : plane.guests) {
-      const ImageSet* set = fits(guest) ? like_those_of(guest, first) : nullptr;
-      if (set == nullptr) continue;
-      out.slices.emplace_back(&guest, set);
-      more = true;
-    }
-  }
-  if (out.slices.size() == own.slices.size()) return {};
-  std::stable_sort(out.slices.begin(), out.slices.end(), [](const auto& a, const auto& b) {
-    return a.first->along_mm < b.first->along_mm;
-  });
-  return out;
-}
-
-/// Of a plane of too few slices for a stack, each of them and every guest, of one contrast.
-Candidate gathered(const Plane& plane) {
-  Candidate out;
-  std::vector<const Place*> places;
-  for (const Place& place : plane.places) places.push_back(&place);
-  for (const Place& guest : plane.guests) places.push_back(&guest);
-  std::stable_sort(places.begin(), places.end(),
-                   [](const Place* a, const Place* b) { return a->along_mm < b->along_mm; });
-  const auto first = std::find_if(plane.places.begin(), plane.places.end(), [](const Place& place) {
-    return !place.cines.empty() && place.cines.front().ordinary();
-  });
-  if (first == plane.places.end()) return out;
-  for (const Place* place : places) {
-    const ImageSet* set = like_those_of(*place, first->cines.front());
-    if (set != nullptr) add(out, *place, *set);
-  }
-  return out;
-}
-
-/// @param leads of the planes that are nearly parallel to it, it has most places
-std::vector<Candidate> candidates_of(const Plane& plane, bool leads) {
+std::vector<Candidate> candidates_of(const Plane& plane) {
   Candidate all;
   std::vector<Candidate> by_contrast;
   std::map<std::string, std::set<std::string>> kinds;  // of series that hold images in several
@@ -290,27 +175,27 @@ std::vector<Candidate> candidates_of(const Plane& plane, bool leads) {
   }
   for (Candidate& one : acquisitions(plane)) out.push_back(std::move(one));
   std::vector<Candidate> different;
-  const auto keep = [&](Candidate candidate) {
-    const auto same = [&](const Candidate& other) { return other.slices == candidate.slices; };
-    if (candidate.slices.size() < kLeastSlices ||
-        std::any_of(different.begin(), different.end(), same)) {
-      return;
+  for (Candidate& candidate : out) {
+    if (candidate.slices.size() < kLeastSlices) continue;
+    if (std::any_of(different.begin(), different.end(),
+                    [&](const Candidate& other) { return other.slices == candidate.slices; })) {
+      continue;
     }
     candidate.plane = &plane;
     finish(candidate);
     different.push_back(std::move(candidate));
-  };
-  for (Candidate& candidate : out) keep(std::move(candidate));
-  if (!plane.guests.empty()) {
-    if (leads && plane.places.size() < kLeastSlices) keep(gathered(plane));
-    for (std::size_t i = 0, own = different.size(); i < own; ++i) {
-      if (auto more = completed(plane, different[i])) keep(std::move(*more));
-    }
   }
   std::stable_sort(different.begin(), different.end(), [](const Candidate& a, const Candidate& b) {
     return latest_series(a) > latest_series(b);
   });
   return different;
+}
+
+/// Whether the second of two stacks is the first one, taken again in another field of view.
+bool is_repeat(const Candidate& first, const Candidate& second) {
+  return first.plane != second.plane && nearly_parallel(*first.plane, *second.plane) &&
+         same_contrast(*first.slices.front().second, *second.slices.front().second) &&
+         latest_series(first) < latest_series(second);
 }
 
 const char* orientation(const Plane& plane) {
@@ -349,27 +234,60 @@ std::string Candidate::told() const {
   return shape_told() + " (" + series_list(series) + ")";
 }
 
-std::vector<Candidate> find_candidates(const std::vector<Plane>& planes) {
-  std::vector<Candidate> all;
-  for (const Plane& plane : planes) {
-    const bool leads = std::all_of(planes.begin(), planes.end(), [&](const Plane& other) {
-      if (&other == &plane || !nearly_parallel(plane, other)) return true;
-      const std::size_t places = other.places.size();
-      return places < plane.places.size() || (places == plane.places.size() && &plane < &other);
-    });
-    auto of_plane = candidates_of(plane, leads);
-    std::move(of_plane.begin(), of_plane.end(), std::back_inserter(all));
+void finish(Candidate& candidate) {
+  candidate.phases = common_count(candidate);
+  std::size_t by_trigger = 0;
+  std::size_t ordinary = 0;
+  std::set<std::string> series;
+  candidate.uniform = true;
+  for (const auto& [place, set] : candidate.slices) {
+    by_trigger += set->timing.by_trigger ? 1 : 0;
+    ordinary += set->ordinary() ? 1 : 0;
+    if (!set->merged) series.insert(set->series_uid);
+    candidate.uniform = candidate.uniform && same_contrast(*candidate.slices.front().second, *set);
   }
-  std::stable_sort(all.begin(), all.end(),
+  candidate.ordinary = 2 * ordinary > candidate.slices.size();
+  candidate.one_series = series.size() == 1;
+  candidate.good =
+      2 * by_trigger > candidate.slices.size() && candidate.phases >= kLeastFramesToBlend;
+  double shortest = 0;
+  double longest = 0;
+  bool choice = false;
+  for (const auto& [place, set] : candidate.slices) {
+    choice = choice || place->cines.size() > 1 || place->guest;
+    const double rr_s = set->timing.rr_s;
+    if (rr_s <= 0) continue;
+    shortest = shortest > 0 ? std::min(shortest, rr_s) : rr_s;
+    longest = std::max(longest, rr_s);
+  }
+  candidate.mixed = choice && !candidate.one_series && longest > kOneRate * shortest;
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < candidate.slices.size(); ++i) {
+    gaps.push_back(candidate.slices[i].first->along_mm - candidate.slices[i - 1].first->along_mm);
+  }
+  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
+                   gaps.end());
+  candidate.spacing_mm = gaps[gaps.size() / 2];
+}
+
+bool same_contrast(const ImageSet& a, const ImageSet& b) {
+  const bool same_kind = a.kinds == 1 || b.kinds == 1 || a.kind == b.kind;
+  return a.sequence == b.sequence && same_kind &&
+         std::abs(a.echo_ms - b.echo_ms) <= kAlikeEcho * std::max(a.echo_ms, b.echo_ms);
+}
+
+std::vector<Candidate> find_candidates(const std::vector<Plane>& planes) {
+  std::vector<Candidate> out = gathered(planes, true);
+  for (const Plane& plane : planes) {
+    auto of_plane = candidates_of(plane);
+    std::move(of_plane.begin(), of_plane.end(), std::back_inserter(out));
+  }
+  std::stable_sort(out.begin(), out.end(),
                    [](const Candidate& a, const Candidate& b) { return rank(a) > rank(b); });
-  // Slices of two planes that complete each other are one stack, on the pixels of the more of them.
-  std::vector<Candidate> out;
-  std::set<std::set<int>> met;
-  for (Candidate& candidate : all) {
-    std::set<int> images;
-    for (const auto& [place, set] : candidate.slices) images.insert(set->images.front());
-    const bool anew = met.insert(std::move(images)).second;
-    if (anew || candidate.guests == 0) out.push_back(std::move(candidate));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (std::size_t j = i + 1; j < out.size() && rank(out[i]) == rank(out[j]); ++j) {
+      if (is_repeat(out[i], out[j])) std::swap(out[i], out[j]);
+    }
   }
   return out;
 }
@@ -379,12 +297,11 @@ std::string why_before(const Candidate& first, const Candidate& second) {
     return "it is a cine, the next is flow, perfusion or several beats of unknown length";
   if (first.good != second.good) return "it has trigger times and 8 phases or more";
   if (first.slices.size() != second.slices.size()) return "it has most parallel slices";
-  if (first.guests != second.guests) return "most of its slices have one field of view";
   if (first.uniform != second.uniform) return "its slices have one contrast";
   if (first.mixed != second.mixed) return "its slices have one heart rate";
   if (first.one_series != second.one_series) return "its slices are one series";
   if (first.phases != second.phases) return "it has as many slices and most phases";
-  if (first.plane != second.plane) {
+  if (first.plane != second.plane && !is_repeat(second, first)) {
     return "it is equal to the next and its plane comes first in the order of series";
   }
   if (latest_series(first) != latest_series(second)) {

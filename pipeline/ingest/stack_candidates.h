@@ -17,10 +17,9 @@ struct Candidate {
   bool good = false;      ///< trigger times, and frames enough to blend
   bool uniform = false;   ///< one pulse sequence and echo time
   bool one_series = false;
-  bool mixed = false;      ///< R-R intervals differ much, and a place was imaged more than once
-  std::size_t guests = 0;  ///< slices of planes that are nearly parallel
-  int phases = 0;          ///< what most slices have
-  double spacing_mm = 0;   ///< median gap
+  bool mixed = false;     ///< R-R intervals differ much, and a place was imaged more than once
+  int phases = 0;         ///< what most slices have
+  double spacing_mm = 0;  ///< median gap
 
   /// "6 slices x 25 phases, 17.70 mm apart, oblique".
   [[nodiscard]] std::string shape_told() const;
@@ -32,11 +31,20 @@ inline constexpr std::size_t kLeastSlices = 3;
 
 /// All possible stacks, of kLeastSlices slices and more: of each plane the best set of every place,
 /// the best of one contrast, each series alone, series that follow each other at one heart rate,
-/// the even stacks that interleave, and those of them that guests of the plane complete. Ranked by:
-/// ordinary cine; trigger times and 8 phases; number of slices; fewest guests; one contrast; not
-/// mixed; one series; number of phases; then the scan's order of planes, and in one plane the later
-/// series.
+/// and the even stacks that interleave; and what is gathered of contrasts without any. Ranked by:
+/// ordinary cine; trigger times and 8 phases; number of slices; one contrast; not mixed; one
+/// series; number of phases; then, of one contrast and direction, the later series, else the scan's
+/// order of planes.
 [[nodiscard]] std::vector<Candidate> find_candidates(const std::vector<Plane>& planes);
+
+/// What follows from a candidate's slices, all but its plane. @param candidate of two slices at
+/// least
+void finish(Candidate& candidate);
+
+/// One pulse sequence, one kind of image and one echo time.
+[[nodiscard]] bool same_contrast(const ImageSet& a, const ImageSet& b);
+
+inline constexpr double kOneRate = 1.15;  ///< ratio of R-R intervals of one acquisition
 
 /// Why the first of two candidates comes before the second; a clause.
 [[nodiscard]] std::string why_before(const Candidate& first, const Candidate& second);

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "pipeline/ingest/even_positions.h"
+#include "pipeline/ingest/guest_slices.h"
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
 #include "pipeline/ingest/slice_resampling.h"
@@ -18,9 +19,6 @@
 
 namespace beatlas::ingest {
 namespace {
-
-/// Of the stack's field of view, what a slice must show to be one of it.
-constexpr double kLeastCovered = 0.5;
 
 double mean_rr_s(const Candidate& candidate, const IngestOptions& options) {
   double sum = 0;
@@ -72,65 +70,21 @@ void drop_incomplete(Candidate& candidate, double rr_s, std::vector<std::string>
   candidate.slices = std::move(kept);
 }
 
-Grid grid_of(const Plane& plane, const Vec3& first_lps, double spacing_mm, int slices) {
-  Grid out;
-  out.size = {plane.columns, plane.rows, slices};
-  out.mm_from_index.linear().col(0) = plane.row_lps * plane.column_step_mm;
-  out.mm_from_index.linear().col(1) = plane.column_lps * plane.row_step_mm;
-  out.mm_from_index.linear().col(2) = plane.normal_lps() * spacing_mm;
-  out.mm_from_index.translation() = first_lps;
-  return out;
-}
-
-/// A point of the line along the normal on which the first pixels of most slices lie, of as many
-/// the line nearest the middle of the stack.
-Vec3 anchor_of(const Candidate& candidate) {
-  const Plane& plane = *candidate.plane;
-  const double most = kSamePixels * std::min(plane.column_step_mm, plane.row_step_mm);
-  const Vec3 normal = plane.normal_lps();
-  std::vector<Vec3> own;
-  for (const auto& [place, set] : candidate.slices) {
-    if (!place->guest) own.push_back(place->position_lps);
-  }
-  Vec3 anchor = plane.places.front().position_lps;
-  std::pair<std::ptrdiff_t, std::ptrdiff_t> best{0,
-                                                 0};  // slices on the line, nearness to the middle
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const auto on_line = std::count_if(own.begin(), own.end(), [&](const Vec3& other) {
-      const Vec3 offset = other - own[i];
-      return (offset - normal * normal.dot(offset)).norm() <= most;
-    });
-    const auto off_middle =
-        2 * static_cast<std::ptrdiff_t>(i) + 1 - static_cast<std::ptrdiff_t>(own.size());
-    const std::pair<std::ptrdiff_t, std::ptrdiff_t> rank{on_line, -std::abs(off_middle)};
-    if (i > 0 && rank <= best) continue;
-    best = rank;
-    anchor = own[i];
-    if (on_line == static_cast<std::ptrdiff_t>(own.size())) break;
-  }
-  return anchor;
-}
-
-/// Drops slices of another field of view that hardly show what the others do.
-void drop_elsewhere(Candidate& candidate, const Vec3& anchor, const std::vector<DicomImage>& images,
+/// Drops guests that do not show the middle of the stack's field of view.
+void drop_elsewhere(Candidate& candidate, const std::vector<DicomImage>& images,
                     std::vector<std::string>& decisions) {
-  const Grid slice = grid_of(*candidate.plane, anchor, 1, 1);
-  const std::size_t count = candidate.slices.size();
-  std::erase_if(candidate.slices, [&](const auto& one) {
-    const DicomImage& image = images[static_cast<std::size_t>(one.second->images.front())];
-    return SliceResampling(image, slice, 0).covered() < kLeastCovered;
+  const Grid field = lattice_of(*candidate.plane, candidate.plane->first_lps, 1, 1);
+  const auto left = std::erase_if(candidate.slices, [&](const auto& slice) {
+    const DicomImage& image = images[static_cast<std::size_t>(slice.second->images.front())];
+    return slice.first->guest && !SliceResampling(image, field, 0).shows_middle();
   });
-  const std::size_t left = count - candidate.slices.size();
   if (candidate.slices.size() < kLeastSlices) {
-    throw_invalid(
-        "the slices of the stack have no field of view in common (a sheared stack, as a "
-        "tilted gantry makes, or slices of several regions)");
+    throw_invalid("the slices of the stack have no field of view in common");
   }
   if (left > 0) {
-    decisions.push_back(
-        "Warning: " + counted(left, "parallel slice shows", "parallel slices show") +
-        " less than half of the field of view of the others and " + (left == 1 ? "was" : "were") +
-        " left.");
+    decisions.push_back("Warning: " + counted(left, "parallel slice does", "parallel slices do") +
+                        " not show the middle of the others' field of view and " +
+                        (left == 1 ? "was" : "were") + " left.");
   }
 }
 
@@ -152,12 +106,14 @@ void tell_resampled(const ChosenCine& stack, const std::vector<DicomImage>& imag
     turn_deg = std::max(turn_deg, onto.turn_deg());
   }
   if (count == 0) return;
-  decisions.push_back("Warning: " + counted(count, "slice has", "slices have") +
-                      " a field of view of " + (count == 1 ? "its" : "their") +
-                      " own, shifted within the plane by up to " + with_digits("%.1f", shift_mm) +
-                      " mm and turned by up to " + with_digits("%.1f", turn_deg) +
-                      " degrees against the others', and " + (count == 1 ? "was" : "were") +
-                      " resampled to the pixels of the stack (" + series_list(series) + ").");
+  decisions.push_back(
+      "Warning: " + counted(count, "slice has", "slices have") + " a field of view of " +
+      (count == 1 ? "its" : "their") + " own, whose middle lies up to " +
+      with_digits("%.1f", shift_mm) + " mm beside the others'" +
+      (turn_deg > kSameTurnDeg ? ", tilted by up to " + with_digits("%.1f", turn_deg) + " degrees,"
+                               : "") +
+      " and " + (count == 1 ? "was" : "were") + " resampled to the pixels of the stack (" +
+      series_list(series) + ").");
 }
 
 double mean_rr_s(const std::vector<ImageSet>& slices, double otherwise_s) {
@@ -242,8 +198,7 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   const std::size_t found = candidate.slices.size();
   const double rr_s = mean_rr_s(candidate, options);
   drop_incomplete(candidate, rr_s, decisions);
-  const Vec3 anchor = anchor_of(candidate);
-  drop_elsewhere(candidate, anchor, images, decisions);
+  drop_elsewhere(candidate, images, decisions);
   std::vector<double> positions;
   positions.reserve(candidate.slices.size());
   for (const auto& [place, set] : candidate.slices) positions.push_back(place->along_mm);
@@ -265,9 +220,12 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   }
   const Plane& plane = *candidate.plane;
   const Vec3 normal = plane.normal_lps();
+  const auto own = std::find_if(candidate.slices.begin(), candidate.slices.end(),
+                                [](const auto& slice) { return !slice.first->guest; });
+  const Vec3 anchor = own == candidate.slices.end() ? plane.first_lps : own->first->position_lps;
   const Vec3 first = anchor + normal * (even.first_mm - normal.dot(anchor));
   const auto slices = static_cast<int>(out.slices.size());
-  out.grid = grid_of(plane, first, even.spacing_mm, slices);
+  out.grid = lattice_of(plane, first, even.spacing_mm, slices);
   out.rr_s = mean_rr_s(out.slices, rr_s);
   out.rr_share = rr_share;
 
@@ -354,7 +312,7 @@ ChosenCine view_of(const Plane& plane, const Place& place, const IngestOptions& 
   const ImageSet& set = place.cines.front();
   ChosenCine view;
   const double depth = plane.thickness_mm > 0 ? plane.thickness_mm : plane.column_step_mm;
-  view.grid = grid_of(plane, place.position_lps, depth, 1);
+  view.grid = lattice_of(plane, place.position_lps, depth, 1);
   view.slices.push_back(set);
   SliceTiming& timing = view.slices.front().timing;
   if (options.frame_times_s.size() == set.images.size()) {
@@ -466,18 +424,16 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
   }
   const std::size_t first = options.stack > 0 ? static_cast<std::size_t>(options.stack) - 1 : 0;
 
-  std::vector<std::size_t> passed_over;
   std::optional<Error> first_error;
-  for (const std::size_t i : order_of_trial(candidates, first, options.stack > 0)) {
-    const Candidate& candidate = candidates[i];
+  const auto try_one = [&](const Candidate& candidate, std::size_t i,
+                           std::optional<Error>& why_not) -> std::optional<Choice> {
     Choice choice;
     choice.decisions.push_back(listed(candidates, i, options.stack > 0));
     try {
       choice.stack = build(candidate, images, options, choice.decisions);
     } catch (const Error& error) {
-      if (options.stack > 0) throw;
-      if (!first_error) first_error = error;
-      continue;
+      if (!why_not) why_not = error;
+      return {};
     }
     if (i != first) {
       choice.decisions.push_back("Warning: possible stack " + std::to_string(first + 1) +
@@ -488,6 +444,23 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
     if (candidate.mixed) choice.decisions.push_back(mixed_told());
     choose_views(planes, *candidate.plane, candidate.good, options, choice);
     return choice;
+  };
+  const std::vector<Candidate> wholes = gathered(planes, false);
+  for (const std::size_t i : order_of_trial(candidates, first, options.stack > 0)) {
+    std::optional<Error> ignored;
+    for (const Candidate& whole : wholes) {
+      if (!acquired_among(candidates[i], whole)) continue;
+      if (auto choice = try_one(whole, i, ignored)) return std::move(*choice);
+    }
+    if (const auto whole = completed(candidates[i], images)) {
+      if (auto choice = try_one(*whole, i, ignored)) return std::move(*choice);
+    }
+    if (auto choice = try_one(candidates[i], i, first_error)) return std::move(*choice);
+  }
+  if (options.stack > 0) throw Error(*first_error);
+  for (const Candidate& whole : wholes) {
+    std::optional<Error> ignored;
+    if (auto choice = try_one(whole, candidates.size(), ignored)) return std::move(*choice);
   }
   if (candidates.size() == 1) throw Error(*first_error);
   throw_invalid(std::string(first_error->what()) + "; choose another with --stack or --series. " +

@@ -207,7 +207,7 @@ def sheared_stacks(folder):
     def slide(k, p, d, step=2.4):
         at = TRUTH.place((0, 0, k)) + step * k * TRUTH.turn[:, 0]
         d.ImagePositionPatient = [decimal(v) for v in at]
-    imported(folder / "S", dicom(folder, change=slide)).expect_warning("shifted within the plane", "resampled")
+    imported(folder / "S", dicom(folder, change=slide)).expect_warning("whose middle lies", "resampled")
     far = dicom(folder, name="far", change=lambda k, p, d: slide(k, p, d, 1000))
     refused(folder, far, "far", "no field of view in common")
     lps = TRUTH.lps.copy()

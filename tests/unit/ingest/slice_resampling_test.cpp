@@ -46,7 +46,7 @@ TEST(SliceResampling, KnowsTheStacksOwnPixels) {
   const Grid grid = stack_grid();
   DicomImage image = own_image(grid);
   EXPECT_TRUE(SliceResampling(image, grid, 1).same());
-  EXPECT_EQ(SliceResampling(image, grid, 1).covered(), 1);
+  EXPECT_TRUE(SliceResampling(image, grid, 1).shows_middle());
   image.position_lps.x() += 0.09 * 1.5;
   EXPECT_TRUE(SliceResampling(image, grid, 1).same());
   image.position_lps.x() += 0.03 * 1.5;
@@ -76,7 +76,7 @@ TEST(SliceResampling, RepeatsAStraightSlopeHoweverTheImageLies) {
     image.position_lps = middle - image.row_lps * 54 - image.column_lps * 57;
     const SliceResampling onto(image, grid, 1);
     EXPECT_FALSE(onto.same());
-    EXPECT_EQ(onto.covered(), 1);
+    EXPECT_TRUE(onto.shows_middle());
     EXPECT_NEAR(onto.turn_deg(), 0, 1e-5);
     std::vector<float> out(grid.slice_count());
     onto.resample(shown(image, slope), out);
@@ -126,7 +126,7 @@ TEST(SliceResampling, BeyondTheImageIsAsDarkAsItsDarkestPixel) {
   DicomImage image = own_image(grid);
   image.position_lps.x() += 15;  // ten columns
   const SliceResampling onto(image, grid, 1);
-  EXPECT_NEAR(onto.covered(), 0.75, 1e-9);
+  EXPECT_FALSE(onto.shows_middle());
   EXPECT_NEAR(onto.shift_mm(), 15, 1e-9);
   std::vector<float> own(grid.slice_count(), 50);
   own[3] = 7;
@@ -135,6 +135,22 @@ TEST(SliceResampling, BeyondTheImageIsAsDarkAsItsDarkestPixel) {
   EXPECT_EQ(out[grid.offset(9, 12, 0)], 7);
   EXPECT_EQ(out[grid.offset(10, 12, 0)], 50);
   EXPECT_EQ(out[grid.offset(13, 0, 0)], 7);
+}
+
+TEST(SliceResampling, KnowsWhetherItShowsTheMiddleHalf) {
+  const Grid grid = stack_grid();  // 40 columns: the middle half begins 9.75 behind the first
+  DicomImage image = own_image(grid);
+  image.position_lps.x() += 9.7 * 1.5;
+  EXPECT_TRUE(SliceResampling(image, grid, 1).shows_middle());
+  image.position_lps.x() += 0.1 * 1.5;
+  EXPECT_FALSE(SliceResampling(image, grid, 1).shows_middle());
+  // A small field about the same middle.
+  image = own_image(grid);
+  image.columns = 22;
+  image.rows = 17;
+  image.position_lps = grid.mm(9, 6.5, 1);
+  EXPECT_TRUE(SliceResampling(image, grid, 1).shows_middle());
+  EXPECT_NEAR(SliceResampling(image, grid, 1).shift_mm(), 0, 1e-9);
 }
 
 TEST(SliceResampling, MakesNothingBrighterOrDarkerThanItWas) {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <set>
 
 #include <gtest/gtest.h>
 
@@ -300,85 +298,6 @@ TEST(StackChoice, WhereTheBestPlaneIsNoStackTheNextIsTaken) {
   const std::string message = refusal(images);
   EXPECT_NE(message.find("--stack or --series"), std::string::npos) << message;
   EXPECT_NE(message.find("2. 8 slices"), std::string::npos) << message;
-}
-
-/// The images of some slices of a stack, each changed.
-template <class Change>
-std::vector<DicomImage> with_changed(std::vector<DicomImage> images, const std::set<int>& series,
-                                     const Change& change) {
-  for (DicomImage& image : images) {
-    if (series.count(image.series_number) > 0) change(image);
-  }
-  return images;
-}
-
-TEST(StackChoice, SlicesOfAnotherFieldOfViewAreOfTheStack) {
-  const auto stack = made_stack({.slices = 9});
-  const auto moved = [](DicomImage& image) { image.position_lps += Vec3(12, -5, 0); };
-  const auto finer = [](DicomImage& image) {
-    image.columns = image.rows = 128;
-    image.column_step_mm = image.row_step_mm = 0.75;
-  };
-  const auto turned =
-      [](DicomImage& image) {  // about the row through the image's middle, by 1 degree
-        const double angle = std::numbers::pi / 180;
-        const Vec3 middle = image.position_lps + Vec3(0, 47.25, 0);
-        image.column_lps = Vec3(0, std::cos(angle), std::sin(angle));
-        image.position_lps = middle - 47.25 * image.column_lps;
-      };
-  const auto expect_whole = [](const Choice& choice, const std::string& told_of) {
-    EXPECT_EQ(choice.stack.grid.size, (Index3{64, 64, 9})) << joined(choice.decisions);
-    EXPECT_NEAR(choice.stack.grid.spacing_mm()[2], 8, 1e-6);
-    EXPECT_TRUE(told(choice.decisions, told_of)) << joined(choice.decisions);
-    EXPECT_TRUE(choice.views.empty());
-  };
-  // An inner slice, an end of the stack, and both.
-  for (const std::set<int>& series : {std::set<int>{5}, std::set<int>{9}, std::set<int>{1, 2, 7}}) {
-    expect_whole(choose(with_changed(stack, series, moved)),
-                 "shifted within the plane by up to 13.0 mm and turned by up to 0.0 degrees");
-    expect_whole(choose(with_changed(stack, series, finer)),
-                 "resampled to the pixels of the stack (series ");
-    expect_whole(choose(with_changed(stack, series, turned)), "turned by up to 1.0 degrees");
-  }
-  // Every slice its own.
-  auto each = stack;
-  for (DicomImage& image : each) image.position_lps.x() += 2 * image.series_number % 5;
-  EXPECT_EQ(choose(each).stack.slices.size(), 9U);
-  for (DicomImage& image : each) {
-    image.column_step_mm = image.row_step_mm = 1.5 + 0.01 * image.series_number;
-  }
-  EXPECT_EQ(choose(each).stack.slices.size(), 9U);
-}
-
-TEST(StackChoice, ASliceTakenAgainInAnotherFieldOfViewCountsOnce) {
-  auto images = made_stack({.slices = 9});
-  append(images, made_stack({.slices = 1, .first_series = 50, .origin = {7, 0, 32}}));
-  const Choice choice = choose(images);
-  ASSERT_EQ(choice.stack.slices.size(), 9U) << joined(choice.decisions);
-  EXPECT_EQ(choice.stack.slices[4].series_number, 50);
-}
-
-TEST(StackChoice, ParallelSlicesThatAreNoneOfTheStackAreNoViews) {
-  auto images = made_stack({.slices = 9});
-  // Between two slices, of finer pixels; of another contrast one step beyond the end; another
-  // region.
-  auto others = made_stack({.slices = 1, .first_series = 50, .origin = {0, 0, 20}, .pixels = 96});
-  append(others, made_stack({.slices = 1,
-                             .first_series = 60,
-                             .origin = {0, 0, 72},
-                             .echo_ms = 3.8,
-                             .sequence = "GR\nSP",
-                             .pixels = 96}));
-  append(others, made_stack({.slices = 1, .first_series = 70, .origin = {90, 90, 72}}));
-  append(images, others);
-  append(images, made_stack(oblique({.slices = 1, .first_series = 80})));
-  const Choice choice = choose(images);
-  EXPECT_EQ(choice.stack.slices.size(), 9U) << joined(choice.decisions);
-  ASSERT_EQ(choice.views.size(), 1U) << joined(choice.decisions);
-  EXPECT_EQ(choice.views.front().slices.front().series_number, 80);
-  EXPECT_TRUE(told(choice.decisions, "outdoes (series 50, 60, 70)")) << joined(choice.decisions);
-  EXPECT_TRUE(told(choice.decisions, "1 parallel slice shows less than half"))
-      << joined(choice.decisions);
 }
 
 TEST(StackChoice, RestAndStressAreNotMixed) {

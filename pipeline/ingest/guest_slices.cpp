@@ -1,0 +1,194 @@
+#include "pipeline/ingest/guest_slices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <tuple>
+
+#include "pipeline/ingest/even_positions.h"
+#include "pipeline/ingest/slice_resampling.h"
+
+namespace beatlas::ingest {
+namespace {
+
+using Slice = std::pair<const Place*, const ImageSet*>;
+
+bool less_along(const Slice& a, const Slice& b) { return a.first->along_mm < b.first->along_mm; }
+
+/// Most frames first, then the later series.
+bool better(const Slice& a, const Slice& b) {
+  const auto rank = [](const Slice& slice) {
+    return std::make_tuple(slice.second->frames(), slice.second->series_number);
+  };
+  return rank(a) > rank(b);
+}
+
+double nearest_mm(const std::vector<Slice>& slices, double along_mm) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& [place, set] : slices) {
+    nearest = std::min(nearest, std::abs(place->along_mm - along_mm));
+  }
+  return nearest;
+}
+
+/// Mean over the slices that tell one [s]; 0 if none does.
+double rr_of(const std::vector<Slice>& slices) {
+  double sum = 0;
+  int known = 0;
+  for (const auto& [place, set] : slices) {
+    if (set->timing.rr_s <= 0) continue;
+    sum += set->timing.rr_s;
+    ++known;
+  }
+  return known > 0 ? sum / known : 0;
+}
+
+/// The set of a place that could be a slice of a candidate; null if none.
+const ImageSet* like_those_of(const Place& guest, const Candidate& own, double own_rr_s) {
+  const ImageSet& first = *own.slices.front().second;
+  for (const ImageSet& set : guest.cines) {
+    const double rr_s = set.timing.rr_s;
+    const bool one_rate =
+        own_rr_s <= 0 || rr_s <= 0 || (rr_s <= kOneRate * own_rr_s && own_rr_s <= kOneRate * rr_s);
+    if (set.ordinary() && set.timing.by_trigger == first.timing.by_trigger && one_rate &&
+        2 * set.frames() >= own.phases && same_contrast(first, set)) {
+      return &set;
+    }
+  }
+  return nullptr;
+}
+
+/// Guests that could be slices of a candidate, best first.
+std::vector<Slice> fitting(const Candidate& own, const std::vector<DicomImage>& images) {
+  std::vector<Slice> out;
+  const double rr_s = rr_of(own.slices);
+  const Grid field = lattice_of(*own.plane, own.plane->first_lps, 1, 1);
+  for (const Place& guest : own.plane->guests) {
+    const ImageSet* set = like_those_of(guest, own, rr_s);
+    if (set == nullptr) continue;
+    const DicomImage& image = images[static_cast<std::size_t>(set->images.front())];
+    if (SliceResampling(image, field, 0).shows_middle()) out.emplace_back(&guest, set);
+  }
+  std::stable_sort(out.begin(), out.end(), better);
+  return out;
+}
+
+/// The contrasts of the ordinary cines of a plane, one set for each.
+std::vector<const ImageSet*> contrasts_of(const Plane& plane) {
+  std::vector<const ImageSet*> out;
+  for (const Place& place : plane.places) {
+    for (const ImageSet& set : place.cines) {
+      const bool known = std::any_of(out.begin(), out.end(),
+                                     [&](const ImageSet* one) { return same_contrast(*one, set); });
+      if (set.ordinary() && !known) out.push_back(&set);
+    }
+  }
+  return out;
+}
+
+/// Slices of a contrast at some places, the best of each.
+std::vector<Slice> slices_of(const std::vector<Place>& places, const ImageSet& contrast) {
+  std::vector<Slice> out;
+  for (const Place& place : places) {
+    const auto found = std::find_if(
+        place.cines.begin(), place.cines.end(),
+        [&](const ImageSet& set) { return set.ordinary() && same_contrast(contrast, set); });
+    if (found != place.cines.end()) out.emplace_back(&place, &*found);
+  }
+  return out;
+}
+
+/// Whether of the planes that are nearly parallel this one has most slices of a contrast, of as
+/// many it is the first.
+bool leads(const Plane& plane, const std::vector<Plane>& planes, const ImageSet& contrast) {
+  const std::size_t own = slices_of(plane.places, contrast).size();
+  return std::all_of(planes.begin(), planes.end(), [&](const Plane& other) {
+    if (&other == &plane || !nearly_parallel(plane, other)) return true;
+    const std::size_t count = slices_of(other.places, contrast).size();
+    return count < own || (count == own && &plane < &other);
+  });
+}
+
+}  // namespace
+
+std::optional<Candidate> completed(const Candidate& candidate,
+                                   const std::vector<DicomImage>& images) {
+  if (!candidate.ordinary || !candidate.uniform) return {};
+  const double step_mm = candidate.spacing_mm;
+  Candidate out = candidate;
+  const auto is_poor = [&](const Slice& slice) {
+    return 2 * slice.second->frames() < candidate.phases;
+  };
+  std::erase_if(out.slices, is_poor);
+  const std::vector<Slice> guests = fitting(candidate, images);
+  bool more = false;
+  for (auto next = guests.begin(); next != guests.end();) {
+    const double off = std::abs(nearest_mm(out.slices, next->first->along_mm) - step_mm);
+    if (off <= kMostUneven * step_mm) {
+      out.slices.push_back(*next);
+      more = true;
+      next = guests.begin();  // one that lay too far may be next to it
+    } else {
+      ++next;
+    }
+  }
+  if (!more) return {};
+  for (const Slice& slice : candidate.slices) {
+    if (is_poor(slice) && nearest_mm(out.slices, slice.first->along_mm) > 0.5 * step_mm) {
+      out.slices.push_back(slice);
+    }
+  }
+  std::stable_sort(out.slices.begin(), out.slices.end(), less_along);
+  finish(out);
+  return out;
+}
+
+std::vector<Candidate> gathered(const std::vector<Plane>& planes, bool without_stack) {
+  std::vector<Candidate> out;
+  for (const Plane& plane : planes) {
+    if (plane.guests.empty()) continue;
+    for (const ImageSet* contrast : contrasts_of(plane)) {
+      Candidate candidate;
+      candidate.plane = &plane;
+      candidate.slices = slices_of(plane.places, *contrast);
+      if (without_stack && candidate.slices.size() >= kLeastSlices) continue;
+      if (!leads(plane, planes, *contrast)) continue;
+      std::vector<Slice> guests = slices_of(plane.guests, *contrast);
+      std::stable_sort(guests.begin(), guests.end(), better);
+      for (const Slice& guest : guests) {
+        if (nearest_mm(candidate.slices, guest.first->along_mm) > kSamePlaceMm) {
+          candidate.slices.push_back(guest);
+        }
+      }
+      if (candidate.slices.size() < kLeastSlices) continue;
+      std::stable_sort(candidate.slices.begin(), candidate.slices.end(), less_along);
+      finish(candidate);
+      out.push_back(std::move(candidate));
+    }
+  }
+  return out;
+}
+
+bool acquired_among(const Candidate& part, const Candidate& whole) {
+  int first = std::numeric_limits<int>::max();
+  int last = std::numeric_limits<int>::min();
+  std::set<const ImageSet*> own;
+  for (const auto& [place, set] : part.slices) {
+    own.insert(set);
+    first = std::min(first, set->series_number);
+    last = std::max(last, set->series_number);
+  }
+  std::size_t held = 0;
+  bool between = false;
+  for (const auto& [place, set] : whole.slices) {
+    if (own.count(set) > 0) {
+      ++held;
+    } else {
+      between = between || (set->series_number > first && set->series_number < last);
+    }
+  }
+  return between && held == own.size();
+}
+
+}  // namespace beatlas::ingest
