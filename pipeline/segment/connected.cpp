@@ -151,20 +151,25 @@ std::size_t faces_between(const Grid& grid, const std::vector<std::uint8_t>& pha
   return count;
 }
 
-/// Whether a slice shows wall where the section of another slice lies, over half of it and more:
-/// there the wall closed upon the cavity, which goes on beyond.
-bool closed_by_wall(const Grid& grid, const std::vector<std::uint8_t>& phase, int section, int k,
+/// Whether the slices between two sections of a cavity show wall where the larger of both lies,
+/// over half of it and more: there the wall closed upon the cavity, which goes on beyond.
+bool closed_by_wall(const Grid& grid, const std::vector<std::uint8_t>& phase, int first, int second,
                     std::uint8_t cavity, std::uint8_t wall) {
-  const std::size_t from = grid.offset(0, 0, section);
-  const std::size_t to = grid.offset(0, 0, k);
-  std::size_t held = 0;
-  std::size_t closed = 0;
-  for (std::size_t v = 0; v < grid.slice_count(); ++v) {
-    if (phase[from + v] != cavity) continue;
-    ++held;
-    closed += phase[to + v] == wall ? 1 : 0;
+  const auto voxels = [&](int k) {
+    const auto begin = phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+    return std::count(begin, begin + static_cast<std::ptrdiff_t>(grid.slice_count()), cavity);
+  };
+  const auto held = std::max(voxels(first), voxels(second));
+  const std::size_t from = grid.offset(0, 0, voxels(first) == held ? first : second);
+  for (int k = first + 1; k < second; ++k) {
+    const std::size_t to = grid.offset(0, 0, k);
+    std::ptrdiff_t closed = 0;
+    for (std::size_t v = 0; v < grid.slice_count(); ++v) {
+      closed += phase[from + v] == cavity && phase[to + v] == wall ? 1 : 0;
+    }
+    if (2 * closed < held) return false;
   }
-  return 2 * closed >= held;
+  return true;
 }
 
 /// Of the slices that follow each other with the cavity, or the wall that closed upon it, in each,
@@ -173,7 +178,7 @@ void keep_walled_run(const Grid& grid, std::uint8_t cavity, std::uint8_t wall, s
                      std::vector<std::uint8_t>& phase) {
   struct Slices {
     int begin = 0;
-    int end = 0;
+    int end = 0;  ///< behind the last; 0: none
     std::size_t walled = 0;
   };
   const auto slice = [&](int k) {
@@ -182,13 +187,8 @@ void keep_walled_run(const Grid& grid, std::uint8_t cavity, std::uint8_t wall, s
   Slices best;
   Slices now;
   for (int k = 0; k < grid.size[2]; ++k) {
-    if (std::find(slice(k), slice(k + 1), cavity) == slice(k + 1)) {
-      const bool begun = now.end > now.begin;
-      if (!begun || !closed_by_wall(grid, phase, now.end - 1, k, cavity, wall)) {
-        now = {k + 1, k + 1, 0};
-      }
-      continue;
-    }
+    if (std::find(slice(k), slice(k + 1), cavity) == slice(k + 1)) continue;
+    if (now.end == 0 || !closed_by_wall(grid, phase, now.end - 1, k, cavity, wall)) now = {k, 0, 0};
     now.walled += faces_between(grid, phase, k, cavity, wall);
     now.end = k + 1;
     if (best.end == 0 || now.walled > best.walled || now.begin == best.begin) best = now;

@@ -190,6 +190,32 @@ TEST(Connected, WallThatClosesUponACavityLeavesWhatIsBeyondIt) {
   EXPECT_EQ(labels.phases, before.phases);
 }
 
+TEST(Connected, ACapOfWallBetweenAVentricleAndAStrayPieceClosesUponNothing) {
+  // Towards either end of the stack.
+  for (const bool up : {false, true}) {
+    ImageCycle<std::uint8_t> labels = cycle_of(8);
+    const auto put = [&](std::size_t p, std::array<int, 3> low, std::array<int, 3> high,
+                         std::uint8_t label) {
+      if (up) {
+        const int bottom = 7 - high[2];
+        high[2] = 7 - low[2];
+        low[2] = bottom;
+      }
+      fill(labels, p, low, high, label);
+    };
+    for (std::size_t p = 0; p < 2; ++p) {
+      put(p, {4, 4, 2}, {13, 13, 7}, kLabelLvMyocardium);
+      put(p, {6, 6, 2}, {11, 11, 7}, kLabelLvBlood);
+      put(p, {7, 7, 0}, {9, 9, 0}, kLabelLvBlood);
+    }
+    put(0, {6, 6, 1}, {11, 11, 1}, kLabelLvBlood);
+    put(1, {7, 7, 1}, {9, 9, 1}, kLabelLvMyocardium);  // at end-systole
+    keep_stacked(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+    EXPECT_EQ(count_of(labels, 0, kLabelLvBlood), 6 * 6 * 7 + 3 * 3) << up;
+    EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 6 * 6 * 6) << up;
+  }
+}
+
 TEST(Connected, WallThatSurroundsNothingOfItsVentricleIsNone) {
   ImageCycle<std::uint8_t> labels = cycle_of(8);
   for (std::size_t p = 0; p < 2; ++p) {
