@@ -74,6 +74,14 @@ std::vector<Slice> fitting(const Candidate& own, const std::vector<DicomImage>& 
   return out;
 }
 
+int most_frames(const std::vector<Slice>& some, const std::vector<Slice>& others) {
+  int most = 0;
+  for (const std::vector<Slice>* slices : {&some, &others}) {
+    for (const auto& [place, set] : *slices) most = std::max(most, set->frames());
+  }
+  return most;
+}
+
 /// The contrasts of the ordinary cines of a plane, one set for each.
 std::vector<const ImageSet*> contrasts_of(const Plane& plane) {
   std::vector<const ImageSet*> out;
@@ -116,18 +124,20 @@ std::optional<Candidate> completed(const Candidate& candidate,
                                    const std::vector<DicomImage>& images) {
   if (!candidate.ordinary || !candidate.uniform) return {};
   const double step_mm = candidate.spacing_mm;
+  if (step_mm <= kSamePlaceMm) return {};
   Candidate out = candidate;
   const auto is_poor = [&](const Slice& slice) {
     return 2 * slice.second->frames() < candidate.phases;
   };
   std::erase_if(out.slices, is_poor);
-  const std::vector<Slice> guests = fitting(candidate, images);
+  std::vector<Slice> guests = fitting(candidate, images);
   bool more = false;
   for (auto next = guests.begin(); next != guests.end();) {
     const double off = std::abs(nearest_mm(out.slices, next->first->along_mm) - step_mm);
     if (off <= kMostUneven * step_mm) {
       out.slices.push_back(*next);
       more = true;
+      guests.erase(next);
       next = guests.begin();  // one that lay too far may be next to it
     } else {
       ++next;
@@ -151,10 +161,18 @@ std::vector<Candidate> gathered(const std::vector<Plane>& planes, bool without_s
     for (const ImageSet* contrast : contrasts_of(plane)) {
       Candidate candidate;
       candidate.plane = &plane;
+      candidate.one_field = false;
       candidate.slices = slices_of(plane.places, *contrast);
       if (without_stack && candidate.slices.size() >= kLeastSlices) continue;
       if (!leads(plane, planes, *contrast)) continue;
       std::vector<Slice> guests = slices_of(plane.guests, *contrast);
+      // A slice of its own that was broken off counts where no other is.
+      const int most = most_frames(candidate.slices, guests);
+      const auto poor = std::stable_partition(
+          candidate.slices.begin(), candidate.slices.end(),
+          [&](const Slice& slice) { return 2 * slice.second->frames() >= most; });
+      guests.insert(guests.end(), poor, candidate.slices.end());
+      candidate.slices.erase(poor, candidate.slices.end());
       std::stable_sort(guests.begin(), guests.end(), better);
       for (const Slice& guest : guests) {
         if (nearest_mm(candidate.slices, guest.first->along_mm) > kSamePlaceMm) {
@@ -171,24 +189,23 @@ std::vector<Candidate> gathered(const std::vector<Plane>& planes, bool without_s
 }
 
 bool acquired_among(const Candidate& part, const Candidate& whole) {
-  int first = std::numeric_limits<int>::max();
-  int last = std::numeric_limits<int>::min();
   std::set<const ImageSet*> own;
-  for (const auto& [place, set] : part.slices) {
-    own.insert(set);
-    first = std::min(first, set->series_number);
-    last = std::max(last, set->series_number);
-  }
-  std::size_t held = 0;
-  bool between = false;
+  for (const auto& [place, set] : part.slices) own.insert(set);
+  std::vector<std::pair<int, bool>> in_time;  // series, whether it is of the part
   for (const auto& [place, set] : whole.slices) {
-    if (own.count(set) > 0) {
-      ++held;
-    } else {
-      between = between || (set->series_number > first && set->series_number < last);
-    }
+    in_time.emplace_back(set->series_number, own.count(set) > 0);
   }
-  return between && held == own.size();
+  std::sort(in_time.begin(), in_time.end());
+  const auto held =
+      std::count_if(in_time.begin(), in_time.end(), [](const auto& slice) { return slice.second; });
+  const auto others = static_cast<std::ptrdiff_t>(in_time.size()) - held;
+  std::ptrdiff_t changes = 0;
+  for (std::size_t i = 1; i < in_time.size(); ++i) {
+    changes += in_time[i].second != in_time[i - 1].second ? 1 : 0;
+  }
+  // One acquisition amid another or behind it changes once or twice.
+  return held == static_cast<std::ptrdiff_t>(own.size()) && changes > 2 &&
+         changes >= std::min(held, others);
 }
 
 }  // namespace beatlas::ingest

@@ -22,8 +22,9 @@ namespace beatlas::ingest {
 /// @param without_stack only contrasts of which no single plane has as many slices
 [[nodiscard]] std::vector<Candidate> gathered(const std::vector<Plane>& planes, bool without_stack);
 
-/// Whether a candidate's slices were acquired among those of another, which holds them all: others'
-/// series lie between theirs.
+/// Whether a candidate's slices were acquired among those of another, which holds them all: by
+/// series, its slices and the others follow each other in turns, not one acquisition after the
+/// other.
 [[nodiscard]] bool acquired_among(const Candidate& part, const Candidate& whole);
 
 }  // namespace beatlas::ingest

@@ -22,12 +22,18 @@ constexpr int kLeastOfCine = 3;     // images of a slice before their sizes must
 constexpr std::size_t kMostTimes = 4;
 constexpr int kFlowSeries = 2;  // scanners number magnitude and velocity series one after another
 
+/// Matrix and pixel size; of planes and images.
+template <class A, class B>
+bool same_matrix(const A& a, const B& b) {
+  const auto near = [](double one, double other) {
+    return std::abs(one - other) <= kSameStep * other;
+  };
+  return a.columns == b.columns && a.rows == b.rows && near(a.column_step_mm, b.column_step_mm) &&
+         near(a.row_step_mm, b.row_step_mm);
+}
+
 bool same_plane(const Plane& plane, const DicomImage& image) {
-  const auto near = [](double a, double b) { return std::abs(a - b) <= kSameStep * b; };
-  if (plane.columns != image.columns || plane.rows != image.rows ||
-      !near(plane.column_step_mm, image.column_step_mm) ||
-      !near(plane.row_step_mm, image.row_step_mm) ||
-      (plane.row_lps - image.row_lps).norm() >= kSameDirection ||
+  if (!same_matrix(plane, image) || (plane.row_lps - image.row_lps).norm() >= kSameDirection ||
       (plane.column_lps - image.column_lps).norm() >= kSameDirection) {
     return false;
   }
@@ -253,6 +259,7 @@ std::vector<Place> guests_of(const Plane& plane, const std::vector<Plane>& plane
     if (&other == &plane || !nearly_parallel(plane, other)) continue;
     const Vec3 other_normal = other.normal_lps();
     for (Place place : other.places) {
+      if (place.cines.empty()) continue;
       place.along_mm = normal.dot(middle) +
                        other_normal.dot(place.position_lps - middle) / other_normal.dot(normal);
       place.guest = true;
@@ -281,6 +288,10 @@ bool nearly_parallel(const Plane& a, const Plane& b) {
          std::cos(kNearlyParallelDeg * std::numbers::pi / 180);
 }
 
+bool same_pixels(const Plane& a, const Plane& b) {
+  return nearly_parallel(a, b) && same_matrix(a, b);
+}
+
 std::vector<Plane> group_planes(const std::vector<DicomImage>& images, const ImageFiles& files) {
   check_sizes(images, files);
   std::vector<Plane> planes;
@@ -300,15 +311,16 @@ std::vector<Plane> group_planes(const std::vector<DicomImage>& images, const Ima
     std::vector<std::vector<int>> at_place;
     for (const int index : members[p]) {
       const Vec3& position = images[static_cast<std::size_t>(index)].position_lps;
+      const double along_mm = position.dot(plane.normal_lps());
       std::size_t k = 0;
       while (k < plane.places.size() &&
-             (plane.places[k].position_lps - position).norm() > kSamePlaceMm) {
+             std::abs(plane.places[k].along_mm - along_mm) > kSamePlaceMm) {
         ++k;
       }
       if (k == plane.places.size()) {
         Place place;
         place.position_lps = position;
-        place.along_mm = position.dot(plane.normal_lps());
+        place.along_mm = along_mm;
         plane.places.push_back(place);
         at_place.emplace_back();
       }

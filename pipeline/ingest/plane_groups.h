@@ -65,8 +65,8 @@ struct Plane {
   Vec3 column_lps = Vec3::UnitY();
   Vec3 first_lps = Vec3::Zero();  ///< of the first image met; first pixels lie on its normal
   std::vector<Place> places;      ///< ascending along row x column
-  /// Places of other planes that are nearly parallel to this one, ascending; `along_mm` is this
-  /// plane's, where the line through the middle of its images meets them.
+  /// Places with cines of other planes that are nearly parallel to this one, ascending; `along_mm`
+  /// is this plane's, where the line through the middle of its images meets them.
   std::vector<Place> guests;
 
   [[nodiscard]] Vec3 normal_lps() const { return row_lps.cross(column_lps); }
@@ -81,6 +81,10 @@ inline constexpr double kSamePlaceMm = 0.1;  ///< far below any slice gap
 /// Whether slices of two planes could be of one stack, but for their fields of view: their normals
 /// are within kNearlyParallelDeg.
 [[nodiscard]] bool nearly_parallel(const Plane& a, const Plane& b);
+
+/// Whether they are nearly parallel, of one matrix and pixel size: of one protocol, as far as that
+/// tells.
+[[nodiscard]] bool same_pixels(const Plane& a, const Plane& b);
 
 /// Between the normals of slices that were planned as parallel. A slice of the left ventricle is at
 /// most 50 mm wide about its middle, where this moves it by 2.6 mm: a third of a slice of 8 mm.

@@ -21,10 +21,15 @@ constexpr double kAlikeEcho = 0.1;   // scanners trim echo times slice by slice
 constexpr int kNextSeries = 3;       // series of one acquisition follow each other
 constexpr double kAlongAxis = 0.966;  // cosine of 15 degrees
 
+/// Slices that share no field of view may be repeats as well as a stack: of three two count.
+std::size_t weighed_slices(const Candidate& candidate) {
+  return candidate.one_field ? candidate.slices.size() : candidate.slices.size() * 2 / 3;
+}
+
 auto rank(const Candidate& candidate) {
-  return std::make_tuple(candidate.ordinary, candidate.good, candidate.slices.size(),
-                         candidate.uniform, !candidate.mixed, candidate.one_series,
-                         candidate.phases);
+  return std::make_tuple(candidate.ordinary, candidate.good, weighed_slices(candidate),
+                         candidate.one_field, candidate.uniform, !candidate.mixed,
+                         candidate.one_series, candidate.phases);
 }
 
 /// The number of frames that most slices have, weighed by how much of the cycle it shows.
@@ -122,6 +127,7 @@ std::vector<Candidate> interleaved(const Candidate& candidate) {
   }
   // One after the other: slices of one series are one stack.
   std::vector<std::pair<int, int>> series;
+  series.reserve(out.size());
   for (const Candidate& one : out) {
     series.emplace_back(first_series(one), latest_series(one));
   }
@@ -254,7 +260,7 @@ void finish(Candidate& candidate) {
   double longest = 0;
   bool choice = false;
   for (const auto& [place, set] : candidate.slices) {
-    choice = choice || place->cines.size() > 1 || place->guest;
+    choice = choice || place->cines.size() > 1;
     const double rr_s = set->timing.rr_s;
     if (rr_s <= 0) continue;
     shortest = shortest > 0 ? std::min(shortest, rr_s) : rr_s;
@@ -296,12 +302,17 @@ std::string why_before(const Candidate& first, const Candidate& second) {
   if (first.ordinary != second.ordinary)
     return "it is a cine, the next is flow, perfusion or several beats of unknown length";
   if (first.good != second.good) return "it has trigger times and 8 phases or more";
+  if (first.one_field != second.one_field) {
+    return first.one_field ? "its slices have one field of view"
+                           : "it has far more parallel slices, though in several fields of view";
+  }
   if (first.slices.size() != second.slices.size()) return "it has most parallel slices";
   if (first.uniform != second.uniform) return "its slices have one contrast";
   if (first.mixed != second.mixed) return "its slices have one heart rate";
   if (first.one_series != second.one_series) return "its slices are one series";
   if (first.phases != second.phases) return "it has as many slices and most phases";
-  if (first.plane != second.plane && !is_repeat(second, first)) {
+  if (first.plane > second.plane) return "it repeats an equal stack in another field of view";
+  if (first.plane != second.plane) {
     return "it is equal to the next and its plane comes first in the order of series";
   }
   if (latest_series(first) != latest_series(second)) {

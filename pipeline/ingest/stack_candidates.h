@@ -17,6 +17,7 @@ struct Candidate {
   bool good = false;      ///< trigger times, and frames enough to blend
   bool uniform = false;   ///< one pulse sequence and echo time
   bool one_series = false;
+  bool one_field = true;  ///< of view; false: gathered from several
   bool mixed = false;     ///< R-R intervals differ much, and a place was imaged more than once
   int phases = 0;         ///< what most slices have
   double spacing_mm = 0;  ///< median gap
@@ -32,7 +33,8 @@ inline constexpr std::size_t kLeastSlices = 3;
 /// All possible stacks, of kLeastSlices slices and more: of each plane the best set of every place,
 /// the best of one contrast, each series alone, series that follow each other at one heart rate,
 /// and the even stacks that interleave; and what is gathered of contrasts without any. Ranked by:
-/// ordinary cine; trigger times and 8 phases; number of slices; one contrast; not mixed; one
+/// ordinary cine; trigger times and 8 phases; number of slices, two thirds of it
+/// where they share no field of view; one field of view; one contrast; not mixed; one
 /// series; number of phases; then, of one contrast and direction, the later series, else the scan's
 /// order of planes.
 [[nodiscard]] std::vector<Candidate> find_candidates(const std::vector<Plane>& planes);

@@ -106,14 +106,15 @@ void tell_resampled(const ChosenCine& stack, const std::vector<DicomImage>& imag
     turn_deg = std::max(turn_deg, onto.turn_deg());
   }
   if (count == 0) return;
-  decisions.push_back(
-      "Warning: " + counted(count, "slice has", "slices have") + " a field of view of " +
-      (count == 1 ? "its" : "their") + " own, whose middle lies up to " +
-      with_digits("%.1f", shift_mm) + " mm beside the others'" +
-      (turn_deg > kSameTurnDeg ? ", tilted by up to " + with_digits("%.1f", turn_deg) + " degrees,"
-                               : "") +
-      " and " + (count == 1 ? "was" : "were") + " resampled to the pixels of the stack (" +
-      series_list(series) + ").");
+  decisions.push_back("Warning: " + counted(count, "slice has", "slices have") +
+                      " a field of view of " + (count == 1 ? "its" : "their") +
+                      " own, whose middle lies " + (count == 1 ? "" : "up to ") +
+                      with_digits("%.1f", shift_mm) + " mm beside the others'" +
+                      (turn_deg > kSameTurnDeg
+                           ? " and which is tilted by " + with_digits("%.1f", turn_deg) + " degrees"
+                           : "") +
+                      ", and " + (count == 1 ? "was" : "were") +
+                      " resampled to the pixels of the stack (" + series_list(series) + ").");
 }
 
 double mean_rr_s(const std::vector<ImageSet>& slices, double otherwise_s) {
@@ -209,7 +210,7 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
     const std::size_t left = found - positions.size();
     if (left == 0) throw;
     throw error.with_context("without the " + counted(left, "slice that is", "slices that are") +
-                             " incomplete or elsewhere");
+                             " incomplete or of another region");
   }
 
   ChosenCine out;
@@ -371,7 +372,7 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
     std::size_t cines = 0;
     for (const Place& place : plane.places) cines += place.cines.empty() ? 0 : 1;
     for (const Place& place : plane.places) {
-      note_left(place, &plane == &stack_plane, used, left);
+      note_left(place, same_pixels(plane, stack_plane), used, left);
       if (place.cines.empty()) continue;
       const ImageSet& set = place.cines.front();
       if (used.count(set.images.front()) > 0) continue;
@@ -429,8 +430,10 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
                            std::optional<Error>& why_not) -> std::optional<Choice> {
     Choice choice;
     choice.decisions.push_back(listed(candidates, i, options.stack > 0));
+    std::vector<std::string> timing;
     try {
       choice.stack = build(candidate, images, options, choice.decisions);
+      tell_timing(choice.stack, candidate.phases, timing);
     } catch (const Error& error) {
       if (!why_not) why_not = error;
       return {};
@@ -440,7 +443,7 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
                                  " was passed over: " + first_error->what() + '.');
     }
     choice.phases = options.phases > 0 ? options.phases : candidate.phases;
-    tell_timing(choice.stack, candidate.phases, choice.decisions);
+    choice.decisions.insert(choice.decisions.end(), timing.begin(), timing.end());
     if (candidate.mixed) choice.decisions.push_back(mixed_told());
     choose_views(planes, *candidate.plane, candidate.good, options, choice);
     return choice;

@@ -97,14 +97,13 @@ TEST(GuestSlices, OfAnotherFieldOfViewAreOfTheStack) {
   };
   // An inner slice, an end of the stack, and both.
   for (const std::set<int>& series : {std::set<int>{5}, std::set<int>{9}, std::set<int>{1, 2, 7}}) {
-    expect_whole(choose(with_changed(stack, series, move)),
-                 "whose middle lies up to 7.8 mm beside the others' and w");
+    expect_whole(choose(with_changed(stack, series, move)), "7.8 mm beside the others', and w");
     expect_whole(choose(with_changed(stack, series, refine)),
                  "resampled to the pixels of the stack (series ");
     expect_whole(choose(with_changed(stack, series, [](DicomImage& image) { tilt(image, 1); })),
-                 "whose middle lies up to 0.0 mm beside the others', tilted by up to 1.0 degrees,");
+                 "0.0 mm beside the others' and which is tilted by 1.0 degrees, and w");
     expect_whole(choose(with_changed(stack, series, [](DicomImage& image) { turn(image, 30); })),
-                 "whose middle lies up to 0.0 mm beside the others' and w");
+                 "0.0 mm beside the others', and w");
   }
 }
 
@@ -212,11 +211,42 @@ TEST(GuestSlices, DoNotDecideWhichStackIsTaken) {
   const Choice choice = choose(images);
   EXPECT_EQ(series_of(choice), std::vector<int>(9, 2)) << joined(choice.decisions);
   EXPECT_NEAR(choice.stack.grid.spacing_mm()[2], 8, 1e-6);
-  EXPECT_TRUE(told(choice.decisions, "because it is equal to the next and of a later series"));
+  EXPECT_TRUE(told(choice.decisions, "because it repeats an equal stack in another field of view"));
   // The same, taken again at the same places.
   images = made_stack({.slices = 9});
   append(images, refined(made_stack({.slices = 9, .first_series = 30})));
   EXPECT_EQ(series_of(choose(images)), from_to(30, 38));
+}
+
+// Repeats of single slices, each planned anew, lie closer to each other than slices of a stack.
+TEST(GuestSlices, RepeatsInSeveralFieldsOfViewAreNoStack) {
+  auto images = made_stack({.slices = 3, .gap_mm = 20});
+  for (int n = 0; n < 4; ++n) {
+    auto repeat = slice_at(20 + 2.5 * n, 10 + n);
+    for (DicomImage& image : repeat) image.position_lps.x() += 3 * (n + 1);
+    append(images, repeat);
+  }
+  EXPECT_EQ(series_of(choose(images)), from_to(1, 3));
+  // All at one place, a little beside each other.
+  images = slice_at(16, 1);
+  for (int n = 0; n < 3; ++n) {
+    auto repeat = slice_at(16, 10 + n);
+    for (DicomImage& image : repeat) image.position_lps.x() += n < 2 ? 0.12 * (n + 1) : 6;
+    append(images, repeat);
+  }
+  EXPECT_THROW((void)choose(images), Error);
+}
+
+// A guest must not cost the stack that is whole without it.
+TEST(GuestSlices, ThatLackTooMuchOfTheCycleAreLeft) {
+  auto images = made_stack({.slices = 9, .phases = 20});
+  auto guest = refined(slice_at(72, 50, 20));
+  for (DicomImage& image : guest) {
+    image.stamp.trigger_ms = 22 * (*image.stamp.instance - 1);
+  }
+  append(images, guest);
+  const Choice choice = choose(images);
+  EXPECT_EQ(series_of(choice), from_to(1, 9)) << joined(choice.decisions);
 }
 
 TEST(GuestSlices, AcquiredAmongEachOtherAreOneStack) {
