@@ -151,16 +151,22 @@ std::size_t faces_between(const Grid& grid, const std::vector<std::uint8_t>& pha
   return count;
 }
 
-/// Whether the slices between two sections of a cavity show wall where the larger of both lies,
-/// over half of it and more: there the wall closed upon the cavity, which goes on beyond.
+/// Whether the slices between two sections of a cavity, if there are any, show wall where the
+/// larger of both lies, over half of it and more, and either section has no more cavity than wall:
+/// there the wall closed upon the cavity, which goes on beyond. What leaked through a pole has
+/// hardly a wall.
 bool closed_by_wall(const Grid& grid, const std::vector<std::uint8_t>& phase, int first, int second,
                     std::uint8_t cavity, std::uint8_t wall) {
-  const auto voxels = [&](int k) {
+  if (second == first + 1) return true;
+  const auto voxels = [&](int k, std::uint8_t label) {
     const auto begin = phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
-    return std::count(begin, begin + static_cast<std::ptrdiff_t>(grid.slice_count()), cavity);
+    return std::count(begin, begin + static_cast<std::ptrdiff_t>(grid.slice_count()), label);
   };
-  const auto held = std::max(voxels(first), voxels(second));
-  const std::size_t from = grid.offset(0, 0, voxels(first) == held ? first : second);
+  for (const int k : {first, second}) {
+    if (voxels(k, wall) < voxels(k, cavity)) return false;
+  }
+  const auto held = std::max(voxels(first, cavity), voxels(second, cavity));
+  const std::size_t from = grid.offset(0, 0, voxels(first, cavity) == held ? first : second);
   for (int k = first + 1; k < second; ++k) {
     const std::size_t to = grid.offset(0, 0, k);
     std::ptrdiff_t closed = 0;

@@ -190,6 +190,19 @@ TEST(Connected, WallThatClosesUponACavityLeavesWhatIsBeyondIt) {
   EXPECT_EQ(labels.phases, before.phases);
 }
 
+TEST(Connected, APoolBeyondTheWallOfTheApexIsNoPocket) {
+  ImageCycle<std::uint8_t> labels = cycle_of(8);
+  for (std::size_t p = 0; p < 2; ++p) {
+    fill(labels, p, {4, 4, 2}, {13, 13, 7}, kLabelLvMyocardium);
+    fill(labels, p, {6, 6, 3}, {11, 11, 7}, kLabelLvBlood);
+    fill(labels, p, {6, 6, 1}, {11, 11, 1}, kLabelLvBlood);
+  }
+  fill(labels, 0, {6, 6, 2}, {11, 11, 2}, kLabelLvBlood);  // so that it hangs together in one phase
+  keep_stacked(kLabelLvBlood, kLabelLvMyocardium, kLabelRestOfHeart, labels);
+  EXPECT_EQ(count_of(labels, 1, kLabelLvBlood), 6 * 6 * 5);
+  EXPECT_EQ(count_of(labels, 1, kLabelRestOfHeart), 6 * 6);
+}
+
 TEST(Connected, ACapOfWallBetweenAVentricleAndAStrayPieceClosesUponNothing) {
   // Towards either end of the stack.
   for (const bool up : {false, true}) {
