@@ -258,8 +258,9 @@ std::vector<Place> guests_of(const Plane& plane, const std::vector<Plane>& plane
   for (const Plane& other : planes) {
     if (&other == &plane || !nearly_parallel(plane, other)) continue;
     const Vec3 other_normal = other.normal_lps();
-    for (Place place : other.places) {
-      if (place.cines.empty()) continue;
+    for (const Place& seen : other.places) {
+      if (seen.cines.empty()) continue;
+      Place place = seen;
       place.along_mm = normal.dot(middle) +
                        other_normal.dot(place.position_lps - middle) / other_normal.dot(normal);
       place.guest = true;

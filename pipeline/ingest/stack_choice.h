@@ -30,7 +30,7 @@ struct Choice {
 inline constexpr double kMostUnseen = 0.4;
 
 /// Chooses as ingest.h tells.
-/// @throws Error{InvalidInput} if the exam holds no stack, or the best one is sheared or uneven.
+/// @throws Error{InvalidInput} if the exam holds no stack, or the best one is uneven.
 [[nodiscard]] Choice choose_stack(const std::vector<DicomImage>& images,
                                   const IngestOptions& options, const ImageFiles& files);
 
