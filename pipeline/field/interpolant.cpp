@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "pipeline/core/cubic_convolution.h"
+
 namespace beatlas::field {
 namespace {
 
@@ -50,14 +52,8 @@ struct Taps {
           static_cast<std::size_t>(std::clamp(first + n, 0, size - 1)) * stride;
     }
   }
-  [[nodiscard]] Weights weight() const {
-    return {((2.0 - t) * t - 1.0) * t * 0.5, ((3.0 * t - 5.0) * t * t + 2.0) * 0.5,
-            ((4.0 - 3.0 * t) * t + 1.0) * t * 0.5, (t - 1.0) * t * t * 0.5};
-  }
-  [[nodiscard]] Weights slope() const {
-    return {((4.0 - 3.0 * t) * t - 1.0) * 0.5, (9.0 * t - 10.0) * t * 0.5,
-            ((8.0 - 9.0 * t) * t + 1.0) * 0.5, (3.0 * t - 2.0) * t * 0.5};
-  }
+  [[nodiscard]] Weights weight() const { return cubic_weights(t); }
+  [[nodiscard]] Weights slope() const { return cubic_slopes(t); }
 };
 
 // Four samples along x.

@@ -5,8 +5,8 @@
 
 namespace beatlas::field {
 
-/// Reads a lattice of samples between its nodes: tensor product of cubic convolution with a = -1/2
-/// (Keys 1981; Catmull-Rom), C1, exact for quadratics. Beyond the lattice the border's value goes
+/// Reads a lattice of samples between its nodes: tensor product of cubic convolution
+/// (pipeline/core/cubic_convolution.h). Beyond the lattice the border's value goes
 /// on. Looks at the samples it is given and owns nothing; safe to use from several threads.
 class Interpolant {
  public:

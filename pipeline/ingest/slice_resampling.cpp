@@ -5,16 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/core/cubic_convolution.h"
+
 namespace beatlas::ingest {
 namespace {
 
 constexpr double kStillWithin = 1e-6;  // pixels, of rounding at an image's edge
-
-/// Weights of the four pixels about a place `t` behind the second of them, Keys 1981 with a = -1/2.
-std::array<double, 4> weights(double t) {
-  return {((-0.5 * t + 1.0) * t - 0.5) * t, (1.5 * t - 2.5) * t * t + 1.0,
-          ((-1.5 * t + 2.0) * t + 0.5) * t, (0.5 * t - 0.5) * t * t};
-}
 
 /// First of the four pixels, and the weights, for a place along an axis of an image.
 struct Taps {
@@ -23,7 +19,7 @@ struct Taps {
   explicit Taps(double at) {
     const double whole = std::floor(at);
     first = static_cast<int>(whole) - 1;
-    weight = weights(at - whole);
+    weight = cubic_weights(at - whole);
   }
 };
 

@@ -32,8 +32,8 @@ class SliceResampling {
   /// Angle between the slice's normal and the stack's [degrees], 0 to 90.
   [[nodiscard]] double turn_deg() const { return turn_deg_; }
 
-  /// Cubic convolution (Keys 1981, a = -1/2), held within the range of the pixels that it is made
-  /// from; beyond the image as dark as its darkest pixel.
+  /// Cubic convolution (pipeline/core/cubic_convolution.h), held within the range of the pixels
+  /// that it is made from; beyond the image as dark as its darkest pixel.
   /// @param own of the image, columns fastest
   /// @param out of the stack's slice
   void resample(std::span<const float> own, std::span<float> out) const;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/core/cubic_convolution.h"
 #include "pipeline/register/smooth_level.h"
 #include "pipeline/register/sub_slices.h"
 
@@ -33,8 +34,9 @@ namespace {
 
 constexpr float kFar = 20.0F;  ///< [mm] level where there is nothing
 
-/// Cubic convolution (Keys 1981, a = -1/2) along one axis: four neighbours and their weights for
-/// every lattice index, the outermost samples going on beyond the rim, or nothing where it `ends`.
+/// Cubic convolution (pipeline/core/cubic_convolution.h) along one axis: four neighbours and their
+/// weights for every lattice index, the outermost samples going on beyond the rim, or nothing where
+/// it `ends`.
 struct Taps {
   std::array<int, 4> at{};
   std::array<float, 4> weight{};
@@ -46,9 +48,7 @@ std::vector<Taps> cubic_taps(const AxisMap& map, int axis, int lattice_size, int
     const double x = map.index(axis, n);
     if (ends && (x < -0.5 || x > source_size - 0.5)) continue;
     const double low = std::floor(x);
-    const double u = x - low;
-    const std::array<double, 4> weight{((-0.5 * u + 1) * u - 0.5) * u, (1.5 * u - 2.5) * u * u + 1,
-                                       ((-1.5 * u + 2) * u + 0.5) * u, (0.5 * u - 0.5) * u * u};
+    const std::array<double, 4> weight = cubic_weights(x - low);
     Taps& taps = out[static_cast<std::size_t>(n)];
     for (std::size_t t = 0; t < 4; ++t) {
       taps.at[t] = std::clamp(static_cast<int>(low) + static_cast<int>(t) - 1, 0, source_size - 1);

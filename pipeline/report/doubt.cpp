@@ -87,13 +87,15 @@ bool is_borne_out(const LeakAlarm& alarm, const Segmentation& segmentation,
                                 limits.of(alarm.structure, alarm.phase == segmentation.end_systole);
 }
 
-std::vector<Doubt> doubts_of(const Segmentation& segmentation) {
+std::vector<Doubt> doubts_of(const Segmentation& segmentation, const HeartFigures& figures) {
   std::vector<Doubt> out;
   const double thickness_mm = segmentation.labels.grid.spacing_mm()[2];
   const auto add = [&](Structure structure, bool end_systole) {
     const auto found = segmentation.belief.find(structure);
     if (found == segmentation.belief.end()) return;
-    const int phase = end_systole ? segmentation.end_systole : segmentation.end_diastole;
+    const auto& own = structure == Structure::RvBlood ? figures.rv : figures.lv;
+    const int of_heart = end_systole ? segmentation.end_systole : segmentation.end_diastole;
+    const int phase = own ? (end_systole ? own->es : own->ed) : of_heart;
     out.push_back(doubt_of(structure, end_systole, phase,
                            found->second[static_cast<std::size_t>(phase)], thickness_mm));
   };

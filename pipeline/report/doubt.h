@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/core/shapes.h"
+#include "pipeline/report/heart_figures.h"
 
 namespace beatlas::report {
 
@@ -45,9 +46,12 @@ struct Doubt {
   DoubtedVolume missed;      ///< expected and not labelled
 };
 
-/// Of LV blood and RV blood at end-diastole and end-systole, of LV muscle at end-diastole. Empty
-/// where no prior was asked.
-[[nodiscard]] std::vector<Doubt> doubts_of(const Segmentation& segmentation);
+/// Of LV blood and RV blood at end-diastole and end-systole, of LV muscle at end-diastole, each in
+/// the phase that its figure is taken from: the RV is seldom largest and smallest in the LV's
+/// phases. Empty where no prior was asked.
+/// @param figures of the segmentation's volumes; of a ventricle without any its LV's phases count
+[[nodiscard]] std::vector<Doubt> doubts_of(const Segmentation& segmentation,
+                                           const HeartFigures& figures);
 
 /// Whether an alarm tells of the labels as a whole. The volume of a ventricle that jumps does; a
 /// patch of surface does where the prior, too, expects something else in its slice, or has no say,

@@ -119,7 +119,7 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
         ++asked.other_leaks;
       }
     }
-    if (input.is_study) asked.doubts = doubts_of(*input.segmentation);
+    if (input.is_study) asked.doubts = doubts_of(*input.segmentation, asked.segmentation);
     for (const auto& [structure, phases] : input.uncertainty) {
       const double share = uncertain_percent(input.uncertainty, structure, limits.uncertain_mm);
       if (asked.uncertain_percent && share <= *asked.uncertain_percent) continue;

@@ -2,16 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "pipeline/core/parallel.h"
 
 namespace beatlas::segment {
 namespace {
 
-constexpr int kFewestPhases = 4;
+constexpr std::size_t kFewestPhases = 4;
 constexpr double kUnlike = 0.5;  ///< correlation with the slice's mean: less is another image
 constexpr double kAlike = 0.8;   ///< that the slice's phases have in the middle, or none is judged
-constexpr double kMostShare = 0.25;  ///< of the phases
+constexpr double kMostShare = 0.25;  ///< of the phases that show something
 
 double correlation(const float* a, const std::vector<double>& b, double mean_b, double square_b) {
   const std::size_t n = b.size();
@@ -28,15 +29,23 @@ double correlation(const float* a, const std::vector<double>& b, double mean_b, 
   return square > 0 && square_b > 0 ? product / std::sqrt(square * square_b) : 0;
 }
 
-/// Of each phase of slice k with the mean of all.
-std::vector<double> likeness(const ImageCycle<float>& images, int k) {
+/// One value alone, as where a slice of fewer frames than the others was filled up.
+bool is_blank(const float* slice, std::size_t count) {
+  return std::all_of(slice, slice + count, [&](float value) { return value == slice[0]; });
+}
+
+/// Of each of the phases of slice k with the mean of all.
+std::vector<double> likeness(const ImageCycle<float>& images, const std::vector<int>& phases,
+                             int k) {
   const std::size_t count = images.grid.slice_count();
   const std::size_t begin = images.grid.offset(0, 0, k);
-  const std::size_t n = images.phases.size();
+  const auto slice = [&](int p) {
+    return images.phases[static_cast<std::size_t>(p)].data() + begin;
+  };
   std::vector<double> mean(count, 0);
-  for (const std::vector<float>& phase : images.phases) {
+  for (const int p : phases) {
     for (std::size_t v = 0; v < count; ++v) {
-      mean[v] += static_cast<double>(phase[begin + v]) / static_cast<double>(n);
+      mean[v] += static_cast<double>(slice(p)[v]) / static_cast<double>(phases.size());
     }
   }
   double level = 0;
@@ -44,34 +53,55 @@ std::vector<double> likeness(const ImageCycle<float>& images, int k) {
   double square = 0;
   for (const double value : mean) square += (value - level) * (value - level);
   std::vector<double> out;
-  for (const std::vector<float>& phase : images.phases) {
-    out.push_back(correlation(phase.data() + begin, mean, level, square));
+  for (const int p : phases) out.push_back(correlation(slice(p), mean, level, square));
+  return out;
+}
+
+/// Of the phases of slice k that show something, those that show another thing than most.
+std::vector<int> unlike_phases(const ImageCycle<float>& images, const std::vector<int>& phases,
+                               int k) {
+  if (phases.size() < kFewestPhases) return {};
+  const std::vector<double> alike = likeness(images, phases, k);
+  std::vector<double> sorted = alike;
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted[sorted.size() / 2] < kAlike) return {};
+  std::vector<int> out;
+  for (std::size_t n = 0; n < phases.size(); ++n) {
+    if (alike[n] < kUnlike) out.push_back(phases[n]);
   }
+  const double share = static_cast<double>(out.size()) / static_cast<double>(phases.size());
+  return share > kMostShare ? std::vector<int>() : out;
+}
+
+/// Phases of slice k that are not to be believed.
+std::vector<int> bad_phases(const ImageCycle<float>& images, int k) {
+  const std::size_t count = images.grid.slice_count();
+  const std::size_t begin = images.grid.offset(0, 0, k);
+  std::vector<int> shown;
+  std::vector<int> out;
+  for (int p = 0; p < images.phase_count(); ++p) {
+    const float* slice = images.phases[static_cast<std::size_t>(p)].data() + begin;
+    (is_blank(slice, count) ? out : shown).push_back(p);
+  }
+  if (shown.empty()) return {};
+  const std::vector<int> unlike = unlike_phases(images, shown, k);
+  out.insert(out.end(), unlike.begin(), unlike.end());
   return out;
 }
 
 }  // namespace
 
 std::vector<BadFrame> bad_frames(const ImageCycle<float>& images) {
-  const int n = images.phase_count();
+  std::vector<std::vector<int>> bad(static_cast<std::size_t>(images.grid.size[2]));
+  parallel_for(bad.size(),
+               [&](std::size_t k) { bad[k] = bad_phases(images, static_cast<int>(k)); });
   std::vector<BadFrame> out;
-  if (n < kFewestPhases) return out;
-  std::vector<std::vector<double>> alike(static_cast<std::size_t>(images.grid.size[2]));
-  parallel_for(alike.size(),
-               [&](std::size_t k) { alike[k] = likeness(images, static_cast<int>(k)); });
   for (int k = 0; k < images.grid.size[2]; ++k) {
-    const std::vector<double>& of = alike[static_cast<std::size_t>(k)];
-    std::vector<double> sorted = of;
-    std::sort(sorted.begin(), sorted.end());
-    const auto unlike = std::count_if(of.begin(), of.end(), [](double c) { return c < kUnlike; });
-    if (sorted[sorted.size() / 2] < kAlike || static_cast<double>(unlike) > kMostShare * n)
-      continue;
-    for (int p = 0; p < n; ++p) {
-      if (of[static_cast<std::size_t>(p)] < kUnlike) out.push_back({p, k});
-    }
+    for (const int p : bad[static_cast<std::size_t>(k)]) out.push_back({p, k});
   }
-  std::stable_sort(out.begin(), out.end(),
-                   [](const BadFrame& a, const BadFrame& b) { return a.phase < b.phase; });
+  std::sort(out.begin(), out.end(), [](const BadFrame& a, const BadFrame& b) {
+    return std::pair(a.phase, a.k) < std::pair(b.phase, b.k);
+  });
   return out;
 }
 

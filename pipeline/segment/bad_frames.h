@@ -1,5 +1,6 @@
 #pragma once
-/// Frames that show nothing of what the others of their slice show: a broken acquisition, noise.
+/// Frames that show nothing of what the others of their slice show: a broken acquisition, noise, or
+/// a slice of fewer frames than the others that was filled up.
 
 #include <optional>
 #include <string>
@@ -14,8 +15,9 @@ struct BadFrame {
   int k = 0;  ///< slice
 };
 
-/// Frames whose correlation with the mean of their slice's phases is low where that of the others
-/// is high. None where more than a quarter of a slice's phases are such, or fewer than four phases.
+/// Frames of one value alone, in slices that have others, and frames whose correlation with the
+/// mean of their slice's phases is low where that of the others is high. Of the latter none where
+/// more than a quarter of a slice's phases are such, or fewer than four show something.
 /// @return by phase, then slice
 [[nodiscard]] std::vector<BadFrame> bad_frames(const ImageCycle<float>& images);
 

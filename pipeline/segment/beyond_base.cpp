@@ -9,7 +9,11 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kLeastOfMost = 0.25;  ///< of a structure's largest volume
-constexpr double kLeastShared = 0.5;   ///< Dice with itself one phase on
+/// Dice with itself one phase on, of steps of an eighth of the beat and shorter. Over a longer one
+/// an atrium empties by up to 70 % and moves with the base, so that little of it is shared.
+constexpr double kLeastShared = 0.5;
+constexpr std::size_t kShortStep = 8;  ///< phases in the beat
+constexpr double kLeastSharedOfLong = 0.1;
 /// Dice. As for a right ventricle, whose limits were set on drawn hearts (.63 and .78,
 /// report/verdict.h).
 constexpr double kLeastExpected = 2.0 / 3;
@@ -24,13 +28,14 @@ bool comes_and_goes(const ImageCycle<std::uint8_t>& labels, std::uint8_t label) 
   }
   const auto [least, most] = std::minmax_element(volume.begin(), volume.end());
   if (*least <= kLeastOfMost * *most) return true;
+  const double least_shared = n < kShortStep ? kLeastSharedOfLong : kLeastShared;
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t next = (p + 1) % n;
     double both = 0;
     for (std::size_t v = 0; v < labels.phases[p].size(); ++v) {
       both += labels.phases[p][v] == label && labels.phases[next][v] == label ? 1 : 0;
     }
-    if (2 * both < kLeastShared * (volume[p] + volume[next])) return true;
+    if (2 * both < least_shared * (volume[p] + volume[next])) return true;
   }
   return false;
 }

@@ -22,6 +22,10 @@ Segmentation believed(Structure structure, const std::vector<SliceBelief>& end_d
   return out;
 }
 
+std::vector<Doubt> doubts_of(const Segmentation& segmentation) {
+  return report::doubts_of(segmentation, {});
+}
+
 TEST(Doubt, IsWhatLabelsAndPriorDoNotHaveInCommon) {
   const std::vector<Doubt> doubts =
       doubts_of(believed(Structure::LvBlood,
@@ -60,6 +64,22 @@ TEST(Doubt, LeavesOutAnotherBodyFarFromTheLabels) {
   const std::vector<SliceBelief> slices{{100, 100, 100}, {0, 10, 0}, {0, 400, 0}};
   const std::vector<Doubt> doubts = doubts_of(believed(Structure::RvBlood, slices, slices));
   EXPECT_NEAR(doubts.front().expected_dice, 200.0 / 210, 1e-12);
+}
+
+TEST(Doubt, OfAVentricleIsThatOfThePhasesThatItsFiguresComeFrom) {
+  const std::vector<SliceBelief> sure{{1000, 1000, 950}, {1000, 1000, 950}};
+  const std::vector<SliceBelief> unsure{{1000, 1000, 500}, {1000, 1000, 500}};
+  Segmentation segmentation = believed(Structure::RvBlood, sure, sure);
+  segmentation.belief[Structure::RvBlood] = {sure, sure, unsure};
+  HeartFigures figures;
+  figures.lv = {100, 40, 0, 1};
+  figures.rv = {120, 60, 0, 2};
+  const std::vector<Doubt> doubts = report::doubts_of(segmentation, figures);
+  ASSERT_EQ(doubts.size(), 2U);
+  EXPECT_EQ(doubts[0].phase, 0);
+  EXPECT_NEAR(doubts[0].expected_dice, 0.95, 1e-12);
+  EXPECT_EQ(doubts[1].phase, 2);
+  EXPECT_NEAR(doubts[1].expected_dice, 0.5, 1e-12);
 }
 
 TEST(Doubt, IsNoneWhereNoPriorWasAsked) {

@@ -1,6 +1,8 @@
 /// Frames of noise among good ones.
 #include "pipeline/segment/bad_frames.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "pipeline/segment/segment.h"
@@ -67,6 +69,25 @@ TEST(BadFrames, OfOneSliceAreDrawnStraightBetweenTheirNeighboursInTime) {
     ASSERT_FLOAT_EQ(mended.phases[kBad][v], wanted) << v;
   }
   EXPECT_NE(told(bad, images.grid.size[2]).at(0).find("phase 3 of slice 5"), std::string::npos);
+}
+
+TEST(BadFrames, OfASliceThatWasFilledUpAreAllThatAreBlank) {
+  made::ImagedPhantom made = clinical();
+  ImageCycle<float>& images = made.exam.stack.images;
+  const auto fill = [&](std::size_t phase, int k) {
+    const auto first =
+        images.phases[phase].begin() + static_cast<long>(images.grid.offset(0, 0, k));
+    std::fill(first, first + static_cast<long>(images.grid.slice_count()), 0.1F);
+  };
+  const auto n = static_cast<std::size_t>(images.phase_count());
+  for (std::size_t p = n / 2; p < n; ++p) fill(p, 5);
+  for (std::size_t p = 0; p < n; ++p) fill(p, 1);  // of which nothing is known
+  const std::vector<BadFrame> bad = bad_frames(images);
+  ASSERT_EQ(bad.size(), n - n / 2);
+  for (std::size_t b = 0; b < bad.size(); ++b) {
+    EXPECT_EQ(bad[b].k, 5);
+    EXPECT_EQ(bad[b].phase, static_cast<int>(n / 2 + b));
+  }
 }
 
 }  // namespace

@@ -82,5 +82,13 @@ TEST(BeyondBase, WhatComesAndGoesOrJumpsIsSaidAndRestOfTheHeart) {
   }
 }
 
+TEST(BeyondBase, AnAtriumOfTwoPhasesMayEmptyByMoreThanHalf) {
+  ImageCycle<std::uint8_t> labels = ventricles();
+  labels.phases.resize(2);
+  put(labels, 0, kLabelLaBlood, 0, 3);
+  put(labels, 1, kLabelLaBlood, 2, 9);
+  EXPECT_TRUE(drop_doubtful_beyond_base({}, labels).empty()) << "a fifth of both is shared";
+}
+
 }  // namespace
 }  // namespace beatlas::segment
