@@ -51,6 +51,17 @@ struct Grid {
   }
 };
 
+/// Calls visit(i, j, k, v) for every voxel in the order of their offsets v.
+template <class Visit>
+void for_each_voxel(const Grid& grid, const Visit& visit) {
+  std::size_t v = 0;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i, ++v) visit(i, j, k, v);
+    }
+  }
+}
+
 /// One scalar image; `voxels.size() == grid.count()`.
 template <class T>
 struct Volume {
