@@ -20,6 +20,8 @@ constexpr double kAlikeCount = 0.9;  // share of the common number of frames tha
 constexpr double kAlikeEcho = 0.1;   // scanners trim echo times slice by slice
 constexpr int kNextSeries = 3;       // series of one acquisition follow each other
 constexpr double kAlongAxis = 0.966;  // cosine of 15 degrees
+constexpr double kInView = 0.259;     // sine of 15 degrees
+constexpr double kTurned = 0.866;     // cosine of 30 degrees
 
 /// Slices that share no field of view may be repeats as well as a stack: of three two count.
 std::size_t weighed_slices(const Candidate& candidate) {
@@ -27,9 +29,9 @@ std::size_t weighed_slices(const Candidate& candidate) {
 }
 
 auto rank(const Candidate& candidate) {
-  return std::make_tuple(candidate.ordinary, candidate.good, weighed_slices(candidate),
-                         candidate.one_field, candidate.uniform, !candidate.mixed,
-                         candidate.one_series, candidate.phases);
+  return std::make_tuple(candidate.ordinary, candidate.good, candidate.short_axis,
+                         weighed_slices(candidate), candidate.one_field, candidate.uniform,
+                         !candidate.mixed, candidate.one_series, candidate.phases);
 }
 
 /// The number of frames that most slices have, weighed by how much of the cycle it shows.
@@ -204,6 +206,33 @@ bool is_repeat(const Candidate& first, const Candidate& second) {
          latest_series(first) < latest_series(second);
 }
 
+bool has_ordinary_cine(const Place& place) {
+  return std::any_of(place.cines.begin(), place.cines.end(),
+                     [](const ImageSet& set) { return set.ordinary(); });
+}
+
+/// Normals of the planes that hold ordinary cines of fewer slices than a stack has.
+std::vector<Vec3> normals_of_views(const std::vector<Plane>& planes) {
+  std::vector<Vec3> out;
+  for (const Plane& plane : planes) {
+    const auto cines = static_cast<std::size_t>(
+        std::count_if(plane.places.begin(), plane.places.end(), has_ordinary_cine));
+    if (cines > 0 && cines < kLeastSlices) out.push_back(plane.normal_lps());
+  }
+  return out;
+}
+
+/// Whether two views that are turned against each other both hold a stack's normal.
+bool is_short_axis(const Plane& plane, const std::vector<Vec3>& views) {
+  std::vector<Vec3> along;
+  std::copy_if(views.begin(), views.end(), std::back_inserter(along),
+               [&](const Vec3& view) { return std::abs(view.dot(plane.normal_lps())) < kInView; });
+  return std::any_of(along.begin(), along.end(), [&](const Vec3& a) {
+    return std::any_of(along.begin(), along.end(),
+                       [&](const Vec3& b) { return std::abs(a.dot(b)) < kTurned; });
+  });
+}
+
 const char* orientation(const Plane& plane) {
   const Vec3 normal = plane.normal_lps().cwiseAbs();
   if (normal.z() > kAlongAxis) return "axial";
@@ -288,6 +317,8 @@ std::vector<Candidate> find_candidates(const std::vector<Plane>& planes) {
     auto of_plane = candidates_of(plane);
     std::move(of_plane.begin(), of_plane.end(), std::back_inserter(out));
   }
+  const std::vector<Vec3> views = normals_of_views(planes);
+  for (Candidate& one : out) one.short_axis = is_short_axis(*one.plane, views);
   std::stable_sort(out.begin(), out.end(),
                    [](const Candidate& a, const Candidate& b) { return rank(a) > rank(b); });
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -302,6 +333,9 @@ std::string why_before(const Candidate& first, const Candidate& second) {
   if (first.ordinary != second.ordinary)
     return "it is a cine, the next is flow, perfusion or several beats of unknown length";
   if (first.good != second.good) return "it has trigger times and 8 phases or more";
+  if (first.short_axis != second.short_axis) {
+    return "it lies across the axis along which the long-axis views meet";
+  }
   if (first.one_field != second.one_field) {
     return first.one_field ? "its slices have one field of view"
                            : "it has far more parallel slices, though in several fields of view";

@@ -17,10 +17,11 @@ struct Candidate {
   bool good = false;      ///< trigger times, and frames enough to blend
   bool uniform = false;   ///< one pulse sequence and echo time
   bool one_series = false;
-  bool one_field = true;  ///< of view; false: gathered from several
-  bool mixed = false;     ///< R-R intervals differ much, and a place was imaged more than once
-  int phases = 0;         ///< what most slices have
-  double spacing_mm = 0;  ///< median gap
+  bool one_field = true;    ///< of view; false: gathered from several
+  bool short_axis = false;  ///< across the axis along which the exam's long-axis views meet
+  bool mixed = false;       ///< R-R intervals differ much, and a place was imaged more than once
+  int phases = 0;           ///< what most slices have
+  double spacing_mm = 0;    ///< median gap
 
   /// "6 slices x 25 phases, 17.70 mm apart, oblique".
   [[nodiscard]] std::string shape_told() const;
@@ -33,10 +34,15 @@ inline constexpr std::size_t kLeastSlices = 3;
 /// All possible stacks, of kLeastSlices slices and more: of each plane the best set of every place,
 /// the best of one contrast, each series alone, series that follow each other at one heart rate,
 /// and the even stacks that interleave; and what is gathered of contrasts without any. Ranked by:
-/// ordinary cine; trigger times and 8 phases; number of slices, two thirds of it
+/// ordinary cine; trigger times and 8 phases; short axis; number of slices, two thirds of it
 /// where they share no field of view; one field of view; one contrast; not mixed; one
 /// series; number of phases; then, of one contrast and direction, the later series, else the scan's
 /// order of planes.
+///
+/// Long-axis views are cines of one or two slices. Where two of them are turned against each other,
+/// they were planned through the left ventricle's axis, and a stack whose normal lies in both is a
+/// short-axis stack: volumes are taken from it (Kramer et al., J Cardiovasc Magn Reson 2020;22:17,
+/// doi:10.1186/s12968-020-00607-1), however many axial slices of the chest lie beside it.
 [[nodiscard]] std::vector<Candidate> find_candidates(const std::vector<Plane>& planes);
 
 /// What follows from a candidate's slices, all but its plane. @param candidate of two slices at
