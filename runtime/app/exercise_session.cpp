@@ -184,7 +184,16 @@ std::unique_ptr<device::Device> device_of_trial(const PlayArguments& arguments,
     return stage->mouse();
   }
   if (arguments.device != "trainee") {
-    return open_device(arguments, *atlas.field(), atlas.manifest(), options);
+    std::unique_ptr<device::Device> device =
+        open_device(arguments, *atlas.field(), atlas.manifest(), options);
+    const int wanted = static_cast<int>(session.exercise.kinds.size());
+    if (stage == nullptr && is_hardware(arguments.device) && device->buttons() < wanted) {
+      throw Error(ErrorCode::Usage, "this exercise is marked by " + std::to_string(wanted) +
+                                        " buttons, and " + device->name() + " has " +
+                                        std::to_string(device->buttons()) +
+                                        "; play it with --window, which has its own");
+    }
+    return device;
   }
   options.expected_ticks = static_cast<std::size_t>(1000 * session.exercise.seconds) + 2;
   return std::make_unique<Trainee>(
@@ -293,13 +302,17 @@ void run_exercise(const PlayArguments& arguments, std::ostream& out, const Exerc
   std::optional<Interrupts> interrupts;
   if (stage == nullptr) interrupts.emplace([&interrupted] { interrupted.request_stop(); });
   const std::stop_token stop = stage != nullptr ? stage->stop : interrupted.get_token();
-  while (!session.finished()) {
-    play_part(arguments, atlas, asked, folder, session, stage, stop);
+  const auto check_stop = [&] {
     if (interrupts) interrupts->check();
     if (stop.stop_requested()) {
       throw Error(ErrorCode::Machine,
                   "the exercise was broken off; it is kept and goes on with the same command");
     }
+  };
+  while (!session.finished()) {
+    check_stop();  // Replaying what a trial kept takes a while, too.
+    play_part(arguments, atlas, asked, folder, session, stage, stop);
+    check_stop();
     asked.take(replay_kept(atlas, session, asked, folder, session.trials.back()));
     if (session.exercise.task == Task::Threshold && !arguments.json && stage == nullptr) {
       const ThresholdTrial& last = asked.result().trials.back();

@@ -114,6 +114,17 @@ bool is_press(const PlayArguments& arguments) {
 
 void run_scripted_press(const PlayArguments& arguments, std::ostream& out) {
   if (!arguments.headless) throw_usage("--press has no picture; use it with --headless");
+  for (const std::string* other :
+       {&arguments.fingers, &arguments.exercise, &arguments.session, &arguments.inside,
+        &arguments.trace, &arguments.ticks, &arguments.recording}) {
+    if (other->empty()) continue;
+    throw_usage(
+        "--press plays a script of its own and writes its own files; leave --fingers, --exercise, "
+        "--session, --inside, --trace, --ticks and --recording out");
+  }
+  if (arguments.model_named && !is_patch(arguments)) {
+    throw_usage("--press is of paper B's muscle; leave --model out");
+  }
   PressArguments press = arguments.press;
   if (press.folder.empty()) press.folder = "palpation";
   press.package = arguments.package;

@@ -27,9 +27,8 @@ std::vector<std::string> segment_names() {
 
 std::vector<std::string> cavity_names() {
   std::vector<std::string> out;
-  for (const Structure structure : {Structure::LvBlood, Structure::RvBlood, Structure::LaBlood,
-                                    Structure::RaBlood, Structure::Aorta}) {
-    out.emplace_back(structure_name(structure));
+  for (const Structure ventricle : {Structure::LvBlood, Structure::RvBlood}) {
+    out.emplace_back(structure_name(ventricle));
   }
   out.emplace_back(kPericardium);
   return out;

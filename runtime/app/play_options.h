@@ -60,7 +60,7 @@ struct PlayArguments {
   std::string trainee = "skilled";  ///< of the device `trainee`
 };
 
-/// What a tool can be in: lv_blood, rv_blood, ... and the pericardium.
+/// What a tool can be in: the ventricles, which scenes hold fields of, and the pericardium.
 [[nodiscard]] std::vector<std::string> cavity_names();
 /// @throws Error{Usage} if the three do not go together
 void check_inside(const std::string& inside, bool valve, double effusion_mm);

@@ -175,16 +175,18 @@ Sensitivity sensitivity_of(const PalpationParameters& parameters) {
   for (const Constant& constant : constants_of(parameters, out.as_it_is.natural)) {
     const auto changed = [&](double to) {
       PalpationParameters other = parameters;
-      constant.multiply(other, to / constant.value);
+      // A constant that is 0 has no half and no twice; both columns show it as it is.
+      if (constant.value != 0) constant.multiply(other, to / constant.value);
       return figures_of(other);
     };
-    SensitivityRow row{.symbol = constant.symbol,
-                       .meaning = constant.meaning,
-                       .value = constant.value,
-                       .low = std::max(0.5 * constant.value, constant.least),
-                       .high = std::min(2 * constant.value, constant.most),
-                       .at_low = {},
-                       .at_high = {}};
+    SensitivityRow row{
+        .symbol = constant.symbol,
+        .meaning = constant.meaning,
+        .value = constant.value,
+        .low = constant.value == 0 ? 0 : std::max(0.5 * constant.value, constant.least),
+        .high = std::min(2 * constant.value, constant.most),
+        .at_low = {},
+        .at_high = {}};
     row.at_low = changed(row.low);
     row.at_high = changed(row.high);
     out.rows.push_back(std::move(row));

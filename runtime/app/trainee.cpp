@@ -372,6 +372,7 @@ device::RunReport Trainee::run(const device::ServoFn& servo, std::stop_token sto
     expected.push_back(judgement.expected(vertex));
     spent_s += press_s;
   }
+  if (felt.empty()) return hand.report();  // stopped before it came to its first place
   std::vector<std::size_t> order = judgement.most_striking_first(deviations(felt, expected), felt);
   for (int n = 0; n < skill.second_looks && n < static_cast<int>(order.size()); ++n) {
     FeltPlace& place = felt[order[static_cast<std::size_t>(n)]];

@@ -76,6 +76,9 @@ const Item* find_item(const Manifest& manifest, std::string_view kind, Structure
     }
     known += (known.empty() ? "" : ", ") + entry.name;
   }
+  if (!kind_exists(kind, structure)) {
+    throw_invalid("holds no " + std::string(kind) + " of " + name + ", nor does any package");
+  }
   throw_invalid("holds no " + std::string(kind) + " of " + name +
                 ": its images gave no such structure, only " + known);
 }

@@ -50,11 +50,16 @@ std::shared_ptr<const haptics::ContactField> body_of(const Opened& opened,
   return std::make_shared<const haptics::AtlasField>(opened.field);
 }
 
+double radius_mm(const beatlas_options& options) {
+  constexpr double kFingertipMm = 8;
+  const bool untold = model_of(options) == BEATLAS_FINGERTIP && options.radius_mm == 0;
+  return untold ? kFingertipMm : options.radius_mm;
+}
+
 std::unique_ptr<haptics::ShellModel> fingertip_of(const Opened& opened,
                                                   const beatlas_options& options) {
   return std::make_unique<haptics::ShellModel>(
-      body_of(opened, options),
-      haptics::fingertip(options.radius_mm == 0 ? 8 : options.radius_mm, options.points),
+      body_of(opened, options), haptics::fingertip(radius_mm(options), options.points),
       haptics::ShellOptions{});
 }
 
@@ -139,6 +144,7 @@ struct beatlas_session {
   beatlas_options options;
   Opened opened;
   haptics::Servo servo;
+  haptics::TorqueStage torque;
   std::unique_ptr<haptics::Taxels> taxels;  ///< of `opened`, made when they are first asked for
   std::unique_ptr<haptics::ShellModel> fingertip;  ///< for taxels: likewise, beside the servo's own
 
@@ -146,7 +152,8 @@ struct beatlas_session {
       : structure(which),
         options(how),
         opened(std::move(package)),
-        servo(make_scene(opened, options), servo_options(options)) {}
+        servo(make_scene(opened, options), servo_options(options)),
+        torque(options.slew_n_per_s, radius_mm(options) + options.half_length_mm) {}
 };
 
 namespace {
@@ -255,8 +262,8 @@ beatlas_felt beatlas_tick(beatlas_session* session, const beatlas_state* state) 
   const haptics::Tick tick = session->servo.tick(in);
   out.status = static_cast<beatlas_status>(tick.status);
   copy(tick.force_n, out.force_n);
-  const double wanted = tick.contact.force_n.norm();
-  copy(wanted > 0 ? Vec3(tick.force_n.norm() / wanted * tick.contact.torque_n_mm) : Vec3::Zero(),
+  copy(session->torque.apply(tick.contact.torque_n_mm, tick.contact.force_n,
+                             {tick.force_n, tick.status}, in.time_s),
        out.torque_n_mm);
   out.distance_mm = tick.contact.distance_mm;
   copy(tick.contact.proxy_mm, out.proxy_mm);

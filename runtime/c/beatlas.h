@@ -93,10 +93,12 @@ typedef enum { BEATLAS_OK = 0, BEATLAS_LIMITED = 1, BEATLAS_FAULT = 2 } beatlas_
 typedef struct {
   beatlas_status status; /* limited: made smaller by the safety stage; fault: zero */
   double force_n[3];     /* may be sent whatever the status is */
-  double torque_n_mm[3]; /* fingertip, capsule: before the safety stage; scaled as the force was */
-  double distance_mm;    /* of the tool from the surface, negative inside */
-  double proxy_mm[3];    /* where the tool's centre would be, had it not gone in */
-  double normal[3];      /* outward */
+  /* fingertip, capsule: scaled as the safety stage scaled the force, and changing by at most
+   * slew_n_per_s times the way from the tool's centre to its farthest point */
+  double torque_n_mm[3];
+  double distance_mm; /* of the tool from the surface, negative inside */
+  double proxy_mm[3]; /* where the tool's centre would be, had it not gone in */
+  double normal[3];   /* outward */
   double surface_velocity_mm_s;
   int touching;
 } beatlas_felt;

@@ -39,6 +39,8 @@ class Device {
   virtual ~Device() = default;
 
   [[nodiscard]] virtual std::string name() const = 0;
+  /// How many of DeviceState's a person can press on it.
+  [[nodiscard]] virtual int buttons() const { return 0; }
 
   /// Calls `servo` every tick on this thread until `stop` is requested or the device has no more to
   /// play. @throws Error{Machine} if the device fails; the last force is zero then.

@@ -67,7 +67,9 @@ RunReport ForceDimensionDevice::run(const ServoFn& servo, std::stop_token stop) 
     if (state.valid) last_m = from_dhd(x);
     state.position_m = last_m;
     state.velocity_m_s = state.valid ? from_dhd(v) : Vec3::Zero();
-    state.buttons = dhd_.dhdGetButton(0, id_) > 0 ? 1 : 0;
+    for (int n = 0; n < kButtons; ++n) {
+      if (dhd_.dhdGetButton(n, id_) > 0) state.buttons |= 1U << n;
+    }
     const Vec3 wanted_n = servo(state);
     const Vec3 force_n = state.valid && wanted_n.allFinite() ? to_dhd(wanted_n) : Vec3::Zero();
     const bool sent = dhd_.dhdSetForce(force_n.x(), force_n.y(), force_n.z(), id_) >= 0;

@@ -24,12 +24,15 @@ class ForceDimensionDevice final : public Device {
   ~ForceDimensionDevice() override;
 
   [[nodiscard]] std::string name() const override { return "dhd"; }
+  [[nodiscard]] int buttons() const override { return kButtons; }
   /// @throws Error{Machine} if the device answers with errors for a tenth of a second.
   RunReport run(const ServoFn& servo, std::stop_token stop) override;
   /// libdhd may be called from any thread.
   void drop_force() noexcept override;
 
  private:
+  static constexpr int kButtons = 4;  ///< that are asked for; a device may have fewer
+
   struct Functions {
     int (*dhdOpen)();
     int (*dhdClose)(char);

@@ -24,6 +24,7 @@ class OpenHapticsDevice final : public Device {
   ~OpenHapticsDevice() override;
 
   [[nodiscard]] std::string name() const override { return "3ds"; }
+  [[nodiscard]] int buttons() const override { return 4; }
   /// @throws Error{Machine} if the device answers with errors for a tenth of a second.
   RunReport run(const ServoFn& servo, std::stop_token stop) override;
   /// The next frame sends zero. A servo that hangs holds up the vendor's scheduler itself: no

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "runtime/base/error.h"
 
@@ -85,6 +86,25 @@ SafeForce SafetyStage::apply(const Vec3& wanted_n, double depth_mm, double time_
   }
   last_n_ = safe.force_n;
   return safe;
+}
+
+Vec3 TorqueStage::apply(const Vec3& torque_n_mm, const Vec3& model_n, const SafeForce& safe,
+                        double time_s) noexcept {
+  const double elapsed_s = time_s - std::exchange(last_time_s_, time_s);
+  if (safe.status == TickStatus::Fault || !torque_n_mm.allFinite()) {
+    last_n_mm_ = Vec3::Zero();
+    return last_n_mm_;
+  }
+  // Where opposite walls push, the force may be all but nothing and the torque is not.
+  const double force_n = model_n.stableNorm();
+  const double share = safe.status == TickStatus::Ok || force_n == 0
+                           ? 1.0
+                           : std::min(1.0, safe.force_n.stableNorm() / force_n);
+  const Vec3 change = share * torque_n_mm - last_n_mm_;
+  const double most = slew_n_mm_per_s_ * elapsed_s;
+  const double wanted = change.stableNorm();
+  last_n_mm_ += wanted > most ? Vec3(most / wanted * change) : change;
+  return last_n_mm_;
 }
 
 }  // namespace beatlas::haptics

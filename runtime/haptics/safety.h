@@ -57,4 +57,23 @@ class SafetyStage {
   bool stopped_ = false;
 };
 
+/// The same for a torque, where a tool has one: scaled as the safety stage scaled the force, never
+/// made larger, and changed by at most the force's largest change at the tool's arm. Zero at once
+/// where the force is, on a fault. One per tool, called from its servo thread.
+class TorqueStage {
+ public:
+  /// @param arm_mm from the tool's centre to its farthest point
+  TorqueStage(double slew_n_per_s, double arm_mm) noexcept
+      : slew_n_mm_per_s_(slew_n_per_s * arm_mm) {}
+
+  /// @param torque_n_mm, model_n what the model said  @param safe what the safety stage made of it
+  [[nodiscard]] Vec3 apply(const Vec3& torque_n_mm, const Vec3& model_n, const SafeForce& safe,
+                           double time_s) noexcept;
+
+ private:
+  double slew_n_mm_per_s_;
+  Vec3 last_n_mm_ = Vec3::Zero();
+  double last_time_s_ = 0;
+};
+
 }  // namespace beatlas::haptics

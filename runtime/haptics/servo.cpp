@@ -36,33 +36,15 @@ Servo::Servo(Scene scene, const ServoOptions& options)
       recorder_(options.recorded_ticks),
       rate_hz_(heart_.first_wish().rate_hz) {}
 
-Servo::~Servo() {
-  collect();
-  delete offered_.exchange(nullptr);
-}
-
 void Servo::restart() noexcept {
   stopped_.store(false, std::memory_order_relaxed);
   restarts_.fetch_add(1, std::memory_order_release);
 }
 
-void Servo::offer(Scene scene) {
-  std::unique_ptr<Scene> fresh = checked(std::move(scene));
-  collect();
-  delete offered_.exchange(fresh.release(), std::memory_order_acq_rel);
-}
-
-void Servo::collect() noexcept { delete retired_.exchange(nullptr, std::memory_order_acq_rel); }
+void Servo::offer(Scene scene) { scenes_.offer(checked(std::move(scene))); }
 
 bool Servo::take_up_offer() noexcept {
-  if (offered_.load(std::memory_order_relaxed) == nullptr ||
-      retired_.load(std::memory_order_acquire) != nullptr) {
-    return false;
-  }
-  Scene* const fresh = offered_.exchange(nullptr, std::memory_order_acq_rel);
-  if (fresh == nullptr) return false;
-  retired_.store(scene_.release(), std::memory_order_release);
-  scene_.reset(fresh);
+  if (!scenes_.take_up(scene_)) return false;
   heart_.set_period(scene_->period_s);
   ++scene_number_;
   return true;

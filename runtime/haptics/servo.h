@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "runtime/haptics/hand_over.h"
 #include "runtime/haptics/heart_clock.h"
 #include "runtime/haptics/recorder.h"
 #include "runtime/haptics/safety.h"
@@ -51,7 +52,7 @@ class Servo {
  public:
   /// @throws Error{InvalidInput} as its parts do, and if there is no model.
   Servo(Scene scene, const ServoOptions& options);
-  ~Servo();
+  ~Servo() = default;
   Servo(const Servo&) = delete;
   Servo& operator=(const Servo&) = delete;
 
@@ -73,7 +74,7 @@ class Servo {
   /// that was never taken up, are freed by the next call of this, by `collect` or with the servo.
   /// @throws Error{InvalidInput} if there is no model or the period is no positive number.
   void offer(Scene scene);
-  void collect() noexcept;
+  void collect() noexcept { scenes_.collect(); }
   [[nodiscard]] Published published() const noexcept { return published_.read(); }
   [[nodiscard]] Recorder& recorder() noexcept { return recorder_; }
 
@@ -101,8 +102,7 @@ class Servo {
   std::atomic<double> rate_hz_;
   std::atomic<bool> paused_{false};
   std::atomic<double> hold_phase_{-1};
-  std::atomic<Scene*> offered_{nullptr};
-  std::atomic<Scene*> retired_{nullptr};
+  HandOver<Scene> scenes_;
   Seqlock<Published> published_;
 };
 

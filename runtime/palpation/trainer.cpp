@@ -64,27 +64,14 @@ Trainer::Trainer(const PalpationParameters& parameters, std::size_t fingers)
   signals_.fingers = static_cast<std::uint32_t>(count_);
 }
 
-Trainer::~Trainer() {
-  delete wished_.exchange(nullptr);
-  delete retired_.exchange(nullptr);
-}
-
 void Trainer::wish(const PalpationParameters& parameters) {
   parameters.check();
-  auto next = std::make_unique<PalpationParameters>(parameters);
-  delete retired_.exchange(nullptr, std::memory_order_acquire);
-  delete wished_.exchange(next.release(), std::memory_order_acq_rel);
+  wishes_.offer(std::make_unique<PalpationParameters>(parameters));
 }
 
 void Trainer::take_up_wish() noexcept {
-  if (wished_.load(std::memory_order_relaxed) == nullptr ||
-      retired_.load(std::memory_order_relaxed) != nullptr) {
-    return;  // nothing new, or the caller has still to fetch what was read last
-  }
-  PalpationParameters* const wished = wished_.exchange(nullptr, std::memory_order_acq_rel);
-  if (wished == nullptr) return;
-  parameters_ = *wished;
-  retired_.store(wished, std::memory_order_release);
+  if (!wishes_.take_up(wished_)) return;
+  parameters_ = *wished_;
   target_ = parameters_.whole_circulation();
   if (!(parameters_.aortic_target_mmhg > 0)) resistance_factor_ = 1;
   gliding_ = true;

@@ -14,13 +14,13 @@
 /// nor throws; the caller's may wish for other parameters and look at what was published.
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 
 #include "runtime/base/geometry.h"
+#include "runtime/haptics/hand_over.h"
 #include "runtime/haptics/seqlock.h"
 #include "runtime/palpation/circulation.h"
 #include "runtime/palpation/dent.h"
@@ -70,7 +70,7 @@ class Trainer {
   /// Settles the natural beat first (some milliseconds). @param fingers 1..kMostFingers
   /// @throws Error{InvalidInput} if a parameter is out of range.
   Trainer(const PalpationParameters& parameters, std::size_t fingers);
-  ~Trainer();
+  ~Trainer() = default;
   Trainer(const Trainer&) = delete;
   Trainer& operator=(const Trainer&) = delete;
 
@@ -123,8 +123,8 @@ class Trainer {
   std::array<double, kMostFingers> forces_{};
   Signals signals_;
   haptics::Seqlock<Signals> published_;
-  std::atomic<PalpationParameters*> wished_{nullptr};
-  std::atomic<PalpationParameters*> retired_{nullptr};
+  haptics::HandOver<PalpationParameters> wishes_;
+  std::unique_ptr<PalpationParameters> wished_;  // the last wish that was taken up
 };
 
 }  // namespace beatlas::palpation

@@ -166,7 +166,8 @@ void read_device(Words& words) {
   if ((options.device == "replay") == words.recording.empty()) {
     throw_usage("--device replay and --recording FILE belong together; give both or neither");
   }
-  if ((options.device == "lever") == words.lever_line.empty()) {
+  // With --fingers each file's finger says whether it is a lever.
+  if (words.fingers.empty() && (options.device == "lever") == words.lever_line.empty()) {
     throw_usage("--device lever and --lever-line FILE belong together; give both or neither");
   }
   if (options.device == "replay") options.device_detail = words.recording;
@@ -175,6 +176,15 @@ void read_device(Words& words) {
   if (options.device == "haply") {
     options.device_detail = words.haply_host + ":" + std::to_string(words.haply_port);
   }
+}
+
+device::HardwareOptions hardware_of(const Words& words) {
+  device::HardwareOptions out;
+  out.library = words.library;
+  out.host = words.haply_host;
+  out.port = words.haply_port;
+  out.line = words.lever_line;
+  return out;
 }
 
 // What several fingers or a catheter do is seen in the window alone.
@@ -196,6 +206,7 @@ void read_touch(Words& words) {
   }
   app::PlayArguments all;
   all.package = words.package;
+  all.hardware = hardware_of(words);
   all.inside = options.inside;
   all.effusion_mm = options.effusion_mm;
   all.tool_radius_mm = options.tool_radius_mm;
@@ -257,10 +268,7 @@ void read_exercise(Words& words) {
   exercise.package = words.package;
   exercise.device = options.device;
   exercise.recording = words.recording;
-  exercise.hardware.library = words.library;
-  exercise.hardware.host = words.haply_host;
-  exercise.hardware.port = words.haply_port;
-  exercise.hardware.line = words.lever_line;
+  exercise.hardware = hardware_of(words);
   (void)app::read_exercise(exercise.exercise);  // what is wrong with it is said before a window is
   words.options.exercise = exercise;
 }

@@ -16,7 +16,8 @@ constexpr double kShownS = 10;
 void History::clear() { *this = History(); }
 
 void History::add(const PressRow& row) {
-  if (!rows_.empty() && row.time_s <= rows_.back().time_s) return;
+  if (!rows_.empty() && row.time_s == rows_.back().time_s) return;
+  if (!rows_.empty() && row.time_s < rows_.back().time_s) clear();
   if (!beat_.empty() && beat_.back().beat != row.beat) {
     beat_.push_back(beat_.front());
     loop_ = beat_;

@@ -12,7 +12,7 @@ namespace beatlas::viewer {
 
 class History {
  public:
-  /// One no newer than the last is left out.
+  /// One as new as the last is left out; with an older one another session begins.
   void add(const PressRow& row);
   void clear();
   [[nodiscard]] std::size_t size() const { return rows_.size(); }

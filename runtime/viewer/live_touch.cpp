@@ -42,10 +42,11 @@ void MouseDevice::put_at(const Vec3& position_mm) noexcept {
 device::RunReport MouseDevice::run(const device::ServoFn& servo, std::stop_token stop) {
   device::Pacer pacer(device::Pace::RealTime, 1 / kTickS);
   double last_s = 0;
+  Wish wish = wished_.read();
   while (!stop.stop_requested()) {
     device::DeviceState state;
     state.time_s = pacer.next();
-    const Wish wish = wished_.read();
+    (void)wished_.try_read(wish);  // While one is being written, the last one counts.
     const Vec3 target(wish.mm[0], wish.mm[1], wish.mm[2]);
     const Vec3 before = position_mm_;
     // A tick that says nothing lies between the old place and the new one.

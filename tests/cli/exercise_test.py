@@ -159,6 +159,31 @@ def a_threshold(folder, package):
     the_same_once_more(session, package)
 
 
+def one_that_is_interrupted_says_so(folder, package):
+    exercise = folder / "long.json"
+    exercise.write_text(json.dumps({"version": 1, "task": "threshold", "trials": 60, "places": 4,
+                                    "radius_mm": [10, 10], "seconds": 60}))
+    for played in range(1, 5):
+        # Between two trials or within one, as the threads have it.
+        words = [PLAY, package, "--exercise", exercise, "--session", folder / f"cut_{played}", "--device", "trainee",
+                 "--fast", "--seed", "1"]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+            for _ in range(played):
+                run.stdout.readline()
+            run.terminate()
+            message = run.communicate()[1]
+        check(run.returncode == 5, f"{run.returncode}: {message}")
+
+
+def a_device_without_buttons_is_refused(folder, package):
+    controller, line = os.openpty()
+    run = play(package, "--exercise", SAMPLES / "06_any.json", "--session", folder / "lever", "--device", "lever",
+               "--lever-line", os.ttyname(line))
+    refused(run, 2, "4 buttons, and lever has 0")
+    os.close(controller)
+    os.close(line)
+
+
 def skills_are_told_apart(folder, package):
     points = {}
     for skill in ("skilled", "unskilled"):
@@ -207,5 +232,7 @@ with tempfile.TemporaryDirectory() as place:
         a_lost_device_is_kept(here, heart)
     what_was_marked_before_counts(here, heart)
     a_threshold(here, heart)
+    one_that_is_interrupted_says_so(here, heart)
+    a_device_without_buttons_is_refused(here, heart)
     bad_calls(here, heart)
     skills_are_told_apart(here, heart)

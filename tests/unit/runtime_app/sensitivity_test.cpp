@@ -124,5 +124,17 @@ TEST_F(SensitivityTable, IsWrittenByACommand) {
   EXPECT_NE(table.find("| K_h2 | 710 | 355, "), std::string::npos) << table;
 }
 
+TEST(Sensitivity, OfAConstantThatIsZeroIsNone) {
+  palpation::PalpationParameters parameters;
+  parameters.circulation.right_atrial_mmhg = 0;
+  const Sensitivity found = sensitivity_of(parameters);
+  const auto row = std::find_if(found.rows.begin(), found.rows.end(),
+                                [](const SensitivityRow& r) { return r.symbol == "RAP"; });
+  ASSERT_NE(row, found.rows.end());
+  EXPECT_EQ(row->low, 0);
+  EXPECT_EQ(row->high, 0);
+  EXPECT_EQ(mean(row->at_high), mean(found.as_it_is));
+}
+
 }  // namespace
 }  // namespace beatlas::app

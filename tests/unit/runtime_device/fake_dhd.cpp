@@ -58,7 +58,7 @@ int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
   *z = 0.3;
   return id == 2 ? 0 : -1;
 }
-int dhdGetButton(int index, char id) { return index == 0 && id == 2 ? 1 : 0; }
+int dhdGetButton(int index, char id) { return (index == 0 || index == 3) && id == 2 ? 1 : 0; }
 int dhdSetForce(double x, double y, double z, char id) {
   force = {x, y, z};
   if (log() != nullptr) {

@@ -153,7 +153,7 @@ TEST(ForceDimension, ALoopOfOursTurnsItsAxes) {
           // Theirs: towards the user, right, up. Ours: right, up, towards the user.
           EXPECT_EQ(state.position_m, Vec3(0.02, 0.03, 0.01));
           EXPECT_EQ(state.velocity_m_s, Vec3(0.2, 0.3, 0.1));
-          EXPECT_EQ(state.buttons, 1U);
+          EXPECT_EQ(state.buttons, 9U);
           if (n == 11) {
             EXPECT_EQ(force(1), 0);  // of no number
           } else if (n > 0) {

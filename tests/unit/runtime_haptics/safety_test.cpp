@@ -134,5 +134,26 @@ TEST(SafetyStage, RefusesLimitsThatWouldBeNone) {
   }
 }
 
+TEST(TorqueStage, IsNoLargerThanTheModelsAndNeverJumps) {
+  constexpr double kArmMm = 10;
+  const double most = SafetyOptions{}.slew_n_per_s * kArmMm * kTick;
+  TorqueStage stage(SafetyOptions{}.slew_n_per_s, kArmMm);
+  const Vec3 torque(5, 0, 0);
+  // The force is all but nothing and still going down; its share would be a thousand.
+  const SafeForce safe{Vec3(0, 1, 0), TickStatus::Limited};
+  Vec3 last = Vec3::Zero();
+  for (int n = 1; n < 40; ++n) {
+    const Vec3 felt = stage.apply(torque, Vec3(0, 1e-3, 0), safe, n * kTick);
+    EXPECT_LE((felt - last).norm(), most + 1e-12) << n;
+    EXPECT_LE(felt.norm(), torque.norm() + 1e-12) << n;
+    last = felt;
+  }
+  EXPECT_TRUE(last.isApprox(torque));
+  const SafeForce half{Vec3(0, 1, 0), TickStatus::Limited};
+  for (int n = 40; n < 80; ++n) last = stage.apply(torque, Vec3(0, 2, 0), half, n * kTick);
+  EXPECT_TRUE(last.isApprox(0.5 * torque)) << "as the force was halved";
+  EXPECT_TRUE(stage.apply(torque, Vec3(0, 2, 0), {}, 80 * kTick).isZero()) << "a fault";
+}
+
 }  // namespace
 }  // namespace beatlas::haptics::safety_tests
