@@ -23,6 +23,40 @@ double share_of_beat(double beats) {
   return whole > beats ? beats - whole + 1 : beats - whole;
 }
 
+// Sum of places [samples], each with its share, for their centroid.
+struct WeightedSum {
+  Vec3 sum = Vec3::Zero();
+  double weight = 0;
+
+  void add(const Vec3& index, double share) {
+    sum += share * index;
+    weight += share;
+  }
+};
+
+// Of each sample of a row, at how many phases it is inside.
+std::array<int, kEdge> phases_inside(const std::int16_t* row, int phases) {
+  std::array<int, kEdge> inside{};
+  for (int p = 0; p < phases; ++p, row += kEdge) {
+    for (std::size_t x = 0; x < inside.size(); ++x) inside[x] += row[x] < 0 ? 1 : 0;
+  }
+  return inside;
+}
+
+// Adds the samples inside of the leaf that begins at sample `first`, by their share of the cycle.
+void add_leaf(const FieldPayload& field, std::int32_t entry, const Vec3& first, WeightedSum& to) {
+  for (int row = 0; row < kEdge * kEdge; ++row) {
+    const int y = row % kEdge;
+    const int z = row / kEdge;
+    const std::array<int, kEdge> inside =
+        phases_inside(field.coefficients.data() + field.row_at(entry, y, z), field.phases);
+    for (int x = 0; x < kEdge; ++x) {
+      if (inside[at(x)] == 0) continue;
+      to.add(first + Vec3(x, y, z), static_cast<double>(inside[at(x)]) / field.phases);
+    }
+  }
+}
+
 // The four samples of a row's support, one lane each, at four phases in turn.
 template <bool kSplit>
 struct Row {
@@ -88,12 +122,7 @@ FieldQuery::FieldQuery(std::shared_ptr<const FieldPayload> payload, double rr_in
 
 void FieldQuery::find_centre() {
   const FieldPayload& field = *payload_;
-  Vec3 sum = Vec3::Zero();
-  double weight = 0;
-  const auto add = [&](const Vec3& index, double share) {
-    sum += share * index;
-    weight += share;
-  };
+  WeightedSum inside;
   std::size_t block = 0;
   for (int bz = 0; bz < field.block_count[2]; ++bz) {
     for (int by = 0; by < field.block_count[1]; ++by) {
@@ -101,29 +130,15 @@ void FieldQuery::find_centre() {
         const Vec3 first = kEdge * Vec3(bx, by, bz);
         const std::int32_t entry = field.blocks[block];
         if (entry == FieldPayload::kInside) {
-          add(first + Vec3::Constant(0.5 * (kEdge - 1)), FieldPayload::kBlockSamples);
+          inside.add(first + Vec3::Constant(0.5 * (kEdge - 1)), FieldPayload::kBlockSamples);
         }
-        if (entry < 0) continue;
-        for (int row = 0; row < kEdge * kEdge; ++row) {
-          const std::int16_t* from =
-              field.coefficients.data() + field.row_at(entry, row % kEdge, row / kEdge);
-          std::array<int, kEdge> inside{};  // phases
-          for (int p = 0; p < field.phases; ++p, from += kEdge) {
-            for (std::size_t x = 0; x < inside.size(); ++x) inside[x] += from[x] < 0 ? 1 : 0;
-          }
-          const int y = row % kEdge;
-          const int z = row / kEdge;
-          for (int x = 0; x < kEdge; ++x) {
-            if (inside[at(x)] == 0) continue;
-            add(first + Vec3(x, y, z), static_cast<double>(inside[at(x)]) / field.phases);
-          }
-        }
+        if (entry >= 0) add_leaf(field, entry, first, inside);
       }
     }
   }
   const Index3& blocks = field.block_count;
-  if (!(weight > 0)) add(0.5 * kEdge * Vec3(blocks[0], blocks[1], blocks[2]), 1);
-  centre_mm_ = field.origin_mm + field.voxel_mm / weight * sum;
+  if (!(inside.weight > 0)) inside.add(0.5 * kEdge * Vec3(blocks[0], blocks[1], blocks[2]), 1);
+  centre_mm_ = field.origin_mm + field.voxel_mm / inside.weight * inside.sum;
 }
 
 FieldQuery::Moment FieldQuery::moment_at(double t) const noexcept {

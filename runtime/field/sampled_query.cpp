@@ -12,6 +12,18 @@ namespace {
 
 using atlas::FieldPayload;
 
+// At a lattice point a cubic B-spline is 1/6, 4/6, 1/6 of three coefficients along each axis.
+constexpr std::array<float, 3> kCentred{1.F / 6, 4.F / 6, 1.F / 6};
+
+// The values of a periodic cubic B-spline in time at its frames, from its coefficients.
+void values_at_frames(const std::vector<float>& coefficients, std::vector<float>& values) {
+  const std::size_t count = coefficients.size();
+  for (std::size_t p = 0; p < count; ++p) {
+    values[p] = kCentred[0] * coefficients[(p + count - 1) % count] +
+                kCentred[1] * coefficients[p] + kCentred[2] * coefficients[(p + 1) % count];
+  }
+}
+
 float time_sum(const std::array<float, 4>& weights, const std::array<float, 4>& values) {
   return (weights[0] * values[0] + weights[1] * values[1]) +
          (weights[2] * values[2] + weights[3] * values[3]);
@@ -55,8 +67,6 @@ void SampledQuery::take_samples() {
   const FieldPayload& field = field_->payload();
   const auto count = static_cast<std::size_t>(field.phases);
   samples_.resize(field.coefficients.size());
-  // At a lattice point a cubic B-spline is 1/6, 4/6, 1/6 of three coefficients along each axis.
-  constexpr std::array<float, 3> kCentred{1.F / 6, 4.F / 6, 1.F / 6};
   std::vector<float> sum(count);
   std::vector<float> values(count);
   std::size_t block = 0;
@@ -66,42 +76,43 @@ void SampledQuery::take_samples() {
         const std::int32_t entry = field.blocks[block];
         if (entry < 0) continue;
         for (int s = 0; s < FieldPayload::kBlockSamples; ++s) {
-          std::fill(sum.begin(), sum.end(), 0.F);
-          for (int n = 0; n < 27; ++n) {
-            const int a = n % 3;
-            const int b = n / 3 % 3;
-            const int c = n / 9;
-            const float weight = kCentred[static_cast<std::size_t>(a)] *
-                                 kCentred[static_cast<std::size_t>(b)] *
-                                 kCentred[static_cast<std::size_t>(c)];
-            const Stored at = stored(bx * kEdge + s % 8 + a - 1, by * kEdge + s / 8 % 8 + b - 1,
-                                     bz * kEdge + s / 64 + c - 1);
-            if (at.first < 0) {
-              const auto value = static_cast<float>(at.clamp_mm / field.step_mm);
-              for (float& each : sum) each += weight * value;
-              continue;
-            }
-            const std::int16_t* from = field.coefficients.data() + at.first;
-            for (std::size_t p = 0; p < count; ++p) {
-              sum[p] += weight * static_cast<float>(from[p * kEdge]);
-            }
-          }
-          values = sum;
-          if (time_ != TemporalMode::PeriodicCubic) {
-            for (std::size_t p = 0; p < count; ++p) {
-              values[p] = kCentred[0] * sum[(p + count - 1) % count] + kCentred[1] * sum[p] +
-                          kCentred[2] * sum[(p + 1) % count];
-            }
-          }
-          std::size_t to = field.row_at(entry, s / 8 % 8, s / 64) + static_cast<std::size_t>(s % 8);
-          for (const float value : values) {
-            samples_[to] =
-                static_cast<std::int16_t>(std::lround(std::clamp(value, -32767.F, 32767.F)));
-            to += kEdge;
-          }
+          const Index3 local{s % 8, s / 8 % 8, s / 64};
+          sum_in_space({bx * kEdge + local[0], by * kEdge + local[1], bz * kEdge + local[2]}, sum);
+          if (time_ != TemporalMode::PeriodicCubic) values_at_frames(sum, values);
+          store_phases(field.row_at(entry, local[1], local[2]) + at(local[0]),
+                       time_ == TemporalMode::PeriodicCubic ? sum : values);
         }
       }
     }
+  }
+}
+
+void SampledQuery::sum_in_space(const Index3& point, std::vector<float>& sum) const {
+  const FieldPayload& field = field_->payload();
+  std::fill(sum.begin(), sum.end(), 0.F);
+  for (int n = 0; n < 27; ++n) {
+    const int a = n % 3;
+    const int b = n / 3 % 3;
+    const int c = n / 9;
+    const float weight = kCentred[at(a)] * kCentred[at(b)] * kCentred[at(c)];
+    const Stored neighbour = stored(point[0] + a - 1, point[1] + b - 1, point[2] + c - 1);
+    if (neighbour.first < 0) {
+      const auto value = static_cast<float>(neighbour.clamp_mm / field.step_mm);
+      for (float& each : sum) each += weight * value;
+      continue;
+    }
+    const std::int16_t* from = field.coefficients.data() + neighbour.first;
+    for (std::size_t p = 0; p < sum.size(); ++p) {
+      sum[p] += weight * static_cast<float>(from[p * kEdge]);
+    }
+  }
+}
+
+void SampledQuery::store_phases(std::size_t first, const std::vector<float>& values) {
+  std::size_t to = first;
+  for (const float value : values) {
+    samples_[to] = static_cast<std::int16_t>(std::lround(std::clamp(value, -32767.F, 32767.F)));
+    to += kEdge;
   }
 }
 

@@ -80,6 +80,10 @@ class SampledQuery {
   [[nodiscard]] FieldSample at_clamp(bool inside) const noexcept;
   [[nodiscard]] FieldSample clamped(FieldSample raw) const noexcept;
   void take_samples();
+  /// The spline at a lattice point, one sum a phase [counts]: a coefficient in time still.
+  void sum_in_space(const Index3& point, std::vector<float>& sum) const;
+  /// @param first where a lattice point's phases begin in `samples_`; values [counts], one a phase
+  void store_phases(std::size_t first, const std::vector<float>& values);
 
   std::shared_ptr<const FieldQuery> field_;
   SpatialMode space_;

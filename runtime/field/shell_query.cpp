@@ -20,6 +20,38 @@ constexpr std::size_t kSamplesAPoint = 64;
 
 int block_of(int sample) { return (sample + kEdge) / kEdge - 1; }  // sample >= -kEdge
 
+// Of a block in the lattice or beyond it.
+std::int32_t entry_of(const FieldPayload& field, int bx, int by, int bz) noexcept {
+  const auto [nx, ny, nz] = field.block_count;
+  if (bx < 0 || bx >= nx || by < 0 || by >= ny || bz < 0 || bz >= nz) {
+    return FieldPayload::kOutside;
+  }
+  return field.blocks[at(bx) + at(nx) * (at(by) + at(ny) * at(bz))];
+}
+
+// What the four phases around a time give to its value and its rate.
+struct TimeTaps {
+  std::array<Lanes, 4> value;
+  std::array<Lanes, 4> rate;
+  std::array<std::size_t, 4> phase;  // where each begins in a row of coefficients
+};
+
+// Sums the samples of a row of a block in time.
+void sum_row(const std::int16_t* row, const TimeTaps& taps, float* value, float* rate) noexcept {
+  for (std::size_t half = 0; half < kEdge; half += 4) {
+    Lanes now{};
+    Lanes change{};
+    for (std::size_t a = 0; a < 4; ++a) {
+      const Lanes counts = load_counts(row + taps.phase[a] + half);
+      // As FieldQuery sums: the first product is not added to 0, which would lose its sign.
+      now = a == 0 ? taps.value[a] * counts : now + taps.value[a] * counts;
+      change = a == 0 ? taps.rate[a] * counts : change + taps.rate[a] * counts;
+    }
+    std::memcpy(value + half, &now, sizeof now);
+    std::memcpy(rate + half, &change, sizeof change);
+  }
+}
+
 }  // namespace
 
 // Samples that a shell's points need; along x whole blocks.
@@ -82,12 +114,12 @@ ShellQuery::Box ShellQuery::box_of(std::span<const Vec3> x) const noexcept {
 
 void ShellQuery::collapse(const Box& box, const FieldQuery::Moment& moment) noexcept {
   const FieldPayload& field = field_->payload();
-  const auto [nx, ny, nz] = field.block_count;
   const TapWeights taps = bspline(Lanes{0, 0, 0, moment.u});
-  const std::array<Lanes, 4> t{spread<3>(taps.value[0]), spread<3>(taps.value[1]),
-                               spread<3>(taps.value[2]), spread<3>(taps.value[3])};
-  const std::array<Lanes, 4> dt{spread<3>(taps.slope[0]), spread<3>(taps.slope[1]),
-                                spread<3>(taps.slope[2]), spread<3>(taps.slope[3])};
+  const TimeTaps time{{spread<3>(taps.value[0]), spread<3>(taps.value[1]), spread<3>(taps.value[2]),
+                       spread<3>(taps.value[3])},
+                      {spread<3>(taps.slope[0]), spread<3>(taps.slope[1]), spread<3>(taps.slope[2]),
+                       spread<3>(taps.slope[3])},
+                      *moment.window};
   float* value = values_.data();
   float* rate = rates_.data();
   for (std::size_t z = 0; z < box.size[2]; ++z) {
@@ -98,27 +130,13 @@ void ShellQuery::collapse(const Box& box, const FieldQuery::Moment& moment) noex
       const int by = block_of(j);
       for (std::size_t x = 0; x < box.size[0]; x += kEdge, value += kEdge, rate += kEdge) {
         const int bx = block_of(box.first[0] + static_cast<int>(x));
-        std::int32_t entry = FieldPayload::kOutside;
-        if (bx >= 0 && bx < nx && by >= 0 && by < ny && bz >= 0 && bz < nz) {
-          entry = field.blocks[at(bx) + at(nx) * (at(by) + at(ny) * at(bz))];
-        }
+        const std::int32_t entry = entry_of(field, bx, by, bz);
         const std::int16_t* row =
             entry >= 0
                 ? field.coefficients.data() + field.row_at(entry, j - kEdge * by, k - kEdge * bz)
             : entry == FieldPayload::kInside ? field_->inside_.data()
                                              : field_->outside_.data();
-        for (std::size_t half = 0; half < kEdge; half += 4) {
-          Lanes now{};
-          Lanes change{};
-          for (std::size_t a = 0; a < 4; ++a) {
-            const Lanes counts = load_counts(row + (*moment.window)[a] + half);
-            // As FieldQuery sums: the first product is not added to 0, which would lose its sign.
-            now = a == 0 ? t[a] * counts : now + t[a] * counts;
-            change = a == 0 ? dt[a] * counts : change + dt[a] * counts;
-          }
-          std::memcpy(value + half, &now, sizeof now);
-          std::memcpy(rate + half, &change, sizeof change);
-        }
+        sum_row(row, time, value, rate);
       }
     }
   }
