@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 namespace beatlas::haptics {
 namespace {
@@ -11,6 +12,32 @@ constexpr double kParallel = 0.999;   // cosine of 2.6 degrees
 constexpr double kRoundingMm = 1e-9;  // coordinates are some hundreds of mm
 
 std::size_t at(int n) { return static_cast<std::size_t>(n); }
+
+// The point nearest to x on the edge of two planes; none where they are parallel or one of them
+// would have to pull.
+std::optional<Vec3> on_edge(const HalfSpace& one, const HalfSpace& two, const Vec3& x) noexcept {
+  const double c = one.normal.dot(two.normal);
+  const double det = 1 - c * c;
+  if (det < 1e-6) return {};
+  const double ea = -one.excess(x);
+  const double eb = -two.excess(x);
+  const double la = (ea - c * eb) / det;
+  const double lb = (eb - c * ea) / det;
+  if (la < 0 || lb < 0) return {};
+  return x + la * one.normal + lb * two.normal;
+}
+
+// Where three planes meet; none where they do not, in one point.
+std::optional<Vec3> in_corner(const std::array<HalfSpace, 3>& planes) noexcept {
+  Eigen::Matrix3d normals;
+  for (int n = 0; n < 3; ++n) normals.row(n) = planes[at(n)].normal;
+  const double det = normals.determinant();
+  if (!(std::abs(det) > 1e-6)) return {};
+  const Vec3 offsets(planes[0].offset, planes[1].offset, planes[2].offset);
+  const Vec3 q = normals.inverse() * offsets;
+  if (!q.allFinite()) return {};
+  return q;
+}
 
 }  // namespace
 
@@ -55,29 +82,13 @@ Vec3 HalfSpaces::nearest(const Vec3& x, bool& held) const noexcept {
   }
   for (int a = size_ - 1; a > 0; --a) {
     for (int b = a - 1; b >= 0; --b) {
-      const HalfSpace& one = all_[at(a)];
-      const HalfSpace& two = all_[at(b)];
-      const double c = one.normal.dot(two.normal);
-      const double det = 1 - c * c;
-      if (det < 1e-6) continue;
-      const double ea = -one.excess(x);
-      const double eb = -two.excess(x);
-      const double la = (ea - c * eb) / det;
-      const double lb = (eb - c * ea) / det;
-      if (la < 0 || lb < 0) continue;
-      Vec3 q = x + la * one.normal + lb * two.normal;
-      if (allows(q)) return q;
+      const auto q = on_edge(all_[at(a)], all_[at(b)], x);
+      if (q && allows(*q)) return *q;
     }
   }
   if (size_ == 3) {
-    Eigen::Matrix3d normals;
-    for (int n = 0; n < 3; ++n) normals.row(n) = all_[at(n)].normal;
-    const double det = normals.determinant();
-    if (std::abs(det) > 1e-6) {
-      const Vec3 offsets(all_[0].offset, all_[1].offset, all_[2].offset);
-      Vec3 q = normals.inverse() * offsets;
-      if (q.allFinite() && allows(q)) return q;
-    }
+    const auto q = in_corner(all_);
+    if (q && allows(*q)) return *q;
   }
   const HalfSpace& newest = all_[at(size_ - 1)];
   return x - std::min(0.0, newest.excess(x)) * newest.normal;

@@ -109,27 +109,29 @@ void PericardialField::spread(std::vector<bool>& known) {
       for (int b = 0; b < size_[1]; ++b) {
         for (int a = 0; a < size_[0]; ++a) {
           const std::array<int, 3> at{along(0, a), along(1, b), along(2, c)};
-          const std::size_t here = index(at[0], at[1], at[2]);
-          if (known[here]) continue;
-          std::array<double, 3> least{};
-          for (std::size_t axis = 0; axis < 3; ++axis) {
-            double nearest = static_cast<double>(kFar);
-            for (const int side : {-1, 1}) {
-              std::array<int, 3> next = at;
-              next[axis] += side;
-              if (next[axis] < 0 || next[axis] >= size_[axis]) continue;
-              nearest = std::min(
-                  nearest, static_cast<double>(envelope_mm_[index(next[0], next[1], next[2])]));
-            }
-            least[axis] = nearest;
-          }
-          if (*std::min_element(least.begin(), least.end()) >= static_cast<double>(kFar)) continue;
-          envelope_mm_[here] =
-              std::min(envelope_mm_[here], static_cast<float>(from_neighbours(least, step_mm_)));
+          if (!known[index(at[0], at[1], at[2])]) lower_to_neighbours(at);
         }
       }
     }
   }
+}
+
+void PericardialField::lower_to_neighbours(const std::array<int, 3>& at) noexcept {
+  std::array<double, 3> least{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double nearest = static_cast<double>(kFar);
+    for (const int side : {-1, 1}) {
+      std::array<int, 3> next = at;
+      next[axis] += side;
+      if (next[axis] < 0 || next[axis] >= size_[axis]) continue;
+      nearest =
+          std::min(nearest, static_cast<double>(envelope_mm_[index(next[0], next[1], next[2])]));
+    }
+    least[axis] = nearest;
+  }
+  if (*std::min_element(least.begin(), least.end()) >= static_cast<double>(kFar)) return;
+  float& here = envelope_mm_[index(at[0], at[1], at[2])];
+  here = std::min(here, static_cast<float>(from_neighbours(least, step_mm_)));
 }
 
 PericardialField::Sac PericardialField::envelope_at(const Vec3& x) const noexcept {

@@ -63,6 +63,8 @@ class PericardialField final : public ContactField {
   [[nodiscard]] std::size_t index(int i, int j, int k) const noexcept;
   void find_envelope(int phases);
   void spread(std::vector<bool>& known);
+  /// Lowers the distance of a node that is not known to what its neighbours allow.
+  void lower_to_neighbours(const std::array<int, 3>& at) noexcept;
   [[nodiscard]] Sac envelope_at(const Vec3& x) const noexcept;
 
   std::shared_ptr<const ContactField> heart_;

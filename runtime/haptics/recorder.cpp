@@ -42,6 +42,15 @@ void each_number(Record& r, Visit visit) {
   visit("distance_mm", r.distance_mm);
 }
 
+// The line that names the columns.
+std::string column_names() {
+  std::string out;
+  TickRecord columns;
+  each_number(columns,
+              [&](const std::string& name, auto&) { out += out.empty() ? name : ',' + name; });
+  return out;
+}
+
 void append(std::string& line, double value) {
   std::array<char, 32> digits;
   const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
@@ -70,6 +79,30 @@ bool next_line(std::istream& in, std::string& line) {
   if (!std::getline(in, line)) return false;
   if (!line.empty() && line.back() == '\r') line.pop_back();
   return true;
+}
+
+// @param where the file's name and the line's number, for messages
+void read_tick(const std::string& line, const std::string& where, TickRecord& tick) {
+  const char* at = line.data();
+  const char* const end = line.data() + line.size();
+  bool first = true;
+  each_number(tick, [&](const std::string& column, auto& value) {
+    const auto fail = [&] {
+      throw_invalid(where + ", column " + column + ": must be a number of its range");
+    };
+    if (!first && (at == end || *at++ != ',')) fail();
+    first = false;
+    double read = 0;
+    const auto [next, error] = std::from_chars(at, end, read);
+    if (error != std::errc()) fail();
+    at = next;
+    using T = std::remove_reference_t<decltype(value)>;
+    if constexpr (!std::is_same_v<T, double>) {
+      if (!(read >= 0 && read <= largest<T>() && read == std::floor(read))) fail();
+    }
+    set(value, read);
+  });
+  if (at != end) throw_invalid(where + ": there are too many columns");
 }
 
 }  // namespace
@@ -111,12 +144,7 @@ void Recorder::resume() noexcept {
 
 void write_ticks(std::ostream& out, const std::string& about,
                  const std::vector<TickRecord>& ticks) {
-  std::string header;
-  TickRecord columns;
-  each_number(columns, [&](const std::string& name, auto&) {
-    header += header.empty() ? name : ',' + name;
-  });
-  out << kTicksFormat << '\n' << about << '\n' << header << '\n';
+  out << kTicksFormat << '\n' << about << '\n' << column_names() << '\n';
   for (const TickRecord& tick : ticks) {
     std::string line;
     each_number(tick, [&](const std::string&, const auto& value) {
@@ -138,40 +166,11 @@ RecordedTicks read_ticks(std::istream& in, const std::string& name) {
   if (!next_line(in, out.about) || !next_line(in, header)) {
     throw_invalid(name + " ends before its line 3, which names the columns");
   }
-  std::string expected;
-  TickRecord columns;
-  each_number(columns, [&](const std::string& column, auto&) {
-    expected += expected.empty() ? column : ',' + column;
-  });
-  if (header != expected) {
+  if (header != column_names()) {
     throw_invalid(name + ", line 3: the columns are not those of this version; record again");
   }
   for (int number = 4; next_line(in, line); ++number) {
-    TickRecord& tick = out.ticks.emplace_back();
-    const char* at = line.data();
-    const char* const end = line.data() + line.size();
-    bool first = true;
-    each_number(tick, [&](const std::string& column, auto& value) {
-      const auto fail = [&] {
-        std::string where = name + ", line " + std::to_string(number) + ", column ";
-        where += column;
-        throw_invalid(where + ": must be a number of its range");
-      };
-      if (!first && (at == end || *at++ != ',')) fail();
-      first = false;
-      double read = 0;
-      const auto [next, error] = std::from_chars(at, end, read);
-      if (error != std::errc()) fail();
-      at = next;
-      using T = std::remove_reference_t<decltype(value)>;
-      if constexpr (!std::is_same_v<T, double>) {
-        if (!(read >= 0 && read <= largest<T>() && read == std::floor(read))) fail();
-      }
-      set(value, read);
-    });
-    if (at != end) {
-      throw_invalid(name + ", line " + std::to_string(number) + ": there are too many columns");
-    }
+    read_tick(line, name + ", line " + std::to_string(number), out.ticks.emplace_back());
   }
   if (in.bad()) throw Error(ErrorCode::Machine, name + " cannot be read to its end");
   return out;

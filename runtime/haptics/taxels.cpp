@@ -84,36 +84,11 @@ TaxelMap Taxels::under(const BallContact& contact, double t) noexcept {
   }
 
   const double part_mm = options_.pitch_mm / kParts;
-  const double radius2 = options_.radius_mm * options_.radius_mm;
   double whole = 0;  // sum of what is proportional to pressure
-  double peak = 0;
-  int touched = 0;
+  Touched touched;
   for (int row = 0; row < kSide; ++row) {
     for (int column = 0; column < kSide; ++column) {
-      const auto corner = static_cast<std::size_t>(row * kNodes + column);
-      const auto between = [&](const auto& value, double x, double y) {
-        return (1 - y) * ((1 - x) * value(corner) + x * value(corner + 1)) +
-               y * ((1 - x) * value(corner + kNodes) + x * value(corner + kNodes + 1));
-      };
-      double sum = 0;
-      for (const double y : kPartWeights) {
-        const double v = (row - kSide / 2 + y) * options_.pitch_mm;
-        for (const double x : kPartWeights) {
-          const double u = (column - kSide / 2 + x) * options_.pitch_mm;
-          const double r2 = u * u + v * v;
-          const double body =
-              between([&](std::size_t at) { return samples_[at].distance_mm; }, x, y);
-          const double left = contact.depth_mm - r2 / options_.radius_mm - 2 * body;
-          if (left <= 0 || r2 > radius2) continue;
-          double pressure = std::sqrt(left);
-          if (options_.map) {
-            pressure *= between([&](std::size_t at) { return stiffness[at]; }, x, y);
-          }
-          sum += pressure;
-          peak = std::max(peak, pressure);
-          ++touched;
-        }
-      }
+      const double sum = sum_of_parts(row, column, contact.depth_mm, stiffness, touched);
       out.pressure_kpa[static_cast<std::size_t>(row * kSide + column)] = static_cast<float>(sum);
       whole += sum;
     }
@@ -126,9 +101,39 @@ TaxelMap Taxels::under(const BallContact& contact, double t) noexcept {
   for (float& pressure : out.pressure_kpa) {
     pressure = static_cast<float>(pressure * per_part / (kParts * kParts));
   }
-  out.peak_kpa = peak * per_part;
-  out.area_mm2 = touched * part_mm * part_mm;
+  out.peak_kpa = touched.peak * per_part;
+  out.area_mm2 = touched.parts * part_mm * part_mm;
   return out;
+}
+
+double Taxels::sum_of_parts(int row, int column, double depth_mm, const Nodes& stiffness,
+                            Touched& touched) const noexcept {
+  constexpr int kSide = TaxelMap::kSide;
+  const double radius2 = options_.radius_mm * options_.radius_mm;
+  const auto corner = static_cast<std::size_t>(row * kNodes + column);
+  const auto between = [&](const auto& value, double x, double y) {
+    return (1 - y) * ((1 - x) * value(corner) + x * value(corner + 1)) +
+           y * ((1 - x) * value(corner + kNodes) + x * value(corner + kNodes + 1));
+  };
+  double sum = 0;
+  for (const double y : kPartWeights) {
+    const double v = (row - kSide / 2 + y) * options_.pitch_mm;
+    for (const double x : kPartWeights) {
+      const double u = (column - kSide / 2 + x) * options_.pitch_mm;
+      const double r2 = u * u + v * v;
+      const double body = between([&](std::size_t at) { return samples_[at].distance_mm; }, x, y);
+      const double left = depth_mm - r2 / options_.radius_mm - 2 * body;
+      if (left <= 0 || r2 > radius2) continue;
+      double pressure = std::sqrt(left);
+      if (options_.map) {
+        pressure *= between([&](std::size_t at) { return stiffness[at]; }, x, y);
+      }
+      sum += pressure;
+      touched.peak = std::max(touched.peak, pressure);
+      ++touched.parts;
+    }
+  }
+  return sum;
 }
 
 }  // namespace beatlas::haptics

@@ -77,6 +77,16 @@ class Taxels {
  private:
   static constexpr int kNodes = TaxelMap::kSide + 1;  ///< corners of taxels, along a side
   using Nodes = std::array<double, std::size_t{kNodes} * kNodes>;
+  /// What the parts of taxels in contact have in common.
+  struct Touched {
+    int parts = 0;
+    double peak = 0;  ///< greatest of what is proportional to pressure
+  };
+
+  /// Over the parts of a taxel: the sum of what is proportional to pressure.
+  /// @param stiffness at the nodes; only read where the options name a map
+  [[nodiscard]] double sum_of_parts(int row, int column, double depth_mm, const Nodes& stiffness,
+                                    Touched& touched) const noexcept;
 
   std::shared_ptr<const ContactField> field_;
   TaxelOptions options_;
