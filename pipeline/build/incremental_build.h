@@ -87,6 +87,8 @@ class IncrementalBuild {
              const std::function<study::FileList()>& write);
   [[nodiscard]] static study::StageRecord new_record(study::Wanted with);
   [[nodiscard]] study::StageRecord new_record(study::Stage stage) const;
+  /// Segments what was imported and leaves that in the study.
+  void segment_anew(StageContext& context);
   void pictures();
   void refuse_another_source() const;
   /// Whether the study's import is of these files, and of the same exam among them.

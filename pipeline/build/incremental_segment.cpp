@@ -41,6 +41,20 @@ std::optional<LabelCycle> labels_as_acquired(const LabelCycle& labels, const Exa
   return segment::labels_on_grid(labels, labels.grid, back);
 }
 
+/// Where the images are from, for a message; empty where nothing tells.
+std::string source_of_images(const Exam& images, const std::optional<study::Study>& study) {
+  if (!images.shown_source.empty()) return images.shown_source;
+  return study ? study->folder().string() : std::string();
+}
+
+/// Labels given stay as they are, whatever a seed says: where they leak, they must be painted.
+/// @param given phases, ascending
+void offer_no_seeds(const std::vector<int>& given, std::vector<LeakAlarm>& alarms) {
+  for (LeakAlarm& alarm : alarms) {
+    if (std::binary_search(given.begin(), given.end(), alarm.phase)) alarm.seeds.clear();
+  }
+}
+
 void remove_refused_leaks(const fs::path& study) {
   std::error_code ignored;
   for (std::size_t at = 0; fs::remove(study / leak_picture(kRefusedLeak, at), ignored); ++at) {
@@ -134,47 +148,43 @@ void IncrementalBuild::note_segmentation() {
 
 void IncrementalBuild::segment() {
   if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
-    run(Stage::Segment, [&](StageContext& context) {
-      const Exam& images = exam();
-      const Corrections corrections = corrections_for(images, orders_, context);
-      std::optional<prior::PriorCycle> learned;
-      try {
-        if (wants_prior(corrections, orders_.recipe, images.stack.phase_count())) {
-          learned = prior_of(images, orders_.recipe,
-                             context.part(0, kPriorShare, "what voxels look like"));
-        }
-        StageContext growing = learned ? context.part(kPriorShare, 1) : context;
-        segmentation_ = segment_with(images, corrections, orders_.recipe.segment, growing,
-                                     learned ? &*learned : nullptr);
-      } catch (const Error& error) {
-        const std::string source = !images.shown_source.empty() ? images.shown_source
-                                   : study_                     ? study_->folder().string()
-                                                                : std::string();
-        if (error.code() != ErrorCode::InvalidInput || source.empty()) throw;
-        throw error.with_context(source);
-      }
-      ask_for_leaks(context);
-      // Labels given stay as they are, whatever a seed says: where they leak, they must be painted.
-      const std::vector<int>& given = corrections.known.phases;
-      for (LeakAlarm& alarm : segmentation_->alarms) {
-        if (std::binary_search(given.begin(), given.end(), alarm.phase)) alarm.seeds.clear();
-      }
-      if (study_) {  // without, no report offers them
-        try_seeds(images, corrections, orders_.recipe.segment, learned ? &*learned : nullptr,
-                  *segmentation_, context);
-      }
-      leave(Stage::Segment, new_record(Stage::Segment), [&] {
-        const double interval_s = exam().stack.frame_interval_s();
-        return study::write_segmentation(study_->folder(), *segmentation_, interval_s,
-                                         labels_as_acquired(segmentation_->labels, exam()));
-      });
-    });
+    run(Stage::Segment, [&](StageContext& context) { segment_anew(context); });
     note_segmentation();
   } else if (orders_.recipe.segment.leak.action == segment::LeakAction::Error &&
              !study::edited_outputs(*study_, Stage::Segment).empty()) {
     (void)segmentation();  // the alarm on what was painted, though nothing is to be made from it
   }
   if (study_ && !keeps(Stage::Pictures, wanted_of(Stage::Pictures, orders_))) pictures();
+}
+
+void IncrementalBuild::segment_anew(StageContext& context) {
+  const Exam& images = exam();
+  const Corrections corrections = corrections_for(images, orders_, context);
+  std::optional<prior::PriorCycle> learned;
+  try {
+    if (wants_prior(corrections, orders_.recipe, images.stack.phase_count())) {
+      learned =
+          prior_of(images, orders_.recipe, context.part(0, kPriorShare, "what voxels look like"));
+    }
+    StageContext growing = learned ? context.part(kPriorShare, 1) : context;
+    segmentation_ = segment_with(images, corrections, orders_.recipe.segment, growing,
+                                 learned ? &*learned : nullptr);
+  } catch (const Error& error) {
+    const std::string source = source_of_images(images, study_);
+    if (error.code() != ErrorCode::InvalidInput || source.empty()) throw;
+    throw error.with_context(source);
+  }
+  ask_for_leaks(context);
+  offer_no_seeds(corrections.known.phases, segmentation_->alarms);
+  if (study_) {  // without, no report offers them
+    try_seeds(images, corrections, orders_.recipe.segment, learned ? &*learned : nullptr,
+              *segmentation_, context);
+  }
+  leave(Stage::Segment, new_record(Stage::Segment), [&] {
+    const double interval_s = exam().stack.frame_interval_s();
+    return study::write_segmentation(study_->folder(), *segmentation_, interval_s,
+                                     labels_as_acquired(segmentation_->labels, exam()));
+  });
 }
 
 void IncrementalBuild::pictures() {

@@ -9,6 +9,44 @@
 #include "runtime/base/json_object.h"
 
 namespace beatlas::build {
+namespace {
+
+std::vector<double> read_surface_edges(const nlohmann::json& edges) {
+  if (!edges.is_array() || edges.empty() || edges.size() > atlas::kMaxSurfaceLevels) {
+    throw_invalid("/surface_edges_mm must be a list of 1 to " +
+                  std::to_string(atlas::kMaxSurfaceLevels) + " entries");
+  }
+  std::vector<double> out;
+  for (const nlohmann::json& edge : edges) {
+    const double mm = edge.is_number() ? edge.get<double>() : 0;
+    if (!(mm >= 0.5 && mm <= 10 && (out.empty() || mm > out.back()))) {
+      throw_invalid("/surface_edges_mm/" + std::to_string(out.size()) +
+                    " must be a number from 0.5 to 10 and more than the one before");
+    }
+    out.push_back(mm);
+  }
+  return out;
+}
+
+std::vector<Structure> read_structures(const nlohmann::json& names) {
+  if (!names.is_array() || names.empty()) {
+    throw_invalid("/structures must be a list of one structure or more");
+  }
+  std::vector<Structure> out;
+  for (std::size_t at = 0; at < names.size(); ++at) {
+    const auto structure =
+        names[at].is_string() ? structure_from_name(names[at].get<std::string>()) : std::nullopt;
+    if (!structure || is_among(*structure, out)) {
+      throw_invalid("/structures/" + std::to_string(at) +
+                    " must be the name of a structure, and of another than those before: heart, "
+                    "lv_blood, rv_blood, lv_myocardium, la_blood, ra_blood or aorta");
+    }
+    out.push_back(*structure);
+  }
+  return out;
+}
+
+}  // namespace
 
 bool is_among(Structure structure, const std::vector<Structure>& list) {
   return std::find(list.begin(), list.end(), structure) != list.end();
@@ -27,36 +65,10 @@ Scene scene_from_json(const nlohmann::json& scene_json) {
     material.finish();
   }
   if (object.has("surface_edges_mm")) {
-    const nlohmann::json& edges = object.at("surface_edges_mm");
-    if (!edges.is_array() || edges.empty() || edges.size() > atlas::kMaxSurfaceLevels) {
-      throw_invalid("/surface_edges_mm must be a list of 1 to " +
-                    std::to_string(atlas::kMaxSurfaceLevels) + " entries");
-    }
-    for (const nlohmann::json& edge : edges) {
-      const double mm = edge.is_number() ? edge.get<double>() : 0;
-      const double least = scene.surface_edges_mm.empty() ? 0.5 : scene.surface_edges_mm.back();
-      if (!(mm >= 0.5 && mm <= 10 && (scene.surface_edges_mm.empty() || mm > least))) {
-        throw_invalid("/surface_edges_mm/" + std::to_string(scene.surface_edges_mm.size()) +
-                      " must be a number from 0.5 to 10 and more than the one before");
-      }
-      scene.surface_edges_mm.push_back(mm);
-    }
+    scene.surface_edges_mm = read_surface_edges(object.at("surface_edges_mm"));
   }
   if (object.has("structures")) {
-    const nlohmann::json& names = object.at("structures");
-    if (!names.is_array() || names.empty()) {
-      throw_invalid("/structures must be a list of one structure or more");
-    }
-    for (std::size_t at = 0; at < names.size(); ++at) {
-      const auto structure =
-          names[at].is_string() ? structure_from_name(names[at].get<std::string>()) : std::nullopt;
-      if (!structure || is_among(*structure, scene.structures)) {
-        throw_invalid("/structures/" + std::to_string(at) +
-                      " must be the name of a structure, and of another than those before: heart, "
-                      "lv_blood, rv_blood, lv_myocardium, la_blood, ra_blood or aorta");
-      }
-      scene.structures.push_back(*structure);
-    }
+    scene.structures = read_structures(object.at("structures"));
   }
   object.finish();
   return scene;
