@@ -46,6 +46,42 @@ Region region_of(const atlas::FieldPayload& field, const Grid& grid,
   return region;
 }
 
+/// A field that is asked for labels.
+struct AskedField {
+  field::FieldQuery query;
+  Structure structure;
+  Region region;
+};
+
+/// Takes note of a voxel that lies in a structure.
+/// @param depth_mm negative  @param deepest_mm of the structures there so far, the heart aside
+void label_voxel(Structure structure, double depth_mm, std::uint8_t& label, double& deepest_mm) {
+  if (structure == Structure::Heart) {
+    if (label == kLabelBackground) label = kLabelRestOfHeart;
+  } else if (depth_mm < deepest_mm) {
+    deepest_mm = depth_mm;
+    label = label_of(structure);
+  }
+}
+
+/// Of slice k at time t_s: where the field's structure is deeper than what is there.
+/// @param deepest_mm of the slice's voxels  @param out labels of the phase
+void label_slice(const AskedField& asked, int k, double t_s, const Grid& lps_grid,
+                 const Affine& workspace_from_index, std::vector<double>& deepest_mm,
+                 std::vector<std::uint8_t>& out) {
+  const Region& region = asked.region;
+  if (k < region.first[2] || k >= region.end[2]) return;
+  for (int j = region.first[1]; j < region.end[1]; ++j) {
+    for (int i = region.first[0]; i < region.end[0]; ++i) {
+      const double d = asked.query.sample(workspace_from_index * Vec3(i, j, k), t_s).distance_mm;
+      if (d >= 0) continue;
+      const std::size_t at = lps_grid.offset(i, j, k);
+      const std::size_t in_slice = at - lps_grid.offset(0, 0, k);
+      label_voxel(asked.structure, d, out[at], deepest_mm[in_slice]);
+    }
+  }
+}
+
 /// Of one phase: where the surface's label is more than what is there says.
 void label_inside(const atlas::SurfacePayload& surface, std::size_t phase, const Grid& lps_grid,
                   const Affine& lps_from_workspace, std::vector<std::uint8_t>& out) {
@@ -88,13 +124,11 @@ LabelCycle labels_from_shapes(const Shapes& shapes, const Grid& lps_grid,
                               const Affine& workspace_from_lps, double rr_interval_s,
                               StageContext& context) {
   const int phases = phases_of(shapes);
-  const auto& fields = shapes.fields;
   const Affine workspace_from_index = workspace_from_lps * lps_grid.mm_from_index;
-  std::vector<field::FieldQuery> queries;
-  std::vector<Region> regions;
-  for (const auto& payload : fields) {
-    queries.emplace_back(payload, rr_interval_s);
-    regions.push_back(region_of(*payload, lps_grid, workspace_from_index));
+  std::vector<AskedField> fields;
+  for (const auto& payload : shapes.fields) {
+    fields.push_back({field::FieldQuery(payload, rr_interval_s), payload->structure,
+                      region_of(*payload, lps_grid, workspace_from_index)});
   }
   LabelCycle labels;
   labels.grid = lps_grid;
@@ -109,25 +143,9 @@ LabelCycle labels_from_shapes(const Shapes& shapes, const Grid& lps_grid,
     const int k = static_cast<int>(slab % slices);
     const double t_s = rr_interval_s * static_cast<double>(phase) / phases;
     std::vector<std::uint8_t>& out = labels.phases[phase];
-    std::vector<double> deepest(lps_grid.slice_count(), 0.0);
-    for (std::size_t f = 0; f < fields.size(); ++f) {
-      const Structure structure = fields[f]->structure;
-      const Region& region = regions[f];
-      if (k < region.first[2] || k >= region.end[2]) continue;
-      for (int j = region.first[1]; j < region.end[1]; ++j) {
-        for (int i = region.first[0]; i < region.end[0]; ++i) {
-          const double d = queries[f].sample(workspace_from_index * Vec3(i, j, k), t_s).distance_mm;
-          if (d >= 0) continue;
-          const std::size_t at = lps_grid.offset(i, j, k);
-          const std::size_t in_slice = at - lps_grid.offset(0, 0, k);
-          if (structure == Structure::Heart) {
-            if (out[at] == kLabelBackground) out[at] = kLabelRestOfHeart;
-          } else if (d < deepest[in_slice]) {
-            deepest[in_slice] = d;
-            out[at] = label_of(structure);
-          }
-        }
-      }
+    std::vector<double> deepest_mm(lps_grid.slice_count(), 0.0);
+    for (const AskedField& asked : fields) {
+      label_slice(asked, k, t_s, lps_grid, workspace_from_index, deepest_mm, out);
     }
     context.progress(static_cast<double>(++done) / static_cast<double>(slabs));
   });
