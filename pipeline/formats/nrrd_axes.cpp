@@ -97,6 +97,40 @@ std::string other_axis(const NrrdFields& fields, const NrrdAxis& axis) {
   return {};
 }
 
+/// From voxel to voxel of an axis in space, in the file's unit.
+Vec3 direction_in_space(const NrrdAxis& axis) {
+  if (axis.direction.size() < 3) throw_invalid("its space has fewer than three dimensions");
+  if (axis.direction.size() > 4 || (axis.direction.size() == 4 && axis.direction[3] != 0)) {
+    throw_invalid("an axis of its grid runs through space and time at once");
+  }
+  return {axis.direction[0], axis.direction[1], axis.direction[2]};
+}
+
+double axis_spacing_mm(const NrrdAxis& axis) {
+  if (!(axis.spacing > 0 && std::isfinite(axis.spacing))) {
+    throw_invalid(
+        "its header names no usable voxel size (\"space directions\", or \"spacings\" above 0)");
+  }
+  return axis.spacing * to_mm(axis.unit);
+}
+
+/// Turns what is in the file's space to LPS, and tells what of it is a guess.
+void turn_to_lps(const std::string& space, bool directions, Affine& out, std::string& note) {
+  if (space.starts_with("ras") || space.starts_with("right-anterior")) {
+    out = Affine(Eigen::Scaling(-1.0, -1.0, 1.0)) * out;
+  } else if (space.starts_with("las") || space.starts_with("left-anterior")) {
+    out = Affine(Eigen::Scaling(1.0, -1.0, 1.0)) * out;
+  } else if (!space.starts_with("lps") && !space.starts_with("left-posterior")) {
+    add_sentence(note, directions
+                           ? "The file names no anatomical space, its axes x, y, z were taken as "
+                             "left, posterior, superior."
+                           : "The file holds no orientation, its axes were taken as left, "
+                             "posterior, superior.");
+  } else if (!directions) {
+    add_sentence(note, "The file holds no directions, its axes were taken as those of its space.");
+  }
+}
+
 void set_times(const NrrdFields& fields, const NrrdAxis& axis, std::size_t place,
                ImageFileHeader& out) {
   const std::string index = "axis " + std::to_string(place) + " index values";
@@ -168,20 +202,9 @@ Affine lps_from_index(const NrrdFields& fields, std::string& note) {
     if (a == frame_axis) continue;
     const NrrdAxis& axis = fields.axes[static_cast<std::size_t>(a)];
     if (directions) {
-      if (axis.direction.size() < 3) throw_invalid("its space has fewer than three dimensions");
-      if (axis.direction.size() > 4 || (axis.direction.size() == 4 && axis.direction[3] != 0)) {
-        throw_invalid("an axis of its grid runs through space and time at once");
-      }
-      for (int r = 0; r < 3; ++r) {
-        out.linear()(r, column) = axis.direction[static_cast<std::size_t>(r)];
-      }
+      out.linear().col(column) = direction_in_space(axis);
     } else {
-      if (!(axis.spacing > 0 && std::isfinite(axis.spacing))) {
-        throw_invalid(
-            "its header names no usable voxel size (\"space directions\", or \"spacings\" above "
-            "0)");
-      }
-      out.linear()(column, column) = axis.spacing * to_mm(axis.unit);
+      out.linear()(column, column) = axis_spacing_mm(axis);
     }
     ++column;
   }
@@ -191,20 +214,7 @@ Affine lps_from_index(const NrrdFields& fields, std::string& note) {
   if (directions && fields.space_units.size() >= 3) {
     out.matrix().topRows<3>() *= to_mm(fields.space_units[0]);
   }
-  const std::string& space = fields.space;
-  if (space.starts_with("ras") || space.starts_with("right-anterior")) {
-    out = Affine(Eigen::Scaling(-1.0, -1.0, 1.0)) * out;
-  } else if (space.starts_with("las") || space.starts_with("left-anterior")) {
-    out = Affine(Eigen::Scaling(1.0, -1.0, 1.0)) * out;
-  } else if (!space.starts_with("lps") && !space.starts_with("left-posterior")) {
-    add_sentence(note, directions
-                           ? "The file names no anatomical space, its axes x, y, z were taken as "
-                             "left, posterior, superior."
-                           : "The file holds no orientation, its axes were taken as left, "
-                             "posterior, superior.");
-  } else if (!directions) {
-    add_sentence(note, "The file holds no directions, its axes were taken as those of its space.");
-  }
+  turn_to_lps(fields.space, directions, out, note);
   return checked_axes(out, note);
 }
 

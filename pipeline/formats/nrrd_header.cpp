@@ -163,19 +163,16 @@ class Parser {
   }
 
   void field(const std::string& name, std::string_view value) {
+    if (axis_field(name, value) || space_field(name, value)) return;
+    data_field(name, value);
+    // Other fields (content, centers, thicknesses, ...) say nothing that is needed.
+  }
+
+  /// Takes a field that says something of each axis; false if it does not.
+  bool axis_field(const std::string& name, std::string_view value) {
     if (name == "dimension") {
       fields_.axes.resize(static_cast<std::size_t>(whole(value, name, 1, kMostAxes)));
       for (NrrdAxis& axis : fields_.axes) axis.spacing = kNaN;
-    } else if (name == "type") {
-      if (lower(value) == "block") throw_invalid("its voxels are blocks of bytes, not numbers");
-      fields_.type = voxel_type(lower(value));
-    } else if (name == "encoding") {
-      fields_.packing = packing(lower(value));
-    } else if (name == "endian") {
-      const std::string order = lower(value);
-      if (order != "little" && order != "big")
-        throw_invalid("its byte order is none that is known");
-      fields_.big_endian = order == "big";
     } else if (name == "sizes") {
       const auto list = words(value);
       each_axis(list.size(), name, [&](NrrdAxis& axis, std::size_t a) {
@@ -190,21 +187,48 @@ class Parser {
       texts(value, name, &NrrdAxis::unit);
     } else if (name == "labels") {
       texts(value, name, &NrrdAxis::label);
-    } else if (name == "space") {
-      fields_.space = lower(value);
-      fields_.space_dimension = space_dimension(fields_.space);
-    } else if (name == "space dimension") {
-      fields_.space_dimension = static_cast<int>(whole(value, name, 1, kMostAxes));
     } else if (name == "space directions") {
       const auto list = vectors(value, name);
       each_axis(list.size(), name,
                 [&](NrrdAxis& axis, std::size_t a) { axis.direction = list[a]; });
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// Takes a field that says in which space the grid lies; false if it does not.
+  bool space_field(const std::string& name, std::string_view value) {
+    if (name == "space") {
+      fields_.space = lower(value);
+      fields_.space_dimension = space_dimension(fields_.space);
+    } else if (name == "space dimension") {
+      fields_.space_dimension = static_cast<int>(whole(value, name, 1, kMostAxes));
     } else if (name == "space origin") {
       const auto list = vectors(value, name);
       if (list.size() != 1) throw_invalid("its header field \"space origin\" is no vector");
       fields_.origin = list[0];
     } else if (name == "space units") {
       fields_.space_units = quoted_words(value);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// Takes a field that says how and where the voxels are stored.
+  void data_field(const std::string& name, std::string_view value) {
+    if (name == "type") {
+      if (lower(value) == "block") throw_invalid("its voxels are blocks of bytes, not numbers");
+      fields_.type = voxel_type(lower(value));
+    } else if (name == "encoding") {
+      fields_.packing = packing(lower(value));
+    } else if (name == "endian") {
+      const std::string order = lower(value);
+      if (order != "little" && order != "big") {
+        throw_invalid("its byte order is none that is known");
+      }
+      fields_.big_endian = order == "big";
     } else if (name == "line skip" || name == "lineskip") {
       fields_.line_skip = whole(value, name, 0, kMostBytes);
     } else if (name == "byte skip" || name == "byteskip") {
@@ -212,7 +236,6 @@ class Parser {
     } else if (name == "data file" || name == "datafile") {
       fields_.data_file = std::string(value);
     }
-    // Other fields (content, centers, thicknesses, ...) say nothing that is needed.
   }
 
   void finish() {

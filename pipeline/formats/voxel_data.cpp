@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "pipeline/formats/byte_source.h"
 #include "runtime/base/error.h"
@@ -238,27 +239,68 @@ void check_size(const VoxelLayout& layout, std::size_t value_bytes) {
   }
 }
 
+/// @param row of the layout that is incomplete
+[[noreturn]] void ends_within(const VoxelLayout& layout, std::size_t part, std::int64_t row) {
+  if (layout.parts.size() > 1) wrong_share(layout, part, false);
+  if (layout.slow > 1 || layout.frames == 1) truncated();
+  throw_invalid("it is truncated: image " + std::to_string(row + 1) + " of " +
+                std::to_string(layout.frames) + " is incomplete");
+}
+
+/// Sorts values that come in a layout's order into its frames.
+template <class Value>
+class FrameSorter {
+ public:
+  explicit FrameSorter(const VoxelLayout& layout)
+      : layout_(layout), room_(layout.fast * layout.slow) {}
+
+  /// @param checked a value with slope and intercept -> as it is kept
+  template <class Checked>
+  void take(const std::vector<double>& piece, Checked&& checked) {
+    for (std::size_t at = 0; at < piece.size();) {
+      std::vector<Value>& frame = frame_of(row_ % layout_.frames);
+      const auto count = std::min<std::int64_t>(std::ssize(piece) - static_cast<std::int64_t>(at),
+                                                layout_.fast - inside_);
+      for (std::int64_t i = 0; i < count; ++i) {
+        frame.push_back(checked(piece[at++] * layout_.slope + layout_.intercept));
+      }
+      inside_ += count;
+      if (inside_ == layout_.fast) {
+        inside_ = 0;
+        ++row_;
+      }
+    }
+  }
+  /// The row that is not yet complete.
+  [[nodiscard]] std::int64_t row() const { return row_; }
+  [[nodiscard]] std::vector<std::vector<Value>> frames() && { return std::move(frames_); }
+
+ private:
+  std::vector<Value>& frame_of(std::int64_t frame) {
+    // Of images one after the other none is begun before its data are there.
+    while (std::ssize(frames_) <= frame) {
+      frames_.emplace_back();
+      frames_.back().reserve(static_cast<std::size_t>(room_));
+    }
+    return frames_[static_cast<std::size_t>(frame)];
+  }
+
+  const VoxelLayout& layout_;
+  std::int64_t room_;  ///< values a frame
+  std::vector<std::vector<Value>> frames_;
+  std::int64_t row_ = 0;     ///< of `fast` values, all of one frame
+  std::int64_t inside_ = 0;  ///< values of the row that are read
+};
+
 template <class Value, class Checked>
 std::vector<std::vector<Value>> read_all(const VoxelLayout& layout, Checked&& checked) {
   check_size(layout, sizeof(Value));
-  const std::int64_t room = layout.fast * layout.slow;  // values a frame
-  std::vector<std::vector<Value>> out;
-  const auto frame_of = [&](std::int64_t frame) -> std::vector<Value>& {
-    // Of images one after the other none is begun before its data are there.
-    while (std::ssize(out) <= frame) {
-      out.emplace_back();
-      out.back().reserve(static_cast<std::size_t>(room));
-    }
-    return out[static_cast<std::size_t>(frame)];
-  };
-  const bool several = layout.parts.size() > 1;
+  FrameSorter<Value> sorter(layout);
   std::int64_t left = layout.slow * layout.frames * layout.fast;
   const std::int64_t share = left / std::ssize(layout.parts);
   std::size_t part = 0;
   std::int64_t left_in_part = share;
   auto numbers = std::make_unique<Numbers>(layout, part);
-  std::int64_t row = 0;     // of `fast` values, all of one frame
-  std::int64_t inside = 0;  // values of the row that are read
   while (left > 0) {
     if (left_in_part == 0) {
       if (!numbers->at_end()) wrong_share(layout, part, true);
@@ -269,29 +311,12 @@ std::vector<std::vector<Value>> read_all(const VoxelLayout& layout, Checked&& ch
     const std::vector<double>& piece = numbers->next(want);
     left -= std::ssize(piece);
     left_in_part -= std::ssize(piece);
-    for (std::size_t at = 0; at < piece.size();) {
-      std::vector<Value>& frame = frame_of(row % layout.frames);
-      const auto count = std::min<std::int64_t>(std::ssize(piece) - static_cast<std::int64_t>(at),
-                                                layout.fast - inside);
-      for (std::int64_t i = 0; i < count; ++i) {
-        frame.push_back(checked(piece[at++] * layout.slope + layout.intercept));
-      }
-      inside += count;
-      if (inside == layout.fast) {
-        inside = 0;
-        ++row;
-      }
-    }
-    if (std::ssize(piece) < want) {
-      if (several) wrong_share(layout, part, false);
-      if (layout.slow > 1 || layout.frames == 1) truncated();
-      throw_invalid("it is truncated: image " + std::to_string(row + 1) + " of " +
-                    std::to_string(layout.frames) + " is incomplete");
-    }
+    sorter.take(piece, checked);
+    if (std::ssize(piece) < want) ends_within(layout, part, sorter.row());
   }
-  if (several && !numbers->at_end()) wrong_share(layout, part, true);
+  if (layout.parts.size() > 1 && !numbers->at_end()) wrong_share(layout, part, true);
   numbers->check_end();
-  return out;
+  return std::move(sorter).frames();
 }
 
 }  // namespace
