@@ -288,6 +288,12 @@ class FileReader {
     if (samples > 1 || !(layout_.inverted || kind == "MONOCHROME2" || kind.empty())) {
       return Kind::NotGrey;
     }
+    set_pixel_kind(plain, real);
+    return Kind::Image;
+  }
+
+  /// @param plain the pixels lie in the file as they are  @param real as floating-point numbers
+  void set_pixel_kind(bool plain, bool real) {
     const int bits = layout_.bits_allocated;
     const bool words = bits == 16 || bits == 32 || (bits == 8 && !layout_.big_endian);
     const bool fits = layout_.bits_stored >= 1 && layout_.high_bit < bits &&
@@ -301,7 +307,6 @@ class FileReader {
     } else if (!plain || !words || !fits) {
       layout_.kind = PixelLayout::Kind::Packed;
     }
-    return Kind::Image;
   }
 
   void add_frames() {

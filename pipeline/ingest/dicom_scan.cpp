@@ -128,6 +128,40 @@ void check_pixels(const FileHeader& one, const FileHeader& other, DicomPixels& p
                 "one out of the folder");
 }
 
+/// Files in the order of what they say of themselves; names decide only between copies.
+std::vector<std::size_t> order_by_content(const std::vector<fs::path>& files,
+                                          const std::vector<FileHeader>& headers) {
+  std::vector<std::size_t> order(files.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const auto ka = key(headers[a]);
+    const auto kb = key(headers[b]);
+    if (ka != kb) return ka < kb;
+    // Same UID: by content; the name decides only which of two copies is opened.
+    const auto less = [](const DicomImage& x, const DicomImage& y) {
+      return content(x) < content(y);
+    };
+    const auto& ia = headers[a].images;
+    const auto& ib = headers[b].images;
+    if (std::lexicographical_compare(ia.begin(), ia.end(), ib.begin(), ib.end(), less)) return true;
+    if (std::lexicographical_compare(ib.begin(), ib.end(), ia.begin(), ia.end(), less)) {
+      return false;
+    }
+    return files[a] < files[b];
+  });
+  return order;
+}
+
+std::vector<fs::path> empty_files(const std::vector<fs::path>& files,
+                                  const std::vector<FileHeader>& headers) {
+  std::vector<fs::path> out;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (headers[i].kind == FileHeader::Kind::Empty) out.push_back(files[i]);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 void count(const FileHeader& header, DicomScan& scan) {
   using Kind = FileHeader::Kind;
   scan.not_dicom += header.kind == Kind::NotDicom ? 1 : 0;
@@ -148,32 +182,11 @@ DicomScan scan_dicom(const std::vector<fs::path>& sources, const std::vector<fs:
   std::vector<FileHeader> headers = read_headers(files, out.words, context);
   refuse_broken(files, headers, sources, named, out.words);
 
-  std::vector<std::size_t> order(files.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const auto ka = key(headers[a]);
-    const auto kb = key(headers[b]);
-    if (ka != kb) return ka < kb;
-    // Same UID: by content; the name decides only which of two copies is opened.
-    const auto less = [](const DicomImage& x, const DicomImage& y) {
-      return content(x) < content(y);
-    };
-    const auto& ia = headers[a].images;
-    const auto& ib = headers[b].images;
-    if (std::lexicographical_compare(ia.begin(), ia.end(), ib.begin(), ib.end(), less)) return true;
-    if (std::lexicographical_compare(ib.begin(), ib.end(), ia.begin(), ia.end(), less)) {
-      return false;
-    }
-    return files[a] < files[b];
-  });
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    if (headers[i].kind == FileHeader::Kind::Empty) out.empty.push_back(files[i]);
-  }
-  std::sort(out.empty.begin(), out.empty.end());
+  out.empty = empty_files(files, headers);
   DicomPixels pixels;
   std::unordered_map<std::string, std::vector<std::size_t>> met;  // by instance UID
   std::vector<std::size_t> kept;
-  for (const std::size_t i : order) {
+  for (const std::size_t i : order_by_content(files, headers)) {
     FileHeader& header = headers[i];
     count(header, out);
     if (header.images.empty()) continue;

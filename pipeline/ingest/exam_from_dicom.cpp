@@ -138,6 +138,32 @@ PixelState read_onto(const SliceResampling& onto, const DicomPixels& pixels,
   return state;
 }
 
+/// The slice whose times speak for the stack: nearest the middle, of those with a frame a phase if
+/// there are.
+const ImageSet& speaking_slice(const ChosenCine& chosen, int phases) {
+  const int slices = static_cast<int>(chosen.slices.size());
+  const int middle = slices / 2;
+  int best = middle;
+  bool found = false;
+  for (int k = 0; k < slices; ++k) {
+    if (chosen.slices[static_cast<std::size_t>(k)].frames() != phases) continue;
+    if (!found || std::abs(k - middle) < std::abs(best - middle)) best = k;
+    found = true;
+  }
+  return chosen.slices[static_cast<std::size_t>(best)];
+}
+
+/// Of the slice that speaks for the stack; even over the R-R interval where it tells no time.
+std::vector<double> frame_times_of(const ChosenCine& chosen, int phases) {
+  const SliceTiming& timing = speaking_slice(chosen, phases).timing;
+  std::vector<double> out = timing.time_s;
+  if (timing.timed || timing.rr_s != 0) return out;
+  for (std::size_t f = 0; f < out.size(); ++f) {
+    out[f] = chosen.rr_s * static_cast<double>(f) / static_cast<double>(out.size());
+  }
+  return out;
+}
+
 /// Reads and resamples the slices of a cine. A few slices at a time, so that little more than the
 /// result is in memory.
 Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
@@ -197,23 +223,7 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
   }
   reading.pixels.release();
   refuse_bad(bad, reading.images, reading.files);
-  // The slice nearest the middle speaks for the stack, of those with a frame a phase if there are.
-  const int middle = static_cast<int>(slices) / 2;
-  int best = middle;
-  bool found = false;
-  for (int k = 0; k < static_cast<int>(slices); ++k) {
-    if (chosen.slices[static_cast<std::size_t>(k)].frames() != phases) continue;
-    if (!found || std::abs(k - middle) < std::abs(best - middle)) best = k;
-    found = true;
-  }
-  const SliceTiming& timing = chosen.slices[static_cast<std::size_t>(best)].timing;
-  out.frame_times_s = timing.time_s;
-  if (!timing.timed && timing.rr_s == 0) {
-    for (std::size_t f = 0; f < out.frame_times_s.size(); ++f) {
-      out.frame_times_s[f] =
-          chosen.rr_s * static_cast<double>(f) / static_cast<double>(out.frame_times_s.size());
-    }
-  }
+  out.frame_times_s = frame_times_of(chosen, phases);
   return out;
 }
 

@@ -76,18 +76,21 @@ std::vector<std::string> full_patients(const std::vector<Origin>& origins) {
   return out;
 }
 
-/// Joins origins; the result does not depend on their order.
-Sets joined(const std::vector<Origin>& origins) {
-  Sets out(origins.size());
+/// Joins origins of one patient that name one study or frame of reference.
+void join_linked(const std::vector<Origin>& origins, Sets& sets) {
   const std::size_t count = origins.size();
   for (std::size_t a = 0; a < count; ++a) {
     for (std::size_t b = a + 1; b < count; ++b) {
       if (origins[a].patient == origins[b].patient && linked(origins[a], origins[b])) {
-        out.join(a, b);
+        sets.join(a, b);
       }
     }
   }
-  // Without a study's UID: to the only exam that the patient has otherwise.
+}
+
+/// Joins origins without a study's UID to the only exam that the patient has otherwise.
+void join_without_study(const std::vector<Origin>& origins, Sets& sets) {
+  const std::size_t count = origins.size();
   std::map<std::string, std::vector<std::size_t>> loose;
   for (std::size_t i = 0; i < count; ++i) {
     if (origins[i].study.empty()) loose[origins[i].patient].push_back(i);
@@ -95,27 +98,45 @@ Sets joined(const std::vector<Origin>& origins) {
   for (const auto& [patient, members] : loose) {
     std::set<std::size_t> named;
     for (std::size_t i = 0; i < count; ++i) {
-      if (origins[i].patient == patient && !origins[i].study.empty()) named.insert(out.of(i));
+      if (origins[i].patient == patient && !origins[i].study.empty()) named.insert(sets.of(i));
     }
     if (named.size() > 1) continue;
-    for (const std::size_t i : members) out.join(i, named.empty() ? members[0] : *named.begin());
+    for (const std::size_t i : members) sets.join(i, named.empty() ? members[0] : *named.begin());
   }
-  // Without a patient: to the only patient of the study or frame of reference.
-  const Sets before = out;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!origins[i].patient.empty()) continue;
-    std::set<std::string> patients;
-    std::set<std::size_t> hosts;
-    for (std::size_t j = 0; j < count; ++j) {
-      if (origins[j].patient.empty()) continue;
-      for (std::size_t k = 0; k < count; ++k) {
-        if (before.of(k) != before.of(i) || !linked(origins[k], origins[j])) continue;
-        patients.insert(origins[j].patient);
-        hosts.insert(before.of(j));
-      }
+}
+
+/// The set of the patient whose study or frame of reference the i-th set shares, if it is one.
+std::optional<std::size_t> only_host(const std::vector<Origin>& origins, const Sets& sets,
+                                     std::size_t i) {
+  std::set<std::string> patients;
+  std::set<std::size_t> hosts;
+  for (std::size_t j = 0; j < origins.size(); ++j) {
+    if (origins[j].patient.empty()) continue;
+    for (std::size_t k = 0; k < origins.size(); ++k) {
+      if (sets.of(k) != sets.of(i) || !linked(origins[k], origins[j])) continue;
+      patients.insert(origins[j].patient);
+      hosts.insert(sets.of(j));
     }
-    if (patients.size() == 1 && hosts.size() == 1) out.join(i, *hosts.begin());
   }
+  if (patients.size() != 1 || hosts.size() != 1) return {};
+  return *hosts.begin();
+}
+
+/// Joins origins without a patient to the only patient of the study or frame of reference.
+void join_without_patient(const std::vector<Origin>& origins, Sets& sets) {
+  const Sets before = sets;
+  for (std::size_t i = 0; i < origins.size(); ++i) {
+    if (!origins[i].patient.empty()) continue;
+    if (const auto host = only_host(origins, before, i)) sets.join(i, *host);
+  }
+}
+
+/// Joins origins; the result does not depend on their order.
+Sets joined(const std::vector<Origin>& origins) {
+  Sets out(origins.size());
+  join_linked(origins, out);
+  join_without_study(origins, out);
+  join_without_patient(origins, out);
   return out;
 }
 

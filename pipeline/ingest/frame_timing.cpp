@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/slice_timing.h"
@@ -115,6 +116,49 @@ FrameTiming by_given_times(int frames, const IngestOptions& options) {
   return out;
 }
 
+/// By the times that the file names one by one, if it does and they make an R-R interval.
+/// @param decisions takes what is odd about times that are left
+std::optional<FrameTiming> by_own_times(const formats::ImageFileHeader& header, int frames,
+                                        double given_rr, std::vector<std::string>& decisions) {
+  if (std::ssize(header.frame_times_s) != frames) return {};
+  if (!ascending(header.frame_times_s)) {
+    decisions.emplace_back("Warning: the frame times of the file do not rise and were left.");
+    return {};
+  }
+  FrameTiming out;
+  out.decisions = decisions;
+  const double own_rr = stepped_rr(header.frame_times_s);
+  const double unit = unit_of(own_rr, header.unit_known, out.decisions);
+  if (unit == 0) return {};
+  for (const double at : header.frame_times_s) out.time_s.push_back(at * unit);
+  out.rr_s = given_rr > 0 ? given_rr : own_rr * unit;
+  if (!(out.time_s.back() - out.time_s.front() < out.rr_s)) {
+    decisions.emplace_back(
+        "Warning: the frame times of the file do not fit into the given R-R interval; the "
+        "phases were taken as even.");
+    return {};
+  }
+  set_phases(out);
+  tell("the frame times of the file", out);
+  return out;
+}
+
+/// By the file's interval between frames, if it makes an R-R interval.
+/// @param rr that interval times the frames, in the file's unit; 0 if it is not told
+std::optional<FrameTiming> by_own_interval(double rr, bool unit_known, int frames, double given_rr,
+                                           std::vector<std::string> decisions) {
+  if (!(rr > 0)) return {};
+  const double unit = unit_of(rr, unit_known, decisions);
+  if (unit == 0) return {};
+  rr *= unit;
+  if (given_rr == 0) return even_frames(rr, frames, "the frame interval of the file", decisions);
+  if (std::abs(rr - given_rr) > kSameInterval * given_rr) {
+    decisions.push_back("Warning: the file's frame interval makes an R-R interval of " +
+                        seconds(rr) + "; the given one was taken, its phases as even.");
+  }
+  return even_frames(given_rr, frames, kByRr, decisions);
+}
+
 }  // namespace
 
 FrameTiming time_frames(const formats::ImageFileHeader& header, int frames,
@@ -128,40 +172,11 @@ FrameTiming time_frames(const formats::ImageFileHeader& header, int frames,
   const double given_rr = options.rr_interval_s;
   std::vector<std::string> decisions;
   if (given_rr > 0) decisions.emplace_back(kRrGiven);
-  if (std::ssize(header.frame_times_s) == frames) {
-    if (ascending(header.frame_times_s)) {
-      FrameTiming out;
-      out.decisions = decisions;
-      const double own_rr = stepped_rr(header.frame_times_s);
-      if (const double unit = unit_of(own_rr, header.unit_known, out.decisions); unit > 0) {
-        for (const double at : header.frame_times_s) out.time_s.push_back(at * unit);
-        out.rr_s = given_rr > 0 ? given_rr : own_rr * unit;
-        if (out.time_s.back() - out.time_s.front() < out.rr_s) {
-          set_phases(out);
-          tell("the frame times of the file", out);
-          return out;
-        }
-        decisions.emplace_back(
-            "Warning: the frame times of the file do not fit into the given R-R interval; the "
-            "phases were taken as even.");
-      }
-    } else {
-      decisions.emplace_back("Warning: the frame times of the file do not rise and were left.");
-    }
-  }
+  if (auto timing = by_own_times(header, frames, given_rr, decisions)) return *std::move(timing);
   const bool untold_step = header.frame_interval_s == kUntoldStep;
-  double rr = untold_step ? 0 : header.frame_interval_s * frames;
-  if (rr > 0) {
-    std::vector<std::string> more = decisions;
-    if (const double unit = unit_of(rr, header.unit_known, more); unit > 0) {
-      rr *= unit;
-      if (given_rr == 0) return even_frames(rr, frames, "the frame interval of the file", more);
-      if (std::abs(rr - given_rr) > kSameInterval * given_rr) {
-        more.push_back("Warning: the file's frame interval makes an R-R interval of " +
-                       seconds(rr) + "; the given one was taken, its phases as even.");
-      }
-      return even_frames(given_rr, frames, kByRr, more);
-    }
+  const double rr = untold_step ? 0 : header.frame_interval_s * frames;
+  if (auto timing = by_own_interval(rr, header.unit_known, frames, given_rr, decisions)) {
+    return *std::move(timing);
   }
   if (given_rr > 0) return even_frames(given_rr, frames, kByRr, decisions);
   if (untold_step) {

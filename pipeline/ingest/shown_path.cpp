@@ -218,29 +218,29 @@ bool IdentityWords::identify(std::string_view name) const {
     const std::string value = without_zeros(number);
     if (value.size() >= kLongNumber || numbers_.count(value) > 0) return true;
   }
-  const auto known = [this](const std::string& word) {
-    return word.size() >= kLeastWord && words_.count(word) > 0 && !of_the_trade(word);
-  };
-  const std::vector<std::string> words = runs(name, alphanumeric);
   if (holds_parted_date(name)) return true;
+  const std::vector<std::string> words = runs(name, alphanumeric);
   const auto known_joined = [this](const std::string& joined) {
     return words_.count(joined) > 0 ||
            (all_digits(joined) && numbers_.count(without_zeros(joined)) > 0);
   };
-  if (any_joined(words, known_joined)) return true;
-  for (const std::string& word : words) {
-    if (short_.count(word) > 0) return true;
-    if (all_digits(word) && short_.count(without_zeros(word)) > 0) return true;
-    if (known(word)) return true;
-    for (const std::string& part : runs(word, letter)) {
-      if (known(part)) return true;
-    }
-    const auto holds = [&](const std::string& text) {
-      return word.find(text) != std::string::npos && !of_the_trade(text);
-    };
-    if (std::any_of(letters_.begin(), letters_.end(), holds)) return true;
-  }
-  return false;
+  return any_joined(words, known_joined) ||
+         std::any_of(words.begin(), words.end(),
+                     [this](const std::string& word) { return identifies(word); });
+}
+
+bool IdentityWords::identifies(const std::string& word) const {
+  if (short_.count(word) > 0) return true;
+  if (all_digits(word) && short_.count(without_zeros(word)) > 0) return true;
+  const auto known = [this](const std::string& text) {
+    return text.size() >= kLeastWord && words_.count(text) > 0 && !of_the_trade(text);
+  };
+  if (known(word)) return true;
+  const std::vector<std::string> parts = runs(word, letter);
+  if (std::any_of(parts.begin(), parts.end(), known)) return true;
+  return std::any_of(letters_.begin(), letters_.end(), [&](const std::string& text) {
+    return word.find(text) != std::string::npos && !of_the_trade(text);
+  });
 }
 
 namespace {

@@ -41,6 +41,8 @@ class IdentityWords {
 
   /// Takes in the runs of a text as one word.
   void add_joined(const std::vector<std::string>& parts);
+  /// Whether a run of letters and digits, in lower case, may tell who the patient is.
+  [[nodiscard]] bool identifies(const std::string& word) const;
 };
 
 /// The path as messages may show it: a component that may carry identity (see IdentityWords)

@@ -140,33 +140,76 @@ std::vector<Candidate> interleaved(const Candidate& candidate) {
   return out;
 }
 
+/// The kinds of image in series that hold several at one place, by the series' UIDs.
+using SeriesKinds = std::map<std::string, std::set<std::string>>;
+/// By the UIDs of series and, of those that hold several, by kind.
+using BySeries = std::map<std::pair<std::string, std::string>, Candidate>;
+
+SeriesKinds kinds_of_series(const Plane& plane) {
+  SeriesKinds out;
+  for (const Place& place : plane.places) {
+    for (const ImageSet& set : place.cines) {
+      if (set.kinds > 1) out[set.series_uid].insert(set.kind);
+    }
+  }
+  return out;
+}
+
+/// Adds a set to the stack of its series; one of a series whose other places hold several kinds to
+/// the stacks of all these.
+void add_to_series(const Place& place, const ImageSet& set, const SeriesKinds& kinds,
+                   BySeries& by_series) {
+  if (set.merged) return;
+  const auto several = kinds.find(set.series_uid);
+  if (set.kinds > 1) {
+    add(by_series[{set.series_uid, set.kind}], place, set);
+  } else if (several != kinds.end()) {
+    for (const std::string& kind : several->second) {
+      add(by_series[{set.series_uid, kind}], place, set);
+    }
+  } else {
+    add(by_series[{set.series_uid, ""}], place, set);
+  }
+}
+
+/// Adds a set to the stack of its contrast, which is begun if there is none.
+void add_to_contrast(const Place& place, const ImageSet& set, std::vector<Candidate>& by_contrast) {
+  auto alike = std::find_if(by_contrast.begin(), by_contrast.end(), [&](const Candidate& one) {
+    return same_contrast(*one.slices.front().second, set);
+  });
+  if (alike == by_contrast.end()) alike = by_contrast.insert(alike, Candidate());
+  add(*alike, place, set);
+}
+
+/// The candidates of a plane that have slices enough and differ, the latest series first.
+std::vector<Candidate> finished(std::vector<Candidate> all, const Plane& plane) {
+  std::vector<Candidate> out;
+  for (Candidate& candidate : all) {
+    if (candidate.slices.size() < kLeastSlices) continue;
+    if (std::any_of(out.begin(), out.end(),
+                    [&](const Candidate& other) { return other.slices == candidate.slices; })) {
+      continue;
+    }
+    candidate.plane = &plane;
+    finish(candidate);
+    out.push_back(std::move(candidate));
+  }
+  std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) {
+    return latest_series(a) > latest_series(b);
+  });
+  return out;
+}
+
 std::vector<Candidate> candidates_of(const Plane& plane) {
   Candidate all;
   std::vector<Candidate> by_contrast;
-  std::map<std::string, std::set<std::string>> kinds;  // of series that hold images in several
-  for (const Place& place : plane.places) {
-    for (const ImageSet& set : place.cines) {
-      if (set.kinds > 1) kinds[set.series_uid].insert(set.kind);
-    }
-  }
-  std::map<std::pair<std::string, std::string>, Candidate> by_series;  // and kind
+  const SeriesKinds kinds = kinds_of_series(plane);
+  BySeries by_series;
   for (const Place& place : plane.places) {
     for (const ImageSet& set : place.cines) {
       add(all, place, set);
-      if (!set.merged && set.kinds > 1) {
-        add(by_series[{set.series_uid, set.kind}], place, set);
-      } else if (!set.merged && kinds.count(set.series_uid) > 0) {
-        for (const std::string& kind : kinds[set.series_uid]) {
-          add(by_series[{set.series_uid, kind}], place, set);
-        }
-      } else if (!set.merged) {
-        add(by_series[{set.series_uid, ""}], place, set);
-      }
-      auto alike = std::find_if(by_contrast.begin(), by_contrast.end(), [&](const Candidate& one) {
-        return same_contrast(*one.slices.front().second, set);
-      });
-      if (alike == by_contrast.end()) alike = by_contrast.insert(alike, Candidate());
-      add(*alike, place, set);
+      add_to_series(place, set, kinds, by_series);
+      add_to_contrast(place, set, by_contrast);
     }
   }
   std::vector<Candidate> out{all};
@@ -182,21 +225,7 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
     for (Candidate& part : interleaved(out[i])) out.push_back(std::move(part));
   }
   for (Candidate& one : acquisitions(plane)) out.push_back(std::move(one));
-  std::vector<Candidate> different;
-  for (Candidate& candidate : out) {
-    if (candidate.slices.size() < kLeastSlices) continue;
-    if (std::any_of(different.begin(), different.end(),
-                    [&](const Candidate& other) { return other.slices == candidate.slices; })) {
-      continue;
-    }
-    candidate.plane = &plane;
-    finish(candidate);
-    different.push_back(std::move(candidate));
-  }
-  std::stable_sort(different.begin(), different.end(), [](const Candidate& a, const Candidate& b) {
-    return latest_series(a) > latest_series(b);
-  });
-  return different;
+  return finished(std::move(out), plane);
 }
 
 /// Whether the second of two stacks is the first one, taken again in another field of view.

@@ -410,6 +410,53 @@ std::vector<std::size_t> order_of_trial(const std::vector<Candidate>& candidates
   return out;
 }
 
+/// Possible stacks, of which one after the other is tried until one can be built.
+struct Trials {
+  const std::vector<DicomImage>& images;
+  const IngestOptions& options;
+  const std::vector<Plane>& planes;
+  const std::vector<Candidate>& candidates;
+  std::vector<Candidate> wholes;      ///< gathered of several fields of view
+  std::size_t first = 0;              ///< the candidate that is tried first
+  std::optional<Error> why_not = {};  ///< of the first candidate that failed
+
+  /// @param i the candidate's number for which it stands
+  std::optional<Choice> one(const Candidate& candidate, std::size_t i,
+                            std::optional<Error>& failed) const {
+    Choice choice;
+    choice.decisions.push_back(listed(candidates, i, options.stack > 0));
+    std::vector<std::string> timing;
+    try {
+      choice.stack = build(candidate, images, options, choice.decisions);
+      tell_timing(choice.stack, candidate.phases, timing);
+    } catch (const Error& error) {
+      if (!failed) failed = error;
+      return {};
+    }
+    if (i != first) {
+      choice.decisions.push_back("Warning: possible stack " + std::to_string(first + 1) +
+                                 " was passed over: " + why_not->what() + '.');
+    }
+    choice.phases = options.phases > 0 ? options.phases : candidate.phases;
+    choice.decisions.insert(choice.decisions.end(), timing.begin(), timing.end());
+    if (candidate.mixed) choice.decisions.push_back(mixed_told());
+    choose_views(planes, *candidate.plane, candidate.good, options, choice);
+    return choice;
+  }
+  /// The i-th candidate with slices that other fields of view hold; else as it is.
+  std::optional<Choice> one_completed(std::size_t i) {
+    std::optional<Error> ignored;
+    for (const Candidate& whole : wholes) {
+      if (!acquired_among(candidates[i], whole)) continue;
+      if (auto choice = one(whole, i, ignored)) return choice;
+    }
+    if (const auto whole = completed(candidates[i], images)) {
+      if (auto choice = one(*whole, i, ignored)) return choice;
+    }
+    return one(candidates[i], i, why_not);
+  }
+};
+
 }  // namespace
 
 Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& options,
@@ -424,49 +471,18 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
                   " (--stack): " + listed(candidates, candidates.size(), false));
   }
   const std::size_t first = options.stack > 0 ? static_cast<std::size_t>(options.stack) - 1 : 0;
-
-  std::optional<Error> first_error;
-  const auto try_one = [&](const Candidate& candidate, std::size_t i,
-                           std::optional<Error>& why_not) -> std::optional<Choice> {
-    Choice choice;
-    choice.decisions.push_back(listed(candidates, i, options.stack > 0));
-    std::vector<std::string> timing;
-    try {
-      choice.stack = build(candidate, images, options, choice.decisions);
-      tell_timing(choice.stack, candidate.phases, timing);
-    } catch (const Error& error) {
-      if (!why_not) why_not = error;
-      return {};
-    }
-    if (i != first) {
-      choice.decisions.push_back("Warning: possible stack " + std::to_string(first + 1) +
-                                 " was passed over: " + first_error->what() + '.');
-    }
-    choice.phases = options.phases > 0 ? options.phases : candidate.phases;
-    choice.decisions.insert(choice.decisions.end(), timing.begin(), timing.end());
-    if (candidate.mixed) choice.decisions.push_back(mixed_told());
-    choose_views(planes, *candidate.plane, candidate.good, options, choice);
-    return choice;
-  };
-  const std::vector<Candidate> wholes = gathered(planes, false);
+  Trials trials{images, options, planes, candidates, gathered(planes, false), first};
   for (const std::size_t i : order_of_trial(candidates, first, options.stack > 0)) {
-    std::optional<Error> ignored;
-    for (const Candidate& whole : wholes) {
-      if (!acquired_among(candidates[i], whole)) continue;
-      if (auto choice = try_one(whole, i, ignored)) return std::move(*choice);
-    }
-    if (const auto whole = completed(candidates[i], images)) {
-      if (auto choice = try_one(*whole, i, ignored)) return std::move(*choice);
-    }
-    if (auto choice = try_one(candidates[i], i, first_error)) return std::move(*choice);
+    if (auto choice = trials.one_completed(i)) return *std::move(choice);
   }
-  if (options.stack > 0) throw Error(*first_error);
-  for (const Candidate& whole : wholes) {
+  if (options.stack > 0) throw Error(*trials.why_not);
+  for (const Candidate& whole : trials.wholes) {
     std::optional<Error> ignored;
-    if (auto choice = try_one(whole, candidates.size(), ignored)) return std::move(*choice);
+    if (auto choice = trials.one(whole, candidates.size(), ignored)) return *std::move(choice);
   }
-  if (candidates.size() == 1) throw Error(*first_error);
-  throw_invalid(std::string(first_error->what()) + "; choose another with --stack or --series. " +
+  if (candidates.size() == 1) throw Error(*trials.why_not);
+  throw_invalid(std::string(trials.why_not->what()) +
+                "; choose another with --stack or --series. " +
                 listed(candidates, candidates.size(), false, kListedInErrors));
 }
 

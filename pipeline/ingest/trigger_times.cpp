@@ -123,6 +123,49 @@ bool keep_first_beat(Reading& reading, double printed_ms) {
   return true;
 }
 
+/// Whether times in ms step as those of a cine do, but over several beats.
+/// @param beat_ms how long one is, 0 if nothing tells
+bool runs_over_beats(const Reading& reading, double beat_ms) {
+  return ordinary_step(median_step(reading)) &&
+         (beat_ms > 0 ? reading.stepped() >= kSeveralBeats * beat_ms
+                      : !plausible_rr(reading.stepped() * 1e-3));
+}
+
+/// Reads the times in the first unit other than ms in which they are those of one beat.
+/// @return false if there is none
+bool take_other_unit(const std::vector<FrameStamp>& stamps, const std::vector<int>& sorted,
+                     double printed_ms, Reading& reading, std::string& note) {
+  for (std::size_t u = 1; u < kUnits.size(); ++u) {
+    Reading other = read_in(stamps, sorted, kUnits[u].ms);
+    if (!distinct(other, sorted.size()) || !fits(other, printed_ms, kLeastInUnit)) continue;
+    reading = std::move(other);
+    add_note(note, std::string("the trigger times were taken as ") + kUnits[u].name);
+    return true;
+  }
+  return false;
+}
+
+/// Sets the R-R interval: as printed, but for what the times say against it or more finely.
+/// @param beat_unknown several beats, and nothing tells how long one is
+/// @return false if the times do not lie within one
+bool set_rr(const Reading& reading, double printed_s, bool beat_unknown, SliceTiming& timing) {
+  const double stepped_s = reading.stepped() * 1e-3;
+  timing.rr_s = printed_s;
+  if (printed_s == 0 || reading.span() >= printed_s * 1e3) {
+    if (!beat_unknown && !plausible_rr(stepped_s)) return false;
+    timing.beat_unknown = beat_unknown;
+    add_note(timing.note, beat_unknown ? "several beats were recorded"
+                          : printed_s == 0
+                              ? "no R-R interval is recorded, frames x step was taken"
+                              : "the trigger times reach beyond the recorded R-R interval, "
+                                "frames x step was taken");
+    timing.rr_s = beat_unknown ? 0 : stepped_s;
+  } else if (std::abs(stepped_s - printed_s) <= kRoundingMs * 1e-3) {
+    timing.rr_s = stepped_s;
+  }
+  return true;
+}
+
 }  // namespace
 
 TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double printed_s,
@@ -153,16 +196,8 @@ TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double print
     return out;
   }
   const double beat_ms = printed_s > 0 ? printed_ms : given_s * 1e3;
-  const bool beats = differ && ordinary_step(median_step(reading)) &&
-                     (beat_ms > 0 ? reading.stepped() >= kSeveralBeats * beat_ms
-                                  : !plausible_rr(reading.stepped() * 1e-3));
-  for (std::size_t u = 1; !sure && !beats && u < kUnits.size(); ++u) {
-    Reading other = read_in(stamps, sorted, kUnits[u].ms);
-    if (!distinct(other, sorted.size()) || !fits(other, printed_ms, kLeastInUnit)) continue;
-    reading = std::move(other);
-    sure = true;
-    add_note(timing.note, std::string("the trigger times were taken as ") + kUnits[u].name);
-  }
+  const bool beats = differ && runs_over_beats(reading, beat_ms);
+  if (!sure && !beats) sure = take_other_unit(stamps, sorted, printed_ms, reading, timing.note);
   if (!sure && !differ) {
     out.why_not = "the trigger times do not differ";
     return out;
@@ -171,23 +206,9 @@ TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double print
   if ((!sure || (printed_s == 0 && beats)) && keep_first_beat(reading, beat_ms)) {
     add_note(timing.note, "several beats were recorded, the first was taken");
   }
-  const double stepped_s = reading.stepped() * 1e-3;
-  timing.rr_s = printed_s;
-  if (printed_s == 0 || reading.span() >= printed_ms) {
-    if (beats && beat_ms <= 0) {
-      timing.beat_unknown = true;
-    } else if (!plausible_rr(stepped_s)) {
-      out.why_not = "the trigger times do not lie within one R-R interval";
-      return out;
-    }
-    add_note(timing.note, timing.beat_unknown ? "several beats were recorded"
-                          : printed_s == 0
-                              ? "no R-R interval is recorded, frames x step was taken"
-                              : "the trigger times reach beyond the recorded R-R interval, "
-                                "frames x step was taken");
-    timing.rr_s = timing.beat_unknown ? 0 : stepped_s;
-  } else if (std::abs(stepped_s - printed_s) <= kRoundingMs * 1e-3) {
-    timing.rr_s = stepped_s;
+  if (!set_rr(reading, printed_s, beats && beat_ms <= 0, timing)) {
+    out.why_not = "the trigger times do not lie within one R-R interval";
+    return out;
   }
   if (shared > 0) {
     add_note(timing.note,
