@@ -117,6 +117,38 @@ void take_measured(const Region& region, const RegionMaps& maps, std::vector<Tis
   }
 }
 
+/// The vertices that a region is painted on, or those of its thin wall.
+std::vector<bool> vertices_of(const Region& region, const LvWall& wall, const RegionMaps& maps) {
+  std::vector<bool> ill(wall.vertex_count());
+  if (region.painted.empty()) {
+    for (std::size_t v = 0; v < ill.size(); ++v) {
+      const auto mm = static_cast<double>(wall.wall_mm()[v]);
+      ill[v] = mm > 0 && mm < region.thinner_than_mm;
+    }
+    return ill;
+  }
+  const auto labels = maps.painted.find(region.painted);
+  if (labels == maps.painted.end() || labels->second.size() != ill.size()) {
+    throw_invalid("the painted map " + region.painted + " is none of this atlas's LV");
+  }
+  for (std::size_t v = 0; v < ill.size(); ++v) ill[v] = labels->second[v] == region.label;
+  return ill;
+}
+
+/// What a region that is told in numbers makes of its vertices, into `of_vertex`.
+void take_told(const Region& region, const LvWall& wall, const RegionMaps& maps,
+               std::vector<Tissue>& of_vertex) {
+  const std::vector<bool> ill = vertices_of(region, wall, maps);
+  const double healthy_mm = region.ratio_of_atlas ? healthy_wall_mm(wall, ill) : 1;
+  for (std::size_t v = 0; v < ill.size(); ++v) {
+    if (!ill[v]) continue;
+    of_vertex[v] = region.tissue;
+    if (!region.ratio_of_atlas) continue;
+    const auto mm = static_cast<double>(wall.wall_mm()[v]);
+    of_vertex[v].thickness_ratio = mm > 0 ? std::clamp(mm / healthy_mm, kThinnestRatio, 1.0) : 1;
+  }
+}
+
 }  // namespace
 
 std::vector<Region> regions_from_json(const json& list) {
@@ -174,31 +206,10 @@ TissueMap tissue_of_wall(const LvWall& wall, const SegmentTissue& segments,
     out.of_vertex.push_back(segments[static_cast<std::size_t>(segment - 1)]);
   }
   for (const Region& region : regions) {
-    if (!region.measured.empty()) {
-      take_measured(region, maps, out.of_vertex);
-      continue;
-    }
-    std::vector<bool> ill(wall.vertex_count());
-    if (region.painted.empty()) {
-      for (std::size_t v = 0; v < ill.size(); ++v) {
-        const auto mm = static_cast<double>(wall.wall_mm()[v]);
-        ill[v] = mm > 0 && mm < region.thinner_than_mm;
-      }
+    if (region.measured.empty()) {
+      take_told(region, wall, maps, out.of_vertex);
     } else {
-      const auto labels = maps.painted.find(region.painted);
-      if (labels == maps.painted.end() || labels->second.size() != ill.size()) {
-        throw_invalid("the painted map " + region.painted + " is none of this atlas's LV");
-      }
-      for (std::size_t v = 0; v < ill.size(); ++v) ill[v] = labels->second[v] == region.label;
-    }
-    const double healthy_mm = region.ratio_of_atlas ? healthy_wall_mm(wall, ill) : 1;
-    for (std::size_t v = 0; v < ill.size(); ++v) {
-      if (!ill[v]) continue;
-      out.of_vertex[v] = region.tissue;
-      if (!region.ratio_of_atlas) continue;
-      const auto mm = static_cast<double>(wall.wall_mm()[v]);
-      out.of_vertex[v].thickness_ratio =
-          mm > 0 ? std::clamp(mm / healthy_mm, kThinnestRatio, 1.0) : 1;
+      take_measured(region, maps, out.of_vertex);
     }
   }
   out.infarct = infarct_of_wall(wall, out.of_vertex);
