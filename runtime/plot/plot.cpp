@@ -13,6 +13,9 @@ namespace {
 constexpr double kWidth = 820;
 constexpr double kPanel = 320;
 constexpr double kLeft = 74, kRight = 216, kTop = 34, kBottom = 46;
+constexpr double kAcross = kWidth - kLeft - kRight;  // of the field that shows values
+constexpr double kUp = kPanel - kTop - kBottom;
+
 class Axis {
  public:
   explicit Axis(bool logarithmic) : log_(logarithmic) {}
@@ -87,66 +90,93 @@ Points thinned(const Points& points) {
   return out;
 }
 
-std::string panel_svg(const Plot& plot, double top) {
-  if (plot.series.size() > kColours.size()) throw_invalid("a plot has up to 8 series");
-  Axis across(plot.log_x);
-  Axis up(plot.log_y);
-  std::size_t shown = 0;
-  for (const PlotSeries& series : plot.series) {
-    for (std::size_t n = 0; n < std::min(series.x.size(), series.y.size()); ++n) {
-      if (!across.shows(series.x[n]) || !up.shows(series.y[n])) continue;
-      across.take(series.x[n]);
-      up.take(series.y[n]);
-      ++shown;
+// Where a panel's values come to lie [pixels].
+class PanelFrame {
+ public:
+  PanelFrame(const Plot& plot, double top) : top_(top), across_(plot.log_x), up_(plot.log_y) {
+    std::size_t shown = 0;
+    for (const PlotSeries& series : plot.series) {
+      for (std::size_t n = 0; n < std::min(series.x.size(), series.y.size()); ++n) {
+        if (!across_.shows(series.x[n]) || !up_.shows(series.y[n])) continue;
+        across_.take(series.x[n]);
+        up_.take(series.y[n]);
+        ++shown;
+      }
     }
+    if (shown == 0) throw_invalid("there is nothing to plot in \"" + plot.title + "\"");
+    if (plot.from_zero) up_.take_zero();
+    across_.finish(9);
+    up_.finish(6);
   }
-  if (shown == 0) throw_invalid("there is nothing to plot in \"" + plot.title + "\"");
-  if (plot.from_zero) up.take_zero();
-  across.finish(9);
-  up.finish(6);
 
-  const double width = kWidth - kLeft - kRight;
-  const double height = kPanel - kTop - kBottom;
-  const auto x_of = [&](double x) { return kLeft + width * across.share(x); };
-  const auto y_of = [&](double y) { return top + kTop + height * (1 - up.share(y)); };
-  std::string svg;
-  for (const double mark : up.marks()) {
-    svg += line(kLeft, y_of(mark), kLeft + width, y_of(mark), "stroke=\"#dddddd\"");
-    svg += text_at(kLeft - 6, y_of(mark) + 4, "end", shortest(mark));
+  [[nodiscard]] double x(double value) const { return kLeft + kAcross * across_.share(value); }
+  [[nodiscard]] double y(double value) const { return top_ + kTop + kUp * (1 - up_.share(value)); }
+  // Of a series what can be shown.
+  [[nodiscard]] Points points(const PlotSeries& series) const {
+    Points out;
+    for (std::size_t n = 0; n < std::min(series.x.size(), series.y.size()); ++n) {
+      if (!across_.shows(series.x[n]) || !up_.shows(series.y[n])) continue;
+      out.push_back({x(series.x[n]), y(series.y[n])});
+    }
+    return out;
   }
-  for (const double mark : across.marks()) {
-    svg += line(x_of(mark), top + kTop, x_of(mark), top + kTop + height, "stroke=\"#dddddd\"");
-    svg += text_at(x_of(mark), top + kTop + height + 16, "middle", shortest(mark));
+  // Lines at the marks of both axes, and what they stand for.
+  [[nodiscard]] std::string marks_svg() const {
+    std::string svg;
+    for (const double mark : up_.marks()) {
+      svg += line(kLeft, y(mark), kLeft + kAcross, y(mark), "stroke=\"#dddddd\"");
+      svg += text_at(kLeft - 6, y(mark) + 4, "end", shortest(mark));
+    }
+    for (const double mark : across_.marks()) {
+      svg += line(x(mark), top_ + kTop, x(mark), top_ + kTop + kUp, "stroke=\"#dddddd\"");
+      svg += text_at(x(mark), top_ + kTop + kUp + 16, "middle", shortest(mark));
+    }
+    return svg;
   }
-  svg += text_at(kLeft, top + 18, "start", plot.title, " font-size=\"14\" font-weight=\"bold\"");
-  svg += text_at(kLeft + width / 2, top + kPanel - 10, "middle", plot.x_title);
-  const double middle = top + kTop + height / 2;
+
+ private:
+  double top_;
+  Axis across_;
+  Axis up_;
+};
+
+std::string titles_svg(const Plot& plot, double top) {
+  std::string svg =
+      text_at(kLeft, top + 18, "start", plot.title, " font-size=\"14\" font-weight=\"bold\"");
+  svg += text_at(kLeft + kAcross / 2, top + kPanel - 10, "middle", plot.x_title);
+  const double middle = top + kTop + kUp / 2;
   svg += text_at(16, middle, "middle", plot.y_title,
                  " transform=\"rotate(-90 16 " + pixels(middle) + ")\"");
+  return svg;
+}
+
+std::string curve_svg(const Points& points, bool dots, const std::string& colour,
+                      const std::string& style) {
+  std::string svg = "<polyline " + style + " points=\"";
+  for (const auto& point : points) svg += pixels(point[0]) + "," + pixels(point[1]) + " ";
+  svg += "\"/>\n";
+  if (!dots) return svg;
+  for (const auto& point : points) {
+    svg += "<circle cx=\"" + pixels(point[0]) + "\" cy=\"" + pixels(point[1]) +
+           "\" r=\"3\" fill=\"" + colour + "\"/>\n";
+  }
+  return svg;
+}
+
+std::string panel_svg(const Plot& plot, double top) {
+  if (plot.series.size() > kColours.size()) throw_invalid("a plot has up to 8 series");
+  const PanelFrame frame(plot, top);
+  std::string svg = frame.marks_svg() + titles_svg(plot, top);
   double legend = top + kTop + 12;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {
     const PlotSeries& series = plot.series[s];
     const std::string colour = kColours[s];
     const std::string style = "stroke=\"" + colour + "\" stroke-width=\"1.8\" fill=\"none\"" +
                               (series.dashed ? " stroke-dasharray=\"6 4\"" : "");
-    Points points;
-    for (std::size_t n = 0; n < std::min(series.x.size(), series.y.size()); ++n) {
-      if (!across.shows(series.x[n]) || !up.shows(series.y[n])) continue;
-      points.push_back({x_of(series.x[n]), y_of(series.y[n])});
-    }
-    points = thinned(points);
-    svg += "<polyline " + style + " points=\"";
-    for (const auto& point : points) svg += pixels(point[0]) + "," + pixels(point[1]) + " ";
-    svg += "\"/>\n";
-    if (series.dots) {
-      for (const auto& point : points) {
-        svg += "<circle cx=\"" + pixels(point[0]) + "\" cy=\"" + pixels(point[1]) +
-               "\" r=\"3\" fill=\"" + colour + "\"/>\n";
-      }
-    }
+    svg += curve_svg(thinned(frame.points(series)), series.dots, colour, style);
     if (series.name.empty()) continue;
-    svg += line(kLeft + width + 12, legend - 4, kLeft + width + 32, legend - 4, style);
-    svg += text_at(kLeft + width + 38, legend, "start", series.name);
+    svg += line(kLeft + kAcross + 12, legend - 4, kLeft + kAcross + 32, legend - 4, style);
+    svg += text_at(kLeft + kAcross + 38, legend, "start", series.name);
     legend += 18;
   }
   return svg;
