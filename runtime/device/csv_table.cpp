@@ -32,6 +32,30 @@ bool next_line(std::istream& stream, std::string& line) {
   return true;
 }
 
+// Where the header names columns. @throws Error{InvalidInput} unless it names each once.
+std::vector<std::size_t> places_in(const std::vector<std::string>& columns,
+                                   const std::vector<std::string>& read, const std::string& name) {
+  std::vector<std::size_t> places;
+  for (const std::string& column : read) {
+    const auto found = std::find(columns.begin(), columns.end(), column);
+    if (found == columns.end()) {
+      throw_invalid(name + ", line 1: column " + column + " is missing; the header must name it");
+    }
+    if (std::count(columns.begin(), columns.end(), column) > 1) {
+      throw_invalid(name + ", line 1: column " + column + " is there twice; keep one");
+    }
+    places.push_back(static_cast<std::size_t>(found - columns.begin()));
+  }
+  return places;
+}
+
+// False for what is no finite number, or more than one.
+bool read_number(std::string_view field, double& value) {
+  if (field.starts_with('+')) field.remove_prefix(1);
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  return error == std::errc() && end == field.data() + field.size() && std::isfinite(value);
+}
+
 }  // namespace
 
 CsvTable read_csv(std::istream& stream, const std::string& name,
@@ -50,17 +74,7 @@ CsvTable read_csv(std::istream& stream, const std::string& name,
   for (const std::string& column : if_there) {
     if (std::find(columns.begin(), columns.end(), column) != columns.end()) read.push_back(column);
   }
-  std::vector<std::size_t> places;
-  for (const std::string& column : read) {
-    const auto found = std::find(columns.begin(), columns.end(), column);
-    if (found == columns.end()) {
-      throw_invalid(name + ", line 1: column " + column + " is missing; the header must name it");
-    }
-    if (std::count(columns.begin(), columns.end(), column) > 1) {
-      throw_invalid(name + ", line 1: column " + column + " is there twice; keep one");
-    }
-    places.push_back(static_cast<std::size_t>(found - columns.begin()));
-  }
+  const std::vector<std::size_t> places = places_in(columns, read, name);
   for (int number = 2; next_line(stream, line); ++number) {
     if (trim(line).empty()) continue;
     const std::string where = name + ", line " + std::to_string(number);
@@ -73,11 +87,8 @@ CsvTable read_csv(std::istream& stream, const std::string& name,
     }
     std::vector<double>& row = table.rows.emplace_back();
     for (std::size_t c = 0; c < places.size(); ++c) {
-      std::string_view field = fields[places[c]];
-      if (field.starts_with('+')) field.remove_prefix(1);
       double value = 0;
-      const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-      if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) {
+      if (!read_number(fields[places[c]], value)) {
         throw_invalid(where + ", column " + read[c] + ": must be a finite number");
       }
       row.push_back(value);

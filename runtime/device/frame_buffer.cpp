@@ -60,6 +60,16 @@ std::size_t FrameBuffer::frame(Frame& out) noexcept {
   return header + size;
 }
 
+bool FrameBuffer::add_part(const Frame& part) noexcept {
+  if (!fragmented_) message_size_ = 0;
+  fragmented_ = !part.last;
+  if (message_size_ + part.payload.size() > message_.size()) return false;
+  std::copy(part.payload.begin(), part.payload.end(),
+            message_.begin() + static_cast<std::ptrdiff_t>(message_size_));
+  message_size_ += part.payload.size();
+  return true;
+}
+
 FrameBuffer::Next FrameBuffer::next(std::string_view& payload) noexcept {
   while (!lost_) {
     Frame one;
@@ -80,12 +90,7 @@ FrameBuffer::Next FrameBuffer::next(std::string_view& payload) noexcept {
       payload = one.payload;
       return Next::Message;
     }
-    if (!fragmented_) message_size_ = 0;
-    fragmented_ = !one.last;
-    if (message_size_ + one.payload.size() > message_.size()) break;
-    std::copy(one.payload.begin(), one.payload.end(),
-              message_.begin() + static_cast<std::ptrdiff_t>(message_size_));
-    message_size_ += one.payload.size();
+    if (!add_part(one)) break;
     if (one.last) {
       payload = std::string_view(message_.data(), message_size_);
       return Next::Message;

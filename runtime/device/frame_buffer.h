@@ -42,6 +42,8 @@ class FrameBuffer {
 
   /// The first whole frame: its size with header; 0 if there is none yet, or `lost_`.
   [[nodiscard]] std::size_t frame(Frame& out) noexcept;
+  /// Puts a part of a message behind those before; false if they are too long together.
+  [[nodiscard]] bool add_part(const Frame& part) noexcept;
 
   std::vector<char> in_;   // received, not yet given away; fixed size
   std::size_t begin_ = 0;  // of what is left in it
