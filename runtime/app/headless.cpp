@@ -35,17 +35,100 @@ ComputeTime quantiles(std::vector<float> times_us) {
   return out;
 }
 
+/// A session while it runs: what a tick does, and what is counted of all.
+class SessionRun {
+ public:
+  /// @param watchdog null: none  @param ended by the time or the presses that options ask for
+  SessionRun(haptics::Servo& servo, const SessionOptions& options, haptics::Watchdog* watchdog,
+             std::stop_source& ended, Session& session)
+      : servo_(servo),
+        options_(options),
+        watchdog_(watchdog),
+        ended_(ended),
+        session_(session),
+        turn_(options.workspace_from_device.linear()) {
+    times_us_.reserve(options.expected_ticks);
+    if (options.keep_trace) session.trace.reserve(options.expected_ticks);
+  }
+
+  /// @return the force [N] in the device's frame
+  Vec3 tick(const device::DeviceState& state) {
+    const Vec3 position_mm = options_.workspace_from_device * (kMmPerM * state.position_m);
+    const double begin_us = thread_cpu_us();
+    const haptics::Tick felt =
+        servo_.tick({.time_s = state.time_s,
+                     .position_mm = position_mm,
+                     .valid = state.valid,
+                     .orientation = Eigen::Quaterniond(turn_) * state.orientation});
+    if (options_.after_tick) options_.after_tick(felt, servo_.phase());
+    const double end_us = thread_cpu_us();
+    const std::uint32_t buttons =
+        state.buttons | (options_.more_buttons ? options_.more_buttons() : 0U);
+    ++ticks_;
+    if (times_us_.size() < times_us_.capacity()) {
+      times_us_.push_back(static_cast<float>(end_us - begin_us));
+    }
+    if (session_.trace.size() < session_.trace.capacity()) {
+      session_.trace.push_back(
+          {state.time_s, position_mm, felt.contact.depth_mm, felt.force_n, buttons, state.valid});
+    }
+    contacts_ += felt.contact.touching ? 1 : 0;
+    if (contacts_ > 0) count_presses(buttons);
+    buttons_before_ = buttons;
+    SessionReport& report = session_.report;
+    limited_ += felt.status == haptics::TickStatus::Limited ? 1 : 0;
+    report.faults += felt.status == haptics::TickStatus::Fault ? 1 : 0;
+    report.max_model_force_n = std::max(report.max_model_force_n, felt.contact.force_n.norm());
+    if (options_.seconds > 0 && state.time_s >= options_.seconds) ended_.request_stop();
+    if (watchdog_ != nullptr && !watchdog_->beat()) {
+      // A stall: the force is off, and comes back by the ramp.
+      servo_.restart();
+      if (!session_.trace.empty()) session_.trace.back().stalled = true;
+      return Vec3::Zero();
+    }
+    report.max_force_n = std::max(report.max_force_n, felt.force_n.norm());
+    return turn_.transpose() * felt.force_n;
+  }
+
+  [[nodiscard]] std::int64_t ticks() const { return ticks_; }
+
+  /// Puts shares and compute times into the report.
+  void report_all() {
+    SessionReport& report = session_.report;
+    const auto all = static_cast<double>(std::max<std::int64_t>(1, ticks_));
+    report.contact_share = static_cast<double>(contacts_) / all;
+    report.limited_share = static_cast<double>(limited_) / all;
+    report.compute = quantiles(std::move(times_us_));
+  }
+
+ private:
+  void count_presses(std::uint32_t buttons) {
+    presses_ += std::popcount(buttons & ~buttons_before_ & options_.mark_buttons);
+    if (options_.marks_made != nullptr) {
+      options_.marks_made->store(presses_, std::memory_order_relaxed);
+    }
+    if (options_.marks > 0 && presses_ >= options_.marks) ended_.request_stop();
+  }
+
+  haptics::Servo& servo_;
+  const SessionOptions& options_;
+  haptics::Watchdog* watchdog_;
+  std::stop_source& ended_;
+  Session& session_;
+  const Eigen::Matrix3d turn_;  ///< workspace from device
+  std::vector<float> times_us_;
+  std::int64_t contacts_ = 0;
+  std::int64_t limited_ = 0;
+  std::int64_t ticks_ = 0;
+  std::uint32_t buttons_before_ = ~0U;  // a button that is down from the start was not pressed
+  int presses_ = 0;
+};
+
 }  // namespace
 
 Session run_session(device::Device& device, haptics::Servo& servo, const SessionOptions& options) {
   Session session;
   SessionReport& report = session.report;
-  std::vector<float> times_us;
-  times_us.reserve(options.expected_ticks);
-  if (options.keep_trace) session.trace.reserve(options.expected_ticks);
-  std::int64_t contacts = 0;
-  std::int64_t limited = 0;
-  std::int64_t ticks = 0;
   std::stop_source ended;
   const std::stop_callback forward(options.stop, [&ended] { ended.request_stop(); });
   std::unique_ptr<haptics::Watchdog> watchdog;
@@ -53,63 +136,18 @@ Session run_session(device::Device& device, haptics::Servo& servo, const Session
     watchdog = std::make_unique<haptics::Watchdog>([&device] { device.drop_force(); },
                                                    haptics::WatchdogOptions{});
   }
-  std::uint32_t buttons_before = ~0U;  // a button that is down from the start was not pressed
-  int presses = 0;
-  const Eigen::Matrix3d turn = options.workspace_from_device.linear();
-  const device::ServoFn tick = [&](const device::DeviceState& state) -> Vec3 {
-    const Vec3 position_mm = options.workspace_from_device * (kMmPerM * state.position_m);
-    const double begin_us = thread_cpu_us();
-    const haptics::Tick felt =
-        servo.tick({.time_s = state.time_s,
-                    .position_mm = position_mm,
-                    .valid = state.valid,
-                    .orientation = Eigen::Quaterniond(turn) * state.orientation});
-    if (options.after_tick) options.after_tick(felt, servo.phase());
-    const double end_us = thread_cpu_us();
-    const std::uint32_t buttons =
-        state.buttons | (options.more_buttons ? options.more_buttons() : 0U);
-    ++ticks;
-    if (times_us.size() < times_us.capacity()) {
-      times_us.push_back(static_cast<float>(end_us - begin_us));
-    }
-    if (session.trace.size() < session.trace.capacity()) {
-      session.trace.push_back(
-          {state.time_s, position_mm, felt.contact.depth_mm, felt.force_n, buttons, state.valid});
-    }
-    contacts += felt.contact.touching ? 1 : 0;
-    if (contacts > 0) {
-      presses += std::popcount(buttons & ~buttons_before & options.mark_buttons);
-      if (options.marks_made != nullptr) {
-        options.marks_made->store(presses, std::memory_order_relaxed);
-      }
-      if (options.marks > 0 && presses >= options.marks) ended.request_stop();
-    }
-    buttons_before = buttons;
-    limited += felt.status == haptics::TickStatus::Limited ? 1 : 0;
-    report.faults += felt.status == haptics::TickStatus::Fault ? 1 : 0;
-    report.max_model_force_n = std::max(report.max_model_force_n, felt.contact.force_n.norm());
-    if (options.seconds > 0 && state.time_s >= options.seconds) ended.request_stop();
-    if (watchdog && !watchdog->beat()) {  // a stall: the force is off, and comes back by the ramp
-      servo.restart();
-      if (!session.trace.empty()) session.trace.back().stalled = true;
-      return Vec3::Zero();
-    }
-    report.max_force_n = std::max(report.max_force_n, felt.force_n.norm());
-    return turn.transpose() * felt.force_n;
-  };
+  SessionRun run(servo, options, watchdog.get(), ended, session);
+  const device::ServoFn tick = [&run](const device::DeviceState& state) { return run.tick(state); };
   report.device = device.name();
   try {
     report.run = device.run(tick, ended.get_token());
   } catch (const Error& error) {
     session.lost = error;
-    report.run.ticks = ticks;
+    report.run.ticks = run.ticks();
   }
   if (watchdog) report.stalls = watchdog->stalls();
   watchdog.reset();
-  const auto all = static_cast<double>(std::max<std::int64_t>(1, ticks));
-  report.contact_share = static_cast<double>(contacts) / all;
-  report.limited_share = static_cast<double>(limited) / all;
-  report.compute = quantiles(std::move(times_us));
+  run.report_all();
   return session;
 }
 
