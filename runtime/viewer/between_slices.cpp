@@ -20,6 +20,25 @@ constexpr double kSameMm = 1;         ///< standard deviation of distances that 
 
 std::size_t n(int value) { return static_cast<std::size_t>(value); }
 
+/// Where in the slices before and after what a place shows is found: so far from it [pixels], to be
+/// trusted so much, 0..1.
+struct Bearing {
+  std::array<double, 2> i{};
+  std::array<double, 2> j{};
+  std::array<double, 2> trust{};
+};
+
+/// @param share of the way from one to the other, 0..1
+Bearing straight_between(const Bearing& one, const Bearing& other, double share) {
+  Bearing out;
+  for (std::size_t s = 0; s < 2; ++s) {
+    out.i[s] = (1 - share) * one.i[s] + share * other.i[s];
+    out.j[s] = (1 - share) * one.j[s] + share * other.j[s];
+    out.trust[s] = (1 - share) * one.trust[s] + share * other.trust[s];
+  }
+  return out;
+}
+
 }  // namespace
 
 bool BetweenSlices::far_apart(const atlas::VolumePayload& volume) {
@@ -170,13 +189,8 @@ void BetweenSlices::fill_slice(int k, const std::array<const Way*, 2>& ways, dou
   if (std::abs(above - std::round(above)) < 1e-9 && above >= 0 && above <= size_[2] - 1) return;
   const std::array<double, 2> weights{1 - share, share};
   // Bilinear between the nodes, straight between two moments.
-  struct Here {
-    std::array<double, 2> i{};
-    std::array<double, 2> j{};
-    std::array<double, 2> trust{};
-  };
   const auto node = [&](int a, int b) {
-    Here here;
+    Bearing here;
     const std::size_t at = n(b) * n(node_count_[0]) + n(a);
     for (std::size_t m = 0; m < 2; ++m) {
       const Way& way = ways[m][at];
@@ -189,24 +203,17 @@ void BetweenSlices::fill_slice(int k, const std::array<const Way*, 2>& ways, dou
     }
     return here;
   };
-  std::vector<Here> row(n(node_count_[0]));
+  std::vector<Bearing> row(n(node_count_[0]));
   for (int j = 0; j < (node_count_[1] - 1) * kNodePx; ++j) {
     const int b = j / kNodePx;
     const double v = static_cast<double>(j % kNodePx) / kNodePx;
     for (int a = 0; a < node_count_[0]; ++a) {
-      const Here low = node(a, b);
-      const Here high = node(a, b + 1);
-      Here& here = row[n(a)];
-      for (std::size_t s = 0; s < 2; ++s) {
-        here.i[s] = (1 - v) * low.i[s] + v * high.i[s];
-        here.j[s] = (1 - v) * low.j[s] + v * high.j[s];
-        here.trust[s] = (1 - v) * low.trust[s] + v * high.trust[s];
-      }
+      row[n(a)] = straight_between(node(a, b), node(a, b + 1), v);
     }
     const int py = first_px_[1] + j;
     for (int i = 0; i < (node_count_[0] - 1) * kNodePx; ++i) {
-      const Here& low = row[n(i / kNodePx)];
-      const Here& high = row[n(i / kNodePx + 1)];
+      const Bearing& low = row[n(i / kNodePx)];
+      const Bearing& high = row[n(i / kNodePx + 1)];
       const double u = static_cast<double>(i % kNodePx) / kNodePx;
       const int px = first_px_[0] + i;
       double sum = 0;

@@ -27,6 +27,64 @@ struct Ramp {
   Vec3 colour;
 };
 
+/// Over voxels of the images.
+struct ByteSum {
+  int sum = 0;
+  int count = 0;
+};
+
+/// Over what there is of the images' voxels from `first` on, `step` of them along each axis.
+ByteSum sum_from(const std::array<int, 3>& first, const std::array<int, 3>& step,
+                 const std::vector<std::uint8_t>& samples, const std::array<int, 3>& size) {
+  ByteSum out;
+  for (int k = first[2]; k < std::min(first[2] + step[2], size[2]); ++k) {
+    for (int j = first[1]; j < std::min(first[1] + step[1], size[1]); ++j) {
+      const std::size_t row = (static_cast<std::size_t>(k) * static_cast<std::size_t>(size[1]) +
+                               static_cast<std::size_t>(j)) *
+                              static_cast<std::size_t>(size[0]);
+      for (int i = first[0]; i < std::min(first[0] + step[0], size[0]); ++i) {
+        out.sum += samples[row + static_cast<std::size_t>(i)];
+        ++out.count;
+      }
+    }
+  }
+  return out;
+}
+
+/// Which bytes of the images are seen, and how.
+void set_looks(VolumePreset preset, const VolumeParts& volume) {
+  const Vec3 red(0.74, 0.11, 0.10);
+  const Vec3 flesh(0.78, 0.45, 0.36);
+  const Vec3 pale(0.96, 0.80, 0.70);
+  const std::array<Ramp, 6> muscle{{{-0.75, 0, flesh * 0.6},
+                                    {-0.35, 0.22, flesh * 0.8},
+                                    {0.1, 0.30, flesh},
+                                    {0.45, 0.05, flesh},
+                                    {0.8, 0.02, pale},
+                                    {1.6, 0.04, pale}}};
+  const std::array<Ramp, 6> blood{{{0.0, 0, red * 0.5},
+                                   {0.45, 0, red * 0.6},
+                                   {0.6, 0.10, red * 0.85},
+                                   {0.85, 0.40, red},
+                                   {1.1, 0.55, Vec3(0.84, 0.22, 0.18)},
+                                   {1.6, 0.60, pale}}};
+  vtkNew<vtkPiecewiseFunction> opacity;
+  vtkNew<vtkColorTransferFunction> colour;
+  const double per_intensity = 255 / (volume.window.high - volume.window.low);
+  opacity->AddPoint(0, 0);
+  for (const Ramp& ramp : preset == VolumePreset::Blood ? blood : muscle) {
+    const double intensity =
+        volume.tissue.muscle + ramp.at * (volume.tissue.blood - volume.tissue.muscle);
+    const double byte = per_intensity * (intensity - volume.window.low);
+    if (byte > 0.5) opacity->AddPoint(byte, ramp.opacity);
+    colour->AddRGBPoint(byte, ramp.colour.x(), ramp.colour.y(), ramp.colour.z());
+  }
+  vtkVolumeProperty* property = volume.volume->GetProperty();
+  property->SetScalarOpacity(opacity);
+  property->SetColor(colour);
+  property->SetScalarOpacityUnitDistance(1.0);
+}
+
 }  // namespace
 
 void HeartDrawing::Parts::make_volume() {
@@ -187,7 +245,6 @@ void HeartDrawing::Parts::update_level(VolumeLevel& level) {
   level.beats = beats;
   if (field && !level.mask) level.mask.emplace(level.workspace_from_index, level.size, field);
   const std::uint8_t* mask = level.mask ? level.mask->at(beats).data() : nullptr;
-  const std::array<int, 3>& size = volume.shape.size;
   auto* to = static_cast<std::uint8_t*>(level.image->GetScalarPointer());
   for (int z = 0; z < level.size[2]; ++z) {
     for (int y = 0; y < level.size[1]; ++y) {
@@ -198,24 +255,11 @@ void HeartDrawing::Parts::update_level(VolumeLevel& level) {
           continue;
         }
         // A mean over what there is of the images' voxels in this one.
-        int sum = 0;
-        int count = 0;
-        const std::array<int, 3> first{level.low[0] + x * level.step[0],
-                                       level.low[1] + y * level.step[1],
-                                       level.low[2] + z * level.step[2]};
-        for (int k = first[2]; k < std::min(first[2] + level.step[2], size[2]); ++k) {
-          for (int j = first[1]; j < std::min(first[1] + level.step[1], size[1]); ++j) {
-            const std::size_t row =
-                (static_cast<std::size_t>(k) * static_cast<std::size_t>(size[1]) +
-                 static_cast<std::size_t>(j)) *
-                static_cast<std::size_t>(size[0]);
-            for (int i = first[0]; i < std::min(first[0] + level.step[0], size[0]); ++i) {
-              sum += volume.samples[row + static_cast<std::size_t>(i)];
-              ++count;
-            }
-          }
-        }
-        *to = static_cast<std::uint8_t>(sum * share / (255 * count));
+        const ByteSum all =
+            sum_from({level.low[0] + x * level.step[0], level.low[1] + y * level.step[1],
+                      level.low[2] + z * level.step[2]},
+                     level.step, volume.samples, volume.shape.size);
+        *to = static_cast<std::uint8_t>(all.sum * share / (255 * all.count));
       }
     }
   }
@@ -255,36 +299,7 @@ void HeartDrawing::Parts::update_volume() {
     update_level(level);
     volume.mapper->SetInputData(level.image);
     volume.volume->SetUserMatrix(level.matrix);
-    const Vec3 red(0.74, 0.11, 0.10);
-    const Vec3 flesh(0.78, 0.45, 0.36);
-    const Vec3 pale(0.96, 0.80, 0.70);
-    const std::array<Ramp, 6> muscle{{{-0.75, 0, flesh * 0.6},
-                                      {-0.35, 0.22, flesh * 0.8},
-                                      {0.1, 0.30, flesh},
-                                      {0.45, 0.05, flesh},
-                                      {0.8, 0.02, pale},
-                                      {1.6, 0.04, pale}}};
-    const std::array<Ramp, 6> blood{{{0.0, 0, red * 0.5},
-                                     {0.45, 0, red * 0.6},
-                                     {0.6, 0.10, red * 0.85},
-                                     {0.85, 0.40, red},
-                                     {1.1, 0.55, Vec3(0.84, 0.22, 0.18)},
-                                     {1.6, 0.60, pale}}};
-    vtkNew<vtkPiecewiseFunction> opacity;
-    vtkNew<vtkColorTransferFunction> colour;
-    const double per_intensity = 255 / (volume.window.high - volume.window.low);
-    opacity->AddPoint(0, 0);
-    for (const Ramp& ramp : preset == VolumePreset::Blood ? blood : muscle) {
-      const double intensity =
-          volume.tissue.muscle + ramp.at * (volume.tissue.blood - volume.tissue.muscle);
-      const double byte = per_intensity * (intensity - volume.window.low);
-      if (byte > 0.5) opacity->AddPoint(byte, ramp.opacity);
-      colour->AddRGBPoint(byte, ramp.colour.x(), ramp.colour.y(), ramp.colour.z());
-    }
-    vtkVolumeProperty* property = volume.volume->GetProperty();
-    property->SetScalarOpacity(opacity);
-    property->SetColor(colour);
-    property->SetScalarOpacityUnitDistance(1.0);
+    set_looks(preset, volume);
     // A coarser grid of rays and steps while it moves; every pixel at rest.
     volume.mapper->SetAutoAdjustSampleDistances(moving ? 1 : 0);
     volume.mapper->SetSampleDistance(moving ? 2.5F : 0.8F);

@@ -104,6 +104,9 @@ class HeartWindow : public QMainWindow {
   void make_devices(QFormLayout* form);
   void leave_wheel_to_panel(const QWidget& panel);
   void connect_controls();
+  void connect_beat();
+  void connect_touch();
+  void connect_force();
   void make_menus();
   void make_shortcuts();
   void say(const QString& sentence);

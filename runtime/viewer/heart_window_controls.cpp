@@ -202,6 +202,24 @@ void HeartWindow::leave_wheel_to_panel(const QWidget& panel) {
 }
 
 void HeartWindow::connect_controls() {
+  connect_beat();
+  connect(volume_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this](int preset) {
+    HeartDrawing* drawing = picture_->drawing();
+    if (drawing != nullptr) drawing->set_volume(static_cast<VolumePreset>(preset));
+  });
+  connect(colour_, &QComboBox::currentTextChanged, this, [this] { colour_changed(); });
+  connect(preset_, &QComboBox::currentTextChanged, this, [this] { stiffness_changed(); });
+  connect(cut_, &QComboBox::currentTextChanged, this, [this] { cut_changed(); });
+  connect(cut_offset_, &QSlider::valueChanged, this, [this] { cut_changed(); });
+  connect(cut_image_, &QCheckBox::toggled, this, [this] { cut_changed(); });
+  connect_touch();
+  connect_force();
+  connect(preset_, &QComboBox::currentTextChanged, this,
+          [this](const QString& name) { preset_chosen(name); });
+  connect(reset_, &QPushButton::clicked, this, [this] { reset(); });
+}
+
+void HeartWindow::connect_beat() {
   connect(play_, &QPushButton::toggled, this, [this](bool on) { set_playing(on); });
   connect(rate_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int per_min) {
     guard([&] {
@@ -224,15 +242,9 @@ void HeartWindow::connect_controls() {
       drawing->fit_camera(standard_view(drawing->frame(), name.toStdString()));
     }
   });
-  connect(volume_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this](int preset) {
-    HeartDrawing* drawing = picture_->drawing();
-    if (drawing != nullptr) drawing->set_volume(static_cast<VolumePreset>(preset));
-  });
-  connect(colour_, &QComboBox::currentTextChanged, this, [this] { colour_changed(); });
-  connect(preset_, &QComboBox::currentTextChanged, this, [this] { stiffness_changed(); });
-  connect(cut_, &QComboBox::currentTextChanged, this, [this] { cut_changed(); });
-  connect(cut_offset_, &QSlider::valueChanged, this, [this] { cut_changed(); });
-  connect(cut_image_, &QCheckBox::toggled, this, [this] { cut_changed(); });
+}
+
+void HeartWindow::connect_touch() {
   connect(touch_, &QCheckBox::toggled, this, [this](bool on) {
     picture_->set_touching(on);
     if (!on) lift_tool();
@@ -242,6 +254,9 @@ void HeartWindow::connect_controls() {
     if (live_) live_->mouse().move_to(position_mm);
     if (exercise_) exercise_->mouse().move_to(position_mm);
   };
+}
+
+void HeartWindow::connect_force() {
   connect(stiffness_, qOverload<int>(&QSpinBox::valueChanged), this, [this](int n_per_m) {
     guard([&] {
       if (live_) live_->touch().set_stiffness(n_per_m);
@@ -265,9 +280,6 @@ void HeartWindow::connect_controls() {
       if (live_) live_->touch().set_model(model == 1 ? "patch" : "proxy");
     });
   });
-  connect(preset_, &QComboBox::currentTextChanged, this,
-          [this](const QString& name) { preset_chosen(name); });
-  connect(reset_, &QPushButton::clicked, this, [this] { reset(); });
 }
 
 void HeartWindow::show_pressures() {

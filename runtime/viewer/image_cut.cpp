@@ -8,32 +8,44 @@
 namespace beatlas::viewer {
 namespace {
 
-template <class Sample>
-bool sample_at(const atlas::VolumePayload& volume, std::span<const Sample> samples,
-               const Vec3& index, double& value) {
+/// Between which samples a place lies.
+struct Cell {
   std::array<int, 3> low;
-  std::array<double, 3> u;
+  std::array<double, 3> u;  ///< from the lower sample to the higher, 0..1
+};
+
+/// False for a place outside of the images.
+bool find_cell(const atlas::VolumePayload& volume, const Vec3& index, Cell& cell) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double at = index[static_cast<Eigen::Index>(axis)];
     const int size = volume.size[axis];
     // Half a voxel of border belongs to the image.
     if (!(at >= -0.5 && at <= size - 0.5)) return false;
     const double held = std::clamp(at, 0.0, size - 1.0);
-    low[axis] = std::clamp(static_cast<int>(held), 0, std::max(0, size - 2));
-    u[axis] = size > 1 ? held - low[axis] : 0;
+    cell.low[axis] = std::clamp(static_cast<int>(held), 0, std::max(0, size - 2));
+    cell.u[axis] = size > 1 ? held - cell.low[axis] : 0;
   }
+  return true;
+}
+
+template <class Sample>
+bool sample_at(const atlas::VolumePayload& volume, std::span<const Sample> samples,
+               const Vec3& index, double& value) {
+  Cell cell;
+  if (!find_cell(volume, index, cell)) return false;
   const auto n = [](int v) { return static_cast<std::size_t>(v); };
   const std::size_t row = n(volume.size[0]);
   const std::size_t slice = row * n(volume.size[1]);
-  const std::size_t first = n(low[0]) + row * n(low[1]) + slice * n(low[2]);
+  const std::size_t first = n(cell.low[0]) + row * n(cell.low[1]) + slice * n(cell.low[2]);
+  const std::array<std::size_t, 3> to_higher{1, row, slice};
   value = 0;
   for (std::size_t corner = 0; corner < 8; ++corner) {
     double weight = 1;
     std::size_t at = first;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const bool high = (corner >> axis) % 2 == 1;
-      weight *= high ? u[axis] : 1 - u[axis];
-      if (high && volume.size[axis] > 1) at += axis == 0 ? 1 : axis == 1 ? row : slice;
+      weight *= high ? cell.u[axis] : 1 - cell.u[axis];
+      if (high && volume.size[axis] > 1) at += to_higher[axis];
     }
     if (weight > 0) value += weight * static_cast<double>(samples[at]);
   }

@@ -6,6 +6,27 @@
 #include "runtime/atlas/structure_colours.h"
 
 namespace beatlas::viewer {
+namespace {
+
+/// As the legend names a curve; empty: it does not.
+const char* name_of_curve(Structure structure) {
+  switch (structure) {
+    case Structure::LvBlood:
+      return "LV";
+    case Structure::RvBlood:
+      return "RV";
+    case Structure::LaBlood:
+      return "LA";
+    case Structure::RaBlood:
+      return "RA";
+    case Structure::LvMyocardium:
+      return "LV muscle";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
 
 Panel volume_panel(const atlas::Manifest& manifest) {
   Panel panel{.title = "Volume [ml]", .x_title = "Time [s]", .curves = {}, .from_zero = true};
@@ -15,12 +36,7 @@ Panel volume_panel(const atlas::Manifest& manifest) {
     const Colour colour = structure_colour(*structure);
     // A vessel is cut somewhere by what is in view: its volume says nothing.
     if (*structure == Structure::Aorta) continue;
-    Curve line{.name = *structure == Structure::LvBlood        ? "LV"
-                       : *structure == Structure::RvBlood      ? "RV"
-                       : *structure == Structure::LaBlood      ? "LA"
-                       : *structure == Structure::RaBlood      ? "RA"
-                       : *structure == Structure::LvMyocardium ? "LV muscle"
-                                                               : "",
+    Curve line{.name = name_of_curve(*structure),
                .colour = QColor(colour[0], colour[1], colour[2]),
                .x = {},
                .y = {}};
