@@ -215,6 +215,19 @@ class PhaseSampler {
     }
   }
 
+  // Sets the sample at a place, whose side is looked up where the caller does not know it.
+  // @param start triangles that may be near  @return those nearest, or kNone
+  std::uint32_t sample(const Vec3& mm, std::optional<bool> inside, std::uint32_t start,
+                       const ClosestTriangle::Vicinity& about, float& out) {
+    const double most = inside ? clamp_mm(*inside) : std::max(inner_mm_, outer_mm_);
+    const Hit hit = tree_.nearest(mm, nearer(mm, most, start), about);
+    const double away = std::sqrt(hit.distance2_mm2);
+    if (!inside) inside = is_inside(mm, away);
+    const auto kept = static_cast<float>(std::min(away, clamp_mm(*inside)));
+    out = *inside ? -kept : kept;
+    return hit.four;
+  }
+
   // Each sample starts from its neighbour's triangle, and lies on its side if that is far enough.
   void samples(const Index3& first, const Index3& last, std::optional<bool> side,
                std::uint32_t four, const ClosestTriangle::Vicinity& about) {
@@ -226,23 +239,17 @@ class PhaseSampler {
       for (int j = first[1]; j <= last[1]; ++j) {
         start[2] = start[1];
         for (int i = first[0]; i <= last[0]; ++i) {
-          const Vec3 mm = grid_.mm(i, j, k);
           const std::size_t here = grid_.offset(i, j, k);
           std::optional<bool> inside = side;
           if (!inside && i > first[0] && std::abs(out_[here - 1]) > same_side) {
             inside = out_[here - 1] < 0;
           }
-          const double most = inside ? clamp_mm(*inside) : std::max(inner_mm_, outer_mm_);
-          const Hit hit = tree_.nearest(mm, nearer(mm, most, start[2]), about);
-          const double away = std::sqrt(hit.distance2_mm2);
-          if (!inside) inside = is_inside(mm, away);
-          const auto kept = static_cast<float>(std::min(away, clamp_mm(*inside)));
-          out_[here] = *inside ? -kept : kept;
-          if (hit.four != kNone) {
-            start[2] = hit.four;
-            if (i == first[0]) start[1] = hit.four;
-            if (i == first[0] && j == first[1]) start[0] = hit.four;
-          }
+          const std::uint32_t found =
+              sample(grid_.mm(i, j, k), inside, start[2], about, out_[here]);
+          if (found == kNone) continue;
+          start[2] = found;
+          if (i == first[0]) start[1] = found;
+          if (i == first[0] && j == first[1]) start[0] = found;
         }
       }
     }

@@ -163,26 +163,39 @@ std::vector<std::size_t> bridge_of(const Lattice& lattice, const Way& way,
   return out;
 }
 
-void join_pieces(const Grid& grid, const std::vector<float>& samples,
-                 const std::vector<Piece>& pieces, const PiecesInCycle& cycle, Mask& inside) {
-  const Lattice lattice(grid);
+/// [sample] 0 outside, 1 the body, which is the piece of the most samples, else number + 2 of the
+/// piece.
+std::vector<std::uint32_t> numbered(const std::vector<Piece>& pieces, std::size_t sample_count) {
   const auto largest = std::max_element(
       pieces.begin(), pieces.end(),
       [](const Piece& a, const Piece& b) { return a.samples.size() < b.samples.size(); });
-  std::vector<std::uint32_t> piece_of(samples.size(), 0);
+  std::vector<std::uint32_t> piece_of(sample_count, 0);
   for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
     const auto name =
         piece == largest ? 1U : static_cast<std::uint32_t>(piece - pieces.begin()) + 2;
     for (const std::size_t n : piece->samples) piece_of[n] = name;
   }
+  return piece_of;
+}
+
+/// [mm] The least sample of a piece; 0 where none is below.
+float deepest_of(const Piece& piece, const std::vector<float>& samples) {
+  float deepest = 0;
+  for (const std::size_t n : piece.samples) deepest = std::min(deepest, samples[n]);
+  return deepest;
+}
+
+void join_pieces(const Grid& grid, const std::vector<float>& samples,
+                 const std::vector<Piece>& pieces, const PiecesInCycle& cycle, Mask& inside) {
+  const Lattice lattice(grid);
+  std::vector<std::uint32_t> piece_of = numbered(pieces, samples.size());
   for (std::size_t left = pieces.size() - 1; left > 0; --left) {
     const Way way =
         way_to_next_piece(lattice, cycle.least_mm != nullptr ? *cycle.least_mm : samples, piece_of);
     if (way.samples.empty()) break;
     const std::size_t number = way.piece - 2;
     const Piece& piece = pieces[number];
-    float deepest = 0;
-    for (const std::size_t n : piece.samples) deepest = std::min(deepest, samples[n]);
+    const float deepest = deepest_of(piece, samples);
     const bool is_joined = (number < cycle.belongs.size() && cycle.belongs[number] != 0) ||
                            way.length_mm(lattice, grid.spacing_mm().x()) < -deepest;
     for (const std::size_t n : piece.samples) piece_of[n] = is_joined ? 1 : 0;
@@ -190,6 +203,26 @@ void join_pieces(const Grid& grid, const std::vector<float>& samples,
     for (const std::size_t n : bridge_of(lattice, way, piece_of)) piece_of[n] = 1;
   }
   for (std::size_t n = 0; n < inside.size(); ++n) inside[n] = piece_of[n] == 1 ? 1 : 0;
+}
+
+constexpr double kHalfWidth = 0.3;  // of a cut, of a sample
+
+/// Eases the samples around one that changed side, so that a cut is as wide as it should be.
+/// @param sign of the changed sample: -1 inside, 1 outside
+void ease_around(const Grid& grid, const Index3& here, double sign, std::vector<float>& out) {
+  constexpr int kReach = 2;
+  const double voxel_mm = grid.spacing_mm().x();
+  for (int dk = -kReach; dk <= kReach; ++dk) {
+    for (int dj = -kReach; dj <= kReach; ++dj) {
+      for (int di = -kReach; di <= kReach; ++di) {
+        if (!grid.contains(here[0] + di, here[1] + dj, here[2] + dk)) continue;
+        const std::size_t to = grid.offset(here[0] + di, here[1] + dj, here[2] + dk);
+        const auto eased = static_cast<float>(
+            sign * voxel_mm * (kHalfWidth - std::sqrt(di * di + dj * dj + dk * dk)));
+        out[to] = sign > 0 ? std::max(out[to], eased) : std::min(out[to], eased);
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -205,32 +238,17 @@ void make_one_body(const Grid& grid, const std::vector<float>& samples, Mask& in
 }
 
 std::size_t change_sides(const Grid& grid, const Mask& inside, std::vector<float>& samples) {
-  constexpr double kHalfWidth = 0.3;  // of a sample
-  constexpr int kReach = 2;
-  const double voxel_mm = grid.spacing_mm().x();
   const Lattice lattice(grid);
   std::size_t changed = 0;
   std::vector<float> out = samples;
   for (std::size_t n = 0; n < samples.size(); ++n) {
     if ((samples[n] < 0) == (inside[n] != 0)) continue;
     ++changed;
-    const double sign = inside[n] != 0 ? -1.0 : 1.0;
-    const Index3 here = lattice.at(n);
-    for (int dk = -kReach; dk <= kReach; ++dk) {
-      for (int dj = -kReach; dj <= kReach; ++dj) {
-        for (int di = -kReach; di <= kReach; ++di) {
-          if (!grid.contains(here[0] + di, here[1] + dj, here[2] + dk)) continue;
-          const std::size_t to = grid.offset(here[0] + di, here[1] + dj, here[2] + dk);
-          const auto eased = static_cast<float>(
-              sign * voxel_mm * (kHalfWidth - std::sqrt(di * di + dj * dj + dk * dk)));
-          out[to] = sign > 0 ? std::max(out[to], eased) : std::min(out[to], eased);
-        }
-      }
-    }
+    ease_around(grid, lattice.at(n), inside[n] != 0 ? -1.0 : 1.0, out);
   }
   // Where a cut and a filling are neighbours each has what it was made for.
+  const auto least = static_cast<float>(kHalfWidth * grid.spacing_mm().x());
   for (std::size_t n = 0; n < out.size(); ++n) {
-    const auto least = static_cast<float>(kHalfWidth * voxel_mm);
     if (inside[n] != 0 && !(out[n] < 0)) out[n] = -least;
     if (inside[n] == 0 && out[n] < 0) out[n] = least;
   }

@@ -12,41 +12,45 @@
 namespace beatlas::field {
 namespace {
 
-/// V - E + F - T of the simplices that are wholly inside. Those whose lowest corner is a sample:
-/// 1, 7, 12 and 6, along chains of corners of the cube above it.
-int euler_number(const Grid& grid, const Mask& inside) {
-  int out = 0;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        if (inside[grid.offset(i, j, k)] == 0) continue;
-        std::array<bool, 8> corner{};
-        int full = 0;
-        for (int c = 0; c < 8; ++c) {
-          const int x = i + (c & 1);
-          const int y = j + (c >> 1 & 1);
-          const int z = k + (c >> 2 & 1);
-          corner[static_cast<std::size_t>(c)] =
-              grid.contains(x, y, z) && inside[grid.offset(x, y, z)] != 0;
-          full += corner[static_cast<std::size_t>(c)] ? 1 : 0;
-        }
-        if (full == 8) continue;  // 1 - 7 + 12 - 6
-        int own = 1;
-        for (unsigned a = 1; a < 8; ++a) {
-          if (!corner[a]) continue;
-          --own;
-          for (unsigned b = a + 1; b < 8; ++b) {
-            if ((a & b) != a || !corner[b]) continue;
-            ++own;
-            for (unsigned c = b + 1; c < 8; ++c) {
-              if ((b & c) == b && corner[c]) --own;
-            }
-          }
-        }
-        out += own;
+/// Which corners of the cube above a sample are inside; bits 0, 1 and 2 of a corner's number are
+/// its steps along i, j and k.
+std::array<bool, 8> cube_above(const Grid& grid, const Mask& inside, int i, int j, int k) {
+  std::array<bool, 8> corner{};
+  for (int c = 0; c < 8; ++c) {
+    const int x = i + (c & 1);
+    const int y = j + (c >> 1 & 1);
+    const int z = k + (c >> 2 & 1);
+    corner[static_cast<std::size_t>(c)] =
+        grid.contains(x, y, z) && inside[grid.offset(x, y, z)] != 0;
+  }
+  return corner;
+}
+
+/// V - E + F - T of the simplices that are wholly inside and whose lowest corner is that of a cube,
+/// which is inside: up to 1, 7, 12 and 6, along chains of the cube's corners.
+int euler_number_of(const std::array<bool, 8>& corner) {
+  if (std::count(corner.begin(), corner.end(), true) == 8) return 0;  // 1 - 7 + 12 - 6
+  int out = 1;
+  for (unsigned a = 1; a < 8; ++a) {
+    if (!corner[a]) continue;
+    --out;
+    for (unsigned b = a + 1; b < 8; ++b) {
+      if ((a & b) != a || !corner[b]) continue;
+      ++out;
+      for (unsigned c = b + 1; c < 8; ++c) {
+        if ((b & c) == b && corner[c]) --out;
       }
     }
   }
+  return out;
+}
+
+/// V - E + F - T of all simplices that are wholly inside.
+int euler_number(const Grid& grid, const Mask& inside) {
+  int out = 0;
+  for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+    if (inside[v] != 0) out += euler_number_of(cube_above(grid, inside, i, j, k));
+  });
   return out;
 }
 
