@@ -71,6 +71,29 @@ std::vector<Vec3> crossings(const Ellipsoid& a, const Ellipsoid& b) {
   return out;
 }
 
+/// The curve from one of its points on, until it closes, is lost or has `most` points.
+/// @param seeds, used [seed] set for those that the curve passes
+Curve follow_curve(const Ellipsoid& a, const Ellipsoid& b, const Vec3& start, double step_mm,
+                   std::size_t most, const std::vector<Vec3>& seeds, std::vector<bool>& used) {
+  Curve curve;
+  curve.step_mm = step_mm;
+  Vec3 x = start;
+  while (curve.points.size() < most) {
+    curve.points.push_back(x);
+    Vec3 next = x + 0.5 * step_mm * curve_direction(a, b, x);
+    if (!settle_on_curve(a, b, next)) break;
+    next = x + step_mm * curve_direction(a, b, next);
+    if (!settle_on_curve(a, b, next)) break;
+    for (std::size_t m = 0; m < seeds.size(); ++m) {
+      if ((seeds[m] - x).norm() < 1.5 * step_mm) used[m] = true;
+    }
+    const double to_start = (next - start).norm();
+    if (curve.points.size() > 3 && to_start < 0.75 * step_mm) break;
+    x = next;
+  }
+  return curve;
+}
+
 }  // namespace
 
 std::vector<Curve> intersection_curves(const Ellipsoid& a, const Ellipsoid& b, double step_mm) {
@@ -87,23 +110,8 @@ std::vector<Curve> intersection_curves(const Ellipsoid& a, const Ellipsoid& b, d
     used[n] = true;
     Vec3 x = seeds[n];
     if (!settle_on_curve(a, b, x)) continue;  // ellipsoids that only touch have no crease
-    Curve curve;
-    curve.step_mm = step_mm;
-    const Vec3 start = x;
     const std::size_t most = static_cast<std::size_t>(20.0 * reach / step_mm);
-    while (curve.points.size() < most) {
-      curve.points.push_back(x);
-      Vec3 next = x + 0.5 * step_mm * curve_direction(a, b, x);
-      if (!settle_on_curve(a, b, next)) break;
-      next = x + step_mm * curve_direction(a, b, next);
-      if (!settle_on_curve(a, b, next)) break;
-      for (std::size_t m = 0; m < seeds.size(); ++m) {
-        if ((seeds[m] - x).norm() < 1.5 * step_mm) used[m] = true;
-      }
-      const double to_start = (next - start).norm();
-      if (curve.points.size() > 3 && to_start < 0.75 * step_mm) break;
-      x = next;
-    }
+    Curve curve = follow_curve(a, b, x, step_mm, most, seeds, used);
     if (curve.points.size() > 3) curves.push_back(std::move(curve));
   }
   return curves;

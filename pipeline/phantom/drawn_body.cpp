@@ -129,6 +129,37 @@ Tissue DrawnBody::abdomen(const Vec3F& lps, float rough) const {
   return kContents[static_cast<std::size_t>(std::clamp((kind + 1) * 3, 0.0F, 5.99F))];
 }
 
+Tissue DrawnBody::beyond_chest(float past_side, float y) const {
+  if (arms_) {
+    const float arm = std::hypot(past_side * width_ - width_ - 45, y - 20);
+    if (arm < 38) return arm < 12 ? Tissue::Bone : arm < 30 ? Tissue::ChestMuscle : Tissue::Fat;
+  }
+  return Tissue::Outside;
+}
+
+Tissue DrawnBody::in_chest_wall(const Vec3F& lps, float rough) const {
+  if (rough > 0.35F) return Tissue::Bone;
+  return lattice_noise(lps / 9, seed_ ^ 0x71U) > 0.4F ? Tissue::Fat : Tissue::ChestMuscle;
+}
+
+std::optional<Tissue> DrawnBody::in_organ(const Vec3F& lps, float rough) const {
+  for (const Organ& organ : organs_) {
+    const float radius = (lps - organ.centre).cwiseProduct(organ.per_axis).norm();
+    if (radius < 1 + 0.2F * rough) return radius > organ.shell_from ? organ.shell : organ.core;
+  }
+  return std::nullopt;
+}
+
+Tissue DrawnBody::among_lungs(const Vec3F& lps, float x, float rough) const {
+  if (std::abs(x) < column_ + 12 * rough) {
+    const float grain = lattice_noise(lps / 11, seed_ ^ 0x73U);
+    return grain > 0.5F ? Tissue::Vessel : grain > -0.1F ? Tissue::Fat : Tissue::Mediastinum;
+  }
+  const float near = 1 - lps.norm() / fat_pad_reach_;
+  if (lattice_noise(lps / 28, seed_ ^ 0x75U) + 1 < 4 * fat_pad_ * near) return Tissue::Fat;
+  return lattice_noise(lps / 7, seed_ ^ 0x74U) > 0.7F ? Tissue::Vessel : Tissue::Lung;
+}
+
 Tissue DrawnBody::at(const Vec3F& lps) const {
   const float x = lps.x() - chest_.x();
   const float y = lps.y() - chest_.y();
@@ -138,38 +169,20 @@ Tissue DrawnBody::at(const Vec3F& lps) const {
   const float ay = std::abs(y / depth_);
   const float level = std::sqrt(std::sqrt(ax * ax * ax * ax + ay * ay * ay * ay) * 0.5F +
                                 0.5F * (ax * ax + ay * ay));
-  if (level >= 1) {
-    if (arms_) {
-      const float arm = std::hypot(ax * width_ - width_ - 45, y - 20);
-      if (arm < 38) return arm < 12 ? Tissue::Bone : arm < 30 ? Tissue::ChestMuscle : Tissue::Fat;
-    }
-    return Tissue::Outside;
-  }
+  if (level >= 1) return beyond_chest(ax, y);
   const float rough = lattice_noise(lps / 22, seed_);
   const float in = (1 - level) * std::min(width_, depth_);
   const float side = ax > ay ? 1.0F : 0.6F;  // Less fat in front and behind.
   if (in < skin_ * side) return Tissue::Fat;
-  if (in < skin_ * side + muscle_ * (0.9F + 0.2F * rough)) {
-    if (rough > 0.35F) return Tissue::Bone;
-    return lattice_noise(lps / 9, seed_ ^ 0x71U) > 0.4F ? Tissue::Fat : Tissue::ChestMuscle;
-  }
-  for (const Organ& organ : organs_) {
-    const float radius = (lps - organ.centre).cwiseProduct(organ.per_axis).norm();
-    if (radius < 1 + 0.2F * rough) return radius > organ.shell_from ? organ.shell : organ.core;
-  }
+  if (in < skin_ * side + muscle_ * (0.9F + 0.2F * rough)) return in_chest_wall(lps, rough);
+  if (const auto organ = in_organ(lps, rough)) return *organ;
   const float spine = std::hypot(lps.x() - spine_.x(), lps.y() - spine_.y());
-  if (spine < spine_radius_)
+  if (spine < spine_radius_) {
     return std::fmod(std::abs(z), 32.0F) < 7 ? Tissue::OtherD : Tissue::Bone;
+  }
   if (std::hypot(lps.x() - aorta_.x(), lps.y() - aorta_.y()) < descending_) return Tissue::Vessel;
   const float dome = diaphragm_ + 6 * rough - 0.0012F * (x * x + 1.5F * y * y);
-  if (z < dome) return abdomen(lps, rough);
-  if (std::abs(x) < column_ + 12 * rough) {
-    const float grain = lattice_noise(lps / 11, seed_ ^ 0x73U);
-    return grain > 0.5F ? Tissue::Vessel : grain > -0.1F ? Tissue::Fat : Tissue::Mediastinum;
-  }
-  const float near = 1 - lps.norm() / fat_pad_reach_;
-  if (lattice_noise(lps / 28, seed_ ^ 0x75U) + 1 < 4 * fat_pad_ * near) return Tissue::Fat;
-  return lattice_noise(lps / 7, seed_ ^ 0x74U) > 0.7F ? Tissue::Vessel : Tissue::Lung;
+  return z < dome ? abdomen(lps, rough) : among_lungs(lps, x, rough);
 }
 
 }  // namespace beatlas::phantom

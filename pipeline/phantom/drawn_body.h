@@ -5,6 +5,7 @@
 /// Patient frame LPS [mm], origin at the heart's middle.
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "pipeline/phantom/drawn_heart.h"
@@ -32,6 +33,14 @@ class DrawnBody {
     float radius = 25;  ///< [mm] across; its length is nearly twice as much
   };
 
+  /// Beyond the chest's skin. @param past_side x over the chest's width  @param y from its middle
+  [[nodiscard]] Tissue beyond_chest(float past_side, float y) const;
+  /// Between skin fat and ribs. @param rough as abdomen's
+  [[nodiscard]] Tissue in_chest_wall(const Vec3F& lps, float rough) const;
+  /// What of the organs at random is at a place. @param rough as abdomen's
+  [[nodiscard]] std::optional<Tissue> in_organ(const Vec3F& lps, float rough) const;
+  /// Between and in the lungs. @param x from the chest's middle  @param rough as abdomen's
+  [[nodiscard]] Tissue among_lungs(const Vec3F& lps, float x, float rough) const;
   /// Below the diaphragm. @param rough smooth noise in [-1, 1]
   [[nodiscard]] Tissue abdomen(const Vec3F& lps, float rough) const;
 

@@ -421,6 +421,19 @@ float DrawnHeart::from_right(const Sight& at, const Moment& moment) const {
                            (1 - moment.rv_depth) * 0.35F * outflow_[0].radius);
 }
 
+Tissue DrawnHeart::in_right(const Sight& at, float blood) const {
+  if (!smooth_ && (blood > -rv_trabeculae_ || at.lv.outer < 0.4F * rv_trabeculae_)) {
+    const float grain = 0.5F + 0.9F * lattice_noise(at.place / 4.5F, seed_ ^ 0x33U);
+    if (grain < 0.6F * trabeculae_density_) return Tissue::RvTrabecula;
+  }
+  return Tissue::RvBlood;
+}
+
+bool DrawnHeart::in_vein(const Sight& at) const {
+  return std::any_of(veins_.begin(), veins_.end(),
+                     [&](const Tube& vein) { return vein.distance(at.with_mitral) < 0; });
+}
+
 float DrawnHeart::from_left_atrium(const Sight& at, const Moment& moment) const {
   if (!(at.mitral <= 0) || bare_) return 1e3F;
   const float out = la_.distance(at.with_mitral, moment.atria);
@@ -462,13 +475,7 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
   // The outflow tract is the LV's up to the aortic valve.
   if (mitral <= 0 && lvot(place, moment) < 0) return Tissue::LvBlood;
   if (mitral <= 0 && aorta < 0) return Tissue::Aorta;
-  if (rv < 0) {
-    if (!smooth_ && (rv > -rv_trabeculae_ || lv.outer < 0.4F * rv_trabeculae_)) {
-      const float grain = 0.5F + 0.9F * lattice_noise(place / 4.5F, seed_ ^ 0x33U);
-      if (grain < 0.6F * trabeculae_density_) return Tissue::RvTrabecula;
-    }
-    return Tissue::RvBlood;
-  }
+  if (rv < 0) return in_right(seen, rv);
   // The outflow tract is the RV's up to its valve, the pulmonary trunk beyond.
   const float trunk = bare_ ? 1e3F : outflow_[1].distance(seen.with_tricuspid);
   if (trunk < 0) return Tissue::Trunk;
@@ -482,11 +489,7 @@ Tissue DrawnHeart::at(const Vec3F& place, const Moment& moment) const {
   if (rv < rv_wall_ || std::min(la, ra) < atrium_wall_ || (mitral <= 0 && vessel_wall < 1.5F)) {
     return Tissue::Wall;
   }
-  if (mitral < 10 && !bare_) {
-    for (const Tube& vein : veins_) {
-      if (vein.distance(seen.with_mitral) < 0) return Tissue::Vessel;
-    }
-  }
+  if (mitral < 10 && !bare_ && in_vein(seen)) return Tissue::Vessel;
   const float outside =
       std::min({mitral > 0 ? lv.outer : 1e3F, rv - rv_wall_, la - atrium_wall_, ra - atrium_wall_,
                 trunk - 1.5F, mitral <= 0 ? aorta - 1.5F : 1e3F});

@@ -111,6 +111,9 @@ class DrawnHeart {
   [[nodiscard]] std::optional<Tissue> of_left(const Sight& at, const Moment& moment) const;
   /// Of a place within the LV's cavity: blood, or muscle that stands in it.
   [[nodiscard]] Tissue in_left(const Sight& at, const Moment& moment) const;
+  /// Of a place within the RV, `blood` [mm] from its blood: that, or muscle that stands in it.
+  [[nodiscard]] Tissue in_right(const Sight& at, float blood) const;
+  [[nodiscard]] bool in_vein(const Sight& at) const;
   /// [mm] Distances from the blood of RV, LA and RA, negative inside; 1000 where it cannot be near.
   [[nodiscard]] float from_right(const Sight& at, const Moment& moment) const;
   [[nodiscard]] float from_left_atrium(const Sight& at, const Moment& moment) const;

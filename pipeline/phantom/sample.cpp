@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "pipeline/phantom/solid.h"
@@ -63,6 +64,28 @@ std::vector<Vec3> spread(const Ellipsoid& e, double low, double high, double spa
   return points;
 }
 
+/// Over the box of all that the plane cuts.
+std::vector<Vec3> spread(const Below& plane, const std::vector<Primitive>& primitives,
+                         double spacing_mm) {
+  Vec3 low = Vec3::Constant(1e300);
+  Vec3 high = Vec3::Constant(-1e300);
+  for (const Primitive& other : primitives) {
+    const auto* ellipsoid = std::get_if<Ellipsoid>(&other);
+    Ellipse ellipse;
+    if (ellipsoid == nullptr || !section(*ellipsoid, plane.z_mm, ellipse)) continue;
+    const Vec3 half(ellipse.semi_x_mm, ellipse.semi_y_mm, 0.0);
+    low = low.cwiseMin(ellipse.centre_mm - half);
+    high = high.cwiseMax(ellipse.centre_mm + half);
+  }
+  std::vector<Vec3> points;
+  for (double y = low.y() + 0.5 * spacing_mm; y < high.y(); y += spacing_mm) {
+    for (double x = low.x() + 0.5 * spacing_mm; x < high.x(); x += spacing_mm) {
+      points.emplace_back(x, y, plane.z_mm);
+    }
+  }
+  return points;
+}
+
 }  // namespace
 
 std::vector<Vec3> Solid::sample(double spacing_mm) const {
@@ -80,28 +103,12 @@ std::vector<Vec3> Solid::sample(double spacing_mm) const {
     }
   }
   for (const Primitive& primitive : primitives_) {
-    if (const auto* ellipsoid = std::get_if<Ellipsoid>(&primitive)) {
-      for (const Vec3& x : spread(*ellipsoid, lowest, highest, spacing_mm)) {
-        if (on_boundary(x)) points.push_back(x);
-      }
-      continue;
-    }
-    const double z = std::get<Below>(primitive).z_mm;
-    Vec3 low = Vec3::Constant(1e300);
-    Vec3 high = Vec3::Constant(-1e300);
-    for (const Primitive& other : primitives_) {
-      const auto* ellipsoid = std::get_if<Ellipsoid>(&other);
-      Ellipse ellipse;
-      if (ellipsoid == nullptr || !section(*ellipsoid, z, ellipse)) continue;
-      const Vec3 half(ellipse.semi_x_mm, ellipse.semi_y_mm, 0.0);
-      low = low.cwiseMin(ellipse.centre_mm - half);
-      high = high.cwiseMax(ellipse.centre_mm + half);
-    }
-    for (double y = low.y() + 0.5 * spacing_mm; y < high.y(); y += spacing_mm) {
-      for (double x = low.x() + 0.5 * spacing_mm; x < high.x(); x += spacing_mm) {
-        if (on_boundary({x, y, z})) points.emplace_back(x, y, z);
-      }
-    }
+    const auto* ellipsoid = std::get_if<Ellipsoid>(&primitive);
+    const std::vector<Vec3> candidates =
+        ellipsoid != nullptr ? spread(*ellipsoid, lowest, highest, spacing_mm)
+                             : spread(std::get<Below>(primitive), primitives_, spacing_mm);
+    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(points),
+                 [&](const Vec3& x) { return on_boundary(x); });
   }
   return points;
 }

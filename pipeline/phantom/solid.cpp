@@ -25,6 +25,44 @@ const Ellipsoid* as_ellipsoid(const Primitive& primitive) {
   return std::get_if<Ellipsoid>(&primitive);
 }
 
+/// The point of a curve nearest to x between two neighbours of its point `middle`: the distance
+/// falls from `before` and rises to `after`, and its slope is halved on.
+Vec3 foot_on_curve(const Ellipsoid& a, const Ellipsoid& b, const Vec3& before, const Vec3& middle,
+                   const Vec3& after, const Vec3& x) {
+  const auto on_curve = [&](double u) -> Vec3 {
+    Vec3 q = u < 0.0 ? Vec3(middle + (middle - before) * u) : Vec3(middle + (after - middle) * u);
+    return settle_on_curve(a, b, q) ? q : middle;
+  };
+  const auto slope = [&](const Vec3& q) {
+    const Vec3 along = curve_direction(a, b, q);
+    const double sense = along.dot(after - before) < 0.0 ? -1.0 : 1.0;
+    return sense * along.dot(q - x);
+  };
+  double low = -1.0;
+  double high = 1.0;
+  double low_slope = slope(before);
+  double high_slope = slope(after);
+  Vec3 q = middle;
+  for (int iteration = 0; iteration < 40 && high - low > 1e-9; ++iteration) {
+    // Regula falsi in turn with halving: fast where the slope is straight, never slow.
+    double u = 0.5 * (low + high);
+    if (iteration % 3 != 2 && low_slope < 0.0 && high_slope > 0.0) {
+      u = low - low_slope * (high - low) / (high_slope - low_slope);
+    }
+    q = on_curve(u);
+    const double s = slope(q);
+    if (std::abs(s) < 1e-10) break;
+    if (s < 0.0) {
+      low = u;
+      low_slope = s;
+    } else {
+      high = u;
+      high_slope = s;
+    }
+  }
+  return q;
+}
+
 }  // namespace
 
 Solid::Solid(std::vector<Primitive> primitives, std::vector<Cell> cells, double curve_step_mm)
@@ -102,52 +140,62 @@ Vec3 Solid::outward_normal(int primitive, const Vec3& x) const {
 void Solid::find_creases(double step_mm) {
   const int count = static_cast<int>(primitives_.size());
   for (int i = 0; i < count; ++i) {
-    const auto* first = as_ellipsoid(primitives_[i]);
     for (int j = 0; j < count; ++j) {
-      if (j == i) continue;
-      const auto* second = as_ellipsoid(primitives_[j]);
-      if (first == nullptr && second != nullptr) {
-        FlatCrease crease{i, j, {}};
-        if (section(*second, std::get<Below>(primitives_[i]).z_mm, crease.ellipse)) {
-          flat_creases_.push_back(crease);
-        }
-      } else if (i < j && first != nullptr && second != nullptr) {
-        for (Curve& curve : intersection_curves(*first, *second, step_mm)) {
-          curved_creases_.push_back({i, j, std::move(curve), {}});
-        }
-      }
+      if (j != i) find_creases_between(i, j, step_mm);
     }
   }
-  for (const FlatCrease& crease : flat_creases_) {
-    for (int j = 0; j < count; ++j) {
-      const auto* other = as_ellipsoid(primitives_[j]);
-      if (other == nullptr || j == crease.ellipsoid) continue;
-      for (double angle : crossing_angles(crease.ellipse, *other)) {
-        const Vec3 corner = crease.ellipse.point(angle);
-        if (on_boundary(corner)) corners_.push_back({corner, {crease.plane, crease.ellipsoid, j}});
-      }
-    }
-    const double length =
-        2.0 * std::numbers::pi * std::max(crease.ellipse.semi_x_mm, crease.ellipse.semi_y_mm);
-    const int steps = std::max(16, static_cast<int>(std::ceil(length / step_mm)));
-    for (int n = 0; n < steps; ++n) {
-      const Vec3 x = crease.ellipse.point(2.0 * std::numbers::pi * n / steps);
-      if (on_boundary(x)) crease_points_.push_back(x);
-    }
-  }
-  for (CurvedCrease& crease : curved_creases_) {
-    const std::vector<Vec3>& points = crease.curve.points;
-    for (const Vec3& x : points) {
-      if (on_boundary(x)) crease_points_.push_back(x);
-    }
-    // Three pairs make the same corner; it is taken from the pair of lowest numbers.
-    for (int j = crease.second + 1; j < count; ++j) {
-      if (const auto* third = as_ellipsoid(primitives_[j])) find_corners(crease, *third, j);
-    }
-    crease.balls = Balls(points, 2.0 * crease.curve.step_mm);
-  }
+  for (const FlatCrease& crease : flat_creases_) look_along(crease, step_mm);
+  for (CurvedCrease& crease : curved_creases_) look_along(crease);
   for (const Corner& corner : corners_) crease_points_.push_back(corner.point);
   crease_balls_ = Balls(crease_points_, 0.0);
+}
+
+void Solid::find_creases_between(int i, int j, double step_mm) {
+  const auto* first = as_ellipsoid(primitives_[i]);
+  const auto* second = as_ellipsoid(primitives_[j]);
+  if (second == nullptr) return;
+  if (first == nullptr) {
+    FlatCrease crease{i, j, {}};
+    if (section(*second, std::get<Below>(primitives_[i]).z_mm, crease.ellipse)) {
+      flat_creases_.push_back(crease);
+    }
+  } else if (i < j) {
+    for (Curve& curve : intersection_curves(*first, *second, step_mm)) {
+      curved_creases_.push_back({i, j, std::move(curve), {}});
+    }
+  }
+}
+
+void Solid::look_along(const FlatCrease& crease, double step_mm) {
+  const int count = static_cast<int>(primitives_.size());
+  for (int j = 0; j < count; ++j) {
+    const auto* other = as_ellipsoid(primitives_[j]);
+    if (other == nullptr || j == crease.ellipsoid) continue;
+    for (double angle : crossing_angles(crease.ellipse, *other)) {
+      const Vec3 corner = crease.ellipse.point(angle);
+      if (on_boundary(corner)) corners_.push_back({corner, {crease.plane, crease.ellipsoid, j}});
+    }
+  }
+  const double length =
+      2.0 * std::numbers::pi * std::max(crease.ellipse.semi_x_mm, crease.ellipse.semi_y_mm);
+  const int steps = std::max(16, static_cast<int>(std::ceil(length / step_mm)));
+  for (int n = 0; n < steps; ++n) {
+    const Vec3 x = crease.ellipse.point(2.0 * std::numbers::pi * n / steps);
+    if (on_boundary(x)) crease_points_.push_back(x);
+  }
+}
+
+void Solid::look_along(CurvedCrease& crease) {
+  const int count = static_cast<int>(primitives_.size());
+  const std::vector<Vec3>& points = crease.curve.points;
+  for (const Vec3& x : points) {
+    if (on_boundary(x)) crease_points_.push_back(x);
+  }
+  // Three pairs make the same corner; it is taken from the pair of lowest numbers.
+  for (int j = crease.second + 1; j < count; ++j) {
+    if (const auto* third = as_ellipsoid(primitives_[j])) find_corners(crease, *third, j);
+  }
+  crease.balls = Balls(points, 2.0 * crease.curve.step_mm);
 }
 
 void Solid::find_corners(const CurvedCrease& crease, const Ellipsoid& third, int index) {
@@ -183,39 +231,7 @@ void Solid::nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& 
       const double here = (points[n] - x).squaredNorm();
       if (here > (before - x).squaredNorm() || here > (after - x).squaredNorm()) continue;
       if (std::sqrt(here) - 2.0 * crease.curve.step_mm >= best) continue;
-      // The distance falls from one neighbour and rises to the other: halve on its slope.
-      const auto on_curve = [&](double u) -> Vec3 {
-        Vec3 q = u < 0.0 ? Vec3(points[n] + (points[n] - before) * u)
-                         : Vec3(points[n] + (after - points[n]) * u);
-        return settle_on_curve(a, b, q) ? q : points[n];
-      };
-      const auto slope = [&](const Vec3& q) {
-        const Vec3 along = curve_direction(a, b, q);
-        const double sense = along.dot(after - before) < 0.0 ? -1.0 : 1.0;
-        return sense * along.dot(q - x);
-      };
-      double low = -1.0;
-      double high = 1.0;
-      double low_slope = slope(before);
-      double high_slope = slope(after);
-      Vec3 q = points[n];
-      for (int iteration = 0; iteration < 40 && high - low > 1e-9; ++iteration) {
-        // Regula falsi in turn with halving: fast where the slope is straight, never slow.
-        double u = 0.5 * (low + high);
-        if (iteration % 3 != 2 && low_slope < 0.0 && high_slope > 0.0) {
-          u = low - low_slope * (high - low) / (high_slope - low_slope);
-        }
-        q = on_curve(u);
-        const double s = slope(q);
-        if (std::abs(s) < 1e-10) break;
-        if (s < 0.0) {
-          low = u;
-          low_slope = s;
-        } else {
-          high = u;
-          high_slope = s;
-        }
-      }
+      const Vec3 q = foot_on_curve(a, b, before, points[n], after, x);
       const double distance = (q - x).norm();
       if (distance < best && on_boundary(q)) {
         best = distance;
@@ -225,52 +241,74 @@ void Solid::nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& 
   }
 }
 
-Nearest Solid::nearest(const Vec3& x) const {
+struct Solid::Search {
   struct Face {
     bool open = false;  // its nearest point is cut off, so its crease or another point may count
     double at_least = 0;
   };
-  std::array<Face, kMostFaces> faces;
+  const Solid& solid;
+  const Vec3& x;
   double best = kInfinity;
-  Nearest out;
-  const int count = static_cast<int>(primitives_.size());
-  const auto take = [&](const Vec3& q, const std::array<int, 3>& through) {
+  Nearest out{};
+  std::array<Face, kMostFaces> faces{};
+
+  /// Takes a point where it is nearer and on the boundary; whether it did.
+  bool take(const Vec3& q, const std::array<int, 3>& through) {
     const double distance = (q - x).norm();
-    if (!(distance < best) || !on_boundary(q)) return false;
+    if (!(distance < best) || !solid.on_boundary(q)) return false;
     best = distance;
     out.point = q;
     out.faces = through;
     return true;
-  };
+  }
+  [[nodiscard]] bool open(int face) const {
+    return faces[face].open && faces[face].at_least < best;
+  }
+};
+
+void Solid::search_faces(Search& search) const {
+  const Vec3& x = search.x;
+  const int count = static_cast<int>(primitives_.size());
   for (int i = 0; i < count; ++i) {
     const auto* ellipsoid = as_ellipsoid(primitives_[i]);
     const Vec3 q = ellipsoid != nullptr ? nearest_point(*ellipsoid, x)
                                         : Vec3(x.x(), x.y(), std::get<Below>(primitives_[i]).z_mm);
-    faces[i].at_least = (q - x).norm();
-    faces[i].open = faces[i].at_least < best && !take(q, {i, -1, -1});
+    Search::Face& face = search.faces[i];
+    face.at_least = (q - x).norm();
+    face.open = face.at_least < search.best && !search.take(q, {i, -1, -1});
   }
-  const auto open = [&](int i) { return faces[i].open && faces[i].at_least < best; };
   for (int i = 0; i < count; ++i) {
     const auto* ellipsoid = as_ellipsoid(primitives_[i]);
-    if (ellipsoid == nullptr || !open(i)) continue;
+    if (ellipsoid == nullptr || !search.open(i)) continue;
     const NearPoints others = near_points(*ellipsoid, x);
-    for (int n = 1; n < others.count; ++n) take(others.points[n], {i, -1, -1});
+    for (int n = 1; n < others.count; ++n) search.take(others.points[n], {i, -1, -1});
   }
+}
+
+void Solid::search_creases(Search& search) const {
   // A crease is no nearer than the nearest point of either of its faces, so it can only win where
   // both of them are open.
   for (const FlatCrease& crease : flat_creases_) {
-    if (!open(crease.plane) || !open(crease.ellipsoid)) continue;
-    const NearPoints near = near_points(crease.ellipse, x);
+    if (!search.open(crease.plane) || !search.open(crease.ellipsoid)) continue;
+    const NearPoints near = near_points(crease.ellipse, search.x);
     for (int n = 0; n < near.count; ++n) {
-      take(near.points[n], {crease.ellipsoid, crease.plane, -1});
+      search.take(near.points[n], {crease.ellipsoid, crease.plane, -1});
     }
   }
   for (const CurvedCrease& crease : curved_creases_) {
-    if (!open(crease.first) || !open(crease.second)) continue;
-    const double before = best;
-    nearest_on_curve(crease, x, best, out.point);
-    if (best < before) out.faces = {crease.first, crease.second, -1};
+    if (!search.open(crease.first) || !search.open(crease.second)) continue;
+    const double before = search.best;
+    nearest_on_curve(crease, search.x, search.best, search.out.point);
+    if (search.best < before) search.out.faces = {crease.first, crease.second, -1};
   }
+}
+
+Nearest Solid::nearest(const Vec3& x) const {
+  Search search{*this, x};
+  search_faces(search);
+  search_creases(search);
+  double& best = search.best;
+  Nearest& out = search.out;
   for (const Corner& corner : corners_) {
     const double distance = (corner.point - x).norm();
     if (distance >= best) continue;

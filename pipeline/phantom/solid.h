@@ -120,8 +120,18 @@ class Solid {
   [[nodiscard]] double value_mm(int primitive, const Vec3& x) const;
   [[nodiscard]] Vec3 outward_normal(int primitive, const Vec3& x) const;
   void find_creases(double step_mm);
+  /// Of primitives i and j; that of two ellipsoids where i < j, and of a plane and an ellipsoid
+  /// where i is the plane.
+  void find_creases_between(int i, int j, double step_mm);
+  /// Corners that a crease runs into, and points of it that lie on the boundary.
+  void look_along(const FlatCrease& crease, double step_mm);
+  void look_along(CurvedCrease& crease);
   void find_corners(const CurvedCrease& crease, const Ellipsoid& third, int index);
   [[nodiscard]] double section_mm2(double z_mm) const;
+  /// What is nearest to a query so far.
+  struct Search;
+  void search_faces(Search& search) const;
+  void search_creases(Search& search) const;
   void nearest_on_curve(const CurvedCrease& crease, const Vec3& x, double& best, Vec3& point) const;
 
   std::vector<Primitive> primitives_;

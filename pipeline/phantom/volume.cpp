@@ -31,48 +31,63 @@ double swept_mm2(const Ellipse& e, double from, double to) {
                 e.centre_mm.y() * e.semi_x_mm * (std::cos(to) - std::cos(from)));
 }
 
+/// [primitive] Its section by a plane z = z_mm; none where it has no ellipse there.
+using Sections = std::vector<std::optional<Ellipse>>;
+
+Sections sections_at(const std::vector<Primitive>& primitives, double z_mm) {
+  Sections out(primitives.size());
+  for (std::size_t n = 0; n < primitives.size(); ++n) {
+    const auto* ellipsoid = std::get_if<Ellipsoid>(&primitives[n]);
+    Ellipse ellipse;
+    if (ellipsoid != nullptr && section(*ellipsoid, z_mm, ellipse)) out[n] = ellipse;
+  }
+  return out;
+}
+
+/// Whether a point of the plane z = z_mm is in a primitive.
+bool primitive_holds(const Primitive& primitive, const Vec3& x, double z_mm) {
+  const auto* ellipsoid = std::get_if<Ellipsoid>(&primitive);
+  return ellipsoid != nullptr ? ellipsoid->level(x) < 0.0 : z_mm < std::get<Below>(primitive).z_mm;
+}
+
+/// Angles at which the other sections cut that of primitive n into arcs: ascending, once around.
+std::vector<double> arc_ends(const std::vector<Primitive>& primitives, const Sections& sections,
+                             std::size_t n) {
+  std::vector<double> out;
+  for (std::size_t m = 0; m < primitives.size(); ++m) {
+    if (m == n || !sections[m]) continue;
+    const Vec3 apart = (sections[m]->centre_mm - sections[n]->centre_mm).cwiseAbs();
+    if (apart.x() > sections[m]->semi_x_mm + sections[n]->semi_x_mm ||
+        apart.y() > sections[m]->semi_y_mm + sections[n]->semi_y_mm) {
+      continue;
+    }
+    const auto angles = crossing_angles(*sections[n], std::get<Ellipsoid>(primitives[m]));
+    out.insert(out.end(), angles.begin(), angles.end());
+  }
+  std::sort(out.begin(), out.end());
+  if (out.empty()) out.push_back(0.0);
+  out.push_back(out.front() + 2.0 * std::numbers::pi);
+  return out;
+}
+
 }  // namespace
 
 double Solid::section_mm2(double z_mm) const {
-  const std::size_t count = primitives_.size();
-  std::vector<std::optional<Ellipse>> ellipses(count);
-  for (std::size_t n = 0; n < count; ++n) {
-    const auto* ellipsoid = std::get_if<Ellipsoid>(&primitives_[n]);
-    Ellipse ellipse;
-    if (ellipsoid != nullptr && section(*ellipsoid, z_mm, ellipse)) ellipses[n] = ellipse;
-  }
+  const Sections ellipses = sections_at(primitives_, z_mm);
   // Whether x, a point on the ellipse `on`, is in the solid when it counts as inside of that one.
   const auto contains_if = [&](const Vec3& x, std::size_t on, bool inside_on) {
     return std::any_of(cells_.begin(), cells_.end(), [&](const Cell& cell) {
       return std::all_of(cell.begin(), cell.end(), [&](const Literal& literal) {
         const auto n = static_cast<std::size_t>(literal.index);
-        bool inside = inside_on;
-        if (n != on) {
-          const auto* ellipsoid = std::get_if<Ellipsoid>(&primitives_[n]);
-          inside = ellipsoid != nullptr ? ellipsoid->level(x) < 0.0
-                                        : z_mm < std::get<Below>(primitives_[n]).z_mm;
-        }
+        const bool inside = n == on ? inside_on : primitive_holds(primitives_[n], x, z_mm);
         return inside == literal.inside;
       });
     });
   };
   double area = 0.0;
-  for (std::size_t n = 0; n < count; ++n) {
+  for (std::size_t n = 0; n < ellipses.size(); ++n) {
     if (!ellipses[n]) continue;
-    std::vector<double> cuts;
-    for (std::size_t m = 0; m < count; ++m) {
-      if (m == n || !ellipses[m]) continue;
-      const Vec3 apart = (ellipses[m]->centre_mm - ellipses[n]->centre_mm).cwiseAbs();
-      if (apart.x() > ellipses[m]->semi_x_mm + ellipses[n]->semi_x_mm ||
-          apart.y() > ellipses[m]->semi_y_mm + ellipses[n]->semi_y_mm) {
-        continue;
-      }
-      const auto angles = crossing_angles(*ellipses[n], std::get<Ellipsoid>(primitives_[m]));
-      cuts.insert(cuts.end(), angles.begin(), angles.end());
-    }
-    std::sort(cuts.begin(), cuts.end());
-    if (cuts.empty()) cuts.push_back(0.0);
-    cuts.push_back(cuts.front() + 2.0 * std::numbers::pi);
+    const std::vector<double> cuts = arc_ends(primitives_, ellipses, n);
     for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
       const Vec3 x = ellipses[n]->point(0.5 * (cuts[k] + cuts[k + 1]));
       const bool within = contains_if(x, n, true);
