@@ -49,6 +49,63 @@ struct Settled {
   }
 };
 
+/// The samples to find.
+struct ToFind {
+  std::vector<int> columns;                    // along x, row after row
+  std::vector<std::uint32_t> first_of_row{0};  // and one for the end
+
+  ToFind(const Lattice& lattice, const SampleMask& region, const std::vector<std::int8_t>& side) {
+    for (std::size_t s = 0; s < side.size();) {
+      for (int i = 0; i < lattice.size[0]; ++i, ++s) {
+        if (side[s] != 0 && region[s] != 0) columns.push_back(i);
+      }
+      first_of_row.push_back(static_cast<std::uint32_t>(columns.size()));
+    }
+  }
+  [[nodiscard]] std::size_t row_count() const { return first_of_row.size() - 1; }
+  [[nodiscard]] std::span<const int> of_row(std::size_t row) const {
+    return {columns.data() + first_of_row[row], first_of_row[row + 1] - first_of_row[row]};
+  }
+};
+
+/// The smaller of a sample's neighbours along an axis, on the side of `sign`.
+double nearer_neighbour(const Lattice& lattice, const std::vector<float>& value, std::size_t s,
+                        int coordinate, int axis, float sign) {
+  double best = static_cast<double>(kUnknown);
+  const std::size_t step = lattice.stride(axis);
+  // A neighbour of the other sign can only be a surface, whose distance is 0.
+  if (coordinate > 0) best = static_cast<double>(std::max(0.0F, sign * value[s - step]));
+  if (coordinate + 1 < lattice.size[static_cast<std::size_t>(axis)]) {
+    best = std::min(best, static_cast<double>(std::max(0.0F, sign * value[s + step])));
+  }
+  return best;
+}
+
+/// Calls look_at(i, j, k, sample, row) for the samples to find of rows that are not settled.
+/// @param order whose bits say along which axes to go down
+template <class LookAt>
+void sweep(const Lattice& lattice, const ToFind& to_find, Settled& settled, int order,
+           const LookAt& look_at) {
+  const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
+  for (int kk = 0; kk < lattice.size[2]; ++kk) {
+    const int k = down[2] ? lattice.size[2] - 1 - kk : kk;
+    for (int jj = 0; jj < lattice.size[1]; ++jj) {
+      const int j = down[1] ? lattice.size[1] - 1 - jj : jj;
+      const std::size_t start = lattice.offset(0, j, k);
+      const std::size_t row = start / static_cast<std::size_t>(lattice.size[0]);
+      if (settled.rows[row] != 0) continue;
+      settled.rows[row] = 1;
+      const std::span<const int> of_row = to_find.of_row(row);
+      const auto visit = [&](int i) { look_at(i, j, k, start + static_cast<std::size_t>(i), row); };
+      if (down[0]) {
+        std::for_each(of_row.rbegin(), of_row.rend(), visit);
+      } else {
+        std::for_each(of_row.begin(), of_row.end(), visit);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void extend_distance(const Lattice& lattice, const SampleMask& region, double voxel_mm,
@@ -61,38 +118,21 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
     side[s] = distance_mm[s] < 0 ? -1 : 1;
     value[s] = side[s] < 0 ? -kUnknown : kUnknown;
   }
-  const auto neighbour = [&](std::size_t s, int coordinate, int axis, float sign) {
-    double best = static_cast<double>(kUnknown);
-    const std::size_t step = lattice.stride(axis);
-    // A neighbour of the other sign can only be a surface, whose distance is 0.
-    if (coordinate > 0) best = static_cast<double>(std::max(0.0F, sign * value[s - step]));
-    if (coordinate + 1 < lattice.size[static_cast<std::size_t>(axis)]) {
-      best = std::min(best, static_cast<double>(std::max(0.0F, sign * value[s + step])));
-    }
-    return best;
-  };
-  // Of each row along x the samples to find.
-  std::vector<std::uint32_t> first_of_row{0};
-  std::vector<int> to_find;
-  for (std::size_t s = 0; s < side.size();) {
-    for (int i = 0; i < lattice.size[0]; ++i, ++s) {
-      if (side[s] != 0 && region[s] != 0) to_find.push_back(i);
-    }
-    first_of_row.push_back(static_cast<std::uint32_t>(to_find.size()));
-  }
+  const ToFind to_find(lattice, region, side);
   // What upwind differences give is at least that much more than the least neighbour, but for
   // rounding.
   const double least_rise = voxel_mm / std::sqrt(3.0) * (1 - 1e-6);
   // A sample that nothing changed around since it was looked at stays as it is, and is not looked
   // at again (locked points of Bak, McLaughlin and Renzi, SIAM J. Sci. Comput. 32, 2010).
   Settled settled{std::vector<std::uint8_t>(distance_mm.size(), 0),
-                  std::vector<std::uint8_t>(first_of_row.size() - 1, 0)};
+                  std::vector<std::uint8_t>(to_find.row_count(), 0)};
   const auto look_at = [&](int i, int j, int k, std::size_t s, std::size_t row) {
     if (settled.samples[s] != 0) return;
     settled.samples[s] = 1;
     const auto sign = static_cast<float>(side[s]);
-    const std::array<double, 3> near{neighbour(s, i, 0, sign), neighbour(s, j, 1, sign),
-                                     neighbour(s, k, 2, sign)};
+    const std::array<double, 3> near{nearer_neighbour(lattice, value, s, i, 0, sign),
+                                     nearer_neighbour(lattice, value, s, j, 1, sign),
+                                     nearer_neighbour(lattice, value, s, k, 2, sign)};
     const auto old = static_cast<double>(sign * value[s]);
     if (std::min({near[0], near[1], near[2]}) + least_rise >= old) return;
     const double found = std::max(solve_upwind(near, voxel_mm), side[s] < 0 ? inner_mm : outer_mm);
@@ -100,32 +140,9 @@ void extend_distance(const Lattice& lattice, const SampleMask& region, double vo
     value[s] = sign * static_cast<float>(found);
     settled.unsettle_around(lattice, s, row);
   };
-  const auto sweep = [&](int order) {
-    const std::array<bool, 3> down{(order & 1) != 0, (order & 2) != 0, (order & 4) != 0};
-    for (int kk = 0; kk < lattice.size[2]; ++kk) {
-      const int k = down[2] ? lattice.size[2] - 1 - kk : kk;
-      for (int jj = 0; jj < lattice.size[1]; ++jj) {
-        const int j = down[1] ? lattice.size[1] - 1 - jj : jj;
-        const std::size_t start = lattice.offset(0, j, k);
-        const std::size_t row = start / static_cast<std::size_t>(lattice.size[0]);
-        if (settled.rows[row] != 0) continue;
-        settled.rows[row] = 1;
-        const std::span<const int> of_row(to_find.data() + first_of_row[row],
-                                          first_of_row[row + 1] - first_of_row[row]);
-        const auto visit = [&](int i) {
-          look_at(i, j, k, start + static_cast<std::size_t>(i), row);
-        };
-        if (down[0]) {
-          std::for_each(of_row.rbegin(), of_row.rend(), visit);
-        } else {
-          std::for_each(of_row.begin(), of_row.end(), visit);
-        }
-      }
-    }
-  };
   // A distance goes on along straight lines: each lies in one octant, and the sweep of that octant
   // follows it to its end, so there is no second round.
-  for (int order = 0; order < 8; ++order) sweep(order);
+  for (int order = 0; order < 8; ++order) sweep(lattice, to_find, settled, order, look_at);
   for (std::size_t s = 0; s < distance_mm.size(); ++s) {
     if (std::abs(value[s]) < kUnknown) distance_mm[s] = value[s];
   }

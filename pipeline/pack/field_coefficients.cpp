@@ -160,6 +160,26 @@ struct Blocks {
   std::vector<Index3> leaves;         // first sample of each in the window
 };
 
+// How many samples of a block are active, and how many inside.
+struct BlockCounts {
+  int active = 0;
+  int inside = 0;
+};
+
+BlockCounts counts_of(const Lattice& lattice, const Index3& first, const SampleMask& active,
+                      const std::vector<float>& distance_mm) {
+  BlockCounts out;
+  for (int row = 0; row < kLeafEdge * kLeafEdge; ++row) {
+    const std::size_t from =
+        lattice.offset(first[0], first[1] + row % kLeafEdge, first[2] + row / kLeafEdge);
+    for (std::size_t s = from; s < from + kLeafEdge; ++s) {
+      out.active += active[s];
+      out.inside += distance_mm[s] < 0 ? 1 : 0;
+    }
+  }
+  return out;
+}
+
 // Leaves are the blocks with an active sample, or with samples of both sides; signs of samples that
 // are not active are the same in every phase.
 Blocks find_blocks(const Lattice& lattice, const Index3& block_count, const SampleMask& active,
@@ -170,19 +190,10 @@ Blocks find_blocks(const Lattice& lattice, const Index3& block_count, const Samp
       for (int bx = 0; bx < block_count[0]; ++bx) {
         const Index3 first{kExtension + bx * kLeafEdge, kExtension + by * kLeafEdge,
                            kExtension + bz * kLeafEdge};
-        int active_count = 0;
-        int inside_count = 0;
-        for (int row = 0; row < kLeafEdge * kLeafEdge; ++row) {
-          const std::size_t from =
-              lattice.offset(first[0], first[1] + row % kLeafEdge, first[2] + row / kLeafEdge);
-          for (std::size_t s = from; s < from + kLeafEdge; ++s) {
-            active_count += active[s];
-            inside_count += distance_mm[s] < 0 ? 1 : 0;
-          }
-        }
-        if (active_count == 0 && inside_count == 0) {
+        const BlockCounts counts = counts_of(lattice, first, active, distance_mm);
+        if (counts.active == 0 && counts.inside == 0) {
           out.entries.push_back(FieldPayload::kOutside);
-        } else if (active_count == 0 && inside_count == FieldPayload::kBlockSamples) {
+        } else if (counts.active == 0 && counts.inside == FieldPayload::kBlockSamples) {
           out.entries.push_back(FieldPayload::kInside);
         } else {
           out.entries.push_back(static_cast<std::int32_t>(out.leaves.size()));

@@ -55,6 +55,37 @@ atlas::Bytes entry_of(const FieldPayload& field, double quantum_mm,
   return zstd_pack(writer.take());
 }
 
+/// [leaf] 1 where it should be quantised more finely: a leaf whose error is too large, or, where
+/// that is of no help, those around it, which share in its outermost samples.
+std::vector<std::uint8_t> leaves_to_refine(const FieldPayload& field,
+                                           const std::vector<std::uint8_t>& grades,
+                                           const std::vector<double>& errors_mm, double most_mm) {
+  std::vector<std::uint8_t> stale(grades.size(), 0);
+  const std::vector<LeafNeighbours> around = leaf_neighbours(field);
+  for (std::size_t leaf = 0; leaf < errors_mm.size(); ++leaf) {
+    if (errors_mm[leaf] <= most_mm) continue;
+    if (grades[leaf] < atlas::kMaxGrade) {
+      stale[leaf] = 1;
+      continue;
+    }
+    for (const std::int32_t other : around[leaf]) {
+      if (other >= 0) stale[static_cast<std::size_t>(other)] = 1;
+    }
+  }
+  return stale;
+}
+
+/// Raises the grades of stale leaves that do not have the highest; whether there were any.
+bool raise_grades(const std::vector<std::uint8_t>& stale, std::vector<std::uint8_t>& grades) {
+  bool any = false;
+  for (std::size_t leaf = 0; leaf < grades.size(); ++leaf) {
+    if (stale[leaf] == 0 || grades[leaf] == atlas::kMaxGrade) continue;
+    ++grades[leaf];
+    any = true;
+  }
+  return any;
+}
+
 }  // namespace
 
 atlas::Bytes pack_field(const FieldPayload& field, double step_mm) {
@@ -84,27 +115,8 @@ atlas::Bytes pack_field(const FieldPayload& field, double step_mm) {
     if (std::all_of(errors.begin(), errors.end(), [&](double e) { return e <= most_mm; })) {
       return entry;
     }
-    // A leaf whose error is too large is quantised more finely; where that is of no help, those
-    // around it are, which share in its outermost samples.
-    std::fill(stale.begin(), stale.end(), std::uint8_t{0});
-    const std::vector<LeafNeighbours> around = leaf_neighbours(field);
-    for (std::size_t leaf = 0; leaf < errors.size(); ++leaf) {
-      if (errors[leaf] <= most_mm) continue;
-      if (grades[leaf] < atlas::kMaxGrade) {
-        stale[leaf] = 1;
-        continue;
-      }
-      for (const std::int32_t other : around[leaf]) {
-        if (other >= 0) stale[static_cast<std::size_t>(other)] = 1;
-      }
-    }
-    bool any = false;
-    for (std::size_t leaf = 0; leaf < grades.size(); ++leaf) {
-      if (stale[leaf] == 0 || grades[leaf] == atlas::kMaxGrade) continue;
-      ++grades[leaf];
-      any = true;
-    }
-    if (!any) {
+    stale = leaves_to_refine(field, grades, errors, most_mm);
+    if (!raise_grades(stale, grades)) {
       throw_invalid("the field of " + name + " cannot be stored within " + std::to_string(most_mm) +
                     " mm; give a larger step_mm");
     }

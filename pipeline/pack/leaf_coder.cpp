@@ -17,6 +17,23 @@ std::uint32_t zigzag(std::int32_t count) {
   return static_cast<std::uint32_t>(count) << 1U ^ static_cast<std::uint32_t>(count >> 31);
 }
 
+/// The cosine transform of every row of samples along one axis, `stride` apart.
+void transform_rows(const LeafTransform& transform, std::size_t stride,
+                    std::vector<double>& terms) {
+  std::array<double, kRow> line{};
+  for (std::size_t n = 0; n < terms.size(); ++n) {
+    if (n / stride % kRow != 0) continue;
+    for (std::size_t k = 0; k < kRow; ++k) {
+      line[k] = 0;
+      for (std::size_t s = 0; s < kRow; ++s) {
+        line[k] +=
+            transform.cosine(static_cast<int>(k), static_cast<int>(s)) * terms[n + s * stride];
+      }
+    }
+    for (std::size_t k = 0; k < kRow; ++k) terms[n + k * stride] = line[k];
+  }
+}
+
 }  // namespace
 
 LeafCoder::LeafCoder(const std::vector<std::int16_t>& coefficients, int phases,
@@ -59,19 +76,8 @@ std::vector<double> LeafCoder::forward(std::size_t leaf) const {
       }
     }
   }
-  std::array<double, kRow> line{};
   for (const std::size_t stride : {std::size_t{1}, kRow, kRow * kRow}) {
-    for (std::size_t n = 0; n < out.size(); ++n) {
-      if (n / stride % kRow != 0) continue;
-      for (std::size_t k = 0; k < kRow; ++k) {
-        line[k] = 0;
-        for (std::size_t s = 0; s < kRow; ++s) {
-          line[k] +=
-              transform_.cosine(static_cast<int>(k), static_cast<int>(s)) * out[n + s * stride];
-        }
-      }
-      for (std::size_t k = 0; k < kRow; ++k) out[n + k * stride] = line[k];
-    }
+    transform_rows(transform_, stride, out);
   }
   return out;
 }
@@ -83,26 +89,30 @@ void LeafBody::add(const TermCounts& counts) {
     while (length > 0 && counts[first + length - 1] == 0) --length;
     lengths_.push_back(static_cast<std::uint16_t>(length));
     for (std::size_t b = 0; b < atlas::kBands && atlas::kBandEnds[b] < length; ++b) {
-      const std::size_t end = std::min(length, atlas::kBandEnds[b + 1]);
-      const bool paired = b >= atlas::kFirstPairedBand;
-      for (std::size_t rank = atlas::kBandEnds[b]; rank < end; rank += paired ? 2 : 1) {
-        const auto fitted = [&](std::size_t at, std::uint32_t apart_from) {
-          const std::uint32_t code = at < end ? zigzag(counts[first + at]) : 0;
-          if (code < apart_from) return code;
-          apart_.push_back(code);
-          return apart_from;
-        };
-        if (!paired) {
-          bands_[b].push_back(static_cast<std::uint8_t>(fitted(rank, atlas::kApartByte)));
-          continue;
-        }
-        const std::uint32_t above = fitted(rank, atlas::kApartHalf);
-        bands_[b].push_back(
-            static_cast<std::uint8_t>(above << 4U | fitted(rank + 1, atlas::kApartHalf)));
-      }
+      add_band(b, counts.data() + first, length);
     }
   }
   apart_counts_.push_back(static_cast<std::uint32_t>(apart_.size() - before));
+}
+
+void LeafBody::add_band(std::size_t band, const std::int32_t* terms, std::size_t length) {
+  const std::size_t end = std::min(length, atlas::kBandEnds[band + 1]);
+  const auto fitted = [&](std::size_t rank, std::uint32_t apart_from) {
+    const std::uint32_t code = rank < end ? zigzag(terms[rank]) : 0;
+    if (code < apart_from) return code;
+    apart_.push_back(code);
+    return apart_from;
+  };
+  const bool paired = band >= atlas::kFirstPairedBand;
+  for (std::size_t rank = atlas::kBandEnds[band]; rank < end; rank += paired ? 2 : 1) {
+    if (!paired) {
+      bands_[band].push_back(static_cast<std::uint8_t>(fitted(rank, atlas::kApartByte)));
+      continue;
+    }
+    const std::uint32_t above = fitted(rank, atlas::kApartHalf);
+    bands_[band].push_back(
+        static_cast<std::uint8_t>(above << 4U | fitted(rank + 1, atlas::kApartHalf)));
+  }
 }
 
 void LeafBody::write(const std::vector<std::uint8_t>& grades, atlas::ByteWriter& writer) const {

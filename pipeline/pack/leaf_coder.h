@@ -50,6 +50,9 @@ class LeafBody {
   void write(const std::vector<std::uint8_t>& grades, atlas::ByteWriter& writer) const;
 
  private:
+  /// What of one mode's terms, of which `length` are not cut off, lies in a band.
+  void add_band(std::size_t band, const std::int32_t* terms, std::size_t length);
+
   std::vector<std::uint16_t> lengths_;
   std::vector<std::uint32_t> apart_counts_;
   std::array<std::vector<std::uint8_t>, atlas::kBands> bands_;

@@ -82,6 +82,44 @@ void prefilter_periodic(double* data, std::size_t length, std::size_t lanes) {
   run_backward(data, length, lanes);
 }
 
+namespace {
+
+/// `count` lines along the phases, adjacent in memory from `start` on.
+/// @param lines room for their samples
+void prefilter_phases(std::vector<std::vector<float>>& phases, std::size_t start, std::size_t count,
+                      std::vector<double>& lines) {
+  for (std::size_t p = 0; p < phases.size(); ++p) {
+    std::copy_n(phases[p].begin() + static_cast<std::ptrdiff_t>(start), count,
+                lines.begin() + static_cast<std::ptrdiff_t>(p * count));
+  }
+  prefilter_periodic(lines.data(), phases.size(), count);
+  for (std::size_t p = 0; p < phases.size(); ++p) {
+    for (std::size_t i = 0; i < count; ++i) {
+      phases[p][start + i] = static_cast<float>(lines[p * count + i]);
+    }
+  }
+}
+
+/// Lines along one axis, `lanes` of them adjacent in memory.
+/// @param lines room for their samples
+void prefilter_lines(float* first, std::size_t length, std::size_t step, std::size_t lanes,
+                     std::vector<double>& lines) {
+  lines.resize(length * lanes);
+  for (std::size_t n = 0; n < length; ++n) {
+    for (std::size_t l = 0; l < lanes; ++l) {
+      lines[n * lanes + l] = static_cast<double>(first[n * step + l]);
+    }
+  }
+  prefilter_mirrored(lines.data(), length, lanes);
+  for (std::size_t n = 0; n < length; ++n) {
+    for (std::size_t l = 0; l < lanes; ++l) {
+      first[n * step + l] = static_cast<float>(lines[n * lanes + l]);
+    }
+  }
+}
+
+}  // namespace
+
 void prefilter_cycle(const Lattice& lattice, std::vector<std::vector<float>>& phases) {
   const std::size_t nx = lattice.row();
   const auto ny = static_cast<std::size_t>(lattice.size[1]);
@@ -89,36 +127,14 @@ void prefilter_cycle(const Lattice& lattice, std::vector<std::vector<float>>& ph
   parallel_for(nz, [&](std::size_t k) {
     std::vector<double> lines(phases.size() * nx);
     for (std::size_t j = 0; j < ny; ++j) {
-      const std::size_t start = j * nx + k * lattice.slice();
-      for (std::size_t p = 0; p < phases.size(); ++p) {
-        std::copy_n(phases[p].begin() + static_cast<std::ptrdiff_t>(start), nx,
-                    lines.begin() + static_cast<std::ptrdiff_t>(p * nx));
-      }
-      prefilter_periodic(lines.data(), phases.size(), nx);
-      for (std::size_t p = 0; p < phases.size(); ++p) {
-        for (std::size_t i = 0; i < nx; ++i) {
-          phases[p][start + i] = static_cast<float>(lines[p * nx + i]);
-        }
-      }
+      prefilter_phases(phases, j * nx + k * lattice.slice(), nx, lines);
     }
   });
   parallel_for(phases.size(), [&](std::size_t p) {
     float* volume = phases[p].data();
-    // Lines along one axis, `lanes` of them adjacent in memory.
     std::vector<double> lines;
     const auto filter = [&](float* first, std::size_t length, std::size_t step, std::size_t lanes) {
-      lines.resize(length * lanes);
-      for (std::size_t n = 0; n < length; ++n) {
-        for (std::size_t l = 0; l < lanes; ++l) {
-          lines[n * lanes + l] = static_cast<double>(first[n * step + l]);
-        }
-      }
-      prefilter_mirrored(lines.data(), length, lanes);
-      for (std::size_t n = 0; n < length; ++n) {
-        for (std::size_t l = 0; l < lanes; ++l) {
-          first[n * step + l] = static_cast<float>(lines[n * lanes + l]);
-        }
-      }
+      prefilter_lines(first, length, step, lanes, lines);
     };
     for (std::size_t row = 0; row < ny * nz; ++row) filter(volume + row * nx, nx, 1, 1);
     for (std::size_t k = 0; k < nz; ++k) filter(volume + k * lattice.slice(), ny, nx, nx);
