@@ -35,6 +35,53 @@ double goodness(const std::vector<Vec3>& points, const Triangle& t, const Vec3& 
   return doubled_area(points, t).dot(outward) > 0 ? share : share - 1.0;
 }
 
+/// The corner of a triangle that is neither a nor b.
+std::uint32_t third_corner(const Triangle& t, std::uint32_t a, std::uint32_t b) {
+  return t[0] != a && t[0] != b ? t[0] : (t[1] != a && t[1] != b ? t[1] : t[2]);
+}
+
+/// Two triangles on either side of an edge.
+using TwoTriangles = std::array<Triangle, 2>;
+
+/// Whether a flip makes the worst triangle of all phases better and moves the surface far in none.
+/// @param made {a, d, c} and {d, b, c} where an edge from a to b is to run from c to d
+/// @param most_off_mm between the two edges
+bool is_flip_better(const Cycle& cycle, const TwoTriangles& old, const TwoTriangles& made,
+                    double most_off_mm) {
+  constexpr double kBetter = 0.002;  // of goodness
+  const std::uint32_t a = made[0][0];
+  const std::uint32_t b = made[1][1];
+  const std::uint32_t c = made[0][2];
+  const std::uint32_t d = made[0][1];
+  double before = 1;
+  double after = 1;
+  for (const std::vector<Vec3>& points : cycle) {
+    const Vec3 outward =
+        doubled_area(points, old[0]).normalized() + doubled_area(points, old[1]).normalized();
+    before =
+        std::min({before, goodness(points, old[0], outward), goodness(points, old[1], outward)});
+    after =
+        std::min({after, goodness(points, made[0], outward), goodness(points, made[1], outward)});
+    const Vec3 apart = 0.5 * (points[a] + points[b] - points[c] - points[d]);
+    const double area = outward.norm() > 0 ? std::abs(apart.dot(outward.normalized())) : 1e9;
+    if (area > most_off_mm) after = -1;
+  }
+  return !(after < before + kBetter);
+}
+
+/// Marks triangles that are bad in any phase. @return how many are, in all phases
+std::size_t gather_bad(const std::vector<std::vector<bool>>& bad_at, std::vector<bool>& bad) {
+  std::size_t count = 0;
+  for (const std::vector<bool>& at : bad_at) {
+    for (std::size_t n = 0; n < bad.size(); ++n) {
+      if (!at[n]) continue;
+      bad[n] = true;
+      ++count;
+    }
+  }
+  return count;
+}
+
 }  // namespace
 
 double kept_of_harmonic(int k, int phases) {
@@ -93,6 +140,23 @@ Vec3 CycleFit::on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase
   // Not to the far side of a thin wall, nor off along a crease.
   const bool near = (there - mm).squaredNorm() <= edge_mm_ * edge_mm_;
   return near && surface.sample(there).gradient.dot(outward) > 0 ? there : mm;
+}
+
+void CycleFit::put_on_surface(std::vector<Vec3>& points, std::size_t phase) const {
+  const std::vector<Vec3> normals = vertex_normals(points, triangles_);
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    points[v] = on_surface(points[v], normals[v], phase);
+  }
+}
+
+void CycleFit::even_out(std::vector<Vec3>& points, const std::vector<bool>& loose,
+                        const std::vector<Vec3>& normals, std::size_t phase) const {
+  std::vector<Vec3> moved = points;
+  for (std::size_t v = 0; v < moved.size(); ++v) {
+    if (!loose[v]) continue;
+    moved[v] = on_surface(0.5 * (points[v] + middle_of_ring(points, v)), normals[v], phase);
+  }
+  points = std::move(moved);
 }
 
 void CycleFit::calm(Cycle& cycle) const {
@@ -210,7 +274,6 @@ void CycleFit::grow(std::vector<bool>& vertices, int rings) const {
 }
 
 int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
-  constexpr double kBetter = 0.002;      // of goodness
   constexpr std::size_t kFewest = 4;     // neighbours of a vertex that loses one
   constexpr double kMostOffEdges = 0.2;  // between the two diagonals, in edges
   // Directed edges with their triangles, ascending. Those of flipped triangles stay as they were:
@@ -236,55 +299,42 @@ int CycleFit::flip_edges(const Cycle& cycle, const std::vector<bool>& bad) {
           std::lower_bound(sides.begin(), sides.end(), std::pair{edge(b, a), std::uint32_t{0}})
               ->second;
       if (changed[other]) continue;
-      const Triangle& t = triangles_[other];
-      const std::uint32_t d =
-          t[0] != a && t[0] != b ? t[0] : (t[1] != a && t[1] != b ? t[1] : t[2]);
+      const std::uint32_t d = third_corner(triangles_[other], a, b);
       if (c == d || ring_[a].size() <= kFewest || ring_[b].size() <= kFewest ||
           std::binary_search(ring_[c].begin(), ring_[c].end(), d)) {
         continue;
       }
-      const Triangle one{a, d, c};
-      const Triangle two{d, b, c};
-      double before = 1;
-      double after = 1;
-      for (const std::vector<Vec3>& points : cycle) {
-        const Vec3 outward = doubled_area(points, triangles_[n]).normalized() +
-                             doubled_area(points, triangles_[other]).normalized();
-        before = std::min({before, goodness(points, triangles_[n], outward),
-                           goodness(points, triangles_[other], outward)});
-        after = std::min({after, goodness(points, one, outward), goodness(points, two, outward)});
-        const Vec3 apart = 0.5 * (points[a] + points[b] - points[c] - points[d]);
-        const double area = outward.norm() > 0 ? std::abs(apart.dot(outward.normalized())) : 1e9;
-        if (area > kMostOffEdges * edge_mm_) after = -1;
-      }
-      if (after < before + kBetter) continue;
-      triangles_[n] = one;
-      triangles_[other] = two;
+      const TwoTriangles old{triangles_[n], triangles_[other]};
+      const TwoTriangles made{Triangle{a, d, c}, Triangle{d, b, c}};
+      if (!is_flip_better(cycle, old, made, kMostOffEdges * edge_mm_)) continue;
+      triangles_[n] = made[0];
+      triangles_[other] = made[1];
       changed[n] = changed[other] = true;
-      const auto drop = [&](std::uint32_t v, std::uint32_t from) {
-        auto& ring = ring_[from];
-        ring.erase(std::lower_bound(ring.begin(), ring.end(), v));
-      };
-      const auto join = [&](std::uint32_t v, std::uint32_t to) {
-        auto& ring = ring_[to];
-        ring.insert(std::lower_bound(ring.begin(), ring.end(), v), v);
-      };
-      drop(a, b);
-      drop(b, a);
-      join(c, d);
-      join(d, c);
+      flip_in_rings(a, b, c, d);
       ++flips;
     }
   }
   return flips;
 }
 
+void CycleFit::flip_in_rings(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  const auto drop = [&](std::uint32_t v, std::uint32_t from) {
+    auto& ring = ring_[from];
+    ring.erase(std::lower_bound(ring.begin(), ring.end(), v));
+  };
+  const auto join = [&](std::uint32_t v, std::uint32_t to) {
+    auto& ring = ring_[to];
+    ring.insert(std::lower_bound(ring.begin(), ring.end(), v), v);
+  };
+  drop(a, b);
+  drop(b, a);
+  join(c, d);
+  join(d, c);
+}
+
 void CycleFit::leave_slits(Cycle& cycle) const {
   parallel_for(cycle.size(), [&](std::size_t p) {
-    const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
-    for (std::size_t v = 0; v < cycle[p].size(); ++v) {
-      cycle[p][v] = on_surface(cycle[p][v], normals[v], p);
-    }
+    put_on_surface(cycle[p], p);
     leave_slits(cycle[p], p);
   });
 }
@@ -333,12 +383,7 @@ void CycleFit::settle(Cycle& cycle) {
   constexpr int kPatience = 8;  // rounds without getting better
   int best_round = 0;
   const std::size_t phases = cycle.size();
-  parallel_for(phases, [&](std::size_t p) {
-    const std::vector<Vec3> normals = vertex_normals(cycle[p], triangles_);
-    for (std::size_t v = 0; v < cycle[p].size(); ++v) {
-      cycle[p][v] = on_surface(cycle[p][v], normals[v], p);
-    }
-  });
+  parallel_for(phases, [&](std::size_t p) { put_on_surface(cycle[p], p); });
   Cycle best = cycle;
   std::vector<Triangle> best_triangles = triangles_;
   std::size_t fewest = phases * triangles_.size() + 1;
@@ -347,14 +392,7 @@ void CycleFit::settle(Cycle& cycle) {
   for (int round = 0; round <= kRounds; ++round) {
     parallel_for(phases, [&](std::size_t p) { look_for_bad(cycle[p], patch, bad_at[p]); });
     std::vector<bool> bad(triangles_.size(), false);
-    std::size_t count = 0;
-    for (const std::vector<bool>& at : bad_at) {
-      for (std::size_t n = 0; n < bad.size(); ++n) {
-        if (!at[n]) continue;
-        bad[n] = true;
-        ++count;
-      }
-    }
+    const std::size_t count = gather_bad(bad_at, bad);
     if (count < fewest) {
       fewest = count;
       best = cycle;
@@ -374,15 +412,8 @@ void CycleFit::settle(Cycle& cycle) {
     const std::vector<bool> loose = loosened(bad, 1);
     for (std::size_t v = 0; v < loose.size(); ++v) changed[v] = changed[v] || loose[v];
     patch = patch_around(changed);
-    parallel_for(phases, [&](std::size_t p) {
-      const std::vector<Vec3> normals = normals_in(patch, cycle[p]);
-      std::vector<Vec3> moved = cycle[p];
-      for (std::size_t v = 0; v < moved.size(); ++v) {
-        if (!loose[v]) continue;
-        moved[v] = on_surface(0.5 * (cycle[p][v] + middle_of_ring(cycle[p], v)), normals[v], p);
-      }
-      cycle[p] = std::move(moved);
-    });
+    parallel_for(phases,
+                 [&](std::size_t p) { even_out(cycle[p], loose, normals_in(patch, cycle[p]), p); });
   }
   cycle = std::move(best);
   triangles_ = std::move(best_triangles);

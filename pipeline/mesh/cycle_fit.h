@@ -65,6 +65,8 @@ class CycleFit {
     std::size_t count = 0;
   };
 
+  /// Flips edges of triangles that are thin in any phase; what was flipped is looked at again.
+  void flip_thin(const Cycle& cycle, std::vector<Flaws>& flaws);
   void look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const;
   void smooth_flaws(std::vector<Vec3>& points, int rings, bool stalled, Flaws& flaws) const;
   void find_neighbours();
@@ -94,9 +96,15 @@ class CycleFit {
   [[nodiscard]] Vec3 drawn_middle(const std::vector<Vec3>& points, const std::vector<double>& area,
                                   std::size_t v) const;
   [[nodiscard]] Vec3 middle_of_ring(const std::vector<Vec3>& points, std::size_t v) const;
+  /// One step of evening out of loose vertices, along the surface. @param normals [vertex]
+  void even_out(std::vector<Vec3>& points, const std::vector<bool>& loose,
+                const std::vector<Vec3>& normals, std::size_t phase) const;
+  void put_on_surface(std::vector<Vec3>& points, std::size_t phase) const;
   [[nodiscard]] Vec3 on_surface(const Vec3& mm, const Vec3& outward, std::size_t phase) const;
   /// @return how many edges were flipped
   int flip_edges(const Cycle& cycle, const std::vector<bool>& bad);
+  /// Tells the neighbours that the edge from a to b runs from c to d now.
+  void flip_in_rings(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d);
 
   std::vector<Triangle> triangles_;
   std::vector<field::Interpolant> phases_;

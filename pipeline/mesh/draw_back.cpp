@@ -16,6 +16,68 @@ struct Place {
   double pushed = 0;  ///< multiplier of this demand
 };
 
+/// Places that have to go back, and those that nearly have to.
+struct Demands {
+  std::vector<Place> places;
+  bool any = false;  ///< has to
+
+  /// @param beyond [mm] the middle, of the mean of the corners
+  void add(double beyond, std::initializer_list<std::uint32_t> corners) {
+    if (beyond < -kFarMm / 4) return;
+    any |= beyond > 0;
+    Place& place = places.emplace_back();
+    for (const std::uint32_t v : corners) {
+      place.vertex[static_cast<std::size_t>(place.count++)] = v;
+    }
+    place.need = std::min(beyond, kMostMm);
+  }
+};
+
+/// Whether a vertex moved since a side was asked.
+bool is_stale(const Body& body, const Side& side, std::uint32_t v) {
+  return body.moved[v] > side.seen;
+}
+
+/// @return [vertex] whether it is near the middle
+std::vector<bool> ask_vertices(const Body& body, const Middle& middle,
+                               const std::vector<double>& more, Side& side, Demands& demands) {
+  std::vector<bool> near(body.points.size());
+  side.vertex_beyond.resize(side.vertices.size());
+  for (std::size_t k = 0; k < side.vertices.size(); ++k) {
+    const std::uint32_t v = side.vertices[k];
+    if (is_stale(body, side, v)) side.vertex_beyond[k] = middle.beyond(body.points[v]);
+    const double beyond = side.vertex_beyond[k] + more[v];
+    near[v] = beyond > -kFarMm;
+    demands.add(beyond, {v});
+  }
+  return near;
+}
+
+/// The middles of triangles and of their edges, where all corners are near.
+void ask_triangles(const Body& body, const Middle& middle, const std::vector<double>& more,
+                   const std::vector<bool>& near, Side& side, Demands& demands) {
+  const std::vector<Vec3>& points = body.points;
+  const auto stale = [&](std::uint32_t v) { return is_stale(body, side, v); };
+  side.triangle_beyond.resize(side.triangles.size());
+  side.asked.resize(side.triangles.size(), false);
+  for (std::size_t k = 0; k < side.triangles.size(); ++k) {
+    const Triangle& t = body.triangles()[side.triangles[k]];
+    const bool fresh = side.asked[k] && !stale(t[0]) && !stale(t[1]) && !stale(t[2]);
+    side.asked[k] = near[t[0]] && near[t[1]] && near[t[2]];
+    if (!side.asked[k]) continue;
+    std::array<double, 4>& beyond = side.triangle_beyond[k];
+    if (!fresh) beyond[0] = middle.beyond((points[t[0]] + points[t[1]] + points[t[2]]) / 3);
+    demands.add(beyond[0] + std::max({more[t[0]], more[t[1]], more[t[2]]}), {t[0], t[1], t[2]});
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t a = t[e];
+      const std::uint32_t b = t[(e + 1) % 3];
+      if (a > b) continue;
+      if (!fresh) beyond[e + 1] = middle.beyond((points[a] + points[b]) / 2);
+      demands.add(beyond[e + 1] + std::max(more[a], more[b]), {a, b});
+    }
+  }
+}
+
 /// The shortest ways back d (least sum of squares) that take every place as far as it needs: the
 /// dual of the quadratic programme, one demand after the other (Hildreth 1957).
 void shortest_ways(std::vector<Place>& places, std::vector<double>& way) {
@@ -57,54 +119,17 @@ void look_around(const std::vector<Vec3>& points, const std::vector<Triangle>& t
 
 bool draw_back(Body& body, const Middle& middle, Side& side, const std::vector<double>& more,
                double thin_deg) {
-  const std::vector<Vec3>& points = body.points;
-  std::vector<Place> places;
-  bool any = false;
-  const auto demand = [&](double beyond, std::initializer_list<std::uint32_t> corners) {
-    if (beyond < -kFarMm / 4) return;
-    any |= beyond > 0;
-    Place& place = places.emplace_back();
-    for (const std::uint32_t v : corners) {
-      place.vertex[static_cast<std::size_t>(place.count++)] = v;
-    }
-    place.need = std::min(beyond, kMostMm);
-  };
-  const auto stale = [&](std::uint32_t v) { return body.moved[v] > side.seen; };
-  std::vector<bool> near(points.size());
-  side.vertex_beyond.resize(side.vertices.size());
-  for (std::size_t k = 0; k < side.vertices.size(); ++k) {
-    const std::uint32_t v = side.vertices[k];
-    if (stale(v)) side.vertex_beyond[k] = middle.beyond(points[v]);
-    const double beyond = side.vertex_beyond[k] + more[v];
-    near[v] = beyond > -kFarMm;
-    demand(beyond, {v});
-  }
-  side.triangle_beyond.resize(side.triangles.size());
-  side.asked.resize(side.triangles.size(), false);
-  for (std::size_t k = 0; k < side.triangles.size(); ++k) {
-    const Triangle& t = body.triangles()[side.triangles[k]];
-    const bool fresh = side.asked[k] && !stale(t[0]) && !stale(t[1]) && !stale(t[2]);
-    side.asked[k] = near[t[0]] && near[t[1]] && near[t[2]];
-    if (!side.asked[k]) continue;
-    std::array<double, 4>& beyond = side.triangle_beyond[k];
-    if (!fresh) beyond[0] = middle.beyond((points[t[0]] + points[t[1]] + points[t[2]]) / 3);
-    demand(beyond[0] + std::max({more[t[0]], more[t[1]], more[t[2]]}), {t[0], t[1], t[2]});
-    for (std::size_t e = 0; e < 3; ++e) {
-      const std::uint32_t a = t[e];
-      const std::uint32_t b = t[(e + 1) % 3];
-      if (a > b) continue;
-      if (!fresh) beyond[e + 1] = middle.beyond((points[a] + points[b]) / 2);
-      demand(beyond[e + 1] + std::max(more[a], more[b]), {a, b});
-    }
-  }
+  Demands demands;
+  const std::vector<bool> near = ask_vertices(body, middle, more, side, demands);
+  ask_triangles(body, middle, more, near, side, demands);
   side.seen = body.moves;
-  if (!any) return false;
-  std::vector<double> way(points.size(), 0);
-  shortest_ways(places, way);
+  if (!demands.any) return false;
+  std::vector<double> way(body.points.size(), 0);
+  shortest_ways(demands.places, way);
   ++body.moves;
   for (const std::uint32_t v : side.vertices) {
     if (!(way[v] > 0)) continue;
-    const Vec3 from = points[v];
+    const Vec3 from = body.points[v];
     body.moved[v] = body.moves;
     body.fans->move(body.points, body.start, v, std::min(way[v], kMostMm) * middle.back(from),
                     thin_deg);

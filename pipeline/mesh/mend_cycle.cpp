@@ -41,18 +41,7 @@ int CycleFit::mend(Cycle& cycle) {
     if (round > best_round && (round - best_round) % kWiderEvery == 0) {
       rings = std::min(rings + 2, kMostRings);
     }
-    if (round % kFlipEvery == kFlipEvery - 1) {
-      std::vector<bool> any(triangles_.size(), false);
-      for (const Flaws& of : flaws) {
-        for (std::size_t n = 0; n < any.size(); ++n) any[n] = any[n] || of.thin[n];
-      }
-      const std::vector<Triangle> before = triangles_;
-      (void)flip_edges(cycle, any);
-      for (std::size_t n = 0; n < before.size(); ++n) {
-        if (before[n] == triangles_[n]) continue;
-        for (Flaws& of : flaws) of.changed[n] = true;
-      }
-    }
+    if (round % kFlipEvery == kFlipEvery - 1) flip_thin(cycle, flaws);
     parallel_for(phases, [&](std::size_t p) {
       if (flaws[p].count > 0) smooth_flaws(cycle[p], rings, rings > kFewestRings, flaws[p]);
     });
@@ -61,6 +50,19 @@ int CycleFit::mend(Cycle& cycle) {
   triangles_ = std::move(best_triangles);
   find_neighbours();
   return best_crossings;
+}
+
+void CycleFit::flip_thin(const Cycle& cycle, std::vector<Flaws>& flaws) {
+  std::vector<bool> any(triangles_.size(), false);
+  for (const Flaws& of : flaws) {
+    for (std::size_t n = 0; n < any.size(); ++n) any[n] = any[n] || of.thin[n];
+  }
+  const std::vector<Triangle> before = triangles_;
+  (void)flip_edges(cycle, any);
+  for (std::size_t n = 0; n < before.size(); ++n) {
+    if (before[n] == triangles_[n]) continue;
+    for (Flaws& of : flaws) of.changed[n] = true;
+  }
 }
 
 void CycleFit::look_for_flaws(const std::vector<Vec3>& points, Flaws& flaws) const {

@@ -74,6 +74,29 @@ class Meetings {
   std::vector<std::vector<double>> at_;  ///< [line] of its meetings [voxel]
 };
 
+/// Calls visit(at, crossed) for every place [voxel] where samples change sign along lines of one
+/// axis, `apart` voxels from each other; `at` is the first voxel behind it.
+template <class Visit>
+void for_each_crossing(const Grid& grid, const std::vector<float>& distances, std::size_t axis,
+                       int apart, const Visit& visit) {
+  const std::array<std::size_t, 2> across{(axis + 1) % 3, (axis + 2) % 3};
+  Index3 at{0, 0, 0};
+  for (at[across[1]] = 0; at[across[1]] < grid.size[across[1]]; at[across[1]] += apart) {
+    for (at[across[0]] = 0; at[across[0]] < grid.size[across[0]]; at[across[0]] += apart) {
+      at[axis] = 0;
+      float before = distances[grid.offset(at[0], at[1], at[2])];
+      for (at[axis] = 1; at[axis] < grid.size[axis]; ++at[axis]) {
+        const float here = distances[grid.offset(at[0], at[1], at[2])];
+        const float last = std::exchange(before, here);
+        if ((last < 0) == (here < 0)) continue;
+        Vec3 crossed(at[0], at[1], at[2]);
+        crossed[static_cast<Eigen::Index>(axis)] -= static_cast<double>(here / (here - last));
+        visit(at, crossed);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 double missed_share(const Grid& grid, const std::vector<float>& distances,
@@ -90,26 +113,12 @@ double missed_share(const Grid& grid, const std::vector<float>& distances,
   std::size_t missed = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Meetings meetings(index, triangles, grid.size, axis, apart);
-    const std::array<std::size_t, 2> across{(axis + 1) % 3, (axis + 2) % 3};
-    Index3 at{0, 0, 0};
-    for (at[across[1]] = 0; at[across[1]] < grid.size[across[1]]; at[across[1]] += apart) {
-      for (at[across[0]] = 0; at[across[0]] < grid.size[across[0]]; at[across[0]] += apart) {
-        at[axis] = 0;
-        float before = distances[grid.offset(at[0], at[1], at[2])];
-        for (at[axis] = 1; at[axis] < grid.size[axis]; ++at[axis]) {
-          const float here = distances[grid.offset(at[0], at[1], at[2])];
-          const float last = std::exchange(before, here);
-          if ((last < 0) == (here < 0)) continue;
-          ++looked_at;
-          Vec3 crossed(at[0], at[1], at[2]);
-          const auto row = static_cast<Eigen::Index>(axis);
-          crossed[row] -= static_cast<double>(here / (here - last));
-          if (meetings.hold(at, crossed[row])) continue;
-          const Vec3 mm = grid.mm_from_index * crossed;
-          if (mesh.nearest(mm, {reach2}).distance2_mm2 >= reach2) ++missed;
-        }
-      }
-    }
+    for_each_crossing(grid, distances, axis, apart, [&](const Index3& at, const Vec3& crossed) {
+      ++looked_at;
+      if (meetings.hold(at, crossed[static_cast<Eigen::Index>(axis)])) return;
+      const Vec3 mm = grid.mm_from_index * crossed;
+      if (mesh.nearest(mm, {reach2}).distance2_mm2 >= reach2) ++missed;
+    });
   }
   return looked_at > 0 ? static_cast<double>(missed) / static_cast<double>(looked_at) : 0;
 }
