@@ -136,6 +136,45 @@ std::vector<Knob> payload_knobs() {
   };
 }
 
+/// @throws Error{Usage} for a name that is no knob's, listing those that are.
+void check_names(const std::vector<Knob>& knobs, const std::vector<std::string>& only) {
+  for (const std::string& name : only) {
+    if (std::any_of(knobs.begin(), knobs.end(), [&](const Knob& k) { return k.name == name; })) {
+      continue;
+    }
+    std::string known;
+    for (const Knob& knob : knobs) {
+      if (known.find(knob.name + ",") != std::string::npos) continue;
+      known += knob.name + ", ";
+    }
+    known.resize(known.size() - 2);
+    throw Error(
+        ErrorCode::Usage,
+        std::string("there is no knob '").append(name).append("'; choose of ").append(known));
+  }
+}
+
+/// Every value of each of a knob's axes with every value of the others.
+std::vector<BenchRun> runs_of(const Knob& knob, const json& defaults, bool quick) {
+  std::vector<BenchRun> made{{knob.name, knob.title, knob.sweep, knob.family, json::object(),
+                              defaults, true, knob.ventricles}};
+  for (const KnobAxis& axis : knob.axes) {
+    const json::json_pointer pointer(axis.pointer);
+    std::vector<BenchRun> next;
+    for (const BenchRun& run : made) {
+      for (const json& value : quick ? axis.quick : axis.values) {
+        next.push_back(run);
+        next.back().values[axis.pointer] = value;
+        next.back().settings[pointer] = value;
+        next.back().is_default = run.is_default && defaults.at(pointer) == value;
+      }
+    }
+    made = std::move(next);
+  }
+  for (BenchRun& run : made) run.ventricles = run.ventricles || run.is_default;
+  return made;
+}
+
 }  // namespace
 
 const std::vector<Knob>& bench_knobs() {
@@ -160,39 +199,11 @@ std::vector<std::string> bench_knob_names() {
 std::vector<BenchRun> plan_runs(const std::vector<Knob>& knobs,
                                 const std::vector<std::string>& only, const json& defaults,
                                 bool quick) {
-  for (const std::string& name : only) {
-    if (std::any_of(knobs.begin(), knobs.end(), [&](const Knob& k) { return k.name == name; })) {
-      continue;
-    }
-    std::string known;
-    for (const Knob& knob : knobs) {
-      if (known.find(knob.name + ",") != std::string::npos) continue;
-      known += knob.name + ", ";
-    }
-    known.resize(known.size() - 2);
-    throw Error(
-        ErrorCode::Usage,
-        std::string("there is no knob '").append(name).append("'; choose of ").append(known));
-  }
+  check_names(knobs, only);
   std::vector<BenchRun> runs;
   for (const Knob& knob : knobs) {
     if (!only.empty() && std::find(only.begin(), only.end(), knob.name) == only.end()) continue;
-    std::vector<BenchRun> made{{knob.name, knob.title, knob.sweep, knob.family, json::object(),
-                                defaults, true, knob.ventricles}};
-    for (const KnobAxis& axis : knob.axes) {
-      const json::json_pointer pointer(axis.pointer);
-      std::vector<BenchRun> next;
-      for (const BenchRun& run : made) {
-        for (const json& value : quick ? axis.quick : axis.values) {
-          next.push_back(run);
-          next.back().values[axis.pointer] = value;
-          next.back().settings[pointer] = value;
-          next.back().is_default = run.is_default && defaults.at(pointer) == value;
-        }
-      }
-      made = std::move(next);
-    }
-    for (BenchRun& run : made) run.ventricles = run.ventricles || run.is_default;
+    const std::vector<BenchRun> made = runs_of(knob, defaults, quick);
     runs.insert(runs.end(), made.begin(), made.end());
   }
   return runs;

@@ -112,44 +112,61 @@ std::string table_line(const BenchRow& row) {
   return line + " |\n";
 }
 
+/// All stages that rows of a series name.
+std::set<std::string> stages_of(const BenchReport& report, const std::string& series) {
+  std::set<std::string> stages;
+  for (const ScalingRow& row : report.scaling) {
+    if (row.series != series) continue;
+    for (const auto& each : row.stage_s) stages.insert(each.first);
+  }
+  return stages;
+}
+
+std::string scaling_head(const std::string& series, const std::set<std::string>& stages) {
+  std::string out =
+      "\n## Scaling with " + std::string(series == "voxels" ? "the voxels of an image" : series) +
+      "\n\nWhole builds, each from nothing, of all structures for the scene palpation. Memory is "
+      "the highest resident during the build above what was resident before it.\n\n| " +
+      series + " | ";
+  for (const std::string& stage : stages) out += stage + " s | ";
+  out += "total s | memory MB | package MB |\n|---|";
+  for (std::size_t n = 0; n < stages.size() + 3; ++n) out += "---|";
+  return out + "\n";
+}
+
+std::string scaling_line(const ScalingRow& row, const std::set<std::string>& stages) {
+  std::string out = "| " + fixed(row.size, "%.0f");
+  if (row.series == "voxels") out += " (x " + fixed(row.factor, "%.3g") + ")";
+  for (const std::string& stage : stages) {
+    const auto found = row.stage_s.find(stage);
+    out += " | " + (found == row.stage_s.end() ? "-" : fixed(found->second, "%.2f"));
+  }
+  return out + " | " + fixed(row.total_s, "%.2f") + " | " + or_dash(row.peak_memory_mb, "%.0f") +
+         " | " + fixed(static_cast<double>(row.package_bytes) * 1e-6, "%.2f") + " |\n";
+}
+
+std::string fitted_laws(const BenchReport& report, const std::string& series) {
+  std::string out = "\nFitted: figure ~ size^exponent (rms of the logarithm's residual): ";
+  bool first = true;
+  for (const ScalingFit& fit : report.fits) {
+    if (fit.series != series) continue;
+    out += (first ? "" : ", ") + fit.what + " " + fixed(fit.law.exponent, "%.2f") + " (" +
+           fixed(fit.law.residual, "%.2f") + ")";
+    first = false;
+  }
+  return out + ".\n";
+}
+
 std::string scaling_tables(const BenchReport& report) {
   std::string out;
   for (const std::string series : {"voxels", "phases"}) {
-    std::set<std::string> stages;
-    for (const ScalingRow& row : report.scaling) {
-      if (row.series != series) continue;
-      for (const auto& each : row.stage_s) stages.insert(each.first);
-    }
+    const std::set<std::string> stages = stages_of(report, series);
     if (stages.empty()) continue;
-    out +=
-        "\n## Scaling with " + std::string(series == "voxels" ? "the voxels of an image" : series) +
-        "\n\nWhole builds, each from nothing, of all structures for the scene palpation. Memory is "
-        "the highest resident during the build above what was resident before it.\n\n| " +
-        series + " | ";
-    for (const std::string& stage : stages) out += stage + " s | ";
-    out += "total s | memory MB | package MB |\n|---|";
-    for (std::size_t n = 0; n < stages.size() + 3; ++n) out += "---|";
-    out += "\n";
+    out += scaling_head(series, stages);
     for (const ScalingRow& row : report.scaling) {
-      if (row.series != series) continue;
-      out += "| " + fixed(row.size, "%.0f");
-      if (series == "voxels") out += " (x " + fixed(row.factor, "%.3g") + ")";
-      for (const std::string& stage : stages) {
-        const auto found = row.stage_s.find(stage);
-        out += " | " + (found == row.stage_s.end() ? "-" : fixed(found->second, "%.2f"));
-      }
-      out += " | " + fixed(row.total_s, "%.2f") + " | " + or_dash(row.peak_memory_mb, "%.0f") +
-             " | " + fixed(static_cast<double>(row.package_bytes) * 1e-6, "%.2f") + " |\n";
+      if (row.series == series) out += scaling_line(row, stages);
     }
-    out += "\nFitted: figure ~ size^exponent (rms of the logarithm's residual): ";
-    bool first = true;
-    for (const ScalingFit& fit : report.fits) {
-      if (fit.series != series) continue;
-      out += (first ? "" : ", ") + fit.what + " " + fixed(fit.law.exponent, "%.2f") + " (" +
-             fixed(fit.law.residual, "%.2f") + ")";
-      first = false;
-    }
-    out += ".\n";
+    out += fitted_laws(report, series);
   }
   return out;
 }

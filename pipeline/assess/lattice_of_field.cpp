@@ -20,6 +20,34 @@ struct Bordered {
   }
 };
 
+/// Where rows of leaves hold a phase and those around it.
+struct Times {
+  std::size_t before = 0;
+  std::size_t now = 0;
+  std::size_t after = 0;
+};
+
+/// A block that is not wholly outside. @param corner of `out` where its first sample lies
+void write_block(const FieldPayload& field, std::int32_t entry, const Times& times,
+                 std::size_t corner, Bordered& out) {
+  for (std::size_t z = 0; z < kEdge; ++z) {
+    for (std::size_t y = 0; y < kEdge; ++y) {
+      float* to = out.counts.data() + corner + y * out.step(1) + z * out.step(2);
+      if (entry == FieldPayload::kInside) {
+        std::fill_n(to, kEdge, static_cast<float>(field.clamp_count(true)));
+        continue;
+      }
+      const std::int16_t* from =
+          field.coefficients.data() + field.row_at(entry, static_cast<int>(y), static_cast<int>(z));
+      for (std::size_t x = 0; x < kEdge; ++x) {
+        to[x] = (static_cast<float>(from[times.before + x] + from[times.after + x]) +
+                 4.F * static_cast<float>(from[times.now + x])) /
+                6.F;
+      }
+    }
+  }
+}
+
 Bordered contracted_in_time(const FieldPayload& field, std::size_t phase) {
   Bordered out;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -28,32 +56,15 @@ Bordered contracted_in_time(const FieldPayload& field, std::size_t phase) {
   out.counts.assign(out.size[0] * out.size[1] * out.size[2],
                     static_cast<float>(field.clamp_count(false)));
   const auto phases = static_cast<std::size_t>(field.phases);
-  const std::size_t before = (phase + phases - 1) % phases * kEdge;
-  const std::size_t after = (phase + 1) % phases * kEdge;
-  const std::size_t now = phase * kEdge;
+  const Times times{(phase + phases - 1) % phases * kEdge, phase * kEdge,
+                    (phase + 1) % phases * kEdge};
   std::size_t block = 0;
   for (std::size_t bz = 1; bz < out.size[2] - 1; bz += kEdge) {
     for (std::size_t by = 1; by < out.size[1] - 1; by += kEdge) {
       for (std::size_t bx = 1; bx < out.size[0] - 1; bx += kEdge, ++block) {
         const std::int32_t entry = field.blocks[block];
         if (entry == FieldPayload::kOutside) continue;
-        for (std::size_t z = 0; z < kEdge; ++z) {
-          for (std::size_t y = 0; y < kEdge; ++y) {
-            float* to = out.counts.data() + bx + out.size[0] * (by + y + out.size[1] * (bz + z));
-            if (entry == FieldPayload::kInside) {
-              std::fill_n(to, kEdge, static_cast<float>(field.clamp_count(true)));
-              continue;
-            }
-            const std::int16_t* from =
-                field.coefficients.data() +
-                field.row_at(entry, static_cast<int>(y), static_cast<int>(z));
-            for (std::size_t x = 0; x < kEdge; ++x) {
-              to[x] = (static_cast<float>(from[before + x] + from[after + x]) +
-                       4.F * static_cast<float>(from[now + x])) /
-                      6.F;
-            }
-          }
-        }
+        write_block(field, entry, times, bx + out.size[0] * (by + out.size[1] * bz), out);
       }
     }
   }

@@ -142,6 +142,22 @@ Sections sections_of(const Segmentation& found, Structure structure,
   return out;
 }
 
+/// How far the shape of one phase lies from a slice's contour, all along it.
+std::vector<Weighted> errors_along(const std::vector<ContourPoint>& contour, int k,
+                                   const ShapeCycle& shape, std::size_t phase,
+                                   const Affine& lattice_from_index) {
+  const Eigen::Matrix3d mm_from_lattice_gradient =
+      shape.level.grid.mm_from_index.linear().inverse().transpose();
+  std::vector<Weighted> out;
+  for (const ContourPoint& point : contour) {
+    const LinearSample there = linear_sample(shape.level.grid, shape.level.phases[phase],
+                                             lattice_from_index * Vec3(point.i, point.j, k));
+    const double steepness = (mm_from_lattice_gradient * there.gradient).norm();
+    out.push_back({outward_mm(there.value, steepness), point.length_mm});
+  }
+  return out;
+}
+
 /// What the slices of one parity foretell of the others.
 void hide_slices(const Segmentation& found, const Grid& stack, int parity,
                  const std::vector<int>& phases, const std::map<Structure, Sections>& sections,
@@ -154,8 +170,6 @@ void hide_slices(const Segmentation& found, const Grid& stack, int parity,
   for (const ShapeCycle& shape : shapes) {
     const Affine lattice_from_index =
         shape.level.grid.mm_from_index.inverse() * workspace * grid.mm_from_index;
-    const Eigen::Matrix3d mm_from_lattice_gradient =
-        shape.level.grid.mm_from_index.linear().inverse().transpose();
     const auto plane = found.valve_planes.find(shape.structure);
     const int base_step = plane != found.valve_planes.end() ? plane->second.base_step : 0;
     for (std::size_t n = 0; n < phases.size(); ++n) {
@@ -168,14 +182,10 @@ void hide_slices(const Segmentation& found, const Grid& stack, int parity,
         if (!shows(k)) continue;
         // No slice foretells which one is the last before a valve.
         if (base_step != 0 && !shows(k + base_step)) continue;
-        Compared compared{shape.structure, k, phases[n], !shows(k - 1) || !shows(k + 1), {}};
-        for (const ContourPoint& point : contour_of(own[static_cast<std::size_t>(k)], grid.size[0],
-                                                    grid.size[1], grid.spacing_mm())) {
-          const LinearSample there = linear_sample(shape.level.grid, shape.level.phases[n],
-                                                   lattice_from_index * Vec3(point.i, point.j, k));
-          const double steepness = (mm_from_lattice_gradient * there.gradient).norm();
-          compared.errors.push_back({outward_mm(there.value, steepness), point.length_mm});
-        }
+        const std::vector<ContourPoint> contour = contour_of(
+            own[static_cast<std::size_t>(k)], grid.size[0], grid.size[1], grid.spacing_mm());
+        Compared compared{shape.structure, k, phases[n], !shows(k - 1) || !shows(k + 1),
+                          errors_along(contour, k, shape, n, lattice_from_index)};
         if (compared.errors.size() >= kFewestPoints) out.push_back(std::move(compared));
       }
     }

@@ -192,6 +192,45 @@ double impossible_ef_points(const std::vector<double>& volume_ml) {
   return std::max({0.0, kLeastEfPercent - ef, ef - kMostEfPercent});
 }
 
+/// What a structure's coarser surfaces are like, against its field where it has one.
+void check_coarser(const atlas::Atlas& package, const atlas::StructureEntry& entry,
+                   Structure structure, const field::FieldQuery* query,
+                   const StructuralLimits& limits, std::vector<Check>& checks) {
+  const std::vector<double>& edges_mm = package.manifest().surface_edges_mm;
+  for (std::size_t level = 1; level < edges_mm.size(); ++level) {
+    const auto coarser = package.surface(structure, static_cast<int>(level));
+    if (!coarser) continue;
+    for (Check& check : check_one(entry, coarser.get(), query, limits, edges_mm[level])) {
+      // The field is the same at every level.
+      if (check.name.starts_with("field_") || check.name == "stray_percent" ||
+          check.name == "slope_error") {
+        continue;
+      }
+      check.name += std::string(kLevel) + std::to_string(level);
+      checks.push_back(std::move(check));
+    }
+  }
+}
+
+/// Of every two structures' surfaces at every level of detail.
+void check_every_two(const atlas::Atlas& package, const StructuralLimits& limits,
+                     std::vector<Check>& checks) {
+  // Before version 5 nothing kept structures that share a wall apart; their surfaces lie in it.
+  const atlas::Manifest& manifest = package.manifest();
+  const int levels =
+      manifest.format_version < 5 ? 0 : static_cast<int>(manifest.surface_edges_mm.size());
+  for (int level = 0; level < levels; ++level) {
+    for (std::size_t n = 0; n < kAllStructures.size(); ++n) {
+      const auto one = package.surface(kAllStructures[n], level);
+      if (!one) continue;
+      for (std::size_t m = n + 1; m < kAllStructures.size(); ++m) {
+        const auto other = package.surface(kAllStructures[m], level);
+        if (other) checks.push_back(check_two(*one, *other, limits));
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Check> check_one(const atlas::StructureEntry& entry,
@@ -243,39 +282,16 @@ std::vector<Check> check_structure(const atlas::Atlas& package, const Structural
     const auto payload = package.field(*structure);
     std::optional<field::FieldQuery> query;
     if (payload) query.emplace(payload, manifest.rr_interval_s);
+    const field::FieldQuery* of_field = query ? &*query : nullptr;
     const std::vector<double>& edges_mm = manifest.surface_edges_mm;
-    const std::vector<Check> own = check_one(entry, surface.get(), query ? &*query : nullptr,
-                                             limits, edges_mm.empty() ? 0 : edges_mm.front());
+    const std::vector<Check> own =
+        check_one(entry, surface.get(), of_field, limits, edges_mm.empty() ? 0 : edges_mm.front());
     checks.insert(checks.end(), own.begin(), own.end());
-    for (std::size_t level = 1; level < edges_mm.size(); ++level) {
-      const auto coarser = package.surface(*structure, static_cast<int>(level));
-      if (!coarser) continue;
-      for (Check& check :
-           check_one(entry, coarser.get(), query ? &*query : nullptr, limits, edges_mm[level])) {
-        if (check.name.starts_with("field_") || check.name == "stray_percent" ||
-            check.name == "slope_error") {
-          continue;
-        }
-        check.name += std::string(kLevel) + std::to_string(level);
-        checks.push_back(std::move(check));
-      }
-    }
+    check_coarser(package, entry, *structure, of_field, limits, checks);
     done += 1;
     context.progress(done / static_cast<double>(manifest.structures.size()));
   }
-  // Before version 5 nothing kept structures that share a wall apart; their surfaces lie in it.
-  const int levels =
-      manifest.format_version < 5 ? 0 : static_cast<int>(manifest.surface_edges_mm.size());
-  for (int level = 0; level < levels; ++level) {
-    for (std::size_t n = 0; n < kAllStructures.size(); ++n) {
-      const auto one = package.surface(kAllStructures[n], level);
-      if (!one) continue;
-      for (std::size_t m = n + 1; m < kAllStructures.size(); ++m) {
-        const auto other = package.surface(kAllStructures[m], level);
-        if (other) checks.push_back(check_two(*one, *other, limits));
-      }
-    }
-  }
+  check_every_two(package, limits, checks);
   return checks;
 }
 

@@ -50,6 +50,28 @@ SurfaceErrors summed(const std::vector<Weighted>& distances, const std::vector<W
           static_cast<int>(distances.size())};
 }
 
+/// What one triangle of a stored surface is off at its corners and its middle.
+struct TriangleErrors {
+  std::array<double, 4> distance{};
+  int count = 0;      ///< of distances; places near a crease have none
+  double angle = -1;  ///< [deg] between normals at the middle; -1 near a crease
+};
+
+TriangleErrors triangle_errors(const std::array<Vec3, 3>& corner, const phantom::Frame& frame,
+                               Structure structure, double crease_band_mm) {
+  TriangleErrors out;
+  const Vec3 middle = (corner[0] + corner[1] + corner[2]) / 3;
+  for (std::size_t c = 0; c < 4; ++c) {
+    const phantom::Nearest nearest = frame.nearest(structure, c < 3 ? corner[c] : middle);
+    if (frame.crease_distance_mm(structure, nearest.point) < crease_band_mm) continue;
+    out.distance[static_cast<std::size_t>(out.count++)] = nearest.distance_mm;
+    if (c < 3) continue;
+    const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    out.angle = angle_deg(normal, nearest.outward);
+  }
+  return out;
+}
+
 }  // namespace
 
 TruthSet make_truth_set(const phantom::Phantom& phantom, const std::vector<Structure>& structures,
@@ -97,28 +119,15 @@ SurfaceErrors mesh_errors(const std::vector<std::array<std::uint32_t, 3>>& trian
   for (std::size_t p = 0; p < positions.size(); ++p) {
     const auto frame =
         phantom.frame(phantom.spec().rr_interval_s * static_cast<double>(p) / phases);
-    struct Found {
-      std::array<double, 4> distance{};
-      int count = 0;
-      double angle = -1;
-    };
-    std::vector<Found> found((triangles.size() + step - 1) / step);
+    std::vector<TriangleErrors> found((triangles.size() + step - 1) / step);
     parallel_for(found.size(), [&](std::size_t n) {
       std::array<Vec3, 3> corner;
       for (std::size_t c = 0; c < 3; ++c) {
         corner[c] = lps_from_workspace * positions[p][triangles[n * step][c]].cast<double>();
       }
-      const Vec3 middle = (corner[0] + corner[1] + corner[2]) / 3;
-      for (std::size_t c = 0; c < 4; ++c) {
-        const phantom::Nearest nearest = frame->nearest(structure, c < 3 ? corner[c] : middle);
-        if (frame->crease_distance_mm(structure, nearest.point) < crease_band_mm) continue;
-        found[n].distance[static_cast<std::size_t>(found[n].count++)] = nearest.distance_mm;
-        if (c < 3) continue;
-        const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-        found[n].angle = angle_deg(normal, nearest.outward);
-      }
+      found[n] = triangle_errors(corner, *frame, structure, crease_band_mm);
     });
-    for (const Found& each : found) {
+    for (const TriangleErrors& each : found) {
       for (int n = 0; n < each.count; ++n) {
         distances.push_back({each.distance[static_cast<std::size_t>(n)]});
       }

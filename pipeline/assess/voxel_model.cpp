@@ -11,6 +11,27 @@ namespace {
 
 constexpr double kFarMm = 20;  // beyond, the distance is clamped, as a field's is
 
+/// Voxels from `low` to `high`, both included.
+struct VoxelBox {
+  Index3 low{};
+  Index3 high{};
+};
+
+/// Calls look(i, j, k) for the voxels of a box that are not in another, which lies in it.
+template <class Look>
+void for_each_new(const VoxelBox& box, const VoxelBox& old, const Look& look) {
+  for (int k = box.low[2]; k <= box.high[2]; ++k) {
+    for (int j = box.low[1]; j <= box.high[1]; ++j) {
+      const bool old_row =
+          k >= old.low[2] && k <= old.high[2] && j >= old.low[1] && j <= old.high[1];
+      for (int i = box.low[0]; i <= box.high[0]; ++i) {
+        if (old_row && i == old.low[0]) i = old.high[0] + 1;
+        if (i <= box.high[0]) look(i, j, k);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 VoxelModel::VoxelModel(std::shared_ptr<const LabelCycle> labels, Structure structure,
@@ -55,27 +76,16 @@ VoxelModel::Foot VoxelModel::foot(const Vec3& index, std::size_t phase) const {
   };
   // Boxes of voxels that grow by the same length along each axis, only their new voxels looked at.
   const double step = spacing_mm_.minCoeff();
-  Index3 low = centre;
-  Index3 high = centre;
+  VoxelBox looked_at{centre, centre};
   for (double reach = step; reach - step < best; reach += step) {
-    Index3 new_low{};
-    Index3 new_high{};
+    VoxelBox box;
     for (std::size_t a = 0; a < 3; ++a) {
       const int r = static_cast<int>(std::ceil(reach / spacing_mm_[static_cast<Eigen::Index>(a)]));
-      new_low[a] = centre[a] - r;
-      new_high[a] = centre[a] + r;
+      box.low[a] = centre[a] - r;
+      box.high[a] = centre[a] + r;
     }
-    for (int k = new_low[2]; k <= new_high[2]; ++k) {
-      for (int j = new_low[1]; j <= new_high[1]; ++j) {
-        const bool old_row = k >= low[2] && k <= high[2] && j >= low[1] && j <= high[1];
-        for (int i = new_low[0]; i <= new_high[0]; ++i) {
-          if (old_row && i == low[0]) i = high[0] + 1;
-          if (i <= new_high[0]) look(i, j, k);
-        }
-      }
-    }
-    low = new_low;
-    high = new_high;
+    for_each_new(box, looked_at, look);
+    looked_at = box;
   }
   Foot out;
   out.distance_mm = is_inside ? -best : best;
