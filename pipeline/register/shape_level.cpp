@@ -146,75 +146,141 @@ float where_a_part_ends(float level, float d0, float d1, float w, float gap_mm) 
   return (1 - ended) * level + ended * end;
 }
 
+/// A structure's slices as they are read between: in-plane distances [mm] of those that hold it.
+class Sections {
+ public:
+  /// All must outlive this.
+  Sections(const Grid& source, const std::vector<Phase>& distances, const SectionPath& path)
+      : source_(source), distances_(distances), path_(path), depth_mm_(distances.size(), 0) {
+    for (std::size_t k = 0; k < distances.size(); ++k) {
+      const Phase& d = distances[k];
+      if (!d.empty()) depth_mm_[k] = std::max(-*std::min_element(d.begin(), d.end()), 0.5F);
+    }
+  }
+
+  [[nodiscard]] int count() const { return source_.size[2]; }
+  [[nodiscard]] bool has(int k) const {
+    return k >= 0 && k < count() && !distances_[static_cast<std::size_t>(k)].empty();
+  }
+  [[nodiscard]] const SectionPath& path() const { return path_; }
+  /// [mm] How far the section's middle lies from its outline.
+  [[nodiscard]] float depth_mm(int k) const { return depth_mm_[static_cast<std::size_t>(k)]; }
+
+  /// The most apical slice that holds the structure; -1: there is none, or no step.
+  [[nodiscard]] int tip(int step_to_apex) const {
+    int out = -1;
+    for (int k = 0; k < count(); ++k) {
+      if (has(k) && (step_to_apex > 0 || (step_to_apex < 0 && out < 0))) out = k;
+    }
+    return out;
+  }
+
+  /// [mm] What a slice tells of index (i, j) of a plane through which the path runs at `here`.
+  [[nodiscard]] float distance_mm(int k, const Eigen::Vector2d& here, double i, double j) const {
+    const auto n = static_cast<std::size_t>(k);
+    const Eigen::Vector2d aside = here - path_[n];
+    return sample_plane(distances_[n].data(), source_.size[0], source_.size[1], i - aside[0],
+                        j - aside[1]);
+  }
+
+ private:
+  const Grid& source_;
+  const std::vector<Phase>& distances_;
+  const SectionPath& path_;
+  std::vector<float> depth_mm_;
+};
+
+/// One plane of a level.
+struct LevelPlane {
+  const Grid& lattice;
+  const AxisMap& map;
+  int z = 0;
+  Phase& level;
+
+  /// Sets it to value(i, j) of the source's indices.
+  template <class Value>
+  void fill(const Value& value) const {
+    for (int y = 0; y < lattice.size[1]; ++y) {
+      const double j = map.index(1, y);
+      for (int x = 0; x < lattice.size[0]; ++x) {
+        level[lattice.offset(x, y, z)] = value(map.index(0, x), j);
+      }
+    }
+  }
+};
+
+/// Beyond the most apical slice the shape closes roundly.
+/// @param gaps from that slice to the plane
+void close_beyond_tip(const Sections& sections, int tip, float gaps, const ApicalEnd& apex,
+                      const LevelPlane& plane) {
+  // The way to an empty slice in which the shape is closed at a half.
+  const float to_half = gaps * static_cast<float>(0.5 / apex.gaps);
+  const Eigen::Vector2d here = sections.path()[static_cast<std::size_t>(tip)];
+  plane.fill([&](double i, double j) {
+    return (1 - std::min(to_half, 1.0F)) * sections.distance_mm(tip, here, i, j) +
+           to_half * sections.depth_mm(tip);
+  });
+}
+
+/// Between two slices at `k`, of which at least one holds the structure.
+/// @param weight cubic, of four slices  @param open_step of the structure's ValvePlane
+void blend_slices(const Sections& sections, double k, const std::array<float, 4>& weight,
+                  int open_step, float gap_mm, const LevelPlane& plane) {
+  const int k0 = static_cast<int>(std::floor(k));
+  const int k1 = std::min(k0 + 1, sections.count() - 1);
+  const bool has0 = sections.has(k0);
+  const bool has1 = sections.has(k1);
+  if (!has0 && !has1) return;
+  const auto w = static_cast<float>(k - k0);
+  const Eigen::Vector2d here = between(sections.path(), k0, k1, static_cast<double>(w));
+  if (!has0 || !has1) {
+    const int held = has0 ? k0 : k1;
+    // On the open side the last slice is carried on unchanged; a cut ends it.
+    const bool carried = has0 ? open_step > 0 : open_step < 0;
+    plane.fill([&](double i, double j) {
+      const float d = sections.distance_mm(held, here, i, j);
+      const float beside = carried ? d : sections.depth_mm(held);
+      return has0 ? (1 - w) * d + w * beside : (1 - w) * beside + w * d;
+    });
+    return;
+  }
+  if (sections.has(k0 - 1) && sections.has(k0 + 2)) {
+    plane.fill([&](double i, double j) {
+      const auto d = [&](int slice) { return sections.distance_mm(slice, here, i, j); };
+      const float d0 = d(k0);
+      const float d1 = d(k1);
+      const float moved = weight[0] * leaning(d0, d(k0 - 1), gap_mm) + weight[1] * d0 +
+                          weight[2] * d1 + weight[3] * leaning(d1, d(k0 + 2), gap_mm);
+      return where_a_part_ends(moved, d0, d1, w, gap_mm);
+    });
+    return;
+  }
+  plane.fill([&](double i, double j) {
+    const float d0 = sections.distance_mm(k0, here, i, j);
+    const float d1 = sections.distance_mm(k1, here, i, j);
+    return where_a_part_ends((1 - w) * d0 + w * d1, d0, d1, w, gap_mm);
+  });
+}
+
 Phase raw_from_slices(const Grid& source, const std::vector<Phase>& means, const SectionPath& path,
                       const Grid& lattice, const AxisMap& map, int open_step,
                       const ApicalEnd& apex) {
   const auto gap_mm = static_cast<float>(source.spacing_mm()[2]);
   const std::vector<Phase> distances = without_slice_mean(means, gap_mm);
-  Phase level(lattice.count(), kFar);
+  const Sections sections(source, distances, path);
+  const int tip = sections.tip(apex.step);
   const int nk = source.size[2];
-  const auto has = [&](int k) {
-    return k >= 0 && k < nk && !distances[static_cast<std::size_t>(k)].empty();
-  };
-  std::vector<float> depth(static_cast<std::size_t>(nk), 0);
-  int tip = -1;  // the most apical slice
-  for (int k = 0; k < nk; ++k) {
-    if (!has(k)) continue;
-    const Phase& d = distances[static_cast<std::size_t>(k)];
-    depth[static_cast<std::size_t>(k)] = std::max(-*std::min_element(d.begin(), d.end()), 0.5F);
-    if (apex.step > 0 || (apex.step < 0 && tip < 0)) tip = k;
-  }
   const std::vector<Taps> across = cubic_taps(map, 2, lattice.size[2], nk);
+  Phase level(lattice.count(), kFar);
   for (int z = 0; z < lattice.size[2]; ++z) {
     const double at = map.index(2, z);
-    const bool past_tip = tip >= 0 && apex.step * (at - tip) > 0;
-    const double k = std::clamp(at, 0.0, nk - 1.0);
-    const int k0 = past_tip ? tip : static_cast<int>(std::floor(k));
-    const int k1 = past_tip ? tip + apex.step : std::min(k0 + 1, nk - 1);
-    if (!has(k0) && !has(k1)) continue;
-    const auto w = static_cast<float>(past_tip ? std::abs(at - tip) : k - k0);
-    // The way to an empty slice in which the shape is closed at a half.
-    const float to_half = past_tip ? w * static_cast<float>(0.5 / apex.gaps) : 0;
-    const bool cubic = !past_tip && has(k0 - 1) && has(k0) && has(k1) && has(k0 + 2);
-    const std::array<float, 4>& weight = across[static_cast<std::size_t>(z)].weight;
-    const Eigen::Vector2d here = past_tip ? path[static_cast<std::size_t>(tip)]
-                                          : between(path, k0, k1, static_cast<double>(w));
-    // On the open side the last slice is carried on unchanged; a cut ends it.
-    const bool carry0 = has(k0) && !has(k1) && open_step > 0;
-    const bool carry1 = has(k1) && !has(k0) && open_step < 0;
-    for (int y = 0; y < lattice.size[1]; ++y) {
-      const double j = map.index(1, y);
-      for (int x = 0; x < lattice.size[0]; ++x) {
-        const double i = map.index(0, x);
-        const auto value = [&](int slice) {
-          const auto n = static_cast<std::size_t>(slice);
-          const Eigen::Vector2d aside = here - path[n];
-          return sample_plane(distances[n].data(), source.size[0], source.size[1], i - aside[0],
-                              j - aside[1]);
-        };
-        float& out = level[lattice.offset(x, y, z)];
-        if (past_tip) {
-          out = (1 - std::min(to_half, 1.0F)) * value(tip) +
-                to_half * depth[static_cast<std::size_t>(tip)];
-          continue;
-        }
-        float d0 = 0;
-        float d1 = 0;
-        if (has(k0)) d0 = value(k0);
-        if (has(k1)) d1 = value(k1);
-        if (cubic) {
-          const float moved = weight[0] * leaning(d0, value(k0 - 1), gap_mm) + weight[1] * d0 +
-                              weight[2] * d1 + weight[3] * leaning(d1, value(k0 + 2), gap_mm);
-          out = where_a_part_ends(moved, d0, d1, w, gap_mm);
-          continue;
-        }
-        const bool both = has(k0) && has(k1);
-        if (!has(k0)) d0 = carry1 ? d1 : depth[static_cast<std::size_t>(k1)];
-        if (!has(k1)) d1 = carry0 ? d0 : depth[static_cast<std::size_t>(k0)];
-        out = (1 - w) * d0 + w * d1;
-        if (both) out = where_a_part_ends(out, d0, d1, w, gap_mm);
-      }
+    const LevelPlane plane{lattice, map, z, level};
+    if (tip >= 0 && apex.step * (at - tip) > 0) {
+      close_beyond_tip(sections, tip, static_cast<float>(std::abs(at - tip)), apex, plane);
+      continue;
     }
+    blend_slices(sections, std::clamp(at, 0.0, nk - 1.0),
+                 across[static_cast<std::size_t>(z)].weight, open_step, gap_mm, plane);
   }
   return level;
 }

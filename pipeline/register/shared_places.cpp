@@ -35,50 +35,61 @@ void for_shared_rows(const Grid& a, const Grid& b, const Body& body) {
   }
 }
 
+/// What two structures beside each other both claim is parted in its middle; an atrium or a vessel
+/// gives way to a ventricle and its muscle.
+/// @param mine, theirs levels of both as they were claimed
+void give_way(ShapeCycle& one, const Level& mine, const ShapeCycle& other, const Level& theirs,
+              std::size_t phase) {
+  const bool beyond = is_beyond_base(one.structure);
+  const bool alike = beyond == is_beyond_base(other.structure);
+  if (!alike && !beyond) return;
+  const float own = alike ? 0.5F : 0.0F;
+  const float its = alike ? -0.5F : -1.0F;
+  for_shared_rows(one.level.grid, other.level.grid,
+                  [&](std::size_t a, std::size_t b, std::size_t length) {
+                    float* level = one.level.phases[phase].data() + a;
+                    const float* at_one = mine.data() + a;
+                    const float* at_other = theirs.data() + b;
+                    for (std::size_t i = 0; i < length; ++i) {
+                      level[i] = std::max(level[i], own * at_one[i] + its * at_other[i]);
+                    }
+                  });
+}
+
+/// Nothing of a part lies outside of the heart: a ventricle or its muscle meets it half-way, an
+/// atrium or a vessel ends with it.
+void hold_within(ShapeCycle& heart, ShapeCycle& part, std::size_t phase) {
+  const bool beyond = is_beyond_base(part.structure);
+  for_shared_rows(heart.level.grid, part.level.grid,
+                  [&](std::size_t a, std::size_t b, std::size_t length) {
+                    float* whole = heart.level.phases[phase].data() + a;
+                    float* held = part.level.phases[phase].data() + b;
+                    for (std::size_t i = 0; i < length; ++i) {
+                      if (!(held[i] < whole[i])) continue;
+                      if (!beyond) whole[i] = 0.5F * (held[i] + whole[i]);
+                      held[i] = whole[i];
+                    }
+                  });
+}
+
 void settle(std::vector<ShapeCycle>& shapes, std::size_t phase) {
   std::vector<Level> claimed;
   claimed.reserve(shapes.size());
   for (const ShapeCycle& shape : shapes) claimed.push_back(shape.level.phases[phase]);
   ShapeCycle* heart = nullptr;
   for (std::size_t n = 0; n < shapes.size(); ++n) {
-    ShapeCycle& one = shapes[n];
-    if (one.structure == Structure::Heart) {
-      heart = &one;
+    if (shapes[n].structure == Structure::Heart) {
+      heart = &shapes[n];
       continue;
     }
     for (std::size_t m = 0; m < shapes.size(); ++m) {
-      const ShapeCycle& other = shapes[m];
-      if (m == n || other.structure == Structure::Heart) continue;
-      const bool beyond = is_beyond_base(one.structure);
-      const bool alike = beyond == is_beyond_base(other.structure);
-      if (!alike && !beyond) continue;
-      const float own = alike ? 0.5F : 0.0F;
-      const float its = alike ? -0.5F : -1.0F;
-      for_shared_rows(one.level.grid, other.level.grid,
-                      [&](std::size_t a, std::size_t b, std::size_t length) {
-                        float* level = one.level.phases[phase].data() + a;
-                        const float* mine = claimed[n].data() + a;
-                        const float* theirs = claimed[m].data() + b;
-                        for (std::size_t i = 0; i < length; ++i) {
-                          level[i] = std::max(level[i], own * mine[i] + its * theirs[i]);
-                        }
-                      });
+      if (m == n || shapes[m].structure == Structure::Heart) continue;
+      give_way(shapes[n], claimed[n], shapes[m], claimed[m], phase);
     }
   }
   if (heart == nullptr) return;
   for (ShapeCycle& part : shapes) {
-    if (&part == heart) continue;
-    const bool beyond = is_beyond_base(part.structure);
-    for_shared_rows(heart->level.grid, part.level.grid,
-                    [&](std::size_t a, std::size_t b, std::size_t length) {
-                      float* whole = heart->level.phases[phase].data() + a;
-                      float* held = part.level.phases[phase].data() + b;
-                      for (std::size_t i = 0; i < length; ++i) {
-                        if (!(held[i] < whole[i])) continue;
-                        if (!beyond) whole[i] = 0.5F * (held[i] + whole[i]);
-                        held[i] = whole[i];
-                      }
-                    });
+    if (&part != heart) hold_within(*heart, part, phase);
   }
 }
 

@@ -152,6 +152,32 @@ struct SincTaps {
   }
 };
 
+/// Reads a slice, row-major, anew as the taps along its rows and columns say.
+/// @param rows room for a slice
+void read_shifted(const SincTaps& along_i, const SincTaps& along_j, int ni, int nj, float* slice,
+                  float* rows) {
+  for (int j = 0; j < nj; ++j) {
+    for (int i = 0; i < ni; ++i) {
+      float sum = 0;
+      for (int t = 0; t < 6; ++t) {
+        const int from = std::clamp(i + along_i.first + t, 0, ni - 1);
+        sum += along_i.weight[static_cast<std::size_t>(t)] * slice[j * ni + from];
+      }
+      rows[j * ni + i] = sum;
+    }
+  }
+  for (int j = 0; j < nj; ++j) {
+    for (int i = 0; i < ni; ++i) {
+      float sum = 0;
+      for (int t = 0; t < 6; ++t) {
+        const int from = std::clamp(j + along_j.first + t, 0, nj - 1);
+        sum += along_j.weight[static_cast<std::size_t>(t)] * rows[from * ni + i];
+      }
+      slice[j * ni + i] = sum;
+    }
+  }
+}
+
 std::string mm_text(double mm) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1f", mm);
@@ -236,29 +262,7 @@ ImageCycle<float> without_shifts(ImageCycle<float> images, const std::vector<Vec
     std::vector<float> rows(grid.slice_count());
     for (std::vector<float>& phase : images.phases) {
       float* slice = phase.data() + grid.offset(0, 0, static_cast<int>(k));
-      const int ni = grid.size[0];
-      const int nj = grid.size[1];
-      for (int j = 0; j < nj; ++j) {
-        for (int i = 0; i < ni; ++i) {
-          float sum = 0;
-          for (int t = 0; t < 6; ++t) {
-            const int from = std::clamp(i + along_i.first + t, 0, ni - 1);
-            sum += along_i.weight[static_cast<std::size_t>(t)] * slice[j * ni + from];
-          }
-          rows[static_cast<std::size_t>(j * ni + i)] = sum;
-        }
-      }
-      for (int j = 0; j < nj; ++j) {
-        for (int i = 0; i < ni; ++i) {
-          float sum = 0;
-          for (int t = 0; t < 6; ++t) {
-            const int from = std::clamp(j + along_j.first + t, 0, nj - 1);
-            sum += along_j.weight[static_cast<std::size_t>(t)] *
-                   rows[static_cast<std::size_t>(from * ni + i)];
-          }
-          slice[j * ni + i] = sum;
-        }
-      }
+      read_shifted(along_i, along_j, grid.size[0], grid.size[1], slice, rows.data());
     }
   });
   return images;

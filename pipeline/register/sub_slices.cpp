@@ -39,6 +39,34 @@ std::vector<float> soft_coverage(const Grid& grid, const std::vector<float>& cov
   return out;
 }
 
+/// [1 / mm] How fast coverage falls around a voxel.
+/// @param v offset of the voxel in the grid
+Vec3 fall_around(const Grid& grid, const std::vector<float>& soft, const Index3& index,
+                 std::size_t v) {
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.size[0]),
+                                          grid.slice_count()};
+  const Vec3 spacing = grid.spacing_mm();
+  Vec3 fall = Vec3::Zero();
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    const std::size_t before = index[a] > 0 ? v - stride[a] : v;
+    const std::size_t after = index[a] + 1 < grid.size[a] ? v + stride[a] : v;
+    fall[axis] = static_cast<double>(soft[before] - soft[after]) / (2 * spacing[axis]);
+  }
+  return fall;
+}
+
+/// Offset of the plane that leaves this share of a box below it, see share_below.
+double offset_of_share(const Vec3& outward, const Vec3& half, double share) {
+  double low = -outward.cwiseAbs().dot(half);
+  double high = -low;
+  for (int n = 0; n < kHalvings; ++n) {
+    const double middle = 0.5 * (low + high);
+    (share_below(outward, half, middle) < share ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 }  // namespace
 
 int parts_of_slices(const Grid& grid) {
@@ -73,46 +101,26 @@ SubSlices split_slices(const Grid& grid, const std::vector<float>& coverage, int
   const Vec3 spacing = grid.spacing_mm();
   const Vec3 half = 0.5 * spacing;
   const Vec3 half_part(half[0], half[1], half[2] / parts);
-  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.size[0]),
-                                          grid.slice_count()};
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        const std::size_t v = grid.offset(i, j, k);
-        const float share = coverage[v];
-        const Index3 index{i, j, k};
-        Vec3 outward = Vec3::Zero();
-        const bool mixed = share > kMixed && share < 1 - kMixed;
-        if (mixed) {
-          for (std::size_t a = 0; a < 3; ++a) {
-            const auto axis = static_cast<Eigen::Index>(a);
-            const std::size_t before = index[a] > 0 ? v - stride[a] : v;
-            const std::size_t after = index[a] + 1 < grid.size[a] ? v + stride[a] : v;
-            outward[axis] = static_cast<double>(soft[before] - soft[after]) / (2 * spacing[axis]);
-          }
-        }
-        const double slope = outward.norm();
-        if (!mixed || slope < kLeastSlope) {
-          for (int part = 0; part < parts; ++part) {
-            out.coverage[out.grid.offset(i, j, k * parts + part)] = share;
-          }
-          continue;
-        }
-        outward /= slope;
-        double low = -outward.cwiseAbs().dot(half);
-        double high = -low;
-        for (int n = 0; n < kHalvings; ++n) {
-          const double middle = 0.5 * (low + high);
-          (share_below(outward, half, middle) < static_cast<double>(share) ? low : high) = middle;
-        }
-        for (int part = 0; part < parts; ++part) {
-          const double z = spacing[2] * ((part + 0.5) / parts - 0.5);
-          out.coverage[out.grid.offset(i, j, k * parts + part)] = static_cast<float>(
-              share_below(outward, half_part, 0.5 * (low + high) - outward[2] * z));
-        }
-      }
+  for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+    const float share = coverage[v];
+    const auto covered = [&](int part) -> float& {
+      return out.coverage[out.grid.offset(i, j, k * parts + part)];
+    };
+    const bool mixed = share > kMixed && share < 1 - kMixed;
+    Vec3 outward = Vec3::Zero();
+    if (mixed) outward = fall_around(grid, soft, {i, j, k}, v);
+    const double slope = outward.norm();
+    if (!mixed || slope < kLeastSlope) {
+      for (int part = 0; part < parts; ++part) covered(part) = share;
+      return;
     }
-  }
+    outward /= slope;
+    const double offset = offset_of_share(outward, half, static_cast<double>(share));
+    for (int part = 0; part < parts; ++part) {
+      const double z = spacing[2] * ((part + 0.5) / parts - 0.5);
+      covered(part) = static_cast<float>(share_below(outward, half_part, offset - outward[2] * z));
+    }
+  });
   return out;
 }
 

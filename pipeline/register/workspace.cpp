@@ -282,6 +282,37 @@ Grid published_grid() {
   return grid;
 }
 
+/// Whether an index lies more than `rim` beyond the outermost centres.
+bool out_of(double index, int size, double rim) { return index < -rim || index > size - 1 + rim; }
+
+/// An image, linear between its voxels, read in every voxel of another grid that lies in it.
+/// @param rim [voxels of the image] beyond its outermost centres, within which it stays as there
+/// @param put called with (offset in `to`, value)
+template <class Put>
+void read_on_grid(const Grid& source, const Phase& image, const Grid& to, const AxisMap& map,
+                  double rim, const Put& put) {
+  const auto [nx, ny, nz] = source.size;
+  for (int z = 0; z < to.size[2]; ++z) {
+    const double k = map.index(2, z);
+    if (out_of(k, nz, rim)) continue;
+    const double inside_k = std::clamp(k, 0.0, nz - 1.0);
+    const int k0 = std::min(static_cast<int>(inside_k), std::max(0, nz - 2));
+    const auto w = static_cast<float>(inside_k - k0);
+    const float* slice0 = image.data() + source.offset(0, 0, k0);
+    const float* slice1 = nz > 1 ? slice0 + source.slice_count() : slice0;
+    for (int y = 0; y < to.size[1]; ++y) {
+      const double j = map.index(1, y);
+      if (out_of(j, ny, rim)) continue;
+      for (int x = 0; x < to.size[0]; ++x) {
+        const double i = map.index(0, x);
+        if (out_of(i, nx, rim)) continue;
+        put(to.offset(x, y, z),
+            (1 - w) * sample_plane(slice0, nx, ny, i, j) + w * sample_plane(slice1, nx, ny, i, j));
+      }
+    }
+  }
+}
+
 }  // namespace
 
 ImageCycle<float> cine_in_workspace(Cine cine, const Affine& workspace_from_lps) {
@@ -293,26 +324,8 @@ ImageCycle<float> cine_in_workspace(Cine cine, const Affine& workspace_from_lps)
   parallel_for(out.phases.size(), [&](std::size_t p) {
     Phase& to = out.phases[p];
     to.assign(out.grid.count(), 0);
-    for (int z = 0; z < out.grid.size[2]; ++z) {
-      const double k = map.index(2, z);
-      if (k < -0.5 || k > source.size[2] - 0.5) continue;
-      const double inside_k = std::clamp(k, 0.0, source.size[2] - 1.0);
-      const int k0 = std::min(static_cast<int>(inside_k), std::max(0, source.size[2] - 2));
-      const auto w = static_cast<float>(inside_k - k0);
-      const float* slice0 = cine.images.phases[p].data() + source.offset(0, 0, k0);
-      const float* slice1 = source.size[2] > 1 ? slice0 + source.slice_count() : slice0;
-      for (int y = 0; y < out.grid.size[1]; ++y) {
-        const double j = map.index(1, y);
-        if (j < -0.5 || j > source.size[1] - 0.5) continue;
-        for (int x = 0; x < out.grid.size[0]; ++x) {
-          const double i = map.index(0, x);
-          if (i < -0.5 || i > source.size[0] - 0.5) continue;
-          to[out.grid.offset(x, y, z)] =
-              (1 - w) * sample_plane(slice0, source.size[0], source.size[1], i, j) +
-              w * sample_plane(slice1, source.size[0], source.size[1], i, j);
-        }
-      }
-    }
+    read_on_grid(source, cine.images.phases[p], out.grid, map, 0.5,
+                 [&](std::size_t voxel, float value) { to[voxel] = value; });
     cine.images.phases[p] = Phase();
   });
   return out;
@@ -336,26 +349,11 @@ LabelCycle labels_in_workspace(const std::vector<ShapeCycle>& shapes) {
     const Grid& lattice = shape->level.grid;
     const AxisMap map = axis_map(lattice, out.grid, Affine::Identity());
     parallel_for(out.phases.size(), [&](std::size_t p) {
-      for (int z = 0; z < out.grid.size[2]; ++z) {
-        const double k = map.index(2, z);
-        if (k < 0 || k > lattice.size[2] - 1) continue;
-        const int k0 = std::min(static_cast<int>(k), lattice.size[2] - 2);
-        const auto w = static_cast<float>(k - k0);
-        const float* slice0 = shape->level.phases[p].data() + lattice.offset(0, 0, k0);
-        const float* slice1 = slice0 + lattice.slice_count();
-        for (int y = 0; y < out.grid.size[1]; ++y) {
-          const double j = map.index(1, y);
-          if (j < 0 || j > lattice.size[1] - 1) continue;
-          for (int x = 0; x < out.grid.size[0]; ++x) {
-            const double i = map.index(0, x);
-            if (i < 0 || i > lattice.size[0] - 1) continue;
-            const float level =
-                (1 - w) * sample_plane(slice0, lattice.size[0], lattice.size[1], i, j) +
-                w * sample_plane(slice1, lattice.size[0], lattice.size[1], i, j);
-            if (level < 0) out.phases[p][out.grid.offset(x, y, z)] = label;
-          }
-        }
-      }
+      std::vector<std::uint8_t>& labels = out.phases[p];
+      read_on_grid(lattice, shape->level.phases[p], out.grid, map, 0,
+                   [&](std::size_t voxel, float level) {
+                     if (level < 0) labels[voxel] = label;
+                   });
     });
   }
   return out;
