@@ -289,6 +289,34 @@ Finding patch_of(const Grid& grid, const Box& box, const std::vector<SurfacePoin
   return found;
 }
 
+/// Points of a structure's surface by what speaks against them, 1 where it does.
+struct Suspicion {
+  std::vector<std::uint8_t> bare;   ///< no edge, though not within blood
+  std::vector<std::uint8_t> dark;   ///< lung or air under it
+  std::vector<std::uint8_t> fixed;  ///< an edge that stands still
+};
+
+/// @param box in which the points lie
+Suspicion suspicion_of(const std::vector<SurfacePoint>& points, const SurfaceEvidence& evidence,
+                       const EvidenceLevels& levels, const Segmentation& segmentation,
+                       std::size_t phase, const Box& box) {
+  const double edge = kEdgeShare * levels.contrast;
+  const double half_way = 0.5 * (levels.blood + levels.muscle);
+  const bool both_known = levels.blood > 0 && levels.muscle > 0;
+  const std::vector<std::uint8_t> none(points.size());
+  Suspicion out{none, none, none};
+  for (std::size_t q = 0; q < points.size(); ++q) {
+    const bool in_blood =
+        both_known && evidence.inner[q] > half_way && evidence.outer[q] > half_way;
+    const bool no_edge = evidence.step[q] < edge;
+    const int k = points[q].voxel[2] + box.first[2];
+    out.bare[q] = no_edge && !in_blood && below_base(segmentation, phase, k) ? 1 : 0;
+    out.dark[q] = levels.muscle > 0 && evidence.inner[q] < kAirShare * levels.muscle ? 1 : 0;
+    out.fixed[q] = !no_edge && evidence.swing[q] < kStillShare * evidence.step[q] ? 1 : 0;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segmentation,
@@ -310,9 +338,6 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
   const TemporalStats stats = temporal_stats(images);
   const EvidenceLevels levels = evidence_levels(images, labels);
   const auto n = static_cast<std::size_t>(cine.phase_count());
-  const double edge = kEdgeShare * levels.contrast;
-  const double half_way = 0.5 * (levels.blood + levels.muscle);
-  const bool both_known = levels.blood > 0 && levels.muscle > 0;
 
   constexpr std::array kWithEdges{Structure::Heart, Structure::LvBlood, Structure::RvBlood};
   std::vector<Finding> border(n);
@@ -330,22 +355,11 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
       if (points.empty()) continue;
       const SurfaceEvidence evidence =
           surface_evidence(images.grid, image, stats.swing, stats.noise, points);
-      std::vector<std::uint8_t> bare(points.size());
-      std::vector<std::uint8_t> dark(points.size());
-      std::vector<std::uint8_t> fixed(points.size());
-      for (std::size_t q = 0; q < points.size(); ++q) {
-        const bool in_blood =
-            both_known && evidence.inner[q] > half_way && evidence.outer[q] > half_way;
-        const bool no_edge = evidence.step[q] < edge;
-        const int k = points[q].voxel[2] + box.first[2];
-        bare[q] = no_edge && !in_blood && below_base(segmentation, p, k) ? 1 : 0;
-        dark[q] = levels.muscle > 0 && evidence.inner[q] < kAirShare * levels.muscle ? 1 : 0;
-        fixed[q] = !no_edge && evidence.swing[q] < kStillShare * evidence.step[q] ? 1 : 0;
-      }
-      edgeless[s][p] = patch_of(images.grid, box, points, bare);
+      const Suspicion against = suspicion_of(points, evidence, levels, segmentation, p, box);
+      edgeless[s][p] = patch_of(images.grid, box, points, against.bare);
       if (kWithEdges[s] != Structure::Heart) continue;
-      air[p] = patch_of(images.grid, box, points, dark);
-      still[p] = patch_of(images.grid, box, points, fixed);
+      air[p] = patch_of(images.grid, box, points, against.dark);
+      still[p] = patch_of(images.grid, box, points, against.fixed);
     }
   });
   constexpr auto kContactKey = "/segment/leak_contact_mm2";

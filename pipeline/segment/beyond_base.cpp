@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "runtime/atlas/structures.h"
 
@@ -48,6 +49,12 @@ bool is_doubted(const Belief& belief, Structure structure) {
   });
 }
 
+/// The label that lies beyond a face from `label`; none if both sides of it are of that or neither.
+std::optional<std::uint8_t> met_by(std::uint8_t label, std::uint8_t one, std::uint8_t other) {
+  if ((one == label) == (other == label)) return {};
+  return one == label ? other : one;
+}
+
 /// Faces between voxels of a label and of two others, all phases together.
 std::array<double, 2> meets(const ImageCycle<std::uint8_t>& labels, std::uint8_t label,
                             const std::array<std::uint8_t, 2>& others) {
@@ -57,23 +64,16 @@ std::array<double, 2> meets(const ImageCycle<std::uint8_t>& labels, std::uint8_t
   const Vec3 mm = grid.spacing_mm();
   std::array<double, 2> area{};
   for (const Mask& phase : labels.phases) {
-    std::size_t v = 0;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      for (int j = 0; j < grid.size[1]; ++j) {
-        for (int i = 0; i < grid.size[0]; ++i, ++v) {
-          const Index3 at{i, j, k};
-          for (std::size_t a = 0; a < 3; ++a) {
-            if (at[a] + 1 >= grid.size[a]) continue;
-            const std::uint8_t one = phase[v];
-            const std::uint8_t other = phase[v + step[a]];
-            if ((one == label) == (other == label)) continue;
-            const std::uint8_t met = one == label ? other : one;
-            const double face = mm.prod() / mm[static_cast<Eigen::Index>(a)];
-            for (std::size_t n = 0; n < 2; ++n) area[n] += met == others[n] ? face : 0;
-          }
-        }
+    for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+      const Index3 at{i, j, k};
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (at[a] + 1 >= grid.size[a]) continue;
+        const std::optional<std::uint8_t> met = met_by(label, phase[v], phase[v + step[a]]);
+        if (!met) continue;
+        const double face = mm.prod() / mm[static_cast<Eigen::Index>(a)];
+        for (std::size_t n = 0; n < 2; ++n) area[n] += *met == others[n] ? face : 0;
       }
-    }
+    });
   }
   return area;
 }

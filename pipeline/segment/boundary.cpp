@@ -338,6 +338,67 @@ cv::Mat deviations_px(const Edge& edge, const cv::Mat& lean_px, const cv::Mat& c
   return out;
 }
 
+/// Outlines as labels draw them, moved by what intensities exceed; empty ones where a slice has
+/// none.
+/// @param coverage becomes that of the mask
+std::vector<Edge> first_edges(const BoundaryInput& input, std::vector<float>& coverage) {
+  const Grid& grid = input.grid;
+  // The band along the outlines, and what its levels are told by and its distance is smoothed by.
+  const int room = kBandRoomPx + std::max(level_reach_px(grid), kOutlineReachPx);
+  const std::vector<cv::Rect> parts = parts_of(grid, input.inside, room);
+  const LevelFinder finder(input, parts);
+  std::vector<Edge> edges(parts.size());
+  for (int k = 0; k < grid.size[2]; ++k) {
+    Edge& edge = edges[static_cast<std::size_t>(k)];
+    edge.part = parts[static_cast<std::size_t>(k)];
+    if (edge.part.empty()) continue;
+    const cv::Mat in = slice_of(grid, input.inside, k)(edge.part) != 0;
+    const int within = cv::countNonZero(in);
+    if (within == 0) continue;
+    cv::Mat out = slice_of(grid, coverage, k)(edge.part);
+    in.convertTo(out, CV_32F, 1.0 / 255.0);
+    if (within == in.rows * in.cols) continue;
+    edge.drawn_px = outline_distance_px(in);
+    edge.pixels = slice_of(grid, input.image, k)(edge.part);
+    edge.sides = finder.levels(k);
+    move_by_excess(edge);
+  }
+  return edges;
+}
+
+/// Sets coverage near an outline by how far it was moved.
+void cover_edge(const Edge& edge, const cv::Mat& lean_px, cv::Mat& coverage) {
+  for (int j = 0; j < coverage.rows; ++j) {
+    for (int i = 0; i < coverage.cols; ++i) {
+      if (edge.far(j, i)) continue;
+      coverage.at<float>(j, i) =
+          ramp(edge.found_px.at<float>(j, i), lean_px.at<float>(j, i)).coverage;
+    }
+  }
+}
+
+/// The boundary's points in one slice, with their standard deviations.
+/// @param coverage of the slice's part
+void add_points(const BoundaryInput& input, const std::vector<Edge>& edges, int k,
+                const cv::Mat& lean_px, const cv::Mat& coverage,
+                std::vector<BoundaryPoint>& points) {
+  const auto slice = static_cast<std::size_t>(k);
+  const Vec3 spacing = input.grid.spacing_mm();
+  const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
+  const cv::Mat deviations = deviations_px(edges[slice], lean_px, coverage, input.noise);
+  for (int j = 0; j < coverage.rows; ++j) {
+    for (int i = 0; i < coverage.cols; ++i) {
+      const float covered = coverage.at<float>(j, i);
+      if (!(covered > 0 && covered < 1)) continue;
+      const cv::Point pixel = edges[slice].part.tl() + cv::Point(i, j);
+      const double sigma_px = static_cast<double>(deviations.at<float>(j, i)) *
+                              along_normal(edges, slice, pixel, pixel_mm / spacing[2]);
+      points.push_back({static_cast<std::uint32_t>(input.grid.offset(pixel.x, pixel.y, k)),
+                        static_cast<float>(sigma_px * pixel_mm)});
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<float> outline_coverage(const Grid& grid, const std::vector<std::uint8_t>& inside) {
@@ -358,35 +419,18 @@ Boundary find_boundary(const BoundaryInput& input) {
   const Grid& grid = input.grid;
   Boundary found;
   found.coverage.resize(input.image.size());
-  const Vec3 spacing = grid.spacing_mm();
-  const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
-  // The band along the outlines, and what its levels are told by and its distance is smoothed by.
-  const int room = kBandRoomPx + std::max(level_reach_px(grid), kOutlineReachPx);
-  const std::vector<cv::Rect> parts = parts_of(grid, input.inside, room);
-  const LevelFinder finder(input, parts);
-  std::vector<Edge> edges(parts.size());
-  for (int k = 0; k < grid.size[2]; ++k) {
-    Edge& edge = edges[static_cast<std::size_t>(k)];
-    edge.part = parts[static_cast<std::size_t>(k)];
-    if (edge.part.empty()) continue;
-    const cv::Mat in = slice_of(grid, input.inside, k)(edge.part) != 0;
-    const int within = cv::countNonZero(in);
-    if (within == 0) continue;
-    cv::Mat out = slice_of(grid, found.coverage, k)(edge.part);
-    in.convertTo(out, CV_32F, 1.0 / 255.0);
-    if (within == in.rows * in.cols) continue;
-    edge.drawn_px = outline_distance_px(in);
-    edge.pixels = slice_of(grid, input.image, k)(edge.part);
-    edge.sides = finder.levels(k);
-    move_by_excess(edge);
-  }
+  std::vector<Edge> edges = first_edges(input, found.coverage);
   for (int fit = 0; fit < kFits; ++fit) {
     const std::vector<cv::Mat> leans = leans_px(grid, edges);
     for (std::size_t k = 0; k < edges.size(); ++k) {
       if (!edges[k].drawn_px.empty()) move_by_fit(leans[k], input.noise, edges[k]);
     }
   }
-  if (input.trabeculated) move_outward(among_trabeculae_px(edges, pixel_mm), edges);
+  if (input.trabeculated) {
+    const Vec3 spacing = grid.spacing_mm();
+    const double pixel_mm = std::sqrt(spacing[0] * spacing[1]);
+    move_outward(among_trabeculae_px(edges, pixel_mm), edges);
+  }
   if (input.rimmed) move_outward(mean_inward_px(edges), edges);
   const std::vector<cv::Mat> leans = leans_px(grid, edges);
   for (int k = 0; k < grid.size[2]; ++k) {
@@ -394,25 +438,8 @@ Boundary find_boundary(const BoundaryInput& input) {
     if (edge.drawn_px.empty()) continue;
     const cv::Mat& lean = leans[static_cast<std::size_t>(k)];
     cv::Mat out = slice_of(grid, found.coverage, k)(edge.part);
-    for (int j = 0; j < out.rows; ++j) {
-      for (int i = 0; i < out.cols; ++i) {
-        if (edge.far(j, i)) continue;
-        out.at<float>(j, i) = ramp(edge.found_px.at<float>(j, i), lean.at<float>(j, i)).coverage;
-      }
-    }
-    const cv::Mat deviations = deviations_px(edge, lean, out, input.noise);
-    for (int j = 0; j < out.rows; ++j) {
-      for (int i = 0; i < out.cols; ++i) {
-        const float covered = out.at<float>(j, i);
-        if (!(covered > 0 && covered < 1)) continue;
-        const cv::Point pixel = edge.part.tl() + cv::Point(i, j);
-        const double sigma_px =
-            static_cast<double>(deviations.at<float>(j, i)) *
-            along_normal(edges, static_cast<std::size_t>(k), pixel, pixel_mm / spacing[2]);
-        found.points.push_back({static_cast<std::uint32_t>(grid.offset(pixel.x, pixel.y, k)),
-                                static_cast<float>(sigma_px * pixel_mm)});
-      }
-    }
+    cover_edge(edge, lean, out);
+    add_points(input, edges, k, lean, out, found.points);
   }
   return found;
 }

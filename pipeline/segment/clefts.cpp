@@ -48,6 +48,28 @@ std::vector<std::uint32_t> let_in(const Grid& grid, const std::vector<std::uint8
   return out;
 }
 
+/// The heart's voxels from a place straight on, a `step` at a time, up to fat; none where something
+/// else bounds them, or where they are more than a film.
+std::vector<std::uint32_t> film_from(const Grid& grid, const Index3& at,
+                                     const std::array<int, 2>& step, double step_mm,
+                                     const std::vector<std::uint8_t>& bright,
+                                     const std::vector<std::uint8_t>& dark,
+                                     const std::vector<std::uint8_t>& labels) {
+  std::vector<std::uint32_t> film;
+  for (int n = 1; (n - 2) * step_mm <= kFilmMm; ++n) {
+    const Index3 next{at[0] + n * step[0], at[1] + n * step[1], at[2]};
+    if (!grid.contains(next[0], next[1], next[2])) return {};
+    const std::size_t v = grid.offset(next[0], next[1], next[2]);
+    if (labels[v] != kLabelBackground) {
+      film.push_back(static_cast<std::uint32_t>(v));
+      continue;
+    }
+    if (bright[v] == 0 || dark[v] != 0) return {};
+    return film;
+  }
+  return {};
+}
+
 /// A film of the heart between fat on one side and lung on the other, beside lung that was let in,
 /// is both of them in one voxel.
 void drop_films(const Grid& grid, const std::vector<std::uint8_t>& bright,
@@ -61,18 +83,10 @@ void drop_films(const Grid& grid, const std::vector<std::uint8_t>& bright,
     for (const auto& way : kWays) {
       const double step_mm = std::hypot(way[0] * spacing[0], way[1] * spacing[1]);
       for (const int sense : {-1, 1}) {
-        std::vector<std::uint32_t> film;
-        for (int n = 1; (n - 2) * step_mm <= kFilmMm; ++n) {
-          const Index3 next{at[0] + sense * n * way[0], at[1] + sense * n * way[1], at[2]};
-          if (!grid.contains(next[0], next[1], next[2])) break;
-          const std::size_t v = grid.offset(next[0], next[1], next[2]);
-          if (labels[v] != kLabelBackground) {
-            film.push_back(static_cast<std::uint32_t>(v));
-            continue;
-          }
-          if (bright[v] != 0 && dark[v] == 0) films.insert(films.end(), film.begin(), film.end());
-          break;
-        }
+        const std::array<int, 2> step{sense * way[0], sense * way[1]};
+        const std::vector<std::uint32_t> film =
+            film_from(grid, at, step, step_mm, bright, dark, labels);
+        films.insert(films.end(), film.begin(), film.end());
       }
     }
   }

@@ -20,33 +20,31 @@ constexpr int kBesidePx = 4;  ///< from beside an edge to what it bounds
 
 constexpr double kSeamMm = 4;  ///< from the RV's wall, where labels of both are mixed
 
+/// Whether the LV's wall is among the voxels around one in its slice and right above and below it.
+bool beside_lv_wall(const Grid& grid, const std::vector<std::uint8_t>& labels, int i, int j,
+                    int k) {
+  const auto is_wall = [&](int a, int b, int c) {
+    return labels[grid.offset(a, b, c)] == kLabelLvMyocardium;
+  };
+  if (k > 0 && is_wall(i, j, k - 1)) return true;
+  if (k + 1 < grid.size[2] && is_wall(i, j, k + 1)) return true;
+  for (int b = std::max(0, j - 1); b <= std::min(grid.size[1] - 1, j + 1); ++b) {
+    for (int a = std::max(0, i - 1); a <= std::min(grid.size[0] - 1, i + 1); ++a) {
+      if (is_wall(a, b, k)) return true;
+    }
+  }
+  return false;
+}
+
 /// The wall is what lies between the cavity and its own outside, of which each has its edge. Where
 /// the cavity ends at its valve there is no wall, and both edges are one.
 /// @param outside coverage of cavity and wall together; becomes that of the wall
 void take_cavity_out(const Grid& grid, const std::vector<std::uint8_t>& labels,
                      const std::vector<float>& blood, std::vector<float>& outside) {
-  const auto is_wall = [&](int i, int j, int k) {
-    return labels[grid.offset(i, j, k)] == kLabelLvMyocardium;
-  };
-  const auto beside_wall = [&](int i, int j, int k) {
-    if (k > 0 && is_wall(i, j, k - 1)) return true;
-    if (k + 1 < grid.size[2] && is_wall(i, j, k + 1)) return true;
-    for (int b = std::max(0, j - 1); b <= std::min(grid.size[1] - 1, j + 1); ++b) {
-      for (int a = std::max(0, i - 1); a <= std::min(grid.size[0] - 1, i + 1); ++a) {
-        if (is_wall(a, b, k)) return true;
-      }
-    }
-    return false;
-  };
-  std::size_t v = 0;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++v) {
-        if (!(outside[v] > 0)) continue;
-        outside[v] = beside_wall(i, j, k) ? std::max(0.0F, outside[v] - blood[v]) : 0;
-      }
-    }
-  }
+  for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+    if (!(outside[v] > 0)) return;
+    outside[v] = beside_lv_wall(grid, labels, i, j, k) ? std::max(0.0F, outside[v] - blood[v]) : 0;
+  });
 }
 
 /// The first voxel of the mask in ever wider squares around a voxel of its slice.

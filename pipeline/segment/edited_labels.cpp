@@ -81,29 +81,30 @@ void enlarge(CoverageCycle& coverage, BoundaryUncertainty& uncertainty, const Gr
   coverage.first = box.first;
 }
 
+/// Sets what lies about a voxel, as far as its label is felt in plane and so many slices away.
+void set_around(const Grid& grid, int i, int j, int k, int slices,
+                std::vector<std::uint8_t>& zone) {
+  for (int c = std::max(0, k - slices); c <= std::min(grid.size[2] - 1, k + slices); ++c) {
+    for (int b = std::max(0, j - kOutlinePx); b <= std::min(grid.size[1] - 1, j + kOutlinePx);
+         ++b) {
+      for (int a = std::max(0, i - kOutlinePx); a <= std::min(grid.size[0] - 1, i + kOutlinePx);
+           ++a) {
+        zone[grid.offset(a, b, c)] = 1;
+      }
+    }
+  }
+}
+
 /// 1 where labels changed and around, as far as that is felt; empty if nothing did.
 std::vector<std::uint8_t> changed_zone(const Grid& grid, const std::vector<std::uint8_t>& before,
                                        const std::vector<std::uint8_t>& after) {
   const int slices = are_thick_slices(grid.spacing_mm()[2]) ? 0 : kReachThin;
   std::vector<std::uint8_t> zone;
-  std::size_t v = 0;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++v) {
-        if (before[v] == after[v]) continue;
-        if (zone.empty()) zone.resize(grid.count(), 0);
-        for (int c = std::max(0, k - slices); c <= std::min(grid.size[2] - 1, k + slices); ++c) {
-          for (int b = std::max(0, j - kOutlinePx); b <= std::min(grid.size[1] - 1, j + kOutlinePx);
-               ++b) {
-            for (int a = std::max(0, i - kOutlinePx);
-                 a <= std::min(grid.size[0] - 1, i + kOutlinePx); ++a) {
-              zone[grid.offset(a, b, c)] = 1;
-            }
-          }
-        }
-      }
-    }
-  }
+  for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+    if (before[v] == after[v]) return;
+    if (zone.empty()) zone.resize(grid.count(), 0);
+    set_around(grid, i, j, k, slices, zone);
+  });
   return zone;
 }
 
@@ -118,6 +119,49 @@ void follow_paint(const ImageCycle<std::uint8_t>& before, const ImageCycle<std::
   const bool receded = had >= 0 && plane.base_step * (had - last) > 0;
   if (beyond || receded) plane.k[phase] = last + first_k + 0.5 * plane.base_step;
 }
+
+/// Coverage by the outlines of what is labelled in one phase.
+class LabelOutlines {
+ public:
+  /// All must outlive this.
+  LabelOutlines(const Grid& grid, const std::vector<std::uint8_t>& before,
+                const std::vector<std::uint8_t>& after)
+      : grid_(grid),
+        labels_(after),
+        whole_(!are_thick_slices(grid.spacing_mm()[2]) &&
+               std::all_of(before.begin(), before.end(),
+                           [](std::uint8_t label) { return label == kLabelBackground; })),
+        blood_(coverage_of(where(after, Structure::LvBlood))) {}
+
+  [[nodiscard]] std::vector<float> of(Structure structure) const {
+    if (structure == Structure::LvBlood) return blood_;
+    if (structure == Structure::LvMyocardium) return of_wall();
+    return coverage_of(where(labels_, structure));
+  }
+
+ private:
+  /// What the whole ventricle holds beside blood: a thin wall keeps its volume so.
+  [[nodiscard]] std::vector<float> of_wall() const {
+    std::vector<std::uint8_t> ventricle = where(labels_, Structure::LvMyocardium);
+    const std::vector<std::uint8_t> cavity = where(labels_, Structure::LvBlood);
+    for (std::size_t v = 0; v < ventricle.size(); ++v) ventricle[v] |= cavity[v];
+    std::vector<float> outline = coverage_of(ventricle);
+    for (std::size_t v = 0; v < outline.size(); ++v) {
+      outline[v] = std::max(0.0F, outline[v] - blood_[v]);
+    }
+    return outline;
+  }
+
+  [[nodiscard]] std::vector<float> coverage_of(const std::vector<std::uint8_t>& mask) const {
+    return whole_ ? smooth_coverage(grid_, mask) : outline_coverage(grid_, mask);
+  }
+
+  const Grid& grid_;
+  const std::vector<std::uint8_t>& labels_;
+  /// A body given as a whole is as smooth across slices as in them; a stroke is of its own slice.
+  bool whole_;
+  std::vector<float> blood_;
+};
 
 void drop_or_refuse_absent(CoverageCycle& coverage) {
   std::erase_if(coverage.phases, [](const auto& entry) {
@@ -165,33 +209,9 @@ Segmentation with_other_labels(Segmentation made, const LabelCycle& labels, Stag
       follow_paint(before, after, p, structure, box.first[2], plane);
     }
     if (zone.empty()) return;
-    // A body given as a whole is as smooth across slices as in them; a stroke is of its own slice.
-    const bool whole = !are_thick_slices(grid.spacing_mm()[2]) &&
-                       std::all_of(before.phases[p].begin(), before.phases[p].end(),
-                                   [](std::uint8_t label) { return label == kLabelBackground; });
-    const auto coverage_of = [&](const std::vector<std::uint8_t>& mask) {
-      return whole ? smooth_coverage(grid, mask) : outline_coverage(grid, mask);
-    };
-    const auto covered = [&](Structure structure) {
-      return coverage_of(where(after.phases[p], structure));
-    };
-    const std::vector<float> blood = covered(Structure::LvBlood);
+    const LabelOutlines outlines(grid, before.phases[p], after.phases[p]);
     for (auto& [structure, phases] : coverage.phases) {
-      std::vector<float> outline;
-      if (structure == Structure::LvBlood) {
-        outline = blood;
-      } else if (structure == Structure::LvMyocardium) {
-        // What the whole ventricle holds beside blood: a thin wall keeps its volume so.
-        std::vector<std::uint8_t> ventricle = where(after.phases[p], structure);
-        const std::vector<std::uint8_t> cavity = where(after.phases[p], Structure::LvBlood);
-        for (std::size_t v = 0; v < ventricle.size(); ++v) ventricle[v] |= cavity[v];
-        outline = coverage_of(ventricle);
-        for (std::size_t v = 0; v < outline.size(); ++v) {
-          outline[v] = std::max(0.0F, outline[v] - blood[v]);
-        }
-      } else {
-        outline = covered(structure);
-      }
+      const std::vector<float> outline = outlines.of(structure);
       for (std::size_t v = 0; v < zone.size(); ++v) {
         if (zone[v] != 0) phases[p][v] = outline[v];
       }

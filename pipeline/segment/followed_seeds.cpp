@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -75,6 +76,75 @@ std::string why(std::uint8_t label, std::uint8_t there) {
   return "it was taken for " + std::string(kLabelWords.at(there));
 }
 
+/// In which phases labels do not follow a seed, and what they hold instead.
+struct NotFollowed {
+  std::size_t lost = 0;           ///< phases in which other labels lie on it
+  std::size_t alone = 0;          ///< phases in which it does not go on beside it
+  std::size_t first = 0;          ///< of all these phases
+  std::size_t against_given = 0;  ///< lost ones in which it grew, until given labels were put back
+  Around instead;                 ///< labels on it where it is lost, beside it where it is alone
+
+  [[nodiscard]] std::size_t phases() const { return lost + alone; }
+};
+
+/// Adds counts of all labels but one.
+template <class Counts>
+void add_others(const Counts& counts, std::uint8_t label, Counts& sums) {
+  for (std::size_t other = 0; other < counts.size(); ++other) {
+    if (other != label) sums[other] += counts[other];
+  }
+}
+
+NotFollowed not_followed(const ImageCycle<std::uint8_t>& grown,
+                         const ImageCycle<std::uint8_t>& labels, const Seed& seed,
+                         const LabelImages& marks) {
+  const std::vector<std::size_t> voxels = voxels_of(labels.grid, seed);
+  NotFollowed out;
+  for (std::size_t p = 0; p < labels.phases.size(); ++p) {
+    if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
+    const Around found = look(labels.grid, labels.phases[p], marks[p], voxels, seed.label);
+    const std::size_t marked = std::accumulate(found.on.begin(), found.on.end(), std::size_t{0});
+    if (marked == 0) continue;
+    const bool is_lost = 2 * found.on.at(seed.label) <= marked;
+    // A voxel or two of noise beside a mark are nothing that it belongs to.
+    const bool is_alone =
+        !is_lost && grown_from(labels.grid, labels.phases[p], voxels, seed.label, marked) <= marked;
+    if (!is_lost && !is_alone) continue;
+    if (out.phases() == 0) out.first = p;
+    if (is_alone) {
+      ++out.alone;
+      add_others(found.beside, seed.label, out.instead.beside);
+      continue;
+    }
+    ++out.lost;
+    add_others(found.on, seed.label, out.instead.on);
+    const Around before = look(labels.grid, grown.phases[p], marks[p], voxels, seed.label);
+    if (2 * before.on.at(seed.label) > marked) ++out.against_given;
+  }
+  return out;
+}
+
+/// A sentence about a seed that some phases do not follow.
+std::string not_followed_told(const std::vector<Seed>& seeds, std::size_t at,
+                              const NotFollowed& found) {
+  const Seed& seed = seeds[at];
+  const std::string told = seed_told(seeds, at);
+  const std::size_t phases = found.phases();
+  const std::string where = seed.phase >= 0 ? std::string()
+                            : phases == 1   ? " in phase " + std::to_string(found.first)
+                                            : " in " + std::to_string(phases) + " phases";
+  if (found.against_given == phases) {
+    return told + " was not followed" + where +
+           ": the labels that were given there stay; give them anew with the seed's label painted";
+  }
+  const std::string trouble =
+      found.lost >= found.alone
+          ? " was not followed" + where + ": " + why(seed.label, most_of(found.instead.on))
+          : " stays alone" + where + ": all about it is " +
+                std::string(kLabelWords.at(most_of(found.instead.beside)));
+  return told + trouble + "; mark more of the structure, or paint the labels";
+}
+
 }  // namespace
 
 std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& grown,
@@ -84,61 +154,14 @@ std::vector<std::string> seeds_not_followed(const ImageCycle<std::uint8_t>& grow
   std::vector<std::string> out;
   std::size_t more = 0;
   for (std::size_t s = 0; s < seeds.size(); ++s) {
-    const Seed& seed = seeds[s];
-    if (seed.label == kLabelBackground) continue;
-    const std::vector<std::size_t> voxels = voxels_of(labels.grid, seed);
-    std::size_t lost = 0;
-    std::size_t alone = 0;
-    std::size_t first = 0;
-    std::size_t against_given = 0;
-    Around instead;
-    for (std::size_t p = 0; p < labels.phases.size(); ++p) {
-      if (seed.phase >= 0 && static_cast<std::size_t>(seed.phase) != p) continue;
-      const Around found = look(labels.grid, labels.phases[p], marks[p], voxels, seed.label);
-      std::size_t marked = 0;
-      for (const std::size_t count : found.on) marked += count;
-      if (marked == 0) continue;
-      const bool is_lost = 2 * found.on.at(seed.label) <= marked;
-      // A voxel or two of noise beside a mark are nothing that it belongs to.
-      const bool is_alone = !is_lost && grown_from(labels.grid, labels.phases[p], voxels,
-                                                   seed.label, marked) <= marked;
-      if (!is_lost && !is_alone) continue;
-      if (lost + alone == 0) first = p;
-      lost += is_lost ? 1 : 0;
-      alone += is_alone ? 1 : 0;
-      if (is_lost) {
-        const Around before = look(labels.grid, grown.phases[p], marks[p], voxels, seed.label);
-        against_given += 2 * before.on.at(seed.label) > marked ? 1 : 0;
-      }
-      for (std::size_t label = 0; label < instead.on.size(); ++label) {
-        if (label == seed.label) continue;
-        (is_lost ? instead.on : instead.beside).at(label) +=
-            (is_lost ? found.on : found.beside).at(label);
-      }
-    }
-    if (lost + alone == 0) continue;
-    if (out.size() == kMost) {
-      ++more;
-      continue;
-    }
-    std::string told = seed_told(seeds, s);
-    const std::size_t phases = lost + alone;
-    const std::string where = seed.phase >= 0 ? std::string()
-                              : phases == 1   ? " in phase " + std::to_string(first)
-                                              : " in " + std::to_string(phases) + " phases";
-    if (against_given == phases) {
-      out.push_back(told + " was not followed" + where +
-                    ": the labels that were given there stay; give them anew with the seed's label "
-                    "painted");
-      continue;
-    }
-    if (lost >= alone) {
-      told += " was not followed" + where + ": " + why(seed.label, most_of(instead.on));
+    if (seeds[s].label == kLabelBackground) continue;
+    const NotFollowed found = not_followed(grown, labels, seeds[s], marks);
+    if (found.phases() == 0) continue;
+    if (out.size() < kMost) {
+      out.push_back(not_followed_told(seeds, s, found));
     } else {
-      told += " stays alone" + where + ": all about it is " +
-              std::string(kLabelWords.at(most_of(instead.beside)));
+      ++more;
     }
-    out.push_back(told + "; mark more of the structure, or paint the labels");
   }
   if (more > 0) out.back() += "; the same of " + counted(more, "more seed");
   return out;

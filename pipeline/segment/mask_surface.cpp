@@ -196,38 +196,39 @@ SmoothDistance smooth_distance(const Grid& grid, const Mask& inside) {
   return out;
 }
 
+/// [mm / mm] How a distance grows along the grid's axes around a voxel.
+/// @param v offset of the voxel in the grid
+Vec3 growth_around(const Grid& grid, const Vec3& spacing, const std::vector<float>& distance,
+                   const Index3& index, std::size_t v) {
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.size[0]),
+                                          grid.slice_count()};
+  Vec3 growth = Vec3::Zero();
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    const std::size_t before = index[a] > 0 ? v - stride[a] : v;
+    const std::size_t after = index[a] + 1 < grid.size[a] ? v + stride[a] : v;
+    if (before == after) continue;
+    const std::size_t steps = (after - before) / stride[a];
+    growth[axis] = static_cast<double>(distance[after] - distance[before]) /
+                   (static_cast<double>(steps) * spacing[axis]);
+  }
+  return growth;
+}
+
 /// Of a grid that the mask fills but for a margin.
 std::vector<float> coverage_here(const Grid& grid, const Mask& inside) {
   const SmoothDistance distance = smooth_distance(grid, inside);
   std::vector<float> coverage = outline_coverage(grid, inside);
   const Vec3 spacing = grid.spacing_mm();
   const Vec3 half = 0.5 * spacing;
-  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.size[0]),
-                                          grid.slice_count()};
-  std::size_t v = 0;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++v) {
-        const Index3 index{i, j, k};
-        Vec3 outward = Vec3::Zero();
-        for (std::size_t a = 0; a < 3; ++a) {
-          const auto axis = static_cast<Eigen::Index>(a);
-          const std::size_t before = index[a] > 0 ? v - stride[a] : v;
-          const std::size_t after = index[a] + 1 < grid.size[a] ? v + stride[a] : v;
-          if (before == after) continue;
-          const std::size_t steps = (after - before) / stride[a];
-          outward[axis] = static_cast<double>(distance.mm[after] - distance.mm[before]) /
-                          (static_cast<double>(steps) * spacing[axis]);
-        }
-        const double slope = outward.norm();
-        const auto here = static_cast<double>(distance.mm[v]);
-        if (slope < kLeastSlope || std::abs(here) > half.norm() * slope) continue;
-        const auto share =
-            static_cast<float>(reg::share_below(outward / slope, half, -here / slope));
-        coverage[v] += distance.trust[v] * (share - coverage[v]);
-      }
-    }
-  }
+  for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+    const Vec3 outward = growth_around(grid, spacing, distance.mm, {i, j, k}, v);
+    const double slope = outward.norm();
+    const auto here = static_cast<double>(distance.mm[v]);
+    if (slope < kLeastSlope || std::abs(here) > half.norm() * slope) return;
+    const auto share = static_cast<float>(reg::share_below(outward / slope, half, -here / slope));
+    coverage[v] += distance.trust[v] * (share - coverage[v]);
+  });
   return coverage;
 }
 

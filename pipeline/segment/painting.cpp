@@ -41,59 +41,75 @@ struct Range {
   }
 };
 
+/// What was painted in one image, on the grid of the images.
+struct PaintedMarks {
+  std::vector<std::uint8_t>
+      labels;   ///< of each voxel: that of the painted centre nearest to its own
+  Range range;  ///< of voxels that may be painted
+};
+
+PaintedMarks marks_of_painting(const Grid& painted_grid, const std::vector<std::uint8_t>& painted,
+                               const Grid& grid) {
+  PaintedMarks out;
+  out.labels.assign(grid.count(), kNotPainted);
+  std::vector<float> away2(grid.count(), std::numeric_limits<float>::max());
+  const Affine index_from_painted = grid.mm_from_index.inverse() * painted_grid.mm_from_index;
+  const Vec3 half = 0.5 * index_from_painted.linear().cwiseAbs().rowwise().sum();
+  for_each_voxel(painted_grid, [&](int i, int j, int k, std::size_t from) {
+    if (painted[from] == kNotPainted) return;
+    const Vec3 at = index_from_painted * Vec3(i, j, k);
+    out.range.add(at - half);
+    out.range.add(at + half);
+    const std::size_t v = voxel_at(grid, at);
+    if (v == grid.count()) return;
+    const Vec3 off(at[0] - std::round(at[0]), at[1] - std::round(at[1]), at[2] - std::round(at[2]));
+    const auto d2 = static_cast<float>(off.cwiseProduct(grid.spacing_mm()).squaredNorm());
+    if (d2 < away2[v]) {
+      away2[v] = d2;
+      out.labels[v] = painted[from];
+    }
+  });
+  return out;
+}
+
+/// Calls visit(label, begin, end) for each run of one label among the indices first..last of a row,
+/// those of kNotPainted left out.
+/// @param label_at called with an index
+template <class LabelAt, class Visit>
+void for_label_runs(int first, int last, const LabelAt& label_at, const Visit& visit) {
+  std::uint8_t open = kNotPainted;
+  int begin = first;
+  for (int i = first; i <= last + 1; ++i) {
+    const std::uint8_t label = i <= last ? label_at(i) : kNotPainted;
+    if (label == open) continue;
+    if (open != kNotPainted) visit(open, begin, i);
+    open = label;
+    begin = i;
+  }
+}
+
 }  // namespace
 
 std::vector<Seed> seeds_of_painting(const Grid& painted_grid,
                                     const std::vector<std::uint8_t>& painted, int phase,
                                     const Grid& grid) {
   const Affine painted_from_index = painted_grid.mm_from_index.inverse() * grid.mm_from_index;
-  const Affine index_from_painted = grid.mm_from_index.inverse() * painted_grid.mm_from_index;
-  std::vector<std::uint8_t> marks(grid.count(), kNotPainted);
-  std::vector<float> away2(grid.count(), std::numeric_limits<float>::max());
-  Range range;
-  const Vec3 half = 0.5 * index_from_painted.linear().cwiseAbs().rowwise().sum();
-  for (int k = 0; k < painted_grid.size[2]; ++k) {
-    for (int j = 0; j < painted_grid.size[1]; ++j) {
-      for (int i = 0; i < painted_grid.size[0]; ++i) {
-        const std::uint8_t label = painted[painted_grid.offset(i, j, k)];
-        if (label == kNotPainted) continue;
-        const Vec3 at = index_from_painted * Vec3(i, j, k);
-        range.add(at - half);
-        range.add(at + half);
-        const std::size_t v = voxel_at(grid, at);
-        if (v == grid.count()) continue;
-        const Vec3 off(at[0] - std::round(at[0]), at[1] - std::round(at[1]),
-                       at[2] - std::round(at[2]));
-        const auto d2 = static_cast<float>(off.cwiseProduct(grid.spacing_mm()).squaredNorm());
-        if (d2 < away2[v]) {
-          away2[v] = d2;
-          marks[v] = label;
-        }
-      }
-    }
-  }
+  const PaintedMarks marks = marks_of_painting(painted_grid, painted, grid);
+  const Range& range = marks.range;
   std::vector<Seed> seeds;
   for (int k = range.first(2); k <= range.last(2, grid.size[2]); ++k) {
     for (int j = range.first(1); j <= range.last(1, grid.size[1]); ++j) {
-      std::uint8_t open = kNotPainted;
-      int begin = 0;
-      const int last = range.last(0, grid.size[0]);
-      for (int i = range.first(0); i <= last + 1; ++i) {
-        std::uint8_t label = kNotPainted;
-        if (i <= last) {
-          const std::size_t within = voxel_at(painted_grid, painted_from_index * Vec3(i, j, k));
-          if (within < painted.size()) label = painted[within];
-          if (label == kNotPainted) label = marks[grid.offset(i, j, k)];
-        }
-        if (label == open) continue;
-        if (open != kNotPainted) {
-          Seed run{ventricles_apart(open), grid.mm(begin, j, k), kThinMm, phase, {}, true};
-          if (i - 1 > begin) run.stroke_lps_mm.push_back(grid.mm(i - 1, j, k));
-          seeds.push_back(std::move(run));
-        }
-        open = label;
-        begin = i;
-      }
+      const auto label_at = [&](int i) {
+        const std::size_t within = voxel_at(painted_grid, painted_from_index * Vec3(i, j, k));
+        const bool is_painted = within < painted.size() && painted[within] != kNotPainted;
+        return is_painted ? painted[within] : marks.labels[grid.offset(i, j, k)];
+      };
+      const auto add = [&](std::uint8_t label, int begin, int end) {
+        Seed run{ventricles_apart(label), grid.mm(begin, j, k), kThinMm, phase, {}, true};
+        if (end - 1 > begin) run.stroke_lps_mm.push_back(grid.mm(end - 1, j, k));
+        seeds.push_back(std::move(run));
+      };
+      for_label_runs(range.first(0), range.last(0, grid.size[0]), label_at, add);
     }
   }
   return seeds;

@@ -41,6 +41,49 @@ class LikeliestAt {
   Affine to_prior_;
 };
 
+using ByLabel = std::array<std::vector<float>, kLabels>;
+
+/// What one phase tells before anything grows.
+struct PhaseGround {
+  std::vector<std::uint8_t> seeds;
+  Looks counts{};  ///< of intensities, each voxel by its labels' probabilities
+  ByLabel sure;    ///< intensities of the seeds
+};
+
+/// @param likely [label][voxel] probabilities  @param likeliest_at as LikeliestAt, of (i, j, k)
+template <class LabelAt>
+PhaseGround read_phase(const Grid& grid, const std::vector<float>& image, const Bins& bins,
+                       const std::vector<std::vector<float>>& likely, const LabelAt& likeliest_at) {
+  PhaseGround out;
+  out.seeds.assign(image.size(), kUnlabelled);
+  for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+    const std::uint8_t here = likeliest_at(i, j, k);
+    const float value = image[v];
+    const std::size_t bin = bins.of(value);
+    for (std::size_t l = 0; l < kLabels; ++l) {
+      if (likely[l][v] > 0.5F) out.counts[l][bin] += static_cast<double>(likely[l][v]);
+    }
+    if (likely[here][v] < kSure) {
+      // Sure of something that does not hang together with the heart: it is none.
+      if (here == kLabelBackground && likely[0][v] < 0.5F) out.seeds[v] = kLabelBackground;
+      return;
+    }
+    out.seeds[v] = here;
+    out.sure[here].push_back(value);
+  });
+  return out;
+}
+
+/// Levels by the medians of what is sure.
+TissueLevels levels_of(ByLabel& sure) {
+  TissueLevels levels;
+  levels.blood = median_of(sure[kLabelLvBlood]);
+  levels.rv_blood = sure[kLabelRvBlood].empty() ? levels.blood : median_of(sure[kLabelRvBlood]);
+  levels.muscle = median_of(sure[kLabelLvMyocardium]);
+  levels.part();
+  return levels;
+}
+
 }  // namespace
 
 LabelCycle likeliest_labels(const prior::PriorCycle& prior) {
@@ -109,12 +152,8 @@ Ground lay_prior_ground(const ImageCycle<float>& images, const prior::PriorCycle
   const Grid& grid = images.grid;
   const std::size_t count = grid.count();
   const auto phases = static_cast<std::size_t>(images.phase_count());
-  Ground out;
-  out.seeds.assign(phases, std::vector<std::uint8_t>(count, kUnlabelled));
   const LikeliestAt likeliest_at(likeliest, grid);
   const Bins bins(images);
-  std::vector<Looks> counts(phases);
-  std::vector<std::array<std::vector<float>, kLabels>> sure(phases);
   // Probabilities of a phase, and what they and the one heart say of seeds.
   const auto probabilities = [&](std::size_t p) {
     std::vector<std::vector<float>> by_output =
@@ -125,45 +164,24 @@ Ground lay_prior_ground(const ImageCycle<float>& images, const prior::PriorCycle
     }
     return out_by_label;
   };
+  std::vector<PhaseGround> found(phases);
   parallel_for(phases, [&](std::size_t p) {
-    const std::vector<std::vector<float>> likely = probabilities(p);
-    counts[p] = {};
-    std::size_t v = 0;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      for (int j = 0; j < grid.size[1]; ++j) {
-        for (int i = 0; i < grid.size[0]; ++i, ++v) {
-          const std::uint8_t here = likeliest_at(p, i, j, k);
-          const float value = images.phases[p][v];
-          const std::size_t bin = bins.of(value);
-          for (std::size_t l = 0; l < kLabels; ++l) {
-            if (likely[l][v] > 0.5F) counts[p][l][bin] += static_cast<double>(likely[l][v]);
-          }
-          if (likely[here][v] < kSure) {
-            // Sure of something that does not hang together with the heart: it is none.
-            if (here == kLabelBackground && likely[0][v] < 0.5F) out.seeds[p][v] = kLabelBackground;
-            continue;
-          }
-          out.seeds[p][v] = here;
-          sure[p][here].push_back(value);
-        }
-      }
-    }
+    found[p] = read_phase(grid, images.phases[p], bins, probabilities(p),
+                          [&](int i, int j, int k) { return likeliest_at(p, i, j, k); });
   });
+  Ground out;
   Looks all{};
-  std::array<std::vector<float>, kLabels> values;
-  for (std::size_t p = 0; p < phases; ++p) {
+  ByLabel sure;
+  for (PhaseGround& phase : found) {
     for (std::size_t l = 0; l < kLabels; ++l) {
-      for (std::size_t b = 0; b < kLookBins; ++b) all[l][b] += counts[p][l][b];
-      values[l].insert(values[l].end(), sure[p][l].begin(), sure[p][l].end());
+      for (std::size_t b = 0; b < kLookBins; ++b) all[l][b] += phase.counts[l][b];
+      sure[l].insert(sure[l].end(), phase.sure[l].begin(), phase.sure[l].end());
     }
+    out.seeds.push_back(std::move(phase.seeds));
   }
-  sure.clear();
+  found.clear();
   const Looks densities = densities_of(all);
-  TissueLevels& levels = out.levels;
-  levels.blood = median_of(values[kLabelLvBlood]);
-  levels.rv_blood = values[kLabelRvBlood].empty() ? levels.blood : median_of(values[kLabelRvBlood]);
-  levels.muscle = median_of(values[kLabelLvMyocardium]);
-  levels.part();
+  out.levels = levels_of(sure);
 
   out.prices.phases.resize(phases);
   parallel_for(phases, [&](std::size_t p) {

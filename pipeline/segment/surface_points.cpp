@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "pipeline/core/slices.h"
 #include "pipeline/segment/tissue.h"
@@ -37,57 +38,128 @@ std::vector<float> smooth_across(const Grid& grid, const std::vector<float>& ima
   return out;
 }
 
+/// A body's voxels and their smoothed mask, which tells how its surface lies in them.
+class BodySurface {
+ public:
+  /// Both must outlive this.
+  BodySurface(const Grid& grid, const std::vector<std::uint8_t>& inside)
+      : grid_(grid), inside_(inside), axes_(thin_slices(grid) ? 3 : 2), smooth_(inside.size()) {
+    std::transform(inside.begin(), inside.end(), smooth_.begin(),
+                   [](std::uint8_t in) { return in != 0 ? 1.0F : 0.0F; });
+    smooth_ =
+        smooth_in_plane(grid, smooth_, std::max(kSmoothMm, 0.8 * spacing_.head<2>().maxCoeff()));
+    if (axes_ == 3) smooth_ = smooth_across(grid, smooth_);
+  }
+
+  /// None where the voxel has no face on the surface.
+  [[nodiscard]] std::optional<SurfacePoint> point_in(int i, int j, int k) const {
+    Vec3 open_mm2 = Vec3::Zero();  // of its faces
+    Vec3 gradient = Vec3::Zero();  // [1 / mm] of the smoothed mask
+    for (int axis = 0; axis < axes_; ++axis) {
+      std::array<float, 2> beside{};
+      double apart = 0;
+      for (int side = -1; side <= 1; side += 2) {
+        Index3 at{i, j, k};
+        at[static_cast<std::size_t>(axis)] += side;
+        const bool there = grid_.contains(at[0], at[1], at[2]);
+        if (!there) at = {i, j, k};
+        const std::size_t v = grid_.offset(at[0], at[1], at[2]);
+        if (there && inside_[v] == 0) open_mm2[axis] += face_mm2_[axis];
+        if (there) apart += spacing_[axis];
+        beside[side < 0 ? 0 : 1] = smooth_[v];
+      }
+      if (apart > 0) gradient[axis] = (beside[1] - beside[0]) / apart;
+    }
+    if (open_mm2.isZero()) return {};
+    SurfacePoint point;
+    point.voxel = {i, j, k};
+    const double steep = gradient.norm();
+    point.outward_mm = steep > 0 ? Vec3(-gradient / steep) : Vec3(open_mm2.normalized());
+    point.area_mm2 = open_mm2.dot(point.outward_mm.cwiseAbs());
+    const double longest = 1.5 * spacing_.head(axes_).minCoeff();
+    const double out_mm =
+        steep > 0 ? std::clamp((smooth_[grid_.offset(i, j, k)] - 0.5) / steep, -longest, longest)
+                  : 0.0;
+    point.index = Vec3(i, j, k) + (out_mm * point.outward_mm).cwiseQuotient(spacing_);
+    return point;
+  }
+
+ private:
+  const Grid& grid_;
+  const std::vector<std::uint8_t>& inside_;
+  int axes_;  ///< across which it has a surface
+  Vec3 spacing_ = grid_.spacing_mm();
+  Vec3 face_mm2_{spacing_[1] * spacing_[2], spacing_[0] * spacing_[2], spacing_[0] * spacing_[1]};
+  std::vector<float> smooth_;
+};
+
+/// Points joined to patches.
+class JoinedPoints {
+ public:
+  explicit JoinedPoints(std::size_t count) : root_(count) {
+    std::iota(root_.begin(), root_.end(), std::size_t{0});
+  }
+
+  void join(std::size_t one, std::size_t other) { root_[patch_of(one)] = patch_of(other); }
+
+  /// A number that all points of a patch have in common.
+  [[nodiscard]] std::size_t patch_of(std::size_t p) {
+    while (root_[p] != p) p = root_[p] = root_[root_[p]];
+    return p;
+  }
+
+ private:
+  std::vector<std::size_t> root_;
+};
+
+/// Calls visit(offset) for the voxels of a slice within a square about a place in it.
+template <class Visit>
+void for_square(const Grid& grid, int i, int j, int k, int reach, const Visit& visit) {
+  for (int b = j - reach; b <= j + reach; ++b) {
+    for (int a = i - reach; a <= i + reach; ++a) {
+      if (grid.contains(a, b, k)) visit(grid.offset(a, b, k));
+    }
+  }
+}
+
+/// Chosen points, joined where they are neighbours in a slice or from slice to slice.
+JoinedPoints joined_neighbours(const Grid& grid, const std::vector<SurfacePoint>& points,
+                               const std::vector<std::uint8_t>& chosen) {
+  std::vector<std::int32_t> at(grid.count(), -1);
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (chosen[p] == 0) continue;
+    const Index3& v = points[p].voxel;
+    at[grid.offset(v[0], v[1], v[2])] = static_cast<std::int32_t>(p);
+  }
+  const Vec3 spacing = grid.spacing_mm();
+  // An outline moves in the plane by about as much as the next slice is away.
+  const int reach = std::clamp(
+      static_cast<int>(std::ceil(std::min(spacing[2], 10.0) / spacing.head<2>().minCoeff())),
+      kTouchPx, 10);
+  JoinedPoints out(points.size());
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (chosen[p] == 0) continue;
+    const auto join = [&](std::size_t offset) {
+      if (at[offset] >= 0) out.join(p, static_cast<std::size_t>(at[offset]));
+    };
+    const Index3& v = points[p].voxel;
+    for_square(grid, v[0], v[1], v[2], kTouchPx, join);
+    for_square(grid, v[0], v[1], v[2] + 1, reach, join);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<SurfacePoint> surface_points(const Grid& grid,
                                          const std::vector<std::uint8_t>& inside) {
-  const bool across = thin_slices(grid);
-  const Vec3 spacing = grid.spacing_mm();
-  std::vector<float> smooth(inside.size());
-  std::transform(inside.begin(), inside.end(), smooth.begin(),
-                 [](std::uint8_t in) { return in != 0 ? 1.0F : 0.0F; });
-  smooth = smooth_in_plane(grid, smooth, std::max(kSmoothMm, 0.8 * spacing.head<2>().maxCoeff()));
-  if (across) smooth = smooth_across(grid, smooth);
-
-  const Vec3 face_mm2(spacing[1] * spacing[2], spacing[0] * spacing[2], spacing[0] * spacing[1]);
-  const int axes = across ? 3 : 2;
+  const BodySurface surface(grid, inside);
   std::vector<SurfacePoint> points;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        if (inside[grid.offset(i, j, k)] == 0) continue;
-        Vec3 open = Vec3::Zero();
-        Vec3 gradient = Vec3::Zero();
-        for (int axis = 0; axis < axes; ++axis) {
-          std::array<float, 2> beside{};
-          double apart = 0;
-          for (int side = -1; side <= 1; side += 2) {
-            Index3 at{i, j, k};
-            at[static_cast<std::size_t>(axis)] += side;
-            const bool there = grid.contains(at[0], at[1], at[2]);
-            if (!there) at = {i, j, k};
-            const std::size_t v = grid.offset(at[0], at[1], at[2]);
-            if (there && inside[v] == 0) open[axis] += face_mm2[axis];
-            if (there) apart += spacing[axis];
-            beside[side < 0 ? 0 : 1] = smooth[v];
-          }
-          if (apart > 0) gradient[axis] = (beside[1] - beside[0]) / apart;
-        }
-        if (open.isZero()) continue;
-        SurfacePoint point;
-        point.voxel = {i, j, k};
-        const double steep = gradient.norm();
-        point.outward_mm = steep > 0 ? Vec3(-gradient / steep) : Vec3(open.normalized());
-        point.area_mm2 = open.dot(point.outward_mm.cwiseAbs());
-        const double longest = 1.5 * spacing.head(axes).minCoeff();
-        const double out_mm =
-            steep > 0 ? std::clamp((smooth[grid.offset(i, j, k)] - 0.5) / steep, -longest, longest)
-                      : 0.0;
-        point.index = Vec3(i, j, k) + (out_mm * point.outward_mm).cwiseQuotient(spacing);
-        points.push_back(point);
-      }
-    }
-  }
+  for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+    if (inside[v] == 0) return;
+    const std::optional<SurfacePoint> point = surface.point_in(i, j, k);
+    if (point) points.push_back(*point);
+  });
   return points;
 }
 
@@ -133,54 +205,25 @@ std::vector<std::vector<float>> averaged_over_surface(const Grid& grid,
 
 Patch largest_patch(const Grid& grid, const std::vector<SurfacePoint>& points,
                     const std::vector<std::uint8_t>& chosen) {
-  std::vector<std::int32_t> at(grid.count(), -1);
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    if (chosen[p] == 0) continue;
-    const Index3& v = points[p].voxel;
-    at[grid.offset(v[0], v[1], v[2])] = static_cast<std::int32_t>(p);
-  }
-  std::vector<std::size_t> root(points.size());
-  std::iota(root.begin(), root.end(), std::size_t{0});
-  const auto find = [&](std::size_t p) {
-    while (root[p] != p) p = root[p] = root[root[p]];
-    return p;
-  };
-  const Vec3 spacing = grid.spacing_mm();
-  // An outline moves in the plane by about as much as the next slice is away.
-  const int reach = std::clamp(
-      static_cast<int>(std::ceil(std::min(spacing[2], 10.0) / spacing.head<2>().minCoeff())),
-      kTouchPx, 10);
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    if (chosen[p] == 0) continue;
-    const Index3& v = points[p].voxel;
-    for (int dk = 0; dk <= 1; ++dk) {
-      const int r = dk == 0 ? kTouchPx : reach;
-      for (int dj = -r; dj <= r; ++dj) {
-        for (int di = -r; di <= r; ++di) {
-          if (!grid.contains(v[0] + di, v[1] + dj, v[2] + dk)) continue;
-          const std::int32_t other = at[grid.offset(v[0] + di, v[1] + dj, v[2] + dk)];
-          if (other >= 0) root[find(p)] = find(static_cast<std::size_t>(other));
-        }
-      }
-    }
-  }
+  JoinedPoints joined = joined_neighbours(grid, points, chosen);
   std::vector<double> area(points.size(), 0);
   for (std::size_t p = 0; p < points.size(); ++p) {
-    if (chosen[p] != 0) area[find(p)] += points[p].area_mm2;
+    if (chosen[p] != 0) area[joined.patch_of(p)] += points[p].area_mm2;
   }
   const auto largest = std::max_element(area.begin(), area.end());
   if (largest == area.end() || !(*largest > 0)) return {};
   const auto patch = static_cast<std::size_t>(largest - area.begin());
+  Patch out{*largest, patch, {}};
   Vec3 centre = Vec3::Zero();
   for (std::size_t p = 0; p < points.size(); ++p) {
-    if (chosen[p] != 0 && find(p) == patch) centre += points[p].area_mm2 * points[p].index;
+    if (chosen[p] == 0 || joined.patch_of(p) != patch) continue;
+    out.points.push_back(p);
+    centre += points[p].area_mm2 * points[p].index;
   }
   centre /= *largest;
-  Patch out{*largest, patch, {}};
+  const Vec3 spacing = grid.spacing_mm();
   double nearest = -1;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    if (chosen[p] == 0 || find(p) != patch) continue;
-    out.points.push_back(p);
+  for (const std::size_t p : out.points) {
     const double away = (points[p].index - centre).cwiseProduct(spacing).squaredNorm();
     if (nearest >= 0 && away >= nearest) continue;
     nearest = away;

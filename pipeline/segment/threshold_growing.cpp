@@ -60,6 +60,23 @@ std::vector<std::vector<std::size_t>> seed_voxels(const Grid& grid, std::size_t 
   return out;
 }
 
+/// Calls visit(voxel) for those around one, all offsets in the grid.
+template <class Visit>
+void for_neighbours(const Grid& grid, std::size_t voxel, Neighbours neighbours,
+                    const Visit& visit) {
+  const Index3 at = index_of(grid, voxel);
+  for (int c = -1; c <= 1; ++c) {
+    for (int b = -1; b <= 1; ++b) {
+      for (int a = -1; a <= 1; ++a) {
+        const int apart = std::abs(a) + std::abs(b) + std::abs(c);
+        if (apart == 0 || (apart > 1 && neighbours == Neighbours::Faces)) continue;
+        if (!grid.contains(at[0] + a, at[1] + b, at[2] + c)) continue;
+        visit(grid.offset(at[0] + a, at[1] + b, at[2] + c));
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> grow_in_window(const Grid& grid, const std::vector<float>& image,
@@ -74,22 +91,10 @@ std::vector<std::uint8_t> grow_in_window(const Grid& grid, const std::vector<flo
     front.push_back(v);
   };
   for (const std::size_t seed : seeds) visit(seed);
-  const auto nx = static_cast<std::size_t>(grid.size[0]);
   while (!front.empty()) {
     const std::size_t v = front.back();
     front.pop_back();
-    const auto i = static_cast<int>(v % nx);
-    const auto j = static_cast<int>(v % grid.slice_count() / nx);
-    const auto k = static_cast<int>(v / grid.slice_count());
-    for (int c = -1; c <= 1; ++c) {
-      for (int b = -1; b <= 1; ++b) {
-        for (int a = -1; a <= 1; ++a) {
-          const int apart = std::abs(a) + std::abs(b) + std::abs(c);
-          if (apart == 0 || (apart > 1 && window.neighbours == Neighbours::Faces)) continue;
-          if (grid.contains(i + a, j + b, k + c)) visit(grid.offset(i + a, j + b, k + c));
-        }
-      }
-    }
+    for_neighbours(grid, v, window.neighbours, visit);
   }
   return grown;
 }

@@ -181,25 +181,10 @@ class Search {
   [[nodiscard]] Ends refined(const Ends& begin, int fat, int first_step) const {
     const bool walled = begin.wall > kNoWall && begin.wall < kOnlyWall;
     Ends best = at(begin.edge, begin.wall, fat);
-    std::bitset<kEdges * kWalls> tried_before;  // it cannot be better than the best of now
+    Tried tried;  // none of these is better than the best of now
     for (int step = first_step; step >= kLastStep; step /= 2) {
-      for (bool better = true; better;) {
-        better = false;
-        for (const auto& [edge_way, wall_way] : kWays) {
-          if (!walled && wall_way != 0) continue;
-          const int edge = best.edge + step * edge_way;
-          const int wall = best.wall + step * wall_way;
-          if (std::abs(edge) > kMostOff) continue;
-          if (walled && (wall < kLeastWall || wall > kMostWall)) continue;
-          const int place = (edge + kMostOff) * kWalls + (walled ? wall : 0);
-          if (tried_before[static_cast<std::size_t>(place)]) continue;
-          tried_before.set(static_cast<std::size_t>(place));
-          const Ends tried = at(edge, wall, fat);
-          if (!(tried.cost < best.cost)) continue;
-          best = tried;
-          better = true;
-        }
-      }
+      bool better = true;
+      while (better) better = improve(step, fat, walled, tried, best);
     }
     return best;
   }
@@ -210,6 +195,28 @@ class Search {
   static constexpr int kWalls = kMostWall + 1;
   static constexpr std::array<std::array<int, 2>, 8> kWays{
       {{-1, 0}, {1, 0}, {-1, -1}, {1, 1}, {0, -1}, {0, 1}, {-1, 1}, {1, -1}}};
+  using Tried = std::bitset<kEdges * kWalls>;
+
+  /// Looks one step around the best ends, each time from the best so far.
+  /// @return whether there were better ones
+  [[nodiscard]] bool improve(int step, int fat, bool walled, Tried& tried, Ends& best) const {
+    bool better = false;
+    for (const auto& [edge_way, wall_way] : kWays) {
+      if (!walled && wall_way != 0) continue;
+      const int edge = best.edge + step * edge_way;
+      const int wall = best.wall + step * wall_way;
+      if (std::abs(edge) > kMostOff) continue;
+      if (walled && (wall < kLeastWall || wall > kMostWall)) continue;
+      const int place = (edge + kMostOff) * kWalls + (walled ? wall : 0);
+      if (tried[static_cast<std::size_t>(place)]) continue;
+      tried.set(static_cast<std::size_t>(place));
+      const Ends next = at(edge, wall, fat);
+      if (!(next.cost < best.cost)) continue;
+      best = next;
+      better = true;
+    }
+    return better;
+  }
 
   const SurfaceProfile& profile_;
   const LayerLevels& levels_;
