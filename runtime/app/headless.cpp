@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ctime>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <stop_token>
 
@@ -79,7 +80,8 @@ class SessionRun {
     limited_ += felt.status == haptics::TickStatus::Limited ? 1 : 0;
     report.faults += felt.status == haptics::TickStatus::Fault ? 1 : 0;
     report.max_model_force_n = std::max(report.max_model_force_n, felt.contact.force_n.norm());
-    if (options_.seconds > 0 && state.time_s >= options_.seconds) ended_.request_stop();
+    if (!begin_s_) begin_s_ = state.time_s;  // a recording's clock may have run before it
+    if (options_.seconds > 0 && state.time_s - *begin_s_ >= options_.seconds) ended_.request_stop();
     if (watchdog_ != nullptr && !watchdog_->beat()) {
       // A stall: the force is off, and comes back by the ramp.
       servo_.restart();
@@ -119,6 +121,7 @@ class SessionRun {
   std::vector<float> times_us_;
   std::int64_t contacts_ = 0;
   std::int64_t limited_ = 0;
+  std::optional<double> begin_s_;  ///< of the device's clock
   std::int64_t ticks_ = 0;
   std::uint32_t buttons_before_ = ~0U;  // a button that is down from the start was not pressed
   int presses_ = 0;
