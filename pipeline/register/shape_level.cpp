@@ -353,4 +353,17 @@ void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slic
   }
 }
 
+void cut_beside(Phase& level, const Grid& lattice, const AxisMap& map, const Grid& source) {
+  const Vec3 spacing = source.spacing_mm();
+  const auto beyond_mm = [&](int axis, int n) {
+    const double index = map.index(axis, n);
+    const auto size = source.size[static_cast<std::size_t>(axis)];
+    return static_cast<float>(std::max(-0.5 - index, index - (size - 0.5)) * spacing[axis]);
+  };
+  for_each_voxel(lattice, [&](int x, int y, int, std::size_t v) {
+    const float beyond = std::max(beyond_mm(0, x), beyond_mm(1, y));
+    if (beyond > 0) level[v] = std::max(level[v], beyond);
+  });
+}
+
 }  // namespace beatlas::reg

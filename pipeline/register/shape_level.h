@@ -62,4 +62,8 @@ void open_toward_base(Phase& wall, const Grid& source, const std::vector<Phase>&
 void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slice_mm, double at_k,
               int step);
 
+/// Raises the level beyond the rim of the slices' pixels, so that the shape ends there: a distance
+/// is read beyond the rim as at it.
+void cut_beside(Phase& level, const Grid& lattice, const AxisMap& map, const Grid& source);
+
 }  // namespace beatlas::reg

@@ -155,19 +155,30 @@ class LevelMaker {
     }
   }
 
-  /// Ends a phase's level flat on the side of the base, and where the stack ends.
-  /// @param sections of the structure itself
-  void end_flat(Phase& level, const std::vector<Phase>& sections) const {
+  /// Ends a phase's level flat on the side of the base, and where images or coverage end.
+  /// @param part its coverage  @param sections of the structure itself
+  void end_flat(Phase& level, const Phase& part, const std::vector<Phase>& sections) const {
     const auto cut_at = [&](double k, int step) {
       cut_flat(level, lattice_, map_, stack_.gap_mm, k, step);
     };
     if (open_step_ != 0) cut_at(base_end(sections), open_step_);
-    // Where the stack ends, so does the heart: half a gap beyond its last slice.
-    cut_at(-0.5 - first_k_, -1);
-    cut_at(stack_.last_k + 0.5 - first_k_, +1);
+    // Where the stack ends, so does the heart: half a gap beyond its last slice. So it does where
+    // the coverage of thin slices ends within it: beyond its rim a coverage reads as at its rim.
+    const int last = source_.size[2] - 1;
+    const bool begins_within = !stack_.thick && holds(part, 0);
+    const bool ends_within = !stack_.thick && holds(part, last);
+    cut_at(-0.5 - (begins_within ? 0 : first_k_), -1);
+    cut_at(0.5 + (ends_within ? last : stack_.last_k - first_k_), +1);
+    if (stack_.thick) cut_beside(level, lattice_, map_, source_);
   }
 
  private:
+  [[nodiscard]] bool holds(const Phase& part, int k) const {
+    const auto from = part.begin() + static_cast<std::ptrdiff_t>(source_.offset(0, 0, k));
+    return std::any_of(from, from + static_cast<std::ptrdiff_t>(source_.slice_count()),
+                       [](float share) { return share > 0; });
+  }
+
   /// Half a gap beyond the last slice, which is as far as volumes count; nearer to it, the less of
   /// the largest section it holds: that is what a leaning valve leaves, and no column.
   [[nodiscard]] double base_end(const std::vector<Phase>& sections) const {
@@ -235,7 +246,7 @@ ShapeCycle shape_of_structure(Structure structure, Segmentation& segmentation,
                                  structure == Structure::LvBlood ? ends.cavity : ends.wall,
                                  wall ? Creases::Round : Creases::Keep);
     if (with_cavity) maker.hollow(level, sections, cavity->second[p], ends.cavity);
-    maker.end_flat(level, with_cavity ? maker.sections_of(phases[p]) : sections);
+    maker.end_flat(level, filled[p], with_cavity ? maker.sections_of(phases[p]) : sections);
     for (float& value : level) value = std::clamp(value, -kLevelReachMm, kLevelReachMm);
     shape.level.phases[p] = std::move(level);
     if (done_with) filled[p] = Phase();

@@ -101,8 +101,8 @@ Box widened(const Grid& grid, const Box& box, const Box& other) {
     int first = box.first[a];
     int last = first + box.size[a] - 1;
     const int other_last = other.first[a] + other.size[a] - 1;
-    if (other.first[a] < first) first = std::max(0, other.first[a] - margin);
-    if (other_last > last) last = std::min(grid.size[a] - 1, other_last + margin);
+    if (other.first[a] <= first) first = std::max(0, other.first[a] - margin);
+    if (other_last >= last) last = std::min(grid.size[a] - 1, other_last + margin);
     out.first[a] = first;
     out.size[a] = last - first + 1;
   }

@@ -34,7 +34,8 @@ struct Box {
 /// With `room` voxels more on each side, as far as the grid goes; an empty one stays empty.
 [[nodiscard]] Box with_room(const Grid& grid, const Box& box, const Index3& room);
 
-/// The box made to hold another, with a margin of 20 mm on the sides that move.
+/// The box made to hold another, with a margin of 20 mm on the sides that the other
+/// reaches or passes.
 [[nodiscard]] Box widened(const Grid& grid, const Box& box, const Box& other);
 
 }  // namespace beatlas::segment

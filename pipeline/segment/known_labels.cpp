@@ -41,9 +41,9 @@ Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage
   }
   made.coverage.first = box.first;
   made.coverage.grid = grid.part(box.first, box.size);
-  const int step = base_step_of(labels);
-  if (are_thick_slices(grid.spacing_mm()[2]) && step != 0) {
-    made.valve_planes = estimated_valve_planes(labels, step);
+  const BaseSide base = base_side(labels);
+  if (are_thick_slices(grid.spacing_mm()[2]) && base.is_open()) {
+    made.valve_planes = estimated_valve_planes(labels, base.step);
   }
   made = with_other_labels(std::move(made), labels, context);
   if (coverage.empty()) return made;
@@ -58,31 +58,6 @@ Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage
 }
 
 }  // namespace
-
-int base_step_of(const LabelCycle& labels) {
-  const Grid& grid = labels.grid;
-  const auto size = [&](int k, bool (*inside)(std::uint8_t)) {
-    std::ptrdiff_t count = 0;
-    for (const Mask& phase : labels.phases) {
-      const auto from = phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
-      count += std::count_if(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), inside);
-    }
-    return count;
-  };
-  const auto step_by = [&](bool (*inside)(std::uint8_t)) {
-    std::vector<std::ptrdiff_t> sizes;
-    for (int k = 0; k < grid.size[2]; ++k) {
-      if (const std::ptrdiff_t here = size(k, inside); here > 0) sizes.push_back(here);
-    }
-    std::ptrdiff_t more = 0;  // of the upper half
-    for (std::size_t s = 0; s < sizes.size() / 2; ++s) {
-      more += sizes[sizes.size() - 1 - s] - sizes[s];
-    }
-    return more > 0 ? 1 : more < 0 ? -1 : 0;
-  };
-  const int by_cavity = step_by([](std::uint8_t label) { return label == kLabelLvBlood; });
-  return by_cavity != 0 ? by_cavity : step_by([](std::uint8_t label) { return label != 0; });
-}
 
 bool has_unknown(const KnownLabels& known) {
   return std::any_of(known.labels.phases.begin(), known.labels.phases.end(), [](const Mask& image) {

@@ -33,8 +33,4 @@ namespace beatlas::segment {
 /// or if a phase has no heart.
 void check_known(const KnownLabels& known, const Grid& grid, int phases);
 
-/// +1 if the LV's cavity (without one, the heart) is larger towards larger k, where the base is
-/// then, -1 if smaller; 0: neither.
-[[nodiscard]] int base_step_of(const LabelCycle& labels);
-
 }  // namespace beatlas::segment

@@ -318,10 +318,10 @@ std::vector<std::string> keep_beyond_base(const Task& task, const Belief& belief
 }
 
 /// What is known of the ventricle as a whole once its labels and coverage are.
-void finish(const Task& task, int base_step, const ImageCycle<std::uint8_t>& labels,
+void finish(const Task& task, const BaseSide& base, const ImageCycle<std::uint8_t>& labels,
             Segmentation& out) {
-  if (task.thick()) {
-    out.valve_planes = estimated_valve_planes(labels, base_step);
+  if (task.thick() && base.is_open()) {
+    out.valve_planes = estimated_valve_planes(labels, base.step);
     for (auto& [structure, plane] : out.valve_planes) {
       for (double& k : plane.k) k += task.box.first[2];
     }
@@ -369,7 +369,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   make_one_heart(task, labels);
   task.ground.seeds = {};
   const BaseSide base = base_side(labels);  // Atria tell, so before they are merged.
-  if (base.across) {
+  if (base.is_open()) {
     close_wall(base.step, labels);
     hold(task, labels);
   }
@@ -409,7 +409,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     }
   }
   out.belief = believed(kVentricular, labels);
-  finish(task, base.step, labels, out);
+  finish(task, base, labels, out);
   return out;
 }
 

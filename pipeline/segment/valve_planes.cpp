@@ -78,6 +78,33 @@ std::vector<double> plane_places(const ImageCycle<std::uint8_t>& labels, Structu
   return ends;
 }
 
+/// +1 if the LV's cavity (without one, the heart) is larger towards larger k, where the base is
+/// then, -1 if smaller; 0: neither.
+int step_by_size(const LabelCycle& labels) {
+  const Grid& grid = labels.grid;
+  const auto size = [&](int k, bool (*inside)(std::uint8_t)) {
+    std::ptrdiff_t count = 0;
+    for (const std::vector<std::uint8_t>& phase : labels.phases) {
+      const auto from = phase.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+      count += std::count_if(from, from + static_cast<std::ptrdiff_t>(grid.slice_count()), inside);
+    }
+    return count;
+  };
+  const auto step_by = [&](bool (*inside)(std::uint8_t)) {
+    std::vector<std::ptrdiff_t> sizes;
+    for (int k = 0; k < grid.size[2]; ++k) {
+      if (const std::ptrdiff_t here = size(k, inside); here > 0) sizes.push_back(here);
+    }
+    std::ptrdiff_t more = 0;  // of the upper half
+    for (std::size_t s = 0; s < sizes.size() / 2; ++s) {
+      more += sizes[sizes.size() - 1 - s] - sizes[s];
+    }
+    return more > 0 ? 1 : more < 0 ? -1 : 0;
+  };
+  const int by_cavity = step_by([](std::uint8_t label) { return label == kLabelLvBlood; });
+  return by_cavity != 0 ? by_cavity : step_by([](std::uint8_t label) { return label != 0; });
+}
+
 }  // namespace
 
 int most_basal(const ImageCycle<std::uint8_t>& labels, std::size_t phase, Structure structure,
@@ -128,7 +155,7 @@ BaseSide base_side(const LabelCycle& labels) {
       }
     }
   }
-  BaseSide out;
+  BaseSide out{.step = 0, .across = true};
   if (const std::optional<Vec3> direction = lv_direction(labels.grid, blood, muscle)) {
     const Vec3 steps = labels.grid.mm_from_index.linear().inverse() * *direction;
     out.step = steps[2] < 0 ? -1 : 1;
@@ -138,6 +165,7 @@ BaseSide base_side(const LabelCycle& labels) {
   if (beyond > kStray * ventricle && ventricle > 0) {
     out.step = beyond_k / beyond < ventricle_k / ventricle ? -1 : 1;
   }
+  if (out.step == 0) out.step = step_by_size(labels);
   return out;
 }
 

@@ -19,9 +19,14 @@ namespace beatlas::segment {
 /// How slices lie to the LV.
 struct BaseSide {
   /// +1 if the base lies towards larger k, -1 if smaller: where atria and aorta are in view on
-  /// their side, else on the side of the wall on which the cavity is open.
-  int step = 1;
+  /// their side, else on the side of the wall on which the cavity is open; where no wall tells,
+  /// where the cavity (without one, the heart) is larger. 0: nothing tells.
+  int step = 0;
   bool across = true;  ///< they cut it across rather than along
+
+  /// Whether the ventricles end at valves between two slices. Where slices run along the
+  /// ventricle its sides are walls, the first slice's and the last one's alike.
+  [[nodiscard]] bool is_open() const { return across && step != 0; }
 };
 [[nodiscard]] BaseSide base_side(const LabelCycle& labels);
 

@@ -57,6 +57,13 @@ TEST(Boxes, RoomEndsWhereTheGridDoes) {
   EXPECT_EQ(box.size, (Index3{5, 4, 5}));
 }
 
+TEST(Boxes, ASideThatIsTouchedGetsAMargin) {
+  const Grid grid = made::straight_grid({90, 90, 30}, {1, 2, 3});
+  const Box box = widened(grid, {{45, 45, 15}, {1, 1, 1}}, {{45, 35, 15}, {9, 11, 10}});
+  EXPECT_EQ(box.first, (Index3{25, 25, 8}));
+  EXPECT_EQ(box.size, (Index3{49, 31, 22}));
+}
+
 TEST(Boxes, OnlySidesThatMoveGetAMargin) {
   const Grid grid = made::straight_grid({90, 90, 30}, {1, 2, 3});
   const Box box = widened(grid, {{30, 30, 10}, {20, 20, 5}}, {{28, 35, 12}, {10, 17, 20}});
