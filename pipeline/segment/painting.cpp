@@ -43,9 +43,8 @@ struct Range {
 
 /// What was painted in one image, on the grid of the images.
 struct PaintedMarks {
-  std::vector<std::uint8_t>
-      labels;   ///< of each voxel: that of the painted centre nearest to its own
-  Range range;  ///< of voxels that may be painted
+  std::vector<std::uint8_t> labels;  ///< of each voxel's nearest painted centre in it
+  Range range;                       ///< of voxels that may be painted
 };
 
 PaintedMarks marks_of_painting(const Grid& painted_grid, const std::vector<std::uint8_t>& painted,
