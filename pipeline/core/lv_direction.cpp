@@ -46,34 +46,44 @@ std::vector<float> sampled_alike(const Grid& grid, std::vector<float> share) {
   return share;
 }
 
-Wall wall_of(const Grid& grid, const std::vector<float>& blood, const std::vector<float>& muscle) {
+/// What lies face to face with a voxel, all six together.
+struct Beside {
+  Vec3 step = Vec3::Zero();  ///< of the cavity's share, a voxel on along each axis
+  double other = 0;          ///< sum of what is not the cavity
+  double wall = 0;           ///< sum of what is muscle
+};
+
+Beside look_beside(const Grid& grid, const std::vector<float>& blood,
+                   const std::vector<float>& muscle, const Index3& voxel) {
   const auto at = [&](const std::vector<float>& share, const Index3& i) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (i[a] < 0 || i[a] >= grid.size[a]) return 0.0;
-    }
+    if (!grid.contains(i[0], i[1], i[2])) return 0.0;
     return static_cast<double>(share[grid.offset(i[0], i[1], i[2])]);
   };
+  Beside out;
+  for (std::size_t a = 0; a < 3; ++a) {
+    std::array<double, 2> cavity{};
+    for (const std::size_t side : {0, 1}) {
+      Index3 n = voxel;
+      n[a] += side == 0 ? -1 : 1;
+      cavity[side] = at(blood, n);
+      out.other += 1 - cavity[side];
+      out.wall += at(muscle, n);
+    }
+    out.step[static_cast<Eigen::Index>(a)] = 0.5 * (cavity[1] - cavity[0]);
+  }
+  return out;
+}
+
+Wall wall_of(const Grid& grid, const std::vector<float>& blood, const std::vector<float>& muscle) {
   const Eigen::Matrix3d mm_from_step = grid.mm_from_index.linear().inverse().transpose();
   Wall out;
+  // Voxels right beyond the grid have neighbours in it, too.
   for (int k = -1; k <= grid.size[2]; ++k) {
     for (int j = -1; j <= grid.size[1]; ++j) {
       for (int i = -1; i <= grid.size[0]; ++i) {
-        Vec3 step = Vec3::Zero();  // of the cavity's share, a voxel on
-        double other = 0;
-        double wall = 0;
-        for (std::size_t a = 0; a < 3; ++a) {
-          std::array<double, 2> beside{};
-          for (const std::size_t side : {0, 1}) {
-            Index3 n{i, j, k};
-            n[a] += side == 0 ? -1 : 1;
-            beside[side] = at(blood, n);
-            other += 1 - beside[side];
-            wall += at(muscle, n);
-          }
-          step[static_cast<Eigen::Index>(a)] = 0.5 * (beside[1] - beside[0]);
-        }
-        if (step.isZero() || !(wall > 0) || !(other > 0)) continue;
-        const Vec3 area = -std::min(1.0, wall / other) * (mm_from_step * step);
+        const Beside found = look_beside(grid, blood, muscle, {i, j, k});
+        if (found.step.isZero() || !(found.wall > 0) || !(found.other > 0)) continue;
+        const Vec3 area = -std::min(1.0, found.wall / found.other) * (mm_from_step * found.step);
         out.facing += area * area.transpose() / area.norm();
         out.outward += area;
       }
