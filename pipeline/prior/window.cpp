@@ -1,6 +1,7 @@
 #include "pipeline/prior/window.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -25,55 +26,67 @@ struct Body {
   }
 };
 
-/// What hangs together by faces, in any of the phases.
-std::vector<Body> bodies_of(const PriorCycle& looked) {
-  const Grid& grid = looked.grid;
-  std::vector<std::uint8_t> heart(grid.count(), 0);
-  std::vector<std::vector<bool>> blood;  // [phase of those looked at][voxel]
+/// What the phases that were looked at hold.
+struct SeenHeart {
+  std::vector<std::uint8_t> heart;       ///< [voxel] 1 where any of them has a label
+  std::vector<std::vector<bool>> blood;  ///< [phase of them][voxel] of the LV
+};
+
+SeenHeart seen_heart(const PriorCycle& looked) {
+  SeenHeart out;
+  out.heart.assign(looked.grid.count(), 0);
   for (std::size_t p = 0; p < looked.phases.size(); ++p) {
     if (looked.phases[p].empty()) continue;
-    blood.emplace_back(heart.size(), false);
-    for (std::size_t v = 0; v < heart.size(); ++v) {
+    out.blood.emplace_back(out.heart.size(), false);
+    for (std::size_t v = 0; v < out.heart.size(); ++v) {
       const std::uint8_t label = looked.likeliest(p, v);
-      if (label != kLabelBackground) heart[v] = 1;
-      if (label == kLabelLvBlood) blood.back()[v] = true;
+      if (label != kLabelBackground) out.heart[v] = 1;
+      if (label == kLabelLvBlood) out.blood.back()[v] = true;
     }
   }
+  return out;
+}
+
+/// What hangs together with a voxel by faces; taken out of what is seen.
+Body take_body(const Grid& grid, std::size_t start, SeenHeart& seen) {
   const auto row = static_cast<std::size_t>(grid.size[0]);
   const std::size_t slice = grid.slice_count();
-  const auto slices = static_cast<std::size_t>(grid.size[2]);
-  std::vector<Body> out;
+  const std::array<std::size_t, 3> step{1, row, slice};
+  Body body;
+  body.lv_blood.assign(seen.blood.size(),
+                       std::vector<std::size_t>(static_cast<std::size_t>(grid.size[2]), 0));
+  body.low = grid.size;
   std::vector<std::size_t> reached;
-  for (std::size_t start = 0; start < heart.size(); ++start) {
-    if (heart[start] == 0) continue;
-    Body body;
-    body.lv_blood.assign(blood.size(), std::vector<std::size_t>(slices, 0));
-    body.low = grid.size;
-    heart[start] = 0;
-    reached.assign(1, start);
-    while (!reached.empty()) {
-      const std::size_t v = reached.back();
-      reached.pop_back();
-      for (std::size_t p = 0; p < blood.size(); ++p) {
-        body.lv_blood[p][v / slice] += blood[p][v] ? 1 : 0;
-      }
-      const Index3 at{static_cast<int>(v % row), static_cast<int>(v % slice / row),
-                      static_cast<int>(v / slice)};
-      for (std::size_t a = 0; a < 3; ++a) {
-        body.low[a] = std::min(body.low[a], at[a]);
-        body.high[a] = std::max(body.high[a], at[a]);
-        const std::size_t step = a == 0 ? 1 : a == 1 ? row : slice;
-        if (at[a] > 0 && heart[v - step] != 0) {
-          heart[v - step] = 0;
-          reached.push_back(v - step);
-        }
-        if (at[a] + 1 < grid.size[a] && heart[v + step] != 0) {
-          heart[v + step] = 0;
-          reached.push_back(v + step);
-        }
-      }
+  const auto reach = [&](std::size_t v) {
+    if (seen.heart[v] == 0) return;
+    seen.heart[v] = 0;
+    reached.push_back(v);
+  };
+  reach(start);
+  while (!reached.empty()) {
+    const std::size_t v = reached.back();
+    reached.pop_back();
+    for (std::size_t p = 0; p < seen.blood.size(); ++p) {
+      body.lv_blood[p][v / slice] += seen.blood[p][v] ? 1 : 0;
     }
-    out.push_back(std::move(body));
+    const Index3 at{static_cast<int>(v % row), static_cast<int>(v % slice / row),
+                    static_cast<int>(v / slice)};
+    for (std::size_t a = 0; a < 3; ++a) {
+      body.low[a] = std::min(body.low[a], at[a]);
+      body.high[a] = std::max(body.high[a], at[a]);
+      if (at[a] > 0) reach(v - step[a]);
+      if (at[a] + 1 < grid.size[a]) reach(v + step[a]);
+    }
+  }
+  return body;
+}
+
+/// What hangs together by faces, in any of the phases.
+std::vector<Body> bodies_of(const PriorCycle& looked) {
+  SeenHeart seen = seen_heart(looked);
+  std::vector<Body> out;
+  for (std::size_t v = 0; v < seen.heart.size(); ++v) {
+    if (seen.heart[v] != 0) out.push_back(take_body(looked.grid, v, seen));
   }
   return out;
 }
