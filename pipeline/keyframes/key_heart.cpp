@@ -208,6 +208,48 @@ class Moving {
   std::vector<double> keys_ml_;
 };
 
+// All structures at one moment.
+class Moment {
+ public:
+  Moment(const std::map<Structure, Moving>& moving, const Eigen::VectorXd& weights, double voxel_mm)
+      : voxel_mm_(static_cast<float>(voxel_mm)) {
+    for (const auto& [structure, surface] : moving) {
+      distances_.emplace(structure, surface.at_weights(weights));
+    }
+  }
+
+  [[nodiscard]] float signal(std::size_t voxel) const {
+    const float blood =
+        std::max(covered(Structure::LvBlood, voxel), covered(Structure::RvBlood, voxel));
+    const float body = covered(Structure::Heart, voxel);
+    return (1 - blood) * (kOutside + (kMuscle - kOutside) * body) + blood * kBlood;
+  }
+
+  /// @param rest what of the heart none of the others fills
+  [[nodiscard]] std::uint8_t label(std::size_t voxel, std::uint8_t rest) const {
+    if (inside(Structure::LvBlood, voxel)) return kLabelLvBlood;
+    if (inside(Structure::RvBlood, voxel)) return kLabelRvBlood;
+    if (inside(Structure::LvMyocardium, voxel)) return kLabelLvMyocardium;
+    if (inside(Structure::Heart, voxel)) return rest;
+    return kLabelBackground;
+  }
+
+ private:
+  [[nodiscard]] bool inside(Structure structure, std::size_t voxel) const {
+    const auto found = distances_.find(structure);
+    return found != distances_.end() && found->second[voxel] < 0;
+  }
+
+  [[nodiscard]] float covered(Structure structure, std::size_t voxel) const {
+    const auto found = distances_.find(structure);
+    if (found == distances_.end()) return 0.0F;
+    return std::clamp(0.5F - found->second[voxel] / voxel_mm_, 0.0F, 1.0F);
+  }
+
+  float voxel_mm_;
+  std::map<Structure, Distances> distances_;
+};
+
 }  // namespace
 
 SeenHeart see_heart(const KeyHeart& heart, StageContext& context) {
@@ -231,37 +273,17 @@ SeenHeart see_heart(const KeyHeart& heart, StageContext& context) {
   const BoundedSpline bounded = bounded_spline(heart.key_at, volumes);
   const bool rest_is_muscle = heart.surfaces.count(Structure::RvBlood) == 0 &&
                               heart.surfaces.count(Structure::LvMyocardium) == 0;
+  const std::uint8_t rest = rest_is_muscle ? kLabelLvMyocardium : kLabelRestOfHeart;
   for (int phase = 0; phase < heart.phases; ++phase) {
     context.check_cancelled();
     const double share = static_cast<double>(phase) / heart.phases;
     stack.frame_times_s.push_back(share * heart.rr_interval_s);
-    std::map<Structure, Distances> now;
-    for (const auto& [structure, surface] : moving) {
-      now.emplace(structure, surface.at_weights(bounded.spline.weights(share)));
-    }
-    const auto inside = [&](Structure structure, std::size_t voxel) {
-      const auto found = now.find(structure);
-      return found != now.end() && found->second[voxel] < 0;
-    };
-    const auto covered = [&](Structure structure, std::size_t voxel) {
-      const auto found = now.find(structure);
-      if (found == now.end()) return 0.0F;
-      const auto voxel_mm = static_cast<float>(heart.voxel_mm);
-      return std::clamp(0.5F - found->second[voxel] / voxel_mm, 0.0F, 1.0F);
-    };
+    const Moment now(moving, bounded.spline.weights(share), heart.voxel_mm);
     std::vector<float>& image = stack.images.phases.emplace_back(grid.count());
     std::vector<std::uint8_t>& labels = out.labels.phases.emplace_back(grid.count());
     for (std::size_t voxel = 0; voxel < grid.count(); ++voxel) {
-      const float blood =
-          std::max(covered(Structure::LvBlood, voxel), covered(Structure::RvBlood, voxel));
-      const float body = covered(Structure::Heart, voxel);
-      image[voxel] = (1 - blood) * (kOutside + (kMuscle - kOutside) * body) + blood * kBlood;
-      labels[voxel] = inside(Structure::LvBlood, voxel)        ? kLabelLvBlood
-                      : inside(Structure::RvBlood, voxel)      ? kLabelRvBlood
-                      : inside(Structure::LvMyocardium, voxel) ? kLabelLvMyocardium
-                      : !inside(Structure::Heart, voxel)       ? kLabelBackground
-                      : rest_is_muscle                         ? kLabelLvMyocardium
-                                                               : kLabelRestOfHeart;
+      image[voxel] = now.signal(voxel);
+      labels[voxel] = now.label(voxel, rest);
     }
     context.progress((phase + 1.0) / heart.phases);
   }
