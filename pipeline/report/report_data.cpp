@@ -80,11 +80,7 @@ json known_to_json(const std::vector<KnownSurface>& known) {
   return out;
 }
 
-std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Place>& places) {
-  VerdictInput asked;
-  const VerdictLimits limits;
-  asked.refused = input.refused;
-  asked.of_study = input.is_study;
+void ask_of_stages(const ReportInput& input, VerdictInput& asked) {
   for (const ReportStage& stage : input.stages) {
     const bool runs_again = stage.state == "stale" || stage.state == "waits";
     if (runs_again && input.refused.empty()) asked.stale.push_back(stage.name);
@@ -97,36 +93,48 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
       }
     }
   }
-  if (input.segmentation != nullptr) {
-    asked.segmented = true;
-    const std::vector<VolumeCurve> volumes = volumes_of(input);
-    asked.segmentation = heart_figures(volumes);
-    asked.missing = missing_structures(volumes, input.needed);
-    if (!asked.missing.empty() && input.is_study) {
-      const int phase = input.segmentation->end_diastole;
-      WaysToFind ways =
-          ways_to_find(asked.missing, phase, drawn(input, phase), input.has_made_package);
-      asked.how_to_find = std::move(ways.how);
-      asked.finding_commands = std::move(ways.commands);
-    }
-    const std::vector<std::string>& own = input.segmentation->warnings;
-    asked.warnings.insert(asked.warnings.begin(), own.begin(), own.end());
-    const std::vector<LeakAlarm>& alarms = input.segmentation->alarms;
-    for (std::size_t n = 0; n < alarms.size() && n < places.size(); ++n) {  // leaks come first
-      if (is_borne_out(alarms[n], *input.segmentation, limits.expected)) {
-        asked.leaks.push_back(places[n]);
-      } else {
-        ++asked.other_leaks;
-      }
-    }
-    if (input.is_study) asked.doubts = doubts_of(*input.segmentation, asked.segmentation);
-    for (const auto& [structure, phases] : input.uncertainty) {
-      const double share = uncertain_percent(input.uncertainty, structure, limits.uncertain_mm);
-      if (asked.uncertain_percent && share <= *asked.uncertain_percent) continue;
-      asked.uncertain_percent = share;
-      asked.uncertain_structure = structure_words(structure);
+}
+
+void ask_of_segmentation(const ReportInput& input, const std::vector<Place>& places,
+                         const VerdictLimits& limits, VerdictInput& asked) {
+  if (input.segmentation == nullptr) return;
+  asked.segmented = true;
+  const std::vector<VolumeCurve> volumes = volumes_of(input);
+  asked.segmentation = heart_figures(volumes);
+  asked.missing = missing_structures(volumes, input.needed);
+  if (!asked.missing.empty() && input.is_study) {
+    const int phase = input.segmentation->end_diastole;
+    WaysToFind ways =
+        ways_to_find(asked.missing, phase, drawn(input, phase), input.has_made_package);
+    asked.how_to_find = std::move(ways.how);
+    asked.finding_commands = std::move(ways.commands);
+  }
+  const std::vector<std::string>& own = input.segmentation->warnings;
+  asked.warnings.insert(asked.warnings.begin(), own.begin(), own.end());
+  const std::vector<LeakAlarm>& alarms = input.segmentation->alarms;
+  for (std::size_t n = 0; n < alarms.size() && n < places.size(); ++n) {  // leaks come first
+    if (is_borne_out(alarms[n], *input.segmentation, limits.expected)) {
+      asked.leaks.push_back(places[n]);
+    } else {
+      ++asked.other_leaks;
     }
   }
+  if (input.is_study) asked.doubts = doubts_of(*input.segmentation, asked.segmentation);
+  for (const auto& [structure, phases] : input.uncertainty) {
+    const double share = uncertain_percent(input.uncertainty, structure, limits.uncertain_mm);
+    if (asked.uncertain_percent && share <= *asked.uncertain_percent) continue;
+    asked.uncertain_percent = share;
+    asked.uncertain_structure = structure_words(structure);
+  }
+}
+
+std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Place>& places) {
+  VerdictInput asked;
+  const VerdictLimits limits;
+  asked.refused = input.refused;
+  asked.of_study = input.is_study;
+  ask_of_stages(input, asked);
+  ask_of_segmentation(input, places, limits, asked);
   if (input.package) {
     if (input.is_study) asked.package = heart_figures(input.package->volumes);
     asked.worst_gap_percent = input.package->worst_gap_percent;
