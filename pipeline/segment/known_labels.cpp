@@ -42,7 +42,7 @@ Segmentation as_they_are(const LabelCycle& labels, const GivenCoverage& coverage
   made.coverage.first = box.first;
   made.coverage.grid = grid.part(box.first, box.size);
   const BaseSide base = base_side(labels);
-  if (are_thick_slices(grid.spacing_mm()[2]) && base.is_open()) {
+  if (are_thick_slices(grid.spacing_mm()[2]) && base.step != 0) {
     made.valve_planes = estimated_valve_planes(labels, base.step);
   }
   made = with_other_labels(std::move(made), labels, context);

@@ -320,7 +320,7 @@ std::vector<std::string> keep_beyond_base(const Task& task, const Belief& belief
 /// What is known of the ventricle as a whole once its labels and coverage are.
 void finish(const Task& task, const BaseSide& base, const ImageCycle<std::uint8_t>& labels,
             Segmentation& out) {
-  if (task.thick() && base.is_open()) {
+  if (task.thick() && base.step != 0) {
     out.valve_planes = estimated_valve_planes(labels, base.step);
     for (auto& [structure, plane] : out.valve_planes) {
       for (double& k : plane.k) k += task.box.first[2];
@@ -369,7 +369,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   make_one_heart(task, labels);
   task.ground.seeds = {};
   const BaseSide base = base_side(labels);  // Atria tell, so before they are merged.
-  if (base.is_open()) {
+  if (base.across && base.step != 0) {
     close_wall(base.step, labels);
     hold(task, labels);
   }

@@ -23,10 +23,6 @@ struct BaseSide {
   /// where the cavity (without one, the heart) is larger. 0: nothing tells.
   int step = 0;
   bool across = true;  ///< they cut it across rather than along
-
-  /// Whether the ventricles end at valves between two slices. Where slices run along the
-  /// ventricle its sides are walls, the first slice's and the last one's alike.
-  [[nodiscard]] bool is_open() const { return across && step != 0; }
 };
 [[nodiscard]] BaseSide base_side(const LabelCycle& labels);
 
