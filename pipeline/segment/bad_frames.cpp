@@ -53,6 +53,7 @@ std::vector<double> likeness(const ImageCycle<float>& images, const std::vector<
   double square = 0;
   for (const double value : mean) square += (value - level) * (value - level);
   std::vector<double> out;
+  out.reserve(phases.size());
   for (const int p : phases) out.push_back(correlation(slice(p), mean, level, square));
   return out;
 }

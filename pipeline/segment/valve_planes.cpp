@@ -142,7 +142,8 @@ BaseSide base_side(const LabelCycle& labels) {
   const auto each = 1.0F / static_cast<float>(labels.phases.size());
   for (const std::vector<std::uint8_t>& phase : labels.phases) {
     for (std::size_t v = 0; v < phase.size(); ++v) {
-      const auto k = static_cast<double>(v / slice);
+      const std::size_t of_slice = v / slice;
+      const auto k = static_cast<double>(of_slice);
       if (phase[v] == kLabelLvMyocardium) muscle[v] += each;
       if (phase[v] == kLabelLvBlood) {
         blood[v] += each;
