@@ -355,13 +355,18 @@ void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slic
 
 void cut_beside(Phase& level, const Grid& lattice, const AxisMap& map, const Grid& source) {
   const Vec3 spacing = source.spacing_mm();
-  const auto beyond_mm = [&](int axis, int n) {
-    const double index = map.index(axis, n);
-    const auto size = source.size[static_cast<std::size_t>(axis)];
-    return static_cast<float>(std::max(-0.5 - index, index - (size - 0.5)) * spacing[axis]);
-  };
+  std::array<std::vector<float>, 2> beyond_mm;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    for (int n = 0; n < lattice.size[axis]; ++n) {
+      const double index = map.index(static_cast<int>(axis), n);
+      const double beyond = std::max(-0.5 - index, index - (source.size[axis] - 0.5));
+      beyond_mm[axis].push_back(
+          static_cast<float>(beyond * spacing[static_cast<Eigen::Index>(axis)]));
+    }
+  }
   for_each_voxel(lattice, [&](int x, int y, int, std::size_t v) {
-    const float beyond = std::max(beyond_mm(0, x), beyond_mm(1, y));
+    const float beyond = std::max(beyond_mm[0][static_cast<std::size_t>(x)],
+                                  beyond_mm[1][static_cast<std::size_t>(y)]);
     if (beyond > 0) level[v] = std::max(level[v], beyond);
   });
 }

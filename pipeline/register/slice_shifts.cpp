@@ -152,30 +152,35 @@ struct SincTaps {
   }
 };
 
+/// How an image's rows, or its columns, lie in memory.
+struct Lines {
+  int count = 0;
+  int pixels = 0;
+  int lines_apart = 0;
+  int pixels_apart = 0;
+};
+
+/// Reads an image anew along its lines as the taps say.
+void read_along(const SincTaps& taps, const Lines& lines, const float* from, float* to) {
+  for (int line = 0; line < lines.count; ++line) {
+    for (int n = 0; n < lines.pixels; ++n) {
+      float sum = 0;
+      for (int t = 0; t < 6; ++t) {
+        const int at = std::clamp(n + taps.first + t, 0, lines.pixels - 1);
+        sum += taps.weight[static_cast<std::size_t>(t)] *
+               from[line * lines.lines_apart + at * lines.pixels_apart];
+      }
+      to[line * lines.lines_apart + n * lines.pixels_apart] = sum;
+    }
+  }
+}
+
 /// Reads a slice, row-major, anew as the taps along its rows and columns say.
 /// @param rows room for a slice
 void read_shifted(const SincTaps& along_i, const SincTaps& along_j, int ni, int nj, float* slice,
                   float* rows) {
-  for (int j = 0; j < nj; ++j) {
-    for (int i = 0; i < ni; ++i) {
-      float sum = 0;
-      for (int t = 0; t < 6; ++t) {
-        const int from = std::clamp(i + along_i.first + t, 0, ni - 1);
-        sum += along_i.weight[static_cast<std::size_t>(t)] * slice[j * ni + from];
-      }
-      rows[j * ni + i] = sum;
-    }
-  }
-  for (int j = 0; j < nj; ++j) {
-    for (int i = 0; i < ni; ++i) {
-      float sum = 0;
-      for (int t = 0; t < 6; ++t) {
-        const int from = std::clamp(j + along_j.first + t, 0, nj - 1);
-        sum += along_j.weight[static_cast<std::size_t>(t)] * rows[from * ni + i];
-      }
-      slice[j * ni + i] = sum;
-    }
-  }
+  read_along(along_i, {nj, ni, ni, 1}, slice, rows);
+  read_along(along_j, {ni, nj, 1, ni}, rows, slice);
 }
 
 std::string mm_text(double mm) {

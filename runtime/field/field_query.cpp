@@ -123,19 +123,13 @@ FieldQuery::FieldQuery(std::shared_ptr<const FieldPayload> payload, double rr_in
 void FieldQuery::find_centre() {
   const FieldPayload& field = *payload_;
   WeightedSum inside;
-  std::size_t block = 0;
-  for (int bz = 0; bz < field.block_count[2]; ++bz) {
-    for (int by = 0; by < field.block_count[1]; ++by) {
-      for (int bx = 0; bx < field.block_count[0]; ++bx, ++block) {
-        const Vec3 first = kEdge * Vec3(bx, by, bz);
-        const std::int32_t entry = field.blocks[block];
-        if (entry == FieldPayload::kInside) {
-          inside.add(first + Vec3::Constant(0.5 * (kEdge - 1)), FieldPayload::kBlockSamples);
-        }
-        if (entry >= 0) add_leaf(field, entry, first, inside);
-      }
+  for_each_block(field, [&](const Index3& at_sample, std::int32_t entry) {
+    const Vec3 first(at_sample[0], at_sample[1], at_sample[2]);
+    if (entry == FieldPayload::kInside) {
+      inside.add(first + Vec3::Constant(0.5 * (kEdge - 1)), FieldPayload::kBlockSamples);
     }
-  }
+    if (entry >= 0) add_leaf(field, entry, first, inside);
+  });
   const Index3& blocks = field.block_count;
   if (!(inside.weight > 0)) inside.add(0.5 * kEdge * Vec3(blocks[0], blocks[1], blocks[2]), 1);
   centre_mm_ = field.origin_mm + field.voxel_mm / inside.weight * inside.sum;

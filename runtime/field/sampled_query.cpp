@@ -69,22 +69,16 @@ void SampledQuery::take_samples() {
   samples_.resize(field.coefficients.size());
   std::vector<float> sum(count);
   std::vector<float> values(count);
-  std::size_t block = 0;
-  for (int bz = 0; bz < field.block_count[2]; ++bz) {
-    for (int by = 0; by < field.block_count[1]; ++by) {
-      for (int bx = 0; bx < field.block_count[0]; ++bx, ++block) {
-        const std::int32_t entry = field.blocks[block];
-        if (entry < 0) continue;
-        for (int s = 0; s < FieldPayload::kBlockSamples; ++s) {
-          const Index3 local{s % 8, s / 8 % 8, s / 64};
-          sum_in_space({bx * kEdge + local[0], by * kEdge + local[1], bz * kEdge + local[2]}, sum);
-          if (time_ != TemporalMode::PeriodicCubic) values_at_frames(sum, values);
-          store_phases(field.row_at(entry, local[1], local[2]) + at(local[0]),
-                       time_ == TemporalMode::PeriodicCubic ? sum : values);
-        }
-      }
+  for_each_block(field, [&](const Index3& first, std::int32_t entry) {
+    if (entry < 0) return;
+    for (int s = 0; s < FieldPayload::kBlockSamples; ++s) {
+      const Index3 local{s % 8, s / 8 % 8, s / 64};
+      sum_in_space({first[0] + local[0], first[1] + local[1], first[2] + local[2]}, sum);
+      if (time_ != TemporalMode::PeriodicCubic) values_at_frames(sum, values);
+      store_phases(field.row_at(entry, local[1], local[2]) + at(local[0]),
+                   time_ == TemporalMode::PeriodicCubic ? sum : values);
     }
-  }
+  });
 }
 
 void SampledQuery::sum_in_space(const Index3& point, std::vector<float>& sum) const {

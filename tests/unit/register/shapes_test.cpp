@@ -420,41 +420,36 @@ TEST(Shape, OfTheMyocardiumHasNoLidWhereTheCavityNarrowsTowardTheBase) {
   }
 }
 
+/// A ball's shape ends at a place of its grid beside the middle, along an axis of the grid.
+void expect_end(const Segmentation& of_ball, const Affine& map, const Vec3& end_lps, int axis) {
+  const auto shapes = shapes_of(of_ball, map);
+  const Grid& grid = of_ball.coverage.grid;
+  const Vec3 along = (map.linear() * grid.mm_from_index.linear().col(axis)).normalized();
+  const Vec3 middle = map * kMiddle;
+  const double end_mm = (map * end_lps - middle).dot(along);
+  ASSERT_LT(end_mm, 0.8 * kRadius);
+  const auto level = [&](double mm) {
+    return made::level_at(shapes[0], 0, middle + (end_mm + mm) * along);
+  };
+  EXPECT_LT(level(-2), 0);
+  for (double mm = 1; mm < 10; mm += 1) EXPECT_GT(level(mm), 0) << mm;
+}
+
 TEST(Shape, EndsWhereTheCoverageOfThinSlicesEndsWithinIt) {
   const Grid grid = made::oblique_grid({76, 76, 28}, {1, 1, 3}, kMiddle);
-  Segmentation part = ball(grid);
-  const Index3 first{6, 5, 4};
-  part.coverage.first = first;
-  part.coverage.grid = grid.part(first, {65, 66, 14});  // its last slice is 10 mm beyond the middle
+  const Segmentation whole = ball(grid);
+  Segmentation part = whole;
+  part.coverage.first = {6, 5, 4};
+  part.coverage.grid = grid.part(part.coverage.first, {65, 66, 14});
   part.coverage.phases[Structure::Heart] = {
       made::ball_coverage(part.coverage.grid, kMiddle, kRadius)};
-  const Affine map = workspace_from_lps(grid, ball(grid).coverage);
-  const auto shapes = shapes_of(part, map);
-  const Vec3 middle = map * kMiddle;
-  const Vec3 along = (map.linear() * grid.mm_from_index.linear().col(2)).normalized();
-  const double beyond = (map * grid.mm(38, 38, 17.5) - middle).dot(along);
-  ASSERT_LT(beyond, 0.8 * kRadius);
-  EXPECT_LT(made::level_at(shapes[0], 0, middle + (beyond - 2) * along), 0);
-  for (double mm = 1; mm < 12; mm += 1) {
-    EXPECT_GT(made::level_at(shapes[0], 0, middle + (beyond + mm) * along), 0) << mm;
-  }
+  expect_end(part, workspace_from_lps(grid, whole.coverage), grid.mm(38, 38, 17.5), 2);
 }
 
 TEST(Shape, OfThickSlicesEndsWhereTheImageDoes) {
-  const Grid grid = made::oblique_grid({76, 76, 9}, {1, 1, 8}, kMiddle);
-  const Grid cut = grid.part({0, 0, 0}, {45, 76, 9});  // 7 mm beyond the middle
-  Segmentation segmentation = made::segmentation_of(cut, 1);
-  segmentation.coverage.phases[Structure::Heart] = {made::ball_coverage(cut, kMiddle, kRadius)};
-  const Affine map = workspace_from_lps(cut, segmentation.coverage);
-  const auto shapes = shapes_of(segmentation, map);
-  const Vec3 along = (map.linear() * cut.mm_from_index.linear().col(0)).normalized();
-  const Vec3 middle = map * kMiddle;
-  const double beyond = (map * cut.mm(44.5, 38, 4) - middle).dot(along);
-  ASSERT_LT(beyond, 0.8 * kRadius);
-  EXPECT_LT(made::level_at(shapes[0], 0, middle + (beyond - 1.5) * along), 0);
-  for (double mm = 1; mm < 10; mm += 1) {
-    EXPECT_GT(made::level_at(shapes[0], 0, middle + (beyond + mm) * along), 0) << mm;
-  }
+  const Grid cut = made::oblique_grid({76, 76, 9}, {1, 1, 8}, kMiddle).part({0, 0, 0}, {45, 76, 9});
+  const Segmentation whole = ball(cut);
+  expect_end(whole, workspace_from_lps(cut, whole.coverage), cut.mm(44.5, 38, 4), 0);
 }
 
 TEST(Shape, FollowsACoverageThatIsAPartOfTheStack) {
