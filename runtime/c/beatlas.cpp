@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "runtime/atlas/atlas.h"
+#include "runtime/atlas/surface_band.h"
 #include "runtime/base/error.h"
 #include "runtime/haptics/cavity_field.h"
 #include "runtime/haptics/proxy.h"
@@ -354,6 +355,30 @@ void beatlas_query(const beatlas_session* session, const double* points_mm, size
     if (distances_mm != nullptr) distances_mm[n] = sample.distance_mm;
     if (normals != nullptr) copy(body.normal(sample, x), normals + 3 * n);
   }
+}
+
+int beatlas_known_within(const beatlas_session* session, const double* points_mm, size_t count,
+                         double phase, double* half_widths_mm, char* message, size_t message_size) {
+  const bool done = guarded(
+      [&] {
+        if (session == nullptr || points_mm == nullptr || half_widths_mm == nullptr) {
+          beatlas::throw_invalid("it takes a session, points, and widths to write into");
+        }
+        const auto band = beatlas::atlas::band_query(session->opened.manifest, session->structure);
+        if (!band) {
+          beatlas::throw_invalid("the package does not tell how well the surface of " +
+                                 std::string(beatlas::structure_name(session->structure)) +
+                                 " is known");
+        }
+        const field::FieldQuery& body = *session->opened.field;
+        for (size_t n = 0; n < count; ++n) {
+          const Vec3 x(points_mm[3 * n], points_mm[3 * n + 1], points_mm[3 * n + 2]);
+          const Vec3 normal = body.normal(body.sample(x, phase * body.rr_interval_s()), x);
+          half_widths_mm[n] = band->half_width_mm(x, normal, phase);
+        }
+      },
+      message, message_size);
+  return done ? 1 : 0;
 }
 
 }  // extern "C"

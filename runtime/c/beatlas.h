@@ -155,6 +155,13 @@ BEATLAS_API int beatlas_taxels(beatlas_session* session, const double* right,
 BEATLAS_API void beatlas_query(const beatlas_session* session, const double* points_mm,
                                size_t count, double phase, double* distances_mm, double* normals);
 
+/* Another thread: how near the true surface lies to the package's with a probability of 90 %, as a
+ * half width [mm], at `count` points (x y z each) on or near the surface at `phase` of the cycle.
+ * In force that is the width times the stiffness. Fails where the package does not tell it. */
+BEATLAS_API int beatlas_known_within(const beatlas_session* session, const double* points_mm,
+                                     size_t count, double phase, double* half_widths_mm,
+                                     char* message, size_t message_size);
+
 #ifdef __cplusplus
 }
 #endif

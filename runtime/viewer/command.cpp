@@ -88,7 +88,8 @@ void add_options(CLI::App& app, Words& words) {
       ->check(CLI::IsMember({"off", "muscle", "blood"}))
       ->capture_default_str();
   app.add_option("--colour,--color", words.colour,
-                 "the LV's wall by thickness, stiffness or AHA segments, with a legend")
+                 "the LV's wall by thickness, stiffness or AHA segments, or every surface by "
+                 "uncertainty: how near the true one lies with 90 %; with a legend")
       ->check(CLI::IsMember(words_of(kColourings)))
       ->capture_default_str();
   app.add_option("--preset", options.preset,

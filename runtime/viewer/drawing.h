@@ -14,8 +14,9 @@
 #include "runtime/haptics/pericardial_field.h"
 #include "runtime/haptics/taxels.h"
 #include "runtime/palpation/dent.h"
+#include "runtime/palpation/parameters.h"
 #include "runtime/viewer/heart_frame.h"
-#include "runtime/viewer/wall_colours.h"
+#include "runtime/viewer/surface_colours.h"
 
 namespace beatlas::viewer {
 
@@ -107,13 +108,14 @@ class HeartDrawing {
   void set_beats(double beats);
   void set_look(Structure structure, const Look& look);
   [[nodiscard]] Look look(Structure structure) const;
-  /// Colours of the LV's wall with a legend, or the structures' own.
+  /// Colours of the LV's wall, or of how well each surface is known, with a legend, or the
+  /// structures' own.
   /// @param parameters of the stiffness
-  /// @throws Error{InvalidInput} if the package has no map of the wall
+  /// @throws Error{InvalidInput} if the package has no map of the wall, or tells no such band
   void set_colouring(ColourBy by, const palpation::PalpationParameters& parameters);
-  [[nodiscard]] bool has_wall_map() const;
+  [[nodiscard]] bool can_colour_by(ColourBy by) const;
   /// Null: the structures' own.
-  [[nodiscard]] const WallColours* colouring() const;
+  [[nodiscard]] const SurfaceColours* colouring() const;
   /// Of the last picture, where there was one.
   [[nodiscard]] LegendPlace legend_place() const;
   void set_volume(VolumePreset preset);

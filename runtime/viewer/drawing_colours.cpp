@@ -12,9 +12,12 @@
 #include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "runtime/atlas/surface_band.h"
 #include "runtime/base/error.h"
+#include "runtime/viewer/band_colours.h"
 #include "runtime/viewer/drawing_parts.h"
 #include "runtime/viewer/drawing_patches.h"
+#include "runtime/viewer/wall_colours.h"
 
 namespace beatlas::viewer {
 namespace {
@@ -158,7 +161,11 @@ void HeartDrawing::Parts::colour_surface(SurfaceParts& part) const {
   property.SetAmbient(coloured ? 0.25 : 0.12);
   property.SetDiffuse(coloured ? 0.62 : 0.85);
   if (!coloured) return;
-  colours->colours_at(part.structure, beats, part.colours);
+  colours->colours_of({.structure = part.structure,
+                       .beats = beats,
+                       .positions = part.positions,
+                       .normals = part.normals},
+                      part.colours);
   if (!part.point_colours) {
     part.point_colours = vtkSmartPointer<vtkUnsignedCharArray>::New();
     part.point_colours->SetNumberOfComponents(3);
@@ -174,23 +181,44 @@ void HeartDrawing::set_colouring(ColourBy by, const palpation::PalpationParamete
   parts_->stale = true;
   parts_->colours.reset();
   if (by == ColourBy::Structure) return;
+  if (!can_colour_by(by)) {
+    throw_invalid(
+        by == ColourBy::Uncertainty
+            ? "the package does not tell how well its surfaces are known; build it again, "
+              "from images"
+            : "the package has no map of the LV's wall to colour by; build it again");
+  }
+  if (by == ColourBy::Uncertainty) {
+    parts_->colours = parts_->band_colours();
+    return;
+  }
   std::vector<std::shared_ptr<const atlas::SurfaceMapPayload>> maps;
   for (const SurfaceParts& part : parts_->surfaces) {
     if (auto map = parts_->atlas->surface_map(part.structure)) maps.push_back(std::move(map));
   }
-  if (maps.empty()) {
-    throw_invalid("the package has no map of the LV's wall to colour by; build it again");
-  }
   parts_->colours = std::make_unique<const WallColours>(std::move(maps), by, parameters);
 }
 
-bool HeartDrawing::has_wall_map() const {
-  return std::any_of(parts_->surfaces.begin(), parts_->surfaces.end(), [&](const auto& part) {
-    return parts_->atlas->surface_map(part.structure) != nullptr;
-  });
+std::unique_ptr<const SurfaceColours> HeartDrawing::Parts::band_colours() const {
+  std::vector<BandColours::Banded> banded;
+  for (const SurfaceParts& part : surfaces) {
+    const auto band = atlas::band_query(atlas->manifest(), part.structure);
+    if (band) banded.push_back({part.structure, *band, part.motion.get()});
+  }
+  return std::make_unique<const BandColours>(banded);
 }
 
-const WallColours* HeartDrawing::colouring() const { return parts_->colours.get(); }
+bool HeartDrawing::can_colour_by(ColourBy by) const {
+  const atlas::Atlas& package = *parts_->atlas;
+  return by == ColourBy::Structure ||
+         std::any_of(parts_->surfaces.begin(), parts_->surfaces.end(), [&](const auto& part) {
+           return by == ColourBy::Uncertainty
+                      ? atlas::band_query(package.manifest(), part.structure).has_value()
+                      : package.surface_map(part.structure) != nullptr;
+         });
+}
+
+const SurfaceColours* HeartDrawing::colouring() const { return parts_->colours.get(); }
 
 LegendPlace HeartDrawing::legend_place() const {
   return {.x = parts_->legend.centre.x(),

@@ -32,6 +32,7 @@
 #include "runtime/viewer/drawing.h"
 #include "runtime/viewer/heart_mask.h"
 #include "runtime/viewer/image_cut.h"
+#include "runtime/viewer/surface_colours.h"
 #include "runtime/viewer/surface_motion.h"
 
 namespace beatlas::viewer {
@@ -105,7 +106,7 @@ struct ToolParts {
   vtkSmartPointer<vtkBillboardTextActor3D> label;
 };
 
-/// What the colours of the wall stand for.
+/// What the colours stand for.
 struct LegendParts {
   vtkSmartPointer<vtkPolyData> patches;
   vtkSmartPointer<vtkActor2D> actor;
@@ -158,8 +159,8 @@ struct HeartDrawing::Parts {
   std::vector<ToolParts> tool_parts;  ///< as many as there ever were tools
   OverlayParts overlay;
   LegendParts legend;
-  std::vector<TaxelParts> taxel_parts;         ///< the same
-  std::unique_ptr<const WallColours> colours;  ///< null: structures' own
+  std::vector<TaxelParts> taxel_parts;            ///< the same
+  std::unique_ptr<const SurfaceColours> colours;  ///< null: structures' own
   vtkSmartPointer<vtkRenderer> renderer;
   vtkSmartPointer<vtkRenderWindow> window;
 
@@ -199,6 +200,8 @@ struct HeartDrawing::Parts {
   [[nodiscard]] std::string caption() const;
   void fit_height() const;
   void colour_surface(SurfaceParts& part) const;
+  /// By how well each surface that has a band is known.
+  [[nodiscard]] std::unique_ptr<const SurfaceColours> band_colours() const;
   void update_legend();
   void update_taxels();
   /// @param left_px where the map begins  @return where the next one may; 0 where none is shown

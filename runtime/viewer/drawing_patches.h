@@ -17,7 +17,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include "runtime/base/geometry.h"
-#include "runtime/viewer/wall_colours.h"
+#include "runtime/viewer/surface_colours.h"
 
 namespace beatlas::viewer {
 

@@ -169,7 +169,7 @@ void HeartWindow::show_heart(LoadedHeart heart) {
   device_->setCurrentIndex(0);
   show_device();
   volume_->setEnabled(drawing.has_volume());
-  colour_->setEnabled(drawing.has_wall_map());
+  show_colourings();
   cut_image_->setEnabled(drawing.has_volume());
   for (const auto& [structure, widgets] : structures_) {
     widgets.first->setEnabled(drawing.has(structure));
@@ -193,7 +193,7 @@ void HeartWindow::reset() {
     for (const Structure structure : kAllStructures) {
       picture_->drawing()->set_look(structure, default_look(structure));
     }
-    if (!picture_->drawing()->has_wall_map()) options.colour = ColourBy::Structure;
+    if (!picture_->drawing()->can_colour_by(options.colour)) options.colour = ColourBy::Structure;
     apply(options, *picture_->drawing());
     view_->setCurrentText(QString::fromStdString(options.view));
     cut_->setCurrentText(options.cut.empty() ? "none" : QString::fromStdString(options.cut));

@@ -132,6 +132,7 @@ class HeartWindow : public QMainWindow {
   double show_exercise();
   void list_constants();
   void show_constant();
+  void show_colourings();
   void colour_changed();
   void stiffness_changed();
   void preset_chosen(const QString& name);

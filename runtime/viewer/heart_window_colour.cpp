@@ -1,6 +1,7 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QSlider>
+#include <QStandardItemModel>
 #include <cmath>
 
 #include "runtime/viewer/heart_window.h"
@@ -27,6 +28,20 @@ void HeartWindow::preset_chosen(const QString& name) {
   });
 }
 
+// Of the list of colourings those that the package has something for.
+void HeartWindow::show_colourings() {
+  const HeartDrawing& drawing = *picture_->drawing();
+  auto* list = qobject_cast<QStandardItemModel*>(colour_->model());
+  bool any = false;
+  for (int n = 0; n < colour_->count(); ++n) {
+    const auto by = static_cast<ColourBy>(n);
+    const bool has = drawing.can_colour_by(by);
+    list->item(n)->setEnabled(has);
+    any = any || (has && by != ColourBy::Structure);
+  }
+  colour_->setEnabled(any);
+}
+
 // What hides the wall goes with its colours, and comes back without them.
 void HeartWindow::colour_changed() {
   HeartDrawing* drawing = picture_->drawing();
@@ -35,8 +50,8 @@ void HeartWindow::colour_changed() {
     const auto by = static_cast<ColourBy>(colour_->currentIndex());
     drawing->set_colouring(by, chosen_parameters());
     for (const auto& [structure, widgets] : structures_) {
-      const double opacity =
-          by == ColourBy::Structure ? default_look(structure).opacity : coloured_opacity(structure);
+      const double opacity = by == ColourBy::Structure ? default_look(structure).opacity
+                                                       : coloured_opacity(by, structure);
       widgets.second->setValue(static_cast<int>(std::lround(100 * opacity)));
     }
     looks_changed();

@@ -106,7 +106,8 @@ void HeartWindow::make_beat(QVBoxLayout* column) {
   phase_ = slider("phase", 0, kPhaseSteps, 0);
   view_ = choice("view", words_of(kViews));
   volume_ = choice("volume", {"off", "muscle", "blood"});
-  colour_ = choice("colour", {"structures", "wall thickness", "stiffness", "AHA segments"});
+  colour_ = choice("colour",
+                   {"structures", "wall thickness", "stiffness", "AHA segments", "uncertainty"});
   auto* beat = new QGroupBox("Beat and view");
   auto* beat_form = new QFormLayout(beat);
   beat_form->addRow(play_);

@@ -150,7 +150,8 @@ void apply(const ViewOptions& options, HeartDrawing& drawing) {
     Look look = drawing.look(structure);
     // Surfaces would hide the volume; their lines on a cut stay.
     if (options.volume != VolumePreset::Off) look.opacity = 0;
-    if (options.colour != ColourBy::Structure) look.opacity = coloured_opacity(structure);
+    if (options.colour != ColourBy::Structure)
+      look.opacity = coloured_opacity(options.colour, structure);
     // A tool in a cavity is seen through all that lies around it.
     if (!options.inside.empty()) look.opacity = std::min(look.opacity, kAroundToolOpacity);
     const auto wished = options.opacity.find(structure);

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/base/error.h"
+#include "runtime/viewer/band_colours.h"
 #include "runtime/viewer/display.h"
 #include "runtime/viewer/heart_window.h"
 #include "runtime/viewer/wall_colours.h"
@@ -42,6 +43,11 @@ Vec3 seen_without_green(const Vec3& linear) {
   Vec3 lms = lms_from_rgb * linear;
   lms.y() = 0.494207 * lms.x() + 1.24827 * lms.z();
   return (lms_from_rgb.inverse() * lms).cwiseMax(0.0).cwiseMin(1.0);
+}
+
+/// What walls are coloured by does not hang on where they are drawn.
+DrawnSurface at(Structure structure, double beats) {
+  return {.structure = structure, .beats = beats, .positions = {}, .normals = {}};
 }
 
 TEST(WallColours, StepsOfTheScaleLookEvenAlsoWithoutTellingGreenFromRed) {
@@ -127,7 +133,7 @@ TEST(WallColours, TheRvHasAThicknessAlone) {
   ASSERT_TRUE(thickness.has(Structure::RvBlood));
   EXPECT_EQ(thickness.scale().low, 4);
   std::vector<Rgb> seen;
-  thickness.colours_at(Structure::RvBlood, 0, seen);
+  thickness.colours_of(at(Structure::RvBlood, 0), seen);
   EXPECT_EQ(seen[0], thickness.scale().colour_of(4));
   EXPECT_EQ(seen[1], kNoWall);
   for (const ColourBy by : {ColourBy::Stiffness, ColourBy::Segments}) {
@@ -157,7 +163,7 @@ TEST(WallColours, StiffnessIsThatOfTheTableAndTheDisease) {
   EXPECT_EQ(colours.scale().low, std::floor(ill));
   EXPECT_EQ(colours.scale().high, 75);
   std::vector<Rgb> seen;
-  colours.colours_at(Structure::LvBlood, 0.3, seen);
+  colours.colours_of(at(Structure::LvBlood, 0.3), seen);
   EXPECT_EQ(seen[0], colours.scale().colour_of(ill));
   EXPECT_EQ(seen[1], colour_of_share(1));
   EXPECT_EQ(seen[2], kNoWall);
@@ -201,7 +207,7 @@ class Colours : public testing::Test {
 /// Light makes a colour darker, not another one: pixel and legend have the same direction.
 TEST_F(Colours, AVertexHasTheLegendsColourOfItsWall) {
   HeartDrawing drawing(atlas_, nullptr, {});
-  ASSERT_TRUE(drawing.has_wall_map());
+  ASSERT_TRUE(drawing.can_colour_by(ColourBy::Thickness));
   Look hidden = drawing.look(Structure::Heart);
   hidden.visible = false;
   drawing.set_look(Structure::Heart, hidden);
@@ -235,6 +241,55 @@ TEST_F(Colours, AVertexHasTheLegendsColourOfItsWall) {
     }
     EXPECT_GT(compared, 60) << view;
   }
+}
+
+/// What the package tells is half of a band's width within and across slices, which lie along z
+/// here.
+TEST_F(Colours, AVertexHasTheLegendsColourOfHowWellItIsKnown) {
+  const test::TemporaryFolder folder;
+  const auto banded = test::ellipsoid_atlas(folder, heart_, 4, 5, 0, true);
+  HeartDrawing drawing(banded, nullptr, {});
+  ASSERT_TRUE(drawing.can_colour_by(ColourBy::Uncertainty));
+  drawing.set_colouring(ColourBy::Uncertainty, {});
+  const ColourScale scale = drawing.colouring()->scale();
+  EXPECT_EQ(scale.low, 1);
+  EXPECT_EQ(scale.high, 6) << "the widest is sqrt(1 + 25)";
+  Look opaque = drawing.look(Structure::Heart);
+  opaque.opacity = coloured_opacity(ColourBy::Uncertainty, Structure::Heart);
+  drawing.set_look(Structure::Heart, opaque);
+  EXPECT_TRUE(drawing.colouring()->has(Structure::Heart));
+  EXPECT_FALSE(drawing.colouring()->has(Structure::LvBlood)) << "of which nothing is told";
+  const CameraPose pose = standard_view(drawing.frame(), "anterior");
+  drawing.set_camera(pose);
+  const Picture picture = drawing.picture(800, 600);
+  const LegendPlace legend = drawing.legend_place();
+  const std::vector<Vec3f> drawn = drawing.drawn_vertices(Structure::Heart);
+  int compared = 0;
+  double least = 1;
+  double most = 0;
+  for (std::size_t v = 0; v < drawn.size(); v += 7) {
+    const Vec3 at = drawn[v].cast<double>();
+    const Vec3 normal = (heart_.shape(0).inverse() * (at - heart_.centre_mm)).normalized();
+    if (normal.dot(pose.towards_viewer) < 0.6) continue;
+    const double known_mm = std::hypot(normal.x(), normal.y()) + 5 * std::abs(normal.z());
+    const double share = (known_mm - scale.low) / (scale.high - scale.low);
+    if (share < 0.02 || share > 0.98) continue;
+    least = std::min(least, share);
+    most = std::max(most, share);
+    const Vec3 told = pixel(picture, {legend.x, legend.y + legend.half_height * (1 - 2 * share)});
+    const Vec3 seen = pixel(picture, drawing.pixel_of(at));
+    ASSERT_GT(seen.norm(), 30);
+    EXPECT_GT(seen.normalized().dot(told.normalized()), 0.998)
+        << v << ": " << seen.transpose() << " for " << told.transpose();
+    ++compared;
+  }
+  EXPECT_GT(compared, 60);
+  EXPECT_GT(most - least, 0.5) << "colours that hardly differ show nothing";
+
+  HeartDrawing untold(atlas_, nullptr, {});
+  EXPECT_FALSE(untold.can_colour_by(ColourBy::Uncertainty));
+  EXPECT_THROW(untold.set_colouring(ColourBy::Uncertainty, {}), Error);
+  EXPECT_EQ(untold.colouring(), nullptr);
 }
 
 TEST_F(Colours, TheLegendIsTheScaleAndTheBullsEyeTheSegments) {
@@ -276,6 +331,11 @@ TEST_F(Colours, AreChosenInTheWindow) {
   auto* colour = window.findChild<QComboBox*>("colour");
   ASSERT_NE(colour, nullptr);
   ASSERT_TRUE(colour->isEnabled());
+  const auto may_choose = [&](int n) {
+    return (colour->model()->index(n, 0).flags() & Qt::ItemIsEnabled) != 0;
+  };
+  EXPECT_TRUE(may_choose(1));
+  EXPECT_FALSE(may_choose(4)) << "the package does not tell how well surfaces are known";
   const QString said = window.message();  // a hint, where it is the user's first run
   colour->setCurrentIndex(1);
   const HeartDrawing& drawing = *window.picture().drawing();

@@ -46,10 +46,12 @@ struct BeatingEllipsoid {
 /// and a wall of LV blood that is 6 mm thick at the apex and 11 at the base.
 /// @param muscle_off > 0: the LV's muscle too, which lies on the heart's surface but for waves of
 /// this part of its size, as surfaces fitted each by itself do
+/// @param banded the heart's surface is known to 1 mm within slices and to 5 mm across them
 inline std::shared_ptr<const atlas::Atlas> ellipsoid_atlas(const TemporaryFolder& folder,
                                                            const BeatingEllipsoid& heart,
                                                            int phases, int levels,
-                                                           double muscle_off = 0) {
+                                                           double muscle_off = 0,
+                                                           bool banded = false) {
   pack::PackageContent content = sample_content(phases, 20, 2, 3);
   content.surfaces.clear();
   std::vector<Structure> structures{Structure::Heart, Structure::LvBlood};
@@ -57,6 +59,13 @@ inline std::shared_ptr<const atlas::Atlas> ellipsoid_atlas(const TemporaryFolder
     structures.push_back(Structure::LvMyocardium);
     content.manifest.structures.push_back(content.manifest.structures.back());
     content.manifest.structures.back().name = structure_name(Structure::LvMyocardium);
+  }
+  if (banded) {
+    const auto slices = static_cast<std::size_t>(content.manifest.source_size[2]);
+    const auto everywhere = [&](double mm) {
+      return std::vector(static_cast<std::size_t>(phases), std::vector<double>(slices, mm));
+    };
+    content.manifest.structures.front().band = {everywhere(1), everywhere(5)};
   }
   for (const Structure structure : structures) {
     const double part = structure == Structure::LvBlood ? 0.55 : 1;

@@ -16,6 +16,7 @@
 #include "runtime/haptics/cavity_field.h"
 #include "runtime/haptics/proxy.h"
 #include "runtime/haptics/servo.h"
+#include "tests/package/sample_package.h"
 
 namespace beatlas {
 namespace {
@@ -239,6 +240,42 @@ TEST(C, QueriesAreTheFields) {
     EXPECT_EQ(Vec3(normals + 3 * n), field.normal(sample, x));
   }
   beatlas_query(c.session, points, 2, 0.3, nullptr, nullptr);
+}
+
+TEST(C, HowWellTheSurfaceIsKnownIsThePackages) {
+  const test::TemporaryFolder folder;
+  pack::PackageContent content = test::tiny_content();
+  const auto slices = static_cast<std::size_t>(content.manifest.source_size[2]);
+  const auto everywhere = [&](double mm) {
+    return std::vector(4, std::vector<double>(slices, mm));
+  };
+  content.manifest.structures.front().band = {everywhere(1), everywhere(5)};
+  const std::filesystem::path file = folder.path() / "banded.beatlas";
+  pack::write_package(file, content);
+  char message[256];
+  beatlas_session* session = beatlas_open(file.c_str(), nullptr, nullptr, message, sizeof message);
+  ASSERT_NE(session, nullptr) << message;
+  const beatlas_info info = beatlas_get_info(session);
+  const double r = 10 / std::sqrt(2.0);
+  const double points[9] = {info.centre_mm[0] + 10, info.centre_mm[1], info.centre_mm[2],
+                            info.centre_mm[0],      info.centre_mm[1], info.centre_mm[2] - 10,
+                            info.centre_mm[0] + r,  info.centre_mm[1], info.centre_mm[2] + r};
+  double widths[3];
+  double normals[9];
+  beatlas_query(session, points, 3, 0.25, nullptr, normals);
+  ASSERT_EQ(beatlas_known_within(session, points, 3, 0.25, widths, message, sizeof message), 1)
+      << message;
+  for (int n = 0; n < 3; ++n) {  // the sample's slices lie along z
+    const double along = std::abs(normals[3 * n + 2]);
+    EXPECT_NEAR(widths[n], std::sqrt(1 - along * along) + 5 * along, 1e-9) << n;
+  }
+  EXPECT_LT(widths[0], widths[2]);
+  EXPECT_EQ(beatlas_known_within(session, points, 3, 0, nullptr, message, sizeof message), 0);
+  beatlas_close(session);
+  EXPECT_EQ(beatlas_known_within(nullptr, points, 3, 0, widths, nullptr, 0), 0);
+  const Session golden;
+  EXPECT_EQ(beatlas_known_within(golden.session, points, 3, 0, widths, message, sizeof message), 0);
+  EXPECT_NE(std::string(message).find("does not tell how well"), std::string::npos);
 }
 
 TEST(C, EveryModelOpensAndWhatIsNotThereIsSaid) {
