@@ -65,28 +65,29 @@ class Level {
 
   [[nodiscard]] std::vector<Crossing> crossings() const {
     std::vector<Crossing> out;
-    for (int k = 0; k + 1 < grid_.size[2]; ++k) {
-      for (int j = 0; j + 1 < grid_.size[1]; ++j) {
-        for (int i = 0; i + 1 < grid_.size[0]; ++i) {
-          const float here = at(i, j, k) - 0.5F;
-          for (int axis = 0; axis < 3; ++axis) {
-            const Index3 next{i + (axis == 0), j + (axis == 1), k + (axis == 2)};
-            const float there = at(next[0], next[1], next[2]) - 0.5F;
-            if ((here < 0) == (there < 0)) continue;
-            const double share = static_cast<double>(here / (here - there));
-            const Vec3 slope = (1 - share) * slope_at({i, j, k}) + share * slope_at(next);
-            if (slope.norm() < kLeastSlope) continue;
-            Vec3 place = Vec3(i, j, k).cwiseProduct(spacing_);
-            place[axis] += share * spacing_[axis];
-            out.push_back({place, -slope.normalized()});
-          }
-        }
+    for_each_voxel(grid_, [&](int i, int j, int k, std::size_t) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        Index3 next{i, j, k};
+        if (++next[axis] < grid_.size[axis]) add_crossing({i, j, k}, next, out);
       }
-    }
+    });
     return out;
   }
 
  private:
+  /// Of the line between two voxels beside each other, if there is one.
+  void add_crossing(const Index3& here, const Index3& next, std::vector<Crossing>& out) const {
+    const float first = at(here[0], here[1], here[2]) - 0.5F;
+    const float second = at(next[0], next[1], next[2]) - 0.5F;
+    if ((first < 0) == (second < 0)) return;
+    const double share = static_cast<double>(first / (first - second));
+    const Vec3 slope = (1 - share) * slope_at(here) + share * slope_at(next);
+    if (slope.norm() < kLeastSlope) return;
+    const Vec3 from(here[0], here[1], here[2]);
+    const Vec3 to(next[0], next[1], next[2]);
+    out.push_back({((1 - share) * from + share * to).cwiseProduct(spacing_), -slope.normalized()});
+  }
+
   [[nodiscard]] float at(int i, int j, int k) const { return value_[grid_.offset(i, j, k)]; }
   [[nodiscard]] Vec3 slope_at(const Index3& at) const {
     Vec3 out;
