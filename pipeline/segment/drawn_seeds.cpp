@@ -157,14 +157,16 @@ void check_seeds(const std::vector<Seed>& seeds, const Grid& grid, int phases) {
 
 Box box_with_seeds(const Grid& grid, const Box& box, std::vector<Seed>& seeds) {
   Box out = box;
+  for (const Seed& seed : seeds) {
+    if (seed.label == kLabelBackground) continue;
+    out = widened(grid, out, box_around_voxels(grid, voxels_of(grid, seed)));
+  }
+  // Only now is it known how far the box reaches.
   std::erase_if(seeds, [&](const Seed& seed) {
+    if (seed.label != kLabelBackground) return false;
     const std::vector<std::size_t> voxels = voxels_of(grid, seed);
-    if (seed.label == kLabelBackground) {
-      return std::none_of(voxels.begin(), voxels.end(),
-                          [&](std::size_t v) { return box.contains(index_of(grid, v)); });
-    }
-    out = widened(grid, out, box_around_voxels(grid, voxels));
-    return false;
+    return std::none_of(voxels.begin(), voxels.end(),
+                        [&](std::size_t v) { return out.contains(index_of(grid, v)); });
   });
   return out;
 }
