@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace beatlas::reg {
@@ -31,15 +32,21 @@ int last_section(const Grid& grid, const std::vector<float>& coverage, int step)
   return -1;
 }
 
+/// From the centre of the last slice, which is the stack's, to where sections that shrink as these
+/// two close; infinite where they do not shrink.
+double gaps_to_closing(double here, double before) {
+  return before > here ? here / (before - here) : std::numeric_limits<double>::infinity();
+}
+
 /// @param last_in_stack toward the apex
 ApicalEnd end_of(const Grid& grid, const std::vector<float>& coverage, int step,
                  int last_in_stack) {
   ApicalEnd out{step, kGaps};
   const int last = last_section(grid, coverage, step);
   if (last != last_in_stack || last - step < 0 || last - step >= grid.size[2]) return out;
-  const double here = section(grid, coverage, last);
-  const double before = section(grid, coverage, last - step);
-  if (before > here) out.gaps = std::clamp(here / (before - here), kLeastGaps, kGaps);
+  const double gaps =
+      gaps_to_closing(section(grid, coverage, last), section(grid, coverage, last - step));
+  out.gaps = std::clamp(gaps, kLeastGaps, kGaps);
   return out;
 }
 
@@ -104,6 +111,17 @@ ApicalEnds apical_ends(const Segmentation& segmentation, Structure structure, st
   // In a slice at the very tip cavity and wall share what is left.
   out.cavity.gaps = std::min(out.cavity.gaps, std::max(lv.gaps - wall_gaps, 0.5 * lv.gaps));
   return out;
+}
+
+double lv_gaps_beyond(const Segmentation& segmentation, std::size_t phase, int step) {
+  const CoverageCycle& coverage = segmentation.coverage;
+  const std::vector<float> filled = filled_lv(coverage, phase);
+  const int last = last_in_stack(segmentation, step);
+  const Grid& grid = coverage.grid;
+  if (last_section(grid, filled, step) != last || last - step < 0 || last - step >= grid.size[2]) {
+    return 0;
+  }
+  return gaps_to_closing(section(grid, filled, last), section(grid, filled, last - step));
 }
 
 std::optional<double> lv_apex_k(const Segmentation& segmentation, std::size_t phase, int step) {

@@ -46,4 +46,9 @@ struct ApicalEnds {
 [[nodiscard]] std::optional<double> lv_apex_k(const Segmentation& segmentation, std::size_t phase,
                                               int step);
 
+/// How many gaps between slices beyond the stack's last slice towards the apex the LV would close,
+/// as its sections shrink; infinite where they do not, 0 where it closes within the stack.
+/// @param step towards the apex, not 0
+[[nodiscard]] double lv_gaps_beyond(const Segmentation& segmentation, std::size_t phase, int step);
+
 }  // namespace beatlas::reg

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "pipeline/core/parallel.h"
@@ -84,9 +85,50 @@ std::vector<int> bad_phases(const ImageCycle<float>& images, int k) {
     const float* slice = images.phases[static_cast<std::size_t>(p)].data() + begin;
     (is_blank(slice, count) ? out : shown).push_back(p);
   }
-  if (shown.empty()) return {};
+  if (shown.empty()) return out;
   const std::vector<int> unlike = unlike_phases(images, shown, k);
   out.insert(out.end(), unlike.begin(), unlike.end());
+  return out;
+}
+
+/// [slice] phases that are bad, of which nothing is left where no phase is good.
+std::vector<int> slices_without_any(const std::vector<BadFrame>& bad, int slices, int phases) {
+  std::vector<int> count(static_cast<std::size_t>(slices), 0);
+  for (const BadFrame& frame : bad) ++count[static_cast<std::size_t>(frame.k)];
+  std::vector<int> out;
+  for (int k = 0; k < slices; ++k) {
+    if (count[static_cast<std::size_t>(k)] == phases) out.push_back(k);
+  }
+  return out;
+}
+
+/// Draws slices of which no phase is good straight between the nearest ones beside them.
+/// @pre there is one on either side
+void draw_slices(const std::vector<int>& lost, ImageCycle<float>& images) {
+  const Grid& grid = images.grid;
+  for (const int k : lost) {
+    const auto is_lost = [&](int at) { return std::binary_search(lost.begin(), lost.end(), at); };
+    int below = k - 1;
+    int above = k + 1;
+    while (is_lost(below)) --below;
+    while (is_lost(above)) ++above;
+    const float share = static_cast<float>(k - below) / static_cast<float>(above - below);
+    for (std::vector<float>& phase : images.phases) {
+      const std::size_t to = grid.offset(0, 0, k);
+      const std::size_t low = grid.offset(0, 0, below);
+      const std::size_t high = grid.offset(0, 0, above);
+      for (std::size_t v = 0; v < grid.slice_count(); ++v) {
+        phase[to + v] = (1 - share) * phase[low + v] + share * phase[high + v];
+      }
+    }
+  }
+}
+
+std::string listed(const std::vector<int>& slices) {
+  std::string out = slices.size() == 1 ? "slice " : "slices ";
+  for (std::size_t n = 0; n < slices.size(); ++n) {
+    out += (n == 0 ? "" : ", ") + std::to_string(slices[n]);
+  }
   return out;
 }
 
@@ -96,6 +138,10 @@ std::vector<BadFrame> bad_frames(const ImageCycle<float>& images) {
   std::vector<std::vector<int>> bad(static_cast<std::size_t>(images.grid.size[2]));
   parallel_for(bad.size(),
                [&](std::size_t k) { bad[k] = bad_phases(images, static_cast<int>(k)); });
+  // Beyond the outermost slices that show something nothing is missed.
+  const auto whole = static_cast<std::size_t>(images.phase_count());
+  for (auto k = bad.begin(); k != bad.end() && k->size() == whole; ++k) k->clear();
+  for (auto k = bad.rbegin(); k != bad.rend() && k->size() == whole; ++k) k->clear();
   std::vector<BadFrame> out;
   for (int k = 0; k < images.grid.size[2]; ++k) {
     for (const int p : bad[static_cast<std::size_t>(k)]) out.push_back({p, k});
@@ -114,7 +160,9 @@ ImageCycle<float> without_bad_frames(const ImageCycle<float>& images,
     return std::any_of(bad.begin(), bad.end(),
                        [&](const BadFrame& frame) { return frame.phase == p && frame.k == k; });
   };
+  const std::vector<int> lost = slices_without_any(bad, images.grid.size[2], n);
   for (const BadFrame& frame : bad) {
+    if (std::binary_search(lost.begin(), lost.end(), frame.k)) continue;
     int before = 1;
     int after = 1;
     while (is_bad((frame.phase + n - before) % n, frame.k)) ++before;
@@ -131,6 +179,7 @@ ImageCycle<float> without_bad_frames(const ImageCycle<float>& images,
           (1 - share) * earlier[v] + share * later[v];
     }
   }
+  draw_slices(lost, out);
   return out;
 }
 
@@ -142,21 +191,26 @@ std::optional<Exam> without_bad_frames(const Exam& exam) {
   return out;
 }
 
-std::vector<std::string> told(const std::vector<BadFrame>& bad, int slices) {
+std::vector<std::string> told(const std::vector<BadFrame>& bad, int slices, int phases) {
+  const std::vector<int> lost = slices_without_any(bad, slices, phases);
   std::vector<std::string> out;
-  for (std::size_t at = 0; at < bad.size();) {
-    std::size_t end = at;
-    std::string list;
-    for (; end < bad.size() && bad[end].phase == bad[at].phase; ++end) {
-      list += (list.empty() ? "" : ", ") + std::to_string(bad[end].k);
+  if (!lost.empty()) {
+    out.push_back(listed(lost) + (lost.size() == 1 ? " shows" : " show") +
+                  " nothing in any phase, between slices that do; what is labelled there is drawn "
+                  "between the slices beside, not seen");
+  }
+  std::map<int, std::vector<int>> of_phase;
+  for (const BadFrame& frame : bad) {
+    if (!std::binary_search(lost.begin(), lost.end(), frame.k)) {
+      of_phase[frame.phase].push_back(frame.k);
     }
-    const bool all = end - at == static_cast<std::size_t>(slices);
+  }
+  for (const auto& [phase, frames] : of_phase) {
+    const bool all = frames.size() + lost.size() == static_cast<std::size_t>(slices);
     out.push_back(
-        "phase " + std::to_string(bad[at].phase) +
-        (all ? "" : (end - at == 1 ? " of slice " : " of slices ") + list) +
+        "phase " + std::to_string(phase) + (all ? "" : " of " + listed(frames)) +
         " shows nothing of what the other phases show, as noise does; it was labelled from "
         "the phases beside it");
-    at = end;
   }
   return out;
 }

@@ -5,6 +5,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/segment/coverage.h"
+#include "pipeline/segment/known_ground.h"
 
 namespace beatlas::segment {
 namespace {
@@ -95,6 +96,22 @@ std::vector<std::vector<std::uint8_t>> about_heart(const ImageCycle<std::uint8_t
   return out;
 }
 
+/// [slice of the part] whether a mark lies on what the prior thought to be less likely than not.
+std::vector<bool> disputed_slices(const prior::PriorCycle& prior,
+                                  const std::vector<std::vector<float>>& by_output,
+                                  const std::vector<std::uint8_t>& marks, const Grid& grid) {
+  std::vector<bool> out(static_cast<std::size_t>(grid.size[2]), false);
+  for (std::size_t v = 0; v < marks.size(); ++v) {
+    if (marks[v] == kUnlabelled) continue;
+    float likely = 0;
+    for (std::size_t o = 0; o < by_output.size(); ++o) {
+      if (prior.labels[o] == marks[v]) likely += by_output[o][v];
+    }
+    if (likely < 0.5F) out[v / grid.slice_count()] = true;
+  }
+  return out;
+}
+
 }  // namespace
 
 Belief belief_in(const prior::PriorCycle& prior, const ImageCycle<std::uint8_t>& labels,
@@ -111,12 +128,14 @@ Belief belief_in(const prior::PriorCycle& prior, const ImageCycle<std::uint8_t>&
   parallel_for(phases, [&](std::size_t p) {
     const std::vector<std::vector<float>> by_output =
         prior::probabilities_on(prior, static_cast<int>(p), grid);
+    const std::vector<bool> disputed = disputed_slices(prior, by_output, told.marks[p], grid);
     for (const Structure structure : structures) {
-      const std::vector<float> likely = probability_of(structure, prior.labels, by_output);
+      std::vector<float> likely = probability_of(structure, prior.labels, by_output);
+      expect_known(told.known, static_cast<int>(p), structure, likely);
       const std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
       for (int k = 0; k < grid.size[2]; ++k) {
         SliceBelief& slice = out.at(structure)[p][static_cast<std::size_t>(box.first[2] + k)];
-        if (told[p][static_cast<std::size_t>(k)]) {
+        if (disputed[static_cast<std::size_t>(k)]) {
           slice = told_belief(labels.phases[p], grid.offset(0, 0, k), grid.slice_count(), structure,
                               pixel_mm2);
           continue;

@@ -4,13 +4,20 @@
 #include "pipeline/core/shapes.h"
 #include "pipeline/prior/prior.h"
 #include "pipeline/segment/box.h"
+#include "pipeline/segment/ground.h"
+#include "pipeline/segment/options.h"
 
 namespace beatlas::segment {
 
-/// Whether a person told something of a slice (of the part) in a phase.
-using Told = std::vector<std::vector<bool>>;
+/// What a person told, on the grid of the labels in question.
+struct Told {
+  const LabelImages& marks;  ///< [phase][voxel], kUnlabelled elsewhere
+  const KnownLabels& known;
+};
 
-/// Of slices of which a person told something the labels are what is expected.
+/// What is known is expected. A mark on what the prior had thought otherwise says that its opinion
+/// of the slice is not to be heeded: there the labels, which grew from the mark, are what is
+/// expected. A mark on what was expected in any case says nothing new.
 /// @param labels of the part `box` of the stack that the prior was made of
 /// @return [structure][phase][slice of the stack]; slices beyond the box are all 0
 [[nodiscard]] Belief belief_in(const prior::PriorCycle& prior,

@@ -1,5 +1,6 @@
 #include "pipeline/segment/known_ground.h"
 
+#include <algorithm>
 #include <array>
 
 #include "pipeline/segment/drawn_seeds.h"
@@ -74,6 +75,23 @@ void hold_known(const KnownLabels& known, Ground& ground) {
         if (has[label]) prices[label] = kDearest;
       }
     }
+  }
+}
+
+void expect_known(const KnownLabels& known, int phase, Structure structure,
+                  std::vector<float>& probability) {
+  const auto at = std::find(known.phases.begin(), known.phases.end(), phase);
+  if (at == known.phases.end()) return;
+  const std::vector<std::uint8_t>& image =
+      known.labels.phases[static_cast<std::size_t>(at - known.phases.begin())];
+  const std::array<bool, kLastLabel + 1> has = labels_in(image);
+  bool drawn = true;  // every label of the structure, so that where none is it is not
+  for (std::uint8_t label = kLabelBackground + 1; label <= kLastLabel; ++label) {
+    if (label_in_structure(label, structure) && !has[label]) drawn = false;
+  }
+  for (std::size_t v = 0; v < image.size(); ++v) {
+    if (image[v] == kLabelUnknown || (image[v] == kLabelBackground && !drawn)) continue;
+    probability[v] = label_in_structure(image[v], structure) ? 1.0F : 0.0F;
   }
 }
 

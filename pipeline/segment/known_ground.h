@@ -28,6 +28,12 @@ void hold_marks(const Grid& grid, const std::vector<Seed>& seeds, const LabelIma
 /// @param known on the ground's grid, without a difference between atria and the rest of the heart
 void hold_known(const KnownLabels& known, Ground& ground);
 
+/// Sets the probability of a structure to 1 or 0 wherever a known phase tells that it is there or
+/// not.
+/// @param probability [voxel] on the known labels' grid
+void expect_known(const KnownLabels& known, int phase, Structure structure,
+                  std::vector<float>& probability);
+
 /// Puts what is known into labels that grew beside it: cavity that is known to be none is the LV's
 /// wall where that is not known, else background.
 void put_known(const KnownLabels& known, ImageCycle<std::uint8_t>& labels);

@@ -360,29 +360,21 @@ void lay_phase(const Scene& scene, std::size_t p, const std::vector<float>& away
 
 }  // namespace
 
-bool tell_heart(const std::vector<Seed>& seeds, const KnownLabels& known) {
+bool tell_heart(const LabelImages& marks, const KnownLabels& known) {
   std::array<bool, 256> marked{};
-  for (const Seed& seed : seeds) marked[seed.label] = true;
-  for (const std::vector<std::uint8_t>& phase : known.labels.phases) {
-    for (const std::uint8_t label : phase) marked[label] = true;
+  for (const LabelImages& told : {marks, known.labels.phases}) {
+    for (const std::vector<std::uint8_t>& phase : told) {
+      for (const std::uint8_t label : phase) marked[label] = true;
+    }
   }
   return marked[kLabelLvBlood] && marked[kLabelLvMyocardium] && marked[kLabelBackground];
 }
 
-Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds, const KnownLabels& known) {
-  LabelImages marks{std::vector<std::uint8_t>(stack.count(), kUnlabelled)};
+Box box_of_marks(const Grid& stack, const LabelImages& marks) {
   std::vector<std::size_t> heart;
-  const auto mark = [&](std::size_t v, std::uint8_t label) {
-    if (label != kLabelBackground) heart.push_back(v);
-    marks.back()[v] = label;
-  };
-  for (const Seed& seed : seeds) {
-    for (const std::size_t v : voxels_of(stack, seed)) mark(v, seed.label);
-  }
-  for (const std::vector<std::uint8_t>& phase : known.labels.phases) {
-    marks.emplace_back(stack.count(), kUnlabelled);
+  for (const std::vector<std::uint8_t>& phase : marks) {
     for (std::size_t v = 0; v < phase.size(); ++v) {
-      if (phase[v] != kLabelBackground && phase[v] != kLabelUnknown) mark(v, phase[v]);
+      if (phase[v] != kLabelBackground && phase[v] != kUnlabelled) heart.push_back(v);
     }
   }
   const Shape shape = shape_of(stack, marks);

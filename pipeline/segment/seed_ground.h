@@ -14,12 +14,13 @@ namespace beatlas::segment {
 /// Whether marks tell all that a ground needs: blood and muscle of the LV, and what is no heart,
 /// which labels that are known somewhere leave about them. Fewer marks correct a heart that was
 /// found otherwise.
-[[nodiscard]] bool tell_heart(const std::vector<Seed>& seeds, const KnownLabels& known);
+/// @param marks [phase][voxel] as they are drawn, so that of marks on each other the last one
+/// counts; labels that are known among them
+[[nodiscard]] bool tell_heart(const LabelImages& marks, const KnownLabels& known);
 
 /// The box in which the marked heart lies: beyond it all is background.
-/// @pre tell_heart(seeds, known)
-[[nodiscard]] Box box_of_marks(const Grid& stack, const std::vector<Seed>& seeds,
-                               const KnownLabels& known);
+/// @param marks on the stack's grid @pre tell_heart(marks, ...)
+[[nodiscard]] Box box_of_marks(const Grid& stack, const LabelImages& marks);
 
 /// Seeds, prices and levels from marks alone. The seeds are what was marked, and background where
 /// no marked heart can be: farther from its marks than its chambers' middles are from each other

@@ -123,7 +123,11 @@ Task lay_ground(const ImageCycle<float>& stack, const std::vector<Seed>& given,
   if (prior != nullptr) likeliest = likeliest_labels(*prior);
   // Where the prior overlooks the heart, what a person marked counts alone.
   const bool by_prior = likeliest && holds_heart(*likeliest);
-  if (!by_prior && !tell_heart(given, known)) throw_no_heart(prior != nullptr);
+  LabelImages told;
+  if (!by_prior) {
+    told = with_known(marks_in(stack.grid, stack.phases.size(), given), known);
+    if (!tell_heart(told, known)) throw_no_heart(prior != nullptr);
+  }
   const Grid& told_on = by_prior ? prior->grid : stack.grid;
   Task task{.stack = stack,
             .options = options,
@@ -132,7 +136,7 @@ Task lay_ground(const ImageCycle<float>& stack, const std::vector<Seed>& given,
             .pixel_mm = told_on.spacing_mm().head<2>().maxCoeff()};
   task.drawn = given;
   const Box found =
-      by_prior ? box_of_heart(stack.grid, *likeliest) : box_of_marks(stack.grid, given, known);
+      by_prior ? box_of_heart(stack.grid, *likeliest) : box_of_marks(stack.grid, told);
   task.box = box_with_seeds(stack.grid, box_with_labels(stack.grid, found, known), task.drawn);
   task.known = crop(known, task.box);
   task.images = crop(stack, task.box);
@@ -229,26 +233,6 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   if (task.given.empty() && task.known.phases.empty() && !holds_heart(labels)) throw_no_heart(true);
 }
 
-/// [phase][slice] where a person marked or gave labels.
-Told told_by_person(const Task& task) {
-  const Grid& grid = task.images.grid;
-  Told out(task.marks.size(), std::vector<bool>(static_cast<std::size_t>(grid.size[2]), false));
-  for (const int p : task.known.phases) {
-    std::vector<bool>& phase = out[static_cast<std::size_t>(p)];
-    phase.assign(phase.size(), true);
-  }
-  for (std::size_t p = 0; p < out.size(); ++p) {
-    for (std::size_t k = 0; k < out[p].size(); ++k) {
-      const auto first = task.marks[p].begin() +
-                         static_cast<std::ptrdiff_t>(grid.offset(0, 0, static_cast<int>(k)));
-      out[p][k] =
-          out[p][k] || std::any_of(first, first + static_cast<std::ptrdiff_t>(grid.slice_count()),
-                                   [](std::uint8_t label) { return label != kUnlabelled; });
-    }
-  }
-  return out;
-}
-
 /// Atria and vessels become rest of the heart.
 void merge_beyond_base(ImageCycle<std::uint8_t>& labels) {
   for (std::vector<std::uint8_t>& phase : labels.phases) {
@@ -299,11 +283,11 @@ Covered cover_task(const Task& task, bool atria, ImageCycle<std::uint8_t>& label
 }
 
 /// As segment_by_threshold, of a task whose ground is laid.
-Segmentation segment_by_window(const Exam& exam, const Task& task) {
+Segmentation segment_by_window(const Task& task) {
   if (!task.known.phases.empty()) {
     throw_invalid("the method threshold makes nothing of labels of some phases; use competition");
   }
-  return segment_by_threshold(exam, task.given, task.ground.seeds, task.box,
+  return segment_by_threshold(task.stack, task.given, task.ground.seeds, task.box,
                               before_lift(task.ground.levels, task.lifted), task.options);
 }
 
@@ -330,6 +314,10 @@ void finish(const Task& task, const BaseSide& base, const ImageCycle<std::uint8_
   out.labels.grid = task.stack.grid;
   put_back(labels, task.box, out.labels);
   out.axis = ventricle_axis(out);
+  if (base.across && base.step != 0) {
+    const std::vector<std::string> cut = cut_ends(out, base.step);
+    out.warnings.insert(out.warnings.end(), cut.begin(), cut.end());
+  }
   if (!out.axis && out.coverage.phases.count(Structure::LvMyocardium) != 0) {
     out.warnings.emplace_back(
         "the left ventricle's long axis is not known, since its apex or a base is not seen in "
@@ -359,7 +347,9 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   held.reset();
   const std::vector<std::string> doubts = doubtful_seeds(task.images, given, task.ground.levels);
   if (options.method == Method::Threshold) {
-    Segmentation out = segment_by_window(exam, task);
+    Segmentation out = segment_by_window(task);
+    const std::vector<std::string> frames = told(bad, stack.grid.size[2], stack.phase_count());
+    out.warnings.insert(out.warnings.begin(), frames.begin(), frames.end());
     out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
     return out;
   }
@@ -376,10 +366,10 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   Segmentation out;
   const auto believed = [&](const auto& structures, const ImageCycle<std::uint8_t>& of) {
     if (!task.by_prior) return Belief();
-    return belief_in(*prior, of, task.box, told_by_person(task),
+    return belief_in(*prior, of, task.box, {.marks = task.marks, .known = task.known},
                      {structures.begin(), structures.end()});
   };
-  out.warnings = told(bad, stack.grid.size[2]);
+  out.warnings = told(bad, stack.grid.size[2], stack.phase_count());
   const auto tell = [&](const std::vector<std::string>& sentences) {
     out.warnings.insert(out.warnings.end(), sentences.begin(), sentences.end());
   };

@@ -99,10 +99,9 @@ std::vector<std::uint8_t> grow_in_window(const Grid& grid, const std::vector<flo
   return grown;
 }
 
-Segmentation segment_by_threshold(const Exam& exam, const std::vector<Seed>& drawn,
+Segmentation segment_by_threshold(const ImageCycle<float>& stack, const std::vector<Seed>& drawn,
                                   const LabelImages& automatic, const Box& box,
                                   const TissueLevels& levels, const SegmentOptions& options) {
-  const ImageCycle<float>& stack = exam.stack.images;
   const std::size_t n = stack.phases.size();
   const IntensityWindow window = window_of(options, levels);
   const auto seeds = seed_voxels(stack.grid, n, drawn, automatic, box);

@@ -29,11 +29,12 @@ struct IntensityWindow {
 /// LV blood of every phase, each grown alone through the whole of the images; the heart is what
 /// grew, and coverage that of the labels' own smoothed outlines. A drawn seed of LV blood stands in
 /// every phase, for paper A has its seeds in each; without any, `automatic` ones do.
-/// @param automatic seeds of every label in `box`  @param levels what the window is made from where
-/// the options leave it open
+/// @param stack the images, bad frames mended  @param automatic seeds of every label in `box`
+/// @param levels what the window is made from where the options leave it open
 /// @throws Error{InvalidInput} if there is no seed of LV blood, a window has no width, or nothing
 /// grows in a phase.
-[[nodiscard]] Segmentation segment_by_threshold(const Exam& exam, const std::vector<Seed>& drawn,
+[[nodiscard]] Segmentation segment_by_threshold(const ImageCycle<float>& stack,
+                                                const std::vector<Seed>& drawn,
                                                 const LabelImages& automatic, const Box& box,
                                                 const TissueLevels& levels,
                                                 const SegmentOptions& options);

@@ -9,6 +9,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/register/apical_end.h"
+#include "pipeline/segment/valve_planes.h"
 
 namespace beatlas::segment {
 namespace {
@@ -185,10 +186,23 @@ std::optional<double> apex_mm(const Segmentation& segmentation, const LongAxis& 
   return closing_mm(profile_of(segmentation, axis, kVentricle, phase));
 }
 
+/// Whether a plane between slices is one of heights of a body so wide: where the axis leans, the
+/// plane rises across the body, by half a slice at the most to tell its height better than labels.
+bool tells_height(const Grid& grid, const LongAxis& axis, const Profile& body) {
+  const double widest_mm2 = *std::max_element(body.area_mm2.begin(), body.area_mm2.end());
+  const double radius_mm = std::sqrt(widest_mm2 / EIGEN_PI);
+  const double cosine = grid.mm_from_index.linear().col(2).normalized().dot(axis.towards_base);
+  const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  return radius_mm * sine <= 0.5 * grid.spacing_mm()[2] * std::abs(cosine);
+}
+
 std::optional<double> base_mm(const Segmentation& segmentation, const LongAxis& axis,
                               Structure structure, std::size_t phase) {
-  const std::optional<double> plane = plane_mm(segmentation, axis, structure, phase);
-  return plane ? plane : flat_end_mm(profile_of(segmentation, axis, {structure}, phase));
+  const Profile body = profile_of(segmentation, axis, {structure}, phase);
+  if (tells_height(segmentation.labels.grid, axis, body)) {
+    if (const auto plane = plane_mm(segmentation, axis, structure, phase)) return plane;
+  }
+  return flat_end_mm(body);
 }
 
 bool holds(const Segmentation& segmentation, Structure structure) {
@@ -202,9 +216,9 @@ std::vector<float> at_end_diastole(const Segmentation& segmentation, Structure s
   return found->second[static_cast<std::size_t>(segmentation.end_diastole)];
 }
 
-/// Of what the structures hold together, LPS. @pre that is something
-Vec3 centre_mm(const Segmentation& segmentation, const std::vector<Structure>& structures,
-               int phase) {
+/// Of what the structures hold together, LPS; none if that is nothing.
+std::optional<Vec3> centre_mm(const Segmentation& segmentation,
+                              const std::vector<Structure>& structures, int phase) {
   double sum = 0;
   Vec3 first = Vec3::Zero();
   Body(segmentation, structures, static_cast<std::size_t>(phase))
@@ -212,7 +226,19 @@ Vec3 centre_mm(const Segmentation& segmentation, const std::vector<Structure>& s
         sum += share;
         first += share * lps;
       });
-  return first / sum;
+  if (!(sum > 0)) return {};
+  return Vec3(first / sum);
+}
+
+/// Of the RV's blood at end-diastole, or where it was lost there, in the first phase after it that
+/// has some.
+std::optional<Vec3> rv_centre_mm(const Segmentation& segmentation) {
+  const int phases = segmentation.labels.phase_count();
+  std::optional<Vec3> out;
+  for (int n = 0; n < phases && !out; ++n) {
+    out = centre_mm(segmentation, {Structure::RvBlood}, (segmentation.end_diastole + n) % phases);
+  }
+  return out;
 }
 
 /// Origin and direction alone: the middle of the LV's blood and wall, and the way they lie.
@@ -220,14 +246,64 @@ std::optional<LongAxis> line_of_lv(const Segmentation& segmentation) {
   const std::optional<Vec3> along =
       lv_direction(segmentation.coverage.grid, at_end_diastole(segmentation, Structure::LvBlood),
                    at_end_diastole(segmentation, Structure::LvMyocardium));
-  if (!along) return {};
+  const auto middle = centre_mm(segmentation, kVentricle, segmentation.end_diastole);
+  if (!along || !middle) return {};
   LongAxis axis;
-  axis.origin_mm = centre_mm(segmentation, kVentricle, segmentation.end_diastole);
+  axis.origin_mm = *middle;
   axis.towards_base = *along;
   return axis;
 }
 
+/// Whether muscle closes the LV's cavity all round in a slice.
+bool is_closed(const LabelCycle& labels, std::size_t phase, int k) {
+  const Grid& grid = labels.grid;
+  const auto label = [&](int i, int j) {
+    const bool within = i >= 0 && j >= 0 && i < grid.size[0] && j < grid.size[1];
+    return within ? labels.phases[phase][grid.offset(i, j, k)]
+                  : static_cast<std::uint8_t>(kLabelBackground);
+  };
+  const auto is_lv = [&](int i, int j) {
+    const std::uint8_t here = label(i, j);
+    return here == kLabelLvBlood || here == kLabelLvMyocardium;
+  };
+  for (int j = 0; j < grid.size[1]; ++j) {
+    for (int i = 0; i < grid.size[0]; ++i) {
+      if (label(i, j) != kLabelLvBlood) continue;
+      if (!is_lv(i - 1, j) || !is_lv(i + 1, j) || !is_lv(i, j - 1) || !is_lv(i, j + 1)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 }  // namespace
+
+std::vector<std::string> cut_ends(const Segmentation& segmentation, int base_step) {
+  if (!holds(segmentation, Structure::LvBlood) || !holds(segmentation, Structure::LvMyocardium)) {
+    return {};
+  }
+  const auto told = [&](const char* end, int k) {
+    return "the images end within the left ventricle: its " + std::string(end) +
+           " lies beyond slice " + std::to_string(k) +
+           ", the last one there; volumes, EF and mass are of the part in view, and their "
+           "intervals know nothing of the rest";
+  };
+  const LabelCycle& labels = segmentation.labels;
+  const auto phase = static_cast<std::size_t>(segmentation.end_diastole);
+  const int last = labels.grid.size[2] - 1;
+  std::vector<std::string> out;
+  const int base = base_step > 0 ? last : 0;
+  if (most_basal(labels, phase, Structure::LvBlood, base_step) == base &&
+      is_closed(labels, phase, base)) {
+    out.push_back(told("base", base));
+  }
+  // Of what closes nearer than that no slice was left out.
+  if (reg::lv_gaps_beyond(segmentation, phase, -base_step) > 1) {
+    out.push_back(told("apex", last - base));
+  }
+  return out;
+}
 
 std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation) {
   if (!holds(segmentation, Structure::LvBlood) || !holds(segmentation, Structure::LvMyocardium)) {
@@ -258,7 +334,7 @@ std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation) {
     axis->lv_base_mm[p] = *left[p];
     if (rv) axis->rv_base_mm[p] = *right[p];
   }
-  if (rv) axis->rv_centre_mm = centre_mm(segmentation, {Structure::RvBlood}, 0);
+  if (rv) axis->rv_centre_mm = rv_centre_mm(segmentation);
   return axis;
 }
 
@@ -272,8 +348,8 @@ void follow_changed_labels(Segmentation& segmentation, const std::vector<char>& 
   if (!holds(segmentation, Structure::RvBlood)) {
     axis.rv_base_mm.clear();
     axis.rv_centre_mm.reset();
-  } else if (changed.front() != 0) {
-    axis.rv_centre_mm = centre_mm(segmentation, {Structure::RvBlood}, 0);
+  } else if (changed[static_cast<std::size_t>(segmentation.end_diastole)] != 0) {
+    axis.rv_centre_mm = rv_centre_mm(segmentation);
   }
   const LongAxis direction = axis;
   parallel_for(changed.size(), [&](std::size_t p) {

@@ -1,6 +1,8 @@
 /// The axis, apex and base that a segmentation keeps, against the phantom's closed form.
 #include "pipeline/segment/ventricle_ends.h"
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <numbers>
 
@@ -110,6 +112,67 @@ TEST(VentricleAxis, IsThePhantomsInSlicesOfAnyDirection) {
 TEST(VentricleAxis, IsThePhantomsWithVentriclesAlone) {
   const Heart heart(small(true, 4), made::Views::All);
   expect_the_phantoms(heart.phantom.spec(), segmented_axis(heart), kThin);
+}
+
+/// A plane between two thick slices is none across an LV that leans: it met the axis 24 mm above
+/// the base here.
+TEST(VentricleAxis, OfThickSlicesThatLieAskewEndsWhereTheLabelsDo) {
+  phantom::PhantomSpec spec = small(true, 4);  // whose LV leans by 42 degrees
+  spec.grid = phantom::on_matrix(spec.grid, {0, 0, 0}, {2, 2, 8});
+  const Heart heart(spec, made::Views::All);
+  StageContext context;
+  const Segmentation known =
+      segment_with_labels(heart.exam, {heart.truth, {0, 1, 2, 3}}, {}, {}, context);
+  expect_the_phantoms(heart.phantom.spec(), known.axis, {6, 4, 4, 4});
+}
+
+/// A tube of muscle about blood through every slice.
+Segmentation tube() {
+  Segmentation out;
+  out.labels.grid = made::straight_grid({24, 24, 5}, {2, 2, 8});
+  const Grid& grid = out.labels.grid;
+  std::vector<std::uint8_t> phase(grid.count());
+  for_each_voxel(grid, [&](int i, int j, int, std::size_t v) {
+    const double r = std::hypot(i - 12, j - 12);
+    phase[v] = r < 6 ? kLabelLvBlood : r < 9 ? kLabelLvMyocardium : kLabelBackground;
+  });
+  out.labels.phases.assign(2, phase);
+  return out;
+}
+void cover_as_labelled(Segmentation& of) {
+  of.coverage.grid = of.labels.grid;
+  for (const Structure structure : {Structure::LvBlood, Structure::LvMyocardium}) {
+    for (const std::vector<std::uint8_t>& phase : of.labels.phases) {
+      std::vector<float>& share = of.coverage.phases[structure].emplace_back(phase.size());
+      std::transform(phase.begin(), phase.end(), share.begin(), [&](std::uint8_t label) {
+        return label_in_structure(label, structure) ? 1.0F : 0.0F;
+      });
+    }
+  }
+}
+
+TEST(CutEnds, AreToldWhereTheImagesEndWithinTheVentricle) {
+  Segmentation cut = tube();
+  cover_as_labelled(cut);
+  const std::vector<std::string> both = cut_ends(cut, 1);
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_NE(both[0].find("its base lies beyond slice 4"), std::string::npos) << both[0];
+  EXPECT_NE(both[1].find("its apex lies beyond slice 0"), std::string::npos) << both[1];
+  EXPECT_NE(cut_ends(cut, -1)[0].find("its base lies beyond slice 0"), std::string::npos);
+
+  // Open to the left ventricle's outflow in the last slice, and tapering towards the first.
+  Segmentation whole = tube();
+  const Grid& grid = whole.labels.grid;
+  for (std::vector<std::uint8_t>& phase : whole.labels.phases) {
+    for_each_voxel(grid, [&](int i, int j, int k, std::size_t v) {
+      if (k == 4 && j < 6 && std::abs(i - 12) < 3) phase[v] = kLabelRestOfHeart;
+      if (k == 0 && std::hypot(i - 12, j - 12) > 5) phase[v] = kLabelBackground;
+      if (k == 0 && phase[v] == kLabelLvBlood) phase[v] = kLabelLvMyocardium;
+    });
+  }
+  whole.labels.phases[0][grid.offset(12, 6, 4)] = kLabelLvBlood;
+  cover_as_labelled(whole);
+  EXPECT_TRUE(cut_ends(whole, 1).empty());
 }
 
 TEST(VentricleAxis, OfLabelsAloneIsTheirs) {
