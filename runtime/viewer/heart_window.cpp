@@ -16,6 +16,7 @@
 #include <QStatusBar>
 #include <QTimer>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -195,12 +196,7 @@ void HeartWindow::reset() {
     }
     if (!picture_->drawing()->can_colour_by(options.colour)) options.colour = ColourBy::Structure;
     apply(options, *picture_->drawing());
-    view_->setCurrentText(QString::fromStdString(options.view));
-    cut_->setCurrentText(options.cut.empty() ? "none" : QString::fromStdString(options.cut));
-    cut_offset_->setValue(static_cast<int>(options.cut_offset_mm));
-    volume_->setCurrentIndex(static_cast<int>(options.volume));
-    colour_->setCurrentIndex(static_cast<int>(options.colour));
-    show_looks();
+    show_view(options);
     const double per_min =
         options.heart_rate_per_min > 0 ? options.heart_rate_per_min : 60 / manifest.rr_interval_s;
     rate_->setValue(static_cast<int>(std::lround(per_min)));
@@ -216,6 +212,20 @@ void HeartWindow::reset() {
     touch_->setChecked(false);
     set_playing(true);
   });
+}
+
+// The widgets as apply() has left the drawing. They say nothing themselves: what they make of a
+// change would undo what was asked for beside it.
+void HeartWindow::show_view(const ViewOptions& options) {
+  const std::array<QSignalBlocker, 6> quiet{QSignalBlocker(view_),       QSignalBlocker(cut_),
+                                            QSignalBlocker(cut_offset_), QSignalBlocker(cut_image_),
+                                            QSignalBlocker(volume_),     QSignalBlocker(colour_)};
+  view_->setCurrentText(QString::fromStdString(options.view));
+  cut_->setCurrentText(options.cut.empty() ? "none" : QString::fromStdString(options.cut));
+  cut_offset_->setValue(static_cast<int>(options.cut_offset_mm));
+  volume_->setCurrentIndex(static_cast<int>(options.volume));
+  colour_->setCurrentIndex(static_cast<int>(options.colour));
+  show_looks();
 }
 
 void HeartWindow::set_playing(bool playing) {

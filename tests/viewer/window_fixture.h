@@ -58,9 +58,8 @@ class WindowFixture : public testing::Test {
   static QString file(const char* name) {
     return QString::fromStdString((folder_->path() / name).string());
   }
-  static std::unique_ptr<viewer::HeartWindow> window() {
-    viewer::ViewOptions options;
-    options.view = "anterior";
+  static std::unique_ptr<viewer::HeartWindow> window(viewer::ViewOptions options = {}) {
+    if (options.view.empty()) options.view = "anterior";
     auto made = std::make_unique<viewer::HeartWindow>(options);
     // A processor draws here, and takes time by the pixel. A size that is remembered stays.
     const QByteArray kept = QSettings("beatlas", "beatlas-view").value("geometry").toByteArray();
