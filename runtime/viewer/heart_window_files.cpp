@@ -111,8 +111,8 @@ void HeartWindow::load_state() {
 void HeartWindow::load_looks() {
   const QSettings settings = user_settings();
   const bool told = !options_.opacity.empty() || options_.volume != VolumePreset::Off ||
-                    !options_.cut.empty() || options_.free_cut.has_value() ||
-                    !options_.inside.empty();
+                    options_.colour != ColourBy::Structure || !options_.cut.empty() ||
+                    options_.free_cut.has_value() || !options_.inside.empty();
   if (told || !settings.contains("volume")) return;
   if (picture_->drawing()->has_volume()) {
     volume_->setCurrentIndex(settings.value("volume").toInt());
@@ -132,8 +132,8 @@ void HeartWindow::save_state() const {
   QSettings settings = user_settings();
   settings.setValue("geometry", saveGeometry());
   settings.setValue("splitter", splitter_->saveState());
-  // A tool in a cavity has looks of its own, which are not the user's.
-  if (!heart_ || !options_.inside.empty()) return;
+  // A tool in a cavity and a colouring have looks of their own, which are not the user's.
+  if (!heart_ || !options_.inside.empty() || picture_->drawing()->colouring() != nullptr) return;
   settings.setValue("volume", volume_->currentIndex());
   settings.setValue("cut_image", cut_image_->isChecked());
   for (const auto& [structure, widgets] : structures_) {

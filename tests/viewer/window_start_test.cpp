@@ -40,5 +40,42 @@ TEST_F(Window, AColouringOfTheStartHidesNothingThatIsAskedFor) {
   as_asked("after Reset");
 }
 
+TEST_F(Window, LooksOfAColouringAreNotTheUsers) {
+  const auto kept = [&](const char* after) {
+    const auto made = window();
+    ASSERT_TRUE(load(*made, "heart.beatlas"));
+    const HeartDrawing& drawing = *made->picture().drawing();
+    EXPECT_EQ(drawing.colouring(), nullptr) << after;
+    EXPECT_NEAR(drawing.look(Structure::Heart).opacity, 0.77, 1e-9) << after;
+    EXPECT_FALSE(drawing.look(Structure::LvBlood).visible) << after;
+    made->close();
+  };
+  {
+    const auto made = window();
+    ASSERT_TRUE(load(*made, "heart.beatlas"));
+    find<QSlider>(*made, "opacity_heart").setValue(77);
+    find<QCheckBox>(*made, "show_lv_blood").setChecked(false);
+    made->close();
+  }
+  kept("plain");
+  {
+    ViewOptions options;
+    options.colour = ColourBy::Thickness;
+    const auto made = window(options);
+    ASSERT_TRUE(load(*made, "heart.beatlas"));
+    EXPECT_TRUE(made->picture().drawing()->look(Structure::LvBlood).visible)
+        << "the wall that is to be seen";
+    made->close();
+  }
+  kept("coloured by the command line");
+  {
+    const auto made = window();
+    ASSERT_TRUE(load(*made, "heart.beatlas"));
+    find<QComboBox>(*made, "colour").setCurrentIndex(1);
+    made->close();
+  }
+  kept("coloured in the window");
+}
+
 }  // namespace
 }  // namespace beatlas::viewer
