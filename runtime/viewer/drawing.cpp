@@ -198,6 +198,8 @@ void HeartDrawing::set_image_on_cut(bool on) {
   parts_->stale = true;
 }
 
+bool HeartDrawing::image_on_cut() const { return parts_->image_on_cut; }
+
 void HeartDrawing::set_tools(std::vector<ToolPicture> tools) {
   if (tools.size() > kMostTools) tools.resize(kMostTools);
   parts_->stale = parts_->stale || !tools.empty() || !parts_->tools.empty();

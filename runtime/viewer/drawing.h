@@ -123,6 +123,7 @@ class HeartDrawing {
   [[nodiscard]] std::optional<CutPlane> cut() const;
   /// The images on the cut; without a volume, or if not wished, structures' own colours.
   void set_image_on_cut(bool on);
+  [[nodiscard]] bool image_on_cut() const;
   /// At most kMostTools; those after them are left out. Where there are several, each has its
   /// number beside its force.
   static constexpr std::size_t kMostTools = 16;

@@ -221,8 +221,15 @@ void HeartWindow::show_view(const ViewOptions& options) {
                                             QSignalBlocker(cut_offset_), QSignalBlocker(cut_image_),
                                             QSignalBlocker(volume_),     QSignalBlocker(colour_)};
   view_->setCurrentText(QString::fromStdString(options.view));
-  cut_->setCurrentText(options.cut.empty() ? "none" : QString::fromStdString(options.cut));
-  cut_offset_->setValue(static_cast<int>(options.cut_offset_mm));
+  free_cut_ = options.free_cut;
+  const std::string cut = options.cut.empty() ? "none" : options.cut;
+  cut_->setCurrentText(QString::fromStdString(free_cut_ ? "free" : cut));
+  // The slider has whole millimetres, and reaches as far as it was told to be.
+  cut_offset_mm_ = free_cut_ ? 0 : options.cut_offset_mm;
+  const int reach_mm = std::max(kCutReachMm, static_cast<int>(std::ceil(std::abs(cut_offset_mm_))));
+  cut_offset_->setRange(-reach_mm, reach_mm);
+  cut_offset_->setValue(static_cast<int>(std::lround(cut_offset_mm_)));
+  cut_image_->setChecked(options.image_on_cut);
   volume_->setCurrentIndex(static_cast<int>(options.volume));
   colour_->setCurrentIndex(static_cast<int>(options.colour));
   show_looks();
@@ -275,20 +282,21 @@ void HeartWindow::cut_changed() {
   HeartDrawing* drawing = picture_->drawing();
   if (drawing == nullptr) return;
   const std::string name = cut_->currentText().toStdString();
-  const double offset = cut_offset_->value();
   drawing->set_image_on_cut(cut_image_->isChecked());
   if (name == "none") {
-    free_cut_from_.reset();
+    free_cut_.reset();
     drawing->set_cut(std::nullopt);
   } else if (name == "free") {
     // It faces who looks at it when it is chosen; then the heart is turned under it.
-    if (!free_cut_from_) free_cut_from_ = drawing->camera();
-    const Vec3& normal = free_cut_from_->towards_viewer;
-    drawing->set_cut(
-        CutPlane{.point_mm = drawing->frame().centre_mm + offset * normal, .normal = normal});
+    if (!free_cut_) {
+      free_cut_ = CutPlane{.point_mm = drawing->frame().centre_mm,
+                           .normal = drawing->camera().towards_viewer};
+    }
+    drawing->set_cut(CutPlane{.point_mm = free_cut_->point_mm + cut_offset_mm_ * free_cut_->normal,
+                              .normal = free_cut_->normal});
   } else {
-    free_cut_from_.reset();
-    drawing->set_cut(standard_cut(drawing->frame(), name, offset));
+    free_cut_.reset();
+    drawing->set_cut(standard_cut(drawing->frame(), name, cut_offset_mm_));
   }
 }
 

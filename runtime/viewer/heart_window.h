@@ -57,6 +57,8 @@ struct LoadedHeart {
 [[nodiscard]] LoadedHeart loaded_heart(const OpenedHeart& opened, const QString& file,
                                        const ViewOptions& options);
 
+inline constexpr int kCutReachMm = 80;  ///< of the slider that moves a cut, to both sides
+
 class HeartWindow : public QMainWindow {
  public:
   explicit HeartWindow(const ViewOptions& options);
@@ -163,7 +165,8 @@ class HeartWindow : public QMainWindow {
   double own_beats_ = 0;  ///< without a field
   double own_time_s_ = 0;
   bool first_run_ = false;
-  std::optional<CameraPose> free_cut_from_;
+  std::optional<CutPlane> free_cut_;  ///< chosen, as it is before it is moved
+  double cut_offset_mm_ = 0;
 
   HeartWidget* picture_ = nullptr;
   PlotWidget* plots_ = nullptr;

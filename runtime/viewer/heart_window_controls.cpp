@@ -123,7 +123,7 @@ void HeartWindow::make_cut(QVBoxLayout* column) {
   QStringList cuts{"none"};
   cuts << words_of(kCuts) << "free";
   cut_ = choice("cut", cuts);
-  cut_offset_ = slider("cut_offset", -80, 80, 0);
+  cut_offset_ = slider("cut_offset", -kCutReachMm, kCutReachMm, 0);
   cut_image_ = new QCheckBox("Image on the cut");
   cut_image_->setObjectName("cut_image");
   cut_image_->setChecked(true);
@@ -211,7 +211,10 @@ void HeartWindow::connect_controls() {
   connect(colour_, &QComboBox::currentTextChanged, this, [this] { colour_changed(); });
   connect(preset_, &QComboBox::currentTextChanged, this, [this] { stiffness_changed(); });
   connect(cut_, &QComboBox::currentTextChanged, this, [this] { cut_changed(); });
-  connect(cut_offset_, &QSlider::valueChanged, this, [this] { cut_changed(); });
+  connect(cut_offset_, &QSlider::valueChanged, this, [this](int mm) {
+    cut_offset_mm_ = mm;
+    cut_changed();
+  });
   connect(cut_image_, &QCheckBox::toggled, this, [this] { cut_changed(); });
   connect_touch();
   connect_force();

@@ -117,7 +117,7 @@ void HeartWindow::load_looks() {
   if (picture_->drawing()->has_volume()) {
     volume_->setCurrentIndex(settings.value("volume").toInt());
   }
-  cut_image_->setChecked(settings.value("cut_image", true).toBool());
+  if (options_.image_on_cut) cut_image_->setChecked(settings.value("cut_image", true).toBool());
   for (const auto& [structure, widgets] : structures_) {
     const QString name = "looks/" + widgets.first->objectName();
     if (!settings.contains(name)) continue;

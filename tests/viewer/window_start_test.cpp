@@ -77,5 +77,68 @@ TEST_F(Window, LooksOfAColouringAreNotTheUsers) {
   kept("coloured in the window");
 }
 
+TEST_F(Window, AViewOfTheStartKeepsItsZoom) {
+  ViewOptions options;
+  options.view = "left";
+  options.zoom = 2;
+  const auto made = window(options);
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  made->step();
+  HeartDrawing& drawing = *made->picture().drawing();
+  const double near_mm = drawing.camera().height_mm;
+  drawing.fit_camera(standard_view(drawing.frame(), "left"));
+  EXPECT_NEAR(drawing.camera().height_mm, 2 * near_mm, 1e-6);
+}
+
+TEST_F(Window, ACutOfTheStartIsAsExactAsItWasTold) {
+  ViewOptions options;
+  options.cut = "four-chamber";
+  options.cut_offset_mm = 2.6;
+  options.image_on_cut = false;
+  const auto made = window(options);
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  HeartDrawing& drawing = *made->picture().drawing();
+  auto& image = find<QCheckBox>(*made, "cut_image");
+  EXPECT_FALSE(image.isChecked());
+  EXPECT_FALSE(drawing.image_on_cut());
+  const auto lies_at = [&](const std::string& name, double offset_mm, const char* when) {
+    ASSERT_TRUE(drawing.cut().has_value()) << when;
+    const CutPlane wanted = standard_cut(drawing.frame(), name, offset_mm);
+    EXPECT_LT((drawing.cut()->point_mm - wanted.point_mm).norm(), 1e-9) << when;
+    EXPECT_LT((drawing.cut()->normal - wanted.normal).norm(), 1e-9) << when;
+  };
+  lies_at("four-chamber", 2.6, "at the start");
+  image.setChecked(true);
+  EXPECT_TRUE(drawing.image_on_cut());
+  lies_at("four-chamber", 2.6, "with the image");
+  find<QComboBox>(*made, "cut").setCurrentText("axial");
+  lies_at("axial", 2.6, "another plane");
+  find<QSlider>(*made, "cut_offset").setValue(7);
+  lies_at("axial", 7, "moved");
+  QTest::mouseClick(&find<QPushButton>(*made, "reset"), Qt::LeftButton);
+  lies_at("four-chamber", 2.6, "after Reset");
+  EXPECT_FALSE(drawing.image_on_cut());
+}
+
+TEST_F(Window, AFreeCutOfTheStartIsMovedAndStays) {
+  ViewOptions options;
+  const Vec3 normal = Vec3(1, 2, 2) / 3;
+  options.free_cut = CutPlane{.point_mm = {3, 4, 5}, .normal = normal};
+  const auto made = window(options);
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  const HeartDrawing& drawing = *made->picture().drawing();
+  EXPECT_EQ(find<QComboBox>(*made, "cut").currentText(), "free");
+  const auto lies_at = [&](const Vec3& point_mm, const char* when) {
+    ASSERT_TRUE(drawing.cut().has_value()) << when;
+    EXPECT_LT((drawing.cut()->normal - normal).norm(), 1e-9) << when;
+    EXPECT_NEAR(normal.dot(drawing.cut()->point_mm - point_mm), 0, 1e-9) << when;
+  };
+  lies_at({3, 4, 5}, "at the start");
+  find<QCheckBox>(*made, "cut_image").setChecked(false);
+  lies_at({3, 4, 5}, "without the image");
+  find<QSlider>(*made, "cut_offset").setValue(9);
+  lies_at({6, 10, 11}, "moved");
+}
+
 }  // namespace
 }  // namespace beatlas::viewer
