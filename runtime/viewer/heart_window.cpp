@@ -186,7 +186,6 @@ void HeartWindow::show_heart(LoadedHeart heart) {
 void HeartWindow::reset() {
   if (!heart_) return;
   guard([&] {
-    const atlas::Manifest& manifest = heart_->atlas->manifest();
     ViewOptions options = options_;
     if (options.volume != VolumePreset::Off && !picture_->drawing()->has_volume()) {
       options.volume = VolumePreset::Off;
@@ -197,18 +196,7 @@ void HeartWindow::reset() {
     if (!picture_->drawing()->can_colour_by(options.colour)) options.colour = ColourBy::Structure;
     apply(options, *picture_->drawing());
     show_view(options);
-    const double per_min =
-        options.heart_rate_per_min > 0 ? options.heart_rate_per_min : 60 / manifest.rr_interval_s;
-    rate_->setValue(static_cast<int>(std::lround(per_min)));
-    if (live_) {
-      stiffness_->setValue(static_cast<int>(manifest.stiffness_n_per_m));
-      preset_->setCurrentText(
-          QString::fromStdString(options.told ? options.told_name : options.preset));
-      show_pressures();
-      model_->setCurrentIndex(model_of(options) == "patch" ? 1 : 0);
-      stiffness_->setEnabled(model_->currentIndex() == 0);
-      lift_tool();
-    }
+    reset_force(options);
     touch_->setChecked(false);
     set_playing(true);
   });
@@ -233,6 +221,28 @@ void HeartWindow::show_view(const ViewOptions& options) {
   volume_->setCurrentIndex(static_cast<int>(options.volume));
   colour_->setCurrentIndex(static_cast<int>(options.colour));
   show_looks();
+}
+
+// Rate, muscle and circulation are told in any case: a widget that shows what is wished says
+// nothing, though a constant was changed beside it.
+void HeartWindow::reset_force(const ViewOptions& options) {
+  const atlas::Manifest& manifest = heart_->atlas->manifest();
+  const double per_min =
+      options.heart_rate_per_min > 0 ? options.heart_rate_per_min : 60 / manifest.rr_interval_s;
+  const std::array<QSignalBlocker, 3> quiet{QSignalBlocker(rate_), QSignalBlocker(stiffness_),
+                                            QSignalBlocker(preset_)};
+  rate_->setValue(static_cast<int>(std::lround(per_min)));
+  stiffness_->setValue(static_cast<int>(manifest.stiffness_n_per_m));
+  preset_->setCurrentText(
+      QString::fromStdString(options.told ? options.told_name : options.preset));
+  if (!live_) return;
+  Touch& touch = live_->touch();
+  touch.set_heart_rate(std::clamp<double>(per_min, rate_->minimum(), rate_->maximum()));
+  touch.set_stiffness(manifest.stiffness_n_per_m);
+  preset_chosen(preset_->currentText());
+  model_->setCurrentIndex(model_of(options) == "patch" ? 1 : 0);
+  stiffness_->setEnabled(model_->currentIndex() == 0);
+  lift_tool();
 }
 
 void HeartWindow::set_playing(bool playing) {

@@ -128,6 +128,7 @@ class HeartWindow : public QMainWindow {
   void looks_changed();
   void show_looks();
   void show_view(const ViewOptions& options);
+  void reset_force(const ViewOptions& options);
   void show_pressures();
   void make_constants(QFormLayout* form);
   void make_exercise(QVBoxLayout* column);

@@ -140,5 +140,27 @@ TEST_F(Window, AFreeCutOfTheStartIsMovedAndStays) {
   lies_at({6, 10, 11}, "moved");
 }
 
+TEST_F(Window, ResetTakesBackWhatWasSetByHand) {
+  const auto made = window();
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  auto& names = find<QComboBox>(*made, "constant");
+  auto& value = find<QDoubleSpinBox>(*made, "constant_value");
+  const Touch& touch = made->live()->touch();
+  const palpation::PalpationParameters before = touch.parameters();
+  const double rate_per_min = touch.settings().heart_rate_per_min;
+  names.setCurrentText("muscle/middle/k_v_n_per_m");
+  const double k_v = value.value();
+  value.setValue(300);
+  find<QSpinBox>(*made, "lap").setValue(20);
+  find<QSpinBox>(*made, "rate").setValue(110);
+  find<QSpinBox>(*made, "stiffness").setValue(500);
+  QTest::mouseClick(&find<QPushButton>(*made, "reset"), Qt::LeftButton);
+  EXPECT_EQ(palpation::palpation_to_json(touch.parameters()), palpation::palpation_to_json(before));
+  EXPECT_EQ(touch.settings().heart_rate_per_min, rate_per_min);
+  EXPECT_EQ(value.value(), k_v);
+  EXPECT_EQ(find<QSpinBox>(*made, "lap").value(), 9);
+  EXPECT_EQ(find<QSpinBox>(*made, "rate").value(), std::lround(rate_per_min));
+}
+
 }  // namespace
 }  // namespace beatlas::viewer
