@@ -100,7 +100,6 @@ Touch::Touch(const atlas::Manifest& manifest, std::shared_ptr<const field::Field
   wished_ = scaled(disease_);
   muscle_felt_.store(settings_.model == "patch");
   make_muscle();
-  dent_radius_mm_ = palpation::dent_radius_mm(wished_.circulation.contact_area_cm2);
   circulation_ = std::make_shared<palpation::CommonCirculation>(wished_, end_diastole_,
                                                                 settings_.radii_mm.size());
   for (const double radius_mm : settings_.radii_mm) {
@@ -347,7 +346,8 @@ std::optional<TouchedWall> Touch::touched_wall(const Felt& felt) const {
 }
 
 ToolPicture Touch::tool_picture(const Felt& felt, std::size_t finger) const {
-  return tool_picture_of(felt.servo, fingers_[finger]->radius_mm, dent_radius_mm_);
+  return tool_picture_of(felt.servo, fingers_[finger]->radius_mm,
+                         palpation::dent_radius_mm(wished_.circulation.contact_area_cm2));
 }
 
 haptics::TaxelMap Touch::taxels(const Felt& felt, const Vec3& right, std::size_t finger) {

@@ -202,7 +202,6 @@ class Touch {
   std::shared_ptr<const haptics::TubeField> valve_;
   std::shared_ptr<const haptics::PericardialField> pericardium_;
   std::shared_ptr<const haptics::ContactField> body_;
-  double dent_radius_mm_ = 25;
   std::shared_ptr<palpation::CommonCirculation> circulation_;
   std::vector<std::unique_ptr<Finger>> fingers_;
   std::atomic<double> rate_hz_{1};

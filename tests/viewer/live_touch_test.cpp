@@ -122,6 +122,20 @@ TEST_F(Live, TheAtriumsPressureIsFeltWhileItChanges) {
   EXPECT_LT(largest_step_n, 0.05) << "5 gf: a change is no blow (the slew's limit is 50 N/s)";
 }
 
+TEST_F(Live, TheDentIsThatOfThePresetWheneverItIsChosen) {
+  const auto radius_mm = [](const Touch& touch) { return touch.tool_picture({}).dent_radius_mm; };
+  Touch touch(heart_.atlas->manifest(), heart_.field, TouchSettings{.model = "patch"});
+  const double healthy_mm = radius_mm(touch);
+  for (const char* preset : {"by_74_percent", "healthy"}) {
+    const Touch begun(heart_.atlas->manifest(), heart_.field,
+                      TouchSettings{.model = "patch", .preset = preset});
+    touch.set_preset(preset);
+    EXPECT_NEAR(radius_mm(touch), radius_mm(begun), 1e-9) << preset;
+  }
+  touch.set_constant("circulation/contact_area_cm2", 20);
+  EXPECT_GT(std::abs(radius_mm(touch) - healthy_mm), 0.1);
+}
+
 TEST_F(Live, TellsHowWellIsKnownWhatIsTouched) {
   atlas::Manifest manifest = heart_.atlas->manifest();
   const auto pressed = [&] {
