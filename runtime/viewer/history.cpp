@@ -10,22 +10,37 @@ namespace {
 
 constexpr double kKeptS = 60;
 constexpr double kShownS = 10;
+constexpr double kSettlingS = 0.25;  // until the circulation is as it is wished
 
 }  // namespace
 
 void History::clear() { *this = History(); }
 
-void History::add(const PressRow& row) {
-  if (!rows_.empty() && row.time_s == rows_.back().time_s) return;
-  if (!rows_.empty() && row.time_s < rows_.back().time_s) clear();
-  if (!beat_.empty() && beat_.back().beat != row.beat) {
+void History::forget_loops() {
+  natural_.clear();
+  loop_.clear();
+  loop_touched_ = false;
+}
+
+void History::end_beat() {
+  if (beat_.front().time_s >= settled_s_) {
     beat_.push_back(beat_.front());
     loop_ = beat_;
     loop_touched_ = beat_touched_;
     if (!beat_touched_) natural_ = loop_;
-    beat_.clear();
-    beat_touched_ = false;
   }
+  beat_.clear();
+  beat_touched_ = false;
+}
+
+void History::add(const PressRow& row) {
+  if (!rows_.empty() && row.time_s == rows_.back().time_s) return;
+  if (!rows_.empty() && row.time_s < rows_.back().time_s) clear();
+  if (!rows_.empty() && row.wishes != rows_.back().wishes) {
+    forget_loops();
+    settled_s_ = row.time_s + kSettlingS;
+  }
+  if (!beat_.empty() && beat_.back().beat != row.beat) end_beat();
   beat_.push_back(row);
   beat_touched_ = beat_touched_ || row.touching;
   rows_.push_back(row);

@@ -12,7 +12,8 @@ namespace beatlas::viewer {
 
 class History {
  public:
-  /// One as new as the last is left out; with an older one another session begins.
+  /// One as new as the last is left out; with an older one another session begins. Where the
+  /// parameters have changed, loops begin anew with the next beat that is theirs alone.
   void add(const PressRow& row);
   void clear();
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
@@ -26,12 +27,16 @@ class History {
   void write_csv(const std::filesystem::path& file) const;
 
  private:
+  void end_beat();
+  void forget_loops();
+
   std::deque<PressRow> rows_;
   std::vector<PressRow> beat_;  ///< that is going on
   bool beat_touched_ = false;
   std::vector<PressRow> loop_;
   std::vector<PressRow> natural_;
   bool loop_touched_ = false;
+  double settled_s_ = 0;  ///< a beat that begins earlier is none of the parameters alone
 };
 
 }  // namespace beatlas::viewer

@@ -34,7 +34,8 @@ PressRow press_row(const Felt& felt) noexcept {
           .lv_mmhg = felt.circulation.lv_mmhg,
           .beat = felt.circulation.beats,
           .touching = servo.touching || *std::max_element(felt.circulation.force_n.begin(),
-                                                          felt.circulation.force_n.end()) > 0};
+                                                          felt.circulation.force_n.end()) > 0,
+          .wishes = felt.wishes};
 }
 
 ToolPicture tool_picture_of(const haptics::Published& servo, double radius_mm,
@@ -205,6 +206,7 @@ Vec3 Touch::tick(const haptics::ServoState& state, std::size_t finger) noexcept 
   (void)circulation_->latest(one.last.circulation);
   one.last.servo = one.servo->published();
   one.last.clock_ns = clock_ns();
+  one.last.wishes = wishes_.load(std::memory_order_relaxed);
   one.felt.write(one.last);
   constexpr std::uint64_t kEvery = 5;
   if (finger == 0 && one.last.servo.ticks % kEvery == 0) rows_.add(press_row(one.last));
@@ -268,6 +270,7 @@ void Touch::set_model(const std::string& model) {
 // Circulation and the muscle under the tool alike.
 void Touch::wish(const palpation::PalpationParameters& parameters) {
   circulation_->wish(parameters);
+  wishes_.fetch_add(1, std::memory_order_relaxed);
   wished_ = parameters;
   make_muscle();
   forget_taxels();

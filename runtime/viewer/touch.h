@@ -56,6 +56,7 @@ struct Felt {
   haptics::Published servo;
   palpation::Signals circulation;
   std::int64_t clock_ns = 0;  ///< of std::chrono::steady_clock, when the tick ended
+  std::uint64_t wishes = 0;   ///< how often the parameters were changed until then
 };
 
 /// What plots and tables show of a tick.
@@ -65,8 +66,9 @@ struct PressRow {
   double depth_mm;
   double volume_ml;
   double lv_mmhg;
-  std::uint64_t beat;  ///< of the circulation
-  bool touching;       ///< of any finger
+  std::uint64_t beat;        ///< of the circulation
+  bool touching;             ///< of any finger
+  std::uint64_t wishes = 0;  ///< as of Felt
 };
 [[nodiscard]] PressRow press_row(const Felt& felt) noexcept;
 
@@ -204,6 +206,7 @@ class Touch {
   std::shared_ptr<const haptics::ContactField> body_;
   std::shared_ptr<palpation::CommonCirculation> circulation_;
   std::vector<std::unique_ptr<Finger>> fingers_;
+  std::atomic<std::uint64_t> wishes_{0};
   std::atomic<double> rate_hz_{1};
   std::atomic<bool> muscle_felt_{false};  ///< the model is the patch
   std::atomic<bool> beating_{true};       ///< not paused and no phase held

@@ -8,6 +8,9 @@
 #include <QSlider>
 #include <QSpinBox>
 #include <QTest>
+#include <cmath>
+#include <functional>
+#include <vector>
 
 #include "tests/viewer/window_fixture.h"
 
@@ -160,6 +163,22 @@ TEST_F(Window, ResetTakesBackWhatWasSetByHand) {
   EXPECT_EQ(value.value(), k_v);
   EXPECT_EQ(find<QSpinBox>(*made, "lap").value(), 9);
   EXPECT_EQ(find<QSpinBox>(*made, "rate").value(), std::lround(rate_per_min));
+}
+
+TEST_F(Window, ALoopIsOfTheSettingsThatAreThere) {
+  const auto made = window();
+  ASSERT_TRUE(load(*made, "heart.beatlas"));
+  const auto natural = [&] { return made->history().panels().back().curves.front().x.size(); };
+  ASSERT_TRUE(QTest::qWaitFor([&] { return natural() > 0; }, 8000));
+  const std::vector<std::function<void()>> changes{
+      [&] { find<QComboBox>(*made, "preset").setCurrentText("dilated_cardiomyopathy"); },
+      [&] { find<QSpinBox>(*made, "lap").setValue(20); },
+      [&] { find<QSpinBox>(*made, "rate").setValue(40); }};
+  for (const auto& change : changes) {
+    change();
+    EXPECT_TRUE(QTest::qWaitFor([&] { return natural() == 0; }, 500)) << "of what is over";
+    EXPECT_TRUE(QTest::qWaitFor([&] { return natural() > 0; }, 8000)) << "the next whole beat";
+  }
 }
 
 }  // namespace
