@@ -185,6 +185,19 @@ struct Stage {
   int width = 0;
   int height = 0;
   double text_scale = 1;
+  std::unique_ptr<Touch> touch;  // null without a press
+  PressRun press;
+
+  // The heart, the tool and its dent as they were in one tick of the press.
+  void show(const Felt& felt) {
+    drawing->set_beats(felt.servo.phase);
+    ToolPicture tool = touch->tool_picture(felt);
+    tool.taxels = touch->taxels(felt, drawing->camera().right());
+    drawing->set_tool(tool);
+    std::array<char, 64> note{};
+    std::snprintf(note.data(), note.size(), "%.1f mm deep", press_row(felt).depth_mm);
+    drawing->set_note(note.data());
+  }
 
   [[nodiscard]] Picture picture() const {
     const Picture left = drawing->picture(width, height);
@@ -230,23 +243,15 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
   if (!heart.field) {
     throw_invalid("the package has no field of the heart to press on; build it with --scene full");
   }
-  const std::unique_ptr<Touch> made =
-      touch_of(heart, {.model = model_of(options), .preset = options.preset});
-  Touch& touch = *made;
+  stage.touch = touch_of(heart, {.model = model_of(options), .preset = options.preset});
   const HeartFrame& frame = stage.drawing->frame();
   const Vec3 direction = options.press_lps
                              ? Vec3(frame.workspace_from_lps.linear() * *options.press_lps)
                              : free_wall_direction(frame, heart.field->centre_mm());
-  const PressRun run = run_press(touch, *heart.field, direction, options.press_mm, options.phase);
-  stage.drawing->set_beats(run.last.servo.phase);
-  ToolPicture tool = touch.tool_picture(run.last);
-  tool.taxels = touch.taxels(run.last, stage.drawing->camera().right());
-  stage.drawing->set_tool(tool);
-  std::array<char, 64> note{};
-  std::snprintf(note.data(), note.size(), "%.1f mm deep",
-                std::max(0.0, -run.last.servo.distance_mm));
-  stage.drawing->set_note(note.data());
-  if (options.plots) stage.panels = press_panels(run, 60 / touch.settings().heart_rate_per_min);
+  stage.press = run_press(*stage.touch, *heart.field, direction, options.press_mm, options.phase);
+  stage.show(stage.press.last);
+  if (options.plots)
+    stage.panels = press_panels(stage.press, 60 / stage.touch->settings().heart_rate_per_min);
   keep_arrow_inside(stage);
   return stage;
 }
@@ -265,9 +270,19 @@ void write_recording(const ViewOptions& options, const OpenedHeart& heart,
   if (failed || !std::filesystem::is_directory(folder)) {
     throw Error(ErrorCode::Machine, folder.string() + " cannot be made: " + failed.message());
   }
-  const Stage stage = make_stage(options, heart);
+  Stage stage = make_stage(options, heart);
+  if (stage.touch) {
+    // The longest arrow of all tells how large every frame is.
+    stage.show(stage.press.hardest());
+    keep_arrow_inside(stage);
+  }
   for (int n = 0; n < frames; ++n) {
-    stage.drawing->set_beats(options.phase + static_cast<double>(n) / frames);
+    const double phase = options.phase + static_cast<double>(n) / frames;
+    if (stage.touch) {
+      stage.show(stage.press.at_phase(phase));
+    } else {
+      stage.drawing->set_beats(phase);
+    }
     std::array<char, 32> name{};
     std::snprintf(name.data(), name.size(), "frame_%04d.png", n);
     write_png(stage.picture(), folder / name.data());

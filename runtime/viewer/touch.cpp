@@ -369,6 +369,19 @@ haptics::TaxelMap Touch::taxels(const Felt& felt, const Vec3& right, std::size_t
                            felt.servo.phase * rr_interval_s_);
 }
 
+const Felt& PressRun::at_phase(double phase) const {
+  return *std::min_element(beat.begin(), beat.end(), [phase](const Felt& a, const Felt& b) {
+    return std::abs(std::remainder(a.servo.phase - phase, 1.0)) <
+           std::abs(std::remainder(b.servo.phase - phase, 1.0));
+  });
+}
+
+const Felt& PressRun::hardest() const {
+  return *std::max_element(beat.begin(), beat.end(), [](const Felt& a, const Felt& b) {
+    return press_row(a).force_n < press_row(b).force_n;
+  });
+}
+
 PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& direction,
                    double depth_mm, double phase) {
   const double period_s = field.rr_interval_s();
@@ -397,10 +410,14 @@ PressRun run_press(Touch& touch, const field::FieldQuery& field, const Vec3& dir
     run.last = touch.felt();
     const haptics::Published& servo = run.last.servo;
     run.rows.push_back(press_row(run.last));
+    if (time_s > held_s - beat_s) run.beat.push_back(run.last);
     const double ahead = wrapped(servo.phase - phase);
     if (time_s > held_s && ahead < before) break;
     before = ahead;
   }
+  std::erase_if(run.beat, [begin_s = run.last.servo.time_s - beat_s](const Felt& felt) {
+    return felt.servo.time_s <= begin_s;
+  });
   // The last whole beat of the circulation until then, closed.
   const auto beat = [&](double end_s) {
     std::uint64_t wished = 0;

@@ -218,7 +218,13 @@ struct PressRun {
   std::vector<PressRow> rows;     ///< one a millisecond
   std::vector<PressRow> natural;  ///< the last whole beat before the tool comes
   std::vector<PressRow> pressed;  ///< the last whole beat
+  std::vector<Felt> beat;         ///< every tick of the last cycle of the heart, until `last`
   Felt last;
+
+  /// The tick of that cycle that is nearest to a phase.
+  [[nodiscard]] const Felt& at_phase(double phase) const;
+  /// The tick of that cycle with the largest force.
+  [[nodiscard]] const Felt& hardest() const;
 };
 
 /// The tool comes from outside, goes to the place where it is `depth_mm` below the surface of

@@ -117,6 +117,23 @@ TEST_F(Command, RecordsABeat) {
   EXPECT_FALSE(std::filesystem::exists(file("beat/frame_0003.png")));
 }
 
+// With nothing but the tool in the picture, what differs from frame to frame is what is felt.
+TEST_F(Command, RecordsWhatIsFeltAtEachMoment) {
+  const Called called =
+      call(file("heart.beatlas") + " --record " + file("felt") +
+           " --frames 3 --size 256x192 --press-mm 4 --model patch --no-caption --opacity heart=0"
+           " --opacity lv_blood=0 --opacity rv_blood=0");
+  EXPECT_EQ(called.code, 0) << called.text;
+  const auto frame = [&](int n) {
+    std::ifstream stream(file("felt/frame_000" + std::to_string(n) + ".png"), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  EXPECT_FALSE(frame(0).empty());
+  EXPECT_TRUE(frame(0) != frame(1));
+  EXPECT_TRUE(frame(1) != frame(2));
+  EXPECT_TRUE(frame(2) != frame(0));
+}
+
 TEST_F(Command, TroubleIsOneSentenceAndTheRightCode) {
   const std::string shot = " --screenshot " + file("none.png");
   const std::vector<std::pair<int, std::string>> cases{
