@@ -55,6 +55,13 @@ class ForceModel {
   /// `restore(memory())` leaves the model where it was, to the bit.
   [[nodiscard]] virtual ModelMemory memory() const noexcept = 0;
   virtual void restore(const ModelMemory& memory) noexcept = 0;
+  /// Goes on where `before` is, if that is of the same kind, on the same field and with a tool of
+  /// the same shape, so that what it remembers is true here, too; what may differ is how hard the
+  /// surface is. Else false, and nothing is changed.
+  [[nodiscard]] virtual bool take_over(const ForceModel& before) noexcept {
+    (void)before;
+    return false;
+  }
 };
 
 }  // namespace beatlas::haptics

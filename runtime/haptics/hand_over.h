@@ -30,12 +30,18 @@ class HandOver {
   /// Puts what was offered in the place of `held`; false if there is nothing new, or if what was
   /// retired last has still to be collected, which the next offer does.
   [[nodiscard]] bool take_up(std::unique_ptr<T>& held) noexcept {
+    return take_up(held, [](const T&, T&) noexcept {});
+  }
+  /// The same; `carry(held, fresh)` first, while nobody may free either.
+  template <class Carry>
+  [[nodiscard]] bool take_up(std::unique_ptr<T>& held, const Carry& carry) noexcept {
     if (offered_.load(std::memory_order_relaxed) == nullptr ||
         retired_.load(std::memory_order_acquire) != nullptr) {
       return false;
     }
     T* const fresh = offered_.exchange(nullptr, std::memory_order_acq_rel);
     if (fresh == nullptr) return false;
+    carry(static_cast<const T&>(*held), *fresh);
     retired_.store(held.release(), std::memory_order_release);
     held.reset(fresh);
     return true;

@@ -289,4 +289,15 @@ void ProxyModel::restore(const ModelMemory& memory) noexcept {
   stuck_mm_ = Vec3(memory[13], memory[14], memory[15]);
 }
 
+bool ProxyModel::take_over(const ForceModel& before) noexcept {
+  const auto* const other = dynamic_cast<const ProxyModel*>(&before);
+  if (other == nullptr || other->field_ != field_ ||
+      other->options_.radius_mm != options_.radius_mm ||
+      other->options_.half_length_mm != options_.half_length_mm) {
+    return false;
+  }
+  restore(other->memory());
+  return true;
+}
+
 }  // namespace beatlas::haptics

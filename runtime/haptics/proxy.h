@@ -60,6 +60,7 @@ class ProxyModel final : public ForceModel {
   void reset() noexcept override;
   [[nodiscard]] ModelMemory memory() const noexcept override;
   void restore(const ModelMemory& memory) noexcept override;
+  [[nodiscard]] bool take_over(const ForceModel& before) noexcept override;
 
   static constexpr int kMostSamples = 20;  ///< but for the tick that places the proxy
 

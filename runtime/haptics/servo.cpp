@@ -44,10 +44,14 @@ void Servo::restart() noexcept {
 void Servo::offer(Scene scene) { scenes_.offer(checked(std::move(scene))); }
 
 bool Servo::take_up_offer() noexcept {
-  if (!scenes_.take_up(scene_)) return false;
+  bool goes_on = false;
+  const auto carry = [&goes_on](const Scene& before, Scene& fresh) noexcept {
+    goes_on = fresh.period_s == before.period_s && fresh.model->take_over(*before.model);
+  };
+  if (!scenes_.take_up(scene_, carry)) return false;
   heart_.set_period(scene_->period_s);
   ++scene_number_;
-  return true;
+  return !goes_on;
 }
 
 Tick Servo::run(const ServoState& state, const HeartWish& wish) noexcept {

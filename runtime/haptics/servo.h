@@ -69,7 +69,9 @@ class Servo {
   void set_paused(bool paused) noexcept { paused_.store(paused, std::memory_order_relaxed); }
   /// 0..1: beat on to this phase and stay; below 0: let go.
   void hold_phase(double phase) noexcept { hold_phase_.store(phase, std::memory_order_relaxed); }
-  /// Another scene from the next tick on, which gives zero force; the force comes back by the start
+  /// Another scene from the next tick on. Where it has the same period and a model that takes over
+  /// from the one before (ForceModel), contact and force go on, and change as fast as the safety
+  /// stage lets them. Any other gives zero force in that tick; the force comes back by the start
   /// ramp. The servo's thread neither waits nor frees: the scene that was replaced, and an offer
   /// that was never taken up, are freed by the next call of this, by `collect` or with the servo.
   /// @throws Error{InvalidInput} if there is no model or the period is no positive number.
@@ -84,6 +86,7 @@ class Servo {
 
  private:
   [[nodiscard]] Tick run(const ServoState& state, const HeartWish& wish) noexcept;
+  /// Whether there is another scene that does not go on where the one before was.
   [[nodiscard]] bool take_up_offer() noexcept;
   void restore(const ServoMemory& memory) noexcept;
 

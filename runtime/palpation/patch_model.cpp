@@ -132,4 +132,14 @@ void PatchModel::restore(const haptics::ModelMemory& memory) noexcept {
   trail_ = {.vertex = index_of(memory[5]), .looked = index_of(memory[6])};
 }
 
+bool PatchModel::take_over(const haptics::ForceModel& before) noexcept {
+  const auto* const other = dynamic_cast<const PatchModel*>(&before);
+  if (other == nullptr || other->field_ != field_ || other->radius_mm_ != radius_mm_ ||
+      other->circulation_ != circulation_ || other->finger_ != finger_) {
+    return false;
+  }
+  restore(other->memory());
+  return true;
+}
+
 }  // namespace beatlas::palpation

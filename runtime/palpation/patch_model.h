@@ -48,6 +48,7 @@ class PatchModel final : public haptics::ForceModel {
   void reset() noexcept override;
   [[nodiscard]] haptics::ModelMemory memory() const noexcept override;
   void restore(const haptics::ModelMemory& memory) noexcept override;
+  [[nodiscard]] bool take_over(const haptics::ForceModel& before) noexcept override;
 
  private:
   std::shared_ptr<const haptics::ContactField> field_;

@@ -167,7 +167,8 @@ TEST(Tick, AllocatesNothingOnTheSimulatedDevicesLoop) {
 }
 
 haptics::Scene touched(double radius_mm) {
-  const auto field = std::make_shared<const haptics::AtlasField>(sphere());
+  // One for all: a model with a tool as large takes over from the one before.
+  static const auto field = std::make_shared<const haptics::AtlasField>(sphere());
   return {.model = std::make_unique<haptics::ProxyModel>(
               field, haptics::ProxyOptions{.radius_mm = radius_mm, .damping_n_s_per_m = 2}),
           .period_s = kPeriod};
@@ -181,7 +182,7 @@ TEST(Tick, AProxyThatIsRecordedPublishedWatchedAndSwappedAllocatesNothing) {
   frees = 0;
   for (int n = 0; n < 20000; ++n) {
     if (n % 1000 == 500) {  // what the caller's thread does
-      servo.offer(touched(n % 2000 == 500 ? 2 : 1));
+      servo.offer(touched(n % 4000 < 2000 ? 1 : 2));
       servo.set_rate_hz(0.5 + 0.0001 * n);
       servo.recorder().resume();
     }

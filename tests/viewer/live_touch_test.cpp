@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -89,37 +90,72 @@ class Live : public testing::Test {
   Vec3 inside_mm_;
 };
 
-TEST_F(Live, TheAtriumsPressureIsFeltWhileItChanges) {
-  const auto touch = [&](const std::string& preset) {
-    return std::make_unique<Touch>(heart_.atlas->manifest(), heart_.field,
-                                   TouchSettings{.model = "patch", .preset = preset});
-  };
+// A finger that stays 3 mm deep, whatever is changed under it.
+struct StillFinger {
+  Touch touch;
+  Vec3 at_mm;
   double time_s = 0;
+  Vec3 before_n = Vec3::Zero();
   double largest_step_n = 0;
-  // Mean force over the last of some seconds.
-  const auto felt = [&](Touch& pressed) {
+  int faults = 0;
+
+  /// Mean force over the second half of some ticks.
+  double feel(int ticks) {
     double sum_n = 0;
-    double before_n = -1;
-    constexpr int kTicks = 6000;
-    for (int n = 0; n < kTicks; ++n) {
+    for (int n = 0; n < ticks; ++n) {
       time_s += 1e-3;
-      const double force_n = pressed.tick({.time_s = time_s, .position_mm = inside_mm_}).norm();
-      if (before_n >= 0) largest_step_n = std::max(largest_step_n, std::abs(force_n - before_n));
+      const Vec3 force_n = touch.tick({.time_s = time_s, .position_mm = at_mm});
+      faults += touch.felt().servo.status == haptics::TickStatus::Fault ? 1 : 0;
+      largest_step_n = std::max(largest_step_n, (force_n - before_n).norm());
       before_n = force_n;
-      if (n >= kTicks / 2) sum_n += force_n / (kTicks / 2);
+      if (n >= ticks / 2) sum_n += force_n.norm() / (ticks - ticks / 2);
     }
     return sum_n;
+  }
+};
+
+constexpr double kSlewN = 0.05 + 1e-9;  // 5 gf: the slew's limit of 50 N/s, in a tick
+
+TEST_F(Live, TheAtriumsPressureIsFeltWhileItChanges) {
+  const auto finger = [&](const std::string& preset) {
+    return StillFinger{.touch{heart_.atlas->manifest(), heart_.field,
+                              TouchSettings{.model = "patch", .preset = preset}},
+                       .at_mm = inside_mm_};
   };
-  const auto healthy = touch("healthy");
-  const double healthy_n = felt(*healthy);
-  const auto low = touch("low_pressure");
-  const double low_n = felt(*low);
-  EXPECT_LT(low_n, 0.9 * healthy_n);
-  healthy->set_left_atrial_mmhg(3);
-  EXPECT_LT(felt(*healthy), 0.9 * healthy_n);
-  healthy->set_left_atrial_mmhg(20);
-  EXPECT_GT(felt(*healthy), 1.2 * healthy_n);
-  EXPECT_LT(largest_step_n, 0.05) << "5 gf: a change is no blow (the slew's limit is 50 N/s)";
+  StillFinger healthy = finger("healthy");
+  const double healthy_n = healthy.feel(6000);
+  StillFinger low = finger("low_pressure");
+  EXPECT_LT(low.feel(6000), 0.9 * healthy_n);
+  healthy.touch.set_left_atrial_mmhg(3);
+  EXPECT_LT(healthy.feel(6000), 0.9 * healthy_n);
+  healthy.touch.set_left_atrial_mmhg(20);
+  EXPECT_GT(healthy.feel(6000), 1.2 * healthy_n);
+  EXPECT_LE(healthy.largest_step_n, kSlewN) << "a change is no blow";
+  EXPECT_EQ(healthy.faults, 0);
+}
+
+TEST_F(Live, ASettingUnderTheFingerNeitherDropsTheForceNorForgetsTheDent) {
+  for (const char* model : {"proxy", "patch"}) {
+    StillFinger finger{.touch{heart_.atlas->manifest(), heart_.field, {.model = model}},
+                       .at_mm = inside_mm_};
+    Touch& touch = finger.touch;
+    EXPECT_GT(finger.feel(4000), 0.1) << model;
+    const std::vector<std::function<void()>> changes{
+        [&] { touch.set_heart_rate(touch.settings().heart_rate_per_min + 1); },
+        [&] { touch.set_left_atrial_mmhg(10); },
+        [&] { touch.set_constant("muscle/middle/k_v_n_per_m", 76); },
+        [&] { touch.set_stiffness(touch.settings().stiffness_n_per_m + 1); }};
+    for (const auto& change : changes) {
+      change();
+      (void)finger.feel(1000);
+    }
+    EXPECT_LE(finger.largest_step_n, kSlewN) << model;
+    EXPECT_EQ(finger.faults, 0) << model;
+    // Another kind of model is another contact.
+    touch.set_model(std::string(model) == "proxy" ? "patch" : "proxy");
+    (void)finger.feel(100);
+    EXPECT_EQ(finger.faults, 1) << model;
+  }
 }
 
 TEST_F(Live, TheDentIsThatOfThePresetWheneverItIsChosen) {

@@ -303,6 +303,39 @@ TEST(Servo, PublishesEachTickAsAWhole) {
   EXPECT_TRUE(seen.touching);
 }
 
+TEST(Servo, AnotherStiffnessOnTheSameFieldGoesOnWithoutAFault) {
+  const auto field = beating(18);
+  const auto stiff = [&](double n_per_m, double radius_mm = 0) {
+    return Scene{.model = std::make_unique<ProxyModel>(
+                     field, ProxyOptions{.stiffness_n_per_m = n_per_m, .radius_mm = radius_mm}),
+                 .period_s = kBeat};
+  };
+  Servo servo(stiff(150), {});
+  Hand hand{servo};
+  servo.set_paused(true);
+  const Vec3 inside(0, 0, 13);
+  Tick before;
+  for (int n = 0; n < 1000; ++n) before = hand.next(inside);
+  const double first_n = before.force_n.norm();
+  ASSERT_GT(first_n, 0.3);
+  for (const double n_per_m : {160.0, 50.0, 150.0}) {
+    servo.offer(stiff(n_per_m));
+    for (int n = 0; n < 100; ++n) {
+      const Tick tick = hand.next(inside);
+      EXPECT_NE(tick.status, TickStatus::Fault) << n_per_m << ' ' << n;
+      EXPECT_LE((tick.force_n - before.force_n).norm(), 50 * kTick + 1e-9) << n_per_m << ' ' << n;
+      before = tick;
+    }
+    EXPECT_NEAR(before.force_n.norm(), n_per_m / 150 * first_n, 0.01 * first_n);
+  }
+  // A tool of another shape is another contact, and so is another field.
+  servo.offer(stiff(150, 2));
+  EXPECT_EQ(hand.next(inside).status, TickStatus::Fault);
+  EXPECT_NE(hand.next(inside).status, TickStatus::Fault);
+  servo.offer(scene());
+  EXPECT_EQ(hand.next(inside).status, TickStatus::Fault);
+}
+
 TEST(Servo, AnAtlasOfAnotherPeriodGoesOnAtTheSamePhase) {
   Servo servo(scene(), {});
   Hand hand{servo};
