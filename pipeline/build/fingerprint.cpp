@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <span>
-#include <system_error>
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/stage_context.h"
@@ -16,6 +15,24 @@
 
 namespace beatlas::build {
 namespace fs = std::filesystem;
+namespace {
+
+constexpr auto kMark = "beatlas files 1\n";
+
+std::vector<std::string> hashes_of(const std::vector<fs::path>& files) {
+  std::vector<std::string> out(files.size());
+  parallel_for(files.size(), [&](std::size_t at) { out[at] = study::sha256_of_file(files[at]); });
+  return out;
+}
+
+/// How many, then each in a line.
+std::string counted_lines(std::span<const std::string> hashes) {
+  std::string out = std::to_string(hashes.size()) + "\n";
+  for (const std::string& hash : hashes) out += hash + "\n";
+  return out;
+}
+
+}  // namespace
 
 std::string stack_sha256(const Cine& stack) {
   std::string text = "beatlas stack 1\n";
@@ -39,33 +56,41 @@ std::string stack_sha256(const Cine& stack) {
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 
-std::optional<std::string> files_sha256(const std::vector<fs::path>& sources) {
-  std::string text = "beatlas files 1\n";
-  for (const fs::path& source : sources) {
-    std::error_code error;
-    std::vector<fs::path> files;
-    if (fs::is_directory(source, error)) {
-      try {
-        StageContext context;
-        files = ingest::files_under(source, context).files;
-      } catch (const Error&) {
-        return std::nullopt;  // the reader says what is wrong
-      }
-    } else {
-      files.push_back(source);
-    }
-    std::vector<std::string> hashes(files.size());
-    try {
-      parallel_for(files.size(),
-                   [&](std::size_t at) { hashes[at] = study::sha256_of_file(files[at]); });
-    } catch (const Error&) {
-      return std::nullopt;  // the reader says what is wrong
-    }
-    std::sort(hashes.begin(), hashes.end());
-    text += std::to_string(hashes.size()) + "\n";
-    for (const std::string& hash : hashes) text += hash + "\n";
+std::optional<std::string> files_sha256(const std::vector<fs::path>& files) {
+  try {
+    std::string text = kMark;
+    for (const std::string& hash : hashes_of(files)) text += counted_lines(std::span(&hash, 1));
+    return sha256_hex(std::as_bytes(std::span(text)));
+  } catch (const Error&) {
+    return std::nullopt;  // the reader says what is wrong
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+std::optional<std::string> source_sha256(const std::vector<fs::path>& sources) {
+  try {
+    StageContext context;
+    const ingest::ReadFiles read = ingest::read_files(sources, context);
+    if (read.images.empty()) return std::nullopt;
+    std::vector<fs::path> files;
+    for (const std::vector<fs::path>& image : read.images) {
+      files.insert(files.end(), image.begin(), image.end());
+    }
+    std::vector<std::string> hashes = hashes_of(files);
+    std::string text = kMark;
+    if (!read.ordered) {
+      std::sort(hashes.begin(), hashes.end());
+      text += counted_lines(hashes);
+    }
+    std::size_t at = 0;
+    for (std::size_t image = 0; read.ordered && image < read.images.size(); ++image) {
+      const std::size_t count = read.images[image].size();
+      text += counted_lines(std::span(hashes).subspan(at, count));
+      at += count;
+    }
+    return sha256_hex(std::as_bytes(std::span(text)));
+  } catch (const Error&) {
+    return std::nullopt;  // the reader says what is wrong
+  }
 }
 
 }  // namespace beatlas::build

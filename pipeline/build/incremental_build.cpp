@@ -325,7 +325,7 @@ void IncrementalBuild::leave_import(const study::Wanted& with) {
 void IncrementalBuild::import_made(Exam exam, const std::vector<fs::path>& files) {
   study::Wanted with = wanted_of(Stage::Import, orders_);
   if (study_) with.source_files = files_sha256(files);
-  if (keeps(Stage::Import, with)) return;
+  if (with.source_files && keeps(Stage::Import, with)) return;
   refuse_unless_from(with);
   exam_ = std::move(exam);
   facts_.input_sha256 = stack_sha256(exam_->stack);
@@ -349,8 +349,9 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
     require(Stage::Import);
     return;
   }
-  if (study_) with.source_files = files_sha256(sources);
-  if (keeps(Stage::Import, with)) return;
+  if (study_) with.source_files = source_sha256(sources);
+  // Without it the source cannot be read, and the reader says why.
+  if (with.source_files && keeps(Stage::Import, with)) return;
   refuse_unless_from(with);
   run(Stage::Import, [&](StageContext& context) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);

@@ -27,6 +27,12 @@ bool ends_with_any(const std::string& name, const std::array<std::string_view, N
                      [&](std::string_view end) { return name.ends_with(end); });
 }
 
+ImageFormat demand_format(const fs::path& file) {
+  const auto format = format_of(file);
+  if (!format) throw_invalid(file.string() + ": the end of its name is that of no image file");
+  return *format;
+}
+
 constexpr std::array<std::string_view, 6> kNifti{".nii",    ".nii.gz", ".hdr",
                                                  ".hdr.gz", ".img",    ".img.gz"};
 constexpr std::array<std::string_view, 2> kNrrd{".nrrd", ".nhdr"};
@@ -60,11 +66,21 @@ bool may_be_voxels_of_another(const fs::path& file) {
   return ends_with_any(lower_name(file), kVoxels);
 }
 
+std::vector<fs::path> files_of_image(const fs::path& file) {
+  switch (demand_format(file)) {
+    case ImageFormat::Nifti:
+      return files_of_nifti(file);
+    case ImageFormat::Nrrd:
+      return files_of_nrrd(file);
+    case ImageFormat::MetaImage:
+      return files_of_metaimage(file);
+  }
+  return {};
+}
+
 ImageFile read_image_file(const fs::path& file) {
-  const auto format = format_of(file);
-  if (!format) throw_invalid(file.string() + ": the end of its name is that of no image file");
   ImageFile out;
-  switch (*format) {
+  switch (demand_format(file)) {
     case ImageFormat::Nifti:
       out.images = read_nifti(file, &out.header);
       break;

@@ -51,6 +51,12 @@ enum class ImageFormat { Nifti, Nrrd, MetaImage };
 /// .img .raw .zraw (each also with .gz or .bz2).
 [[nodiscard]] bool may_be_voxels_of_another(const std::filesystem::path& file);
 
+/// The files that an image is read from: the named one, or the header that belongs to it, then
+/// those beside it that hold its voxels, in their order. Mostly the file alone.
+/// @throws Error{InvalidInput} naming the file and the reason: its header cannot be read, or names
+///         files that are not there
+[[nodiscard]] std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& file);
+
 /// Reads a file of any of the formats; see nifti.h, nrrd.h, metaimage.h for what each holds.
 /// Every voxel is finite. Needs memory for the voxels as float and little beside.
 /// @throws Error{InvalidInput} naming the file and the reason

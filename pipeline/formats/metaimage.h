@@ -15,4 +15,8 @@ namespace beatlas::formats {
 /// @throws Error{InvalidInput} naming the file and the reason
 [[nodiscard]] ImageFile read_metaimage(const std::filesystem::path& file);
 
+/// See files_of_image. @throws Error{InvalidInput}
+[[nodiscard]] std::vector<std::filesystem::path> files_of_metaimage(
+    const std::filesystem::path& file);
+
 }  // namespace beatlas::formats

@@ -12,6 +12,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The files beside a header that hold its voxels; none where it holds them itself.
+std::vector<fs::path> meta_data_files(const fs::path& file, std::string_view text,
+                                      const MetaFields& fields) {
+  if (lower(fields.data_file) == "local") return {};
+  return data_files(fields.data_file, text.substr(fields.bytes), file.parent_path());
+}
+
 VoxelLayout layout_of(const fs::path& file, std::string_view text, const MetaFields& fields,
                       Grid& grid) {
   VoxelLayout layout;
@@ -37,8 +44,7 @@ VoxelLayout layout_of(const fs::path& file, std::string_view text, const MetaFie
   if (fields.header_size < 0 && layout.packing != Packing::Raw) {
     throw_invalid("only raw data may end with their file");
   }
-  for (const fs::path& data :
-       data_files(fields.data_file, text.substr(fields.bytes), file.parent_path())) {
+  for (const fs::path& data : meta_data_files(file, text, fields)) {
     layout.parts.push_back(
         {data, fields.header_size < 0 ? DataPart::kAtTheEnd : fields.header_size});
   }
@@ -55,6 +61,17 @@ ImageFile read_metaimage(const fs::path& file) {
     out.header = frames_of(fields);
     out.images.grid.mm_from_index = lps_from_index(fields, out.header.note);
     out.images.phases = read_voxels(layout_of(file, text, fields, out.images.grid));
+    return out;
+  } catch (const Error& error) {
+    throw error.with_context(file.string());
+  }
+}
+
+std::vector<fs::path> files_of_metaimage(const fs::path& file) {
+  try {
+    const std::string text = read_start(file);
+    std::vector<fs::path> out = meta_data_files(file, text, parse_meta_header(text));
+    out.insert(out.begin(), file);
     return out;
   } catch (const Error& error) {
     throw error.with_context(file.string());

@@ -31,6 +31,9 @@ namespace beatlas::formats {
 [[nodiscard]] ImageCycle<std::uint8_t> read_nifti_labels(const std::filesystem::path& file,
                                                          ImageFileHeader* header = nullptr);
 
+/// See files_of_image. @throws Error{InvalidInput}
+[[nodiscard]] std::vector<std::filesystem::path> files_of_nifti(const std::filesystem::path& file);
+
 enum class NiftiStorage {
   Int16,  ///< whole numbers as they are; else scaled if rounding would lose 1/1000 of range
   UInt16Fraction,  ///< 0..1 in 65535 steps

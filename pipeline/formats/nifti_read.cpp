@@ -55,12 +55,27 @@ fs::path voxel_file(const fs::path& header) {
 
 Packing packing_of(const fs::path& file) { return is_gzip(file) ? Packing::Deflate : Packing::Raw; }
 
-VoxelLayout read_layout(const fs::path& named, Grid& grid, ImageFileHeader& told) {
+struct NiftiStart {
+  fs::path header;
+  NiftiFields fields;
+  fs::path voxels;  ///< the file that holds them: the same, or the other of a pair
+};
+
+NiftiStart read_nifti_start(const fs::path& named) {
   if (size_of_file(named) == 0) throw_invalid("it is empty");
-  const fs::path file = header_file(named);
+  NiftiStart out;
+  out.header = header_file(named);
   std::array<std::byte, kNiftiHeaderBytes> start{};
-  const std::size_t got = open_bytes(file, 0, packing_of(file))->read(start.data(), start.size());
-  const NiftiFields fields = parse_nifti_header(std::span(start).first(got));
+  const std::size_t got =
+      open_bytes(out.header, 0, packing_of(out.header))->read(start.data(), start.size());
+  out.fields = parse_nifti_header(std::span(start).first(got));
+  out.voxels = out.fields.pair ? voxel_file(out.header) : out.header;
+  return out;
+}
+
+VoxelLayout read_layout(const fs::path& named, Grid& grid, ImageFileHeader& told) {
+  const NiftiStart start = read_nifti_start(named);
+  const NiftiFields& fields = start.fields;
   told = frames_of(fields);
   for (std::size_t d = 0; d < 3; ++d) {
     if (fields.size[d] > std::numeric_limits<int>::max()) throw_invalid("it is too large");
@@ -71,11 +86,10 @@ VoxelLayout read_layout(const fs::path& named, Grid& grid, ImageFileHeader& told
   VoxelLayout layout;
   layout.type = fields.type;
   layout.big_endian = fields.big_endian;
-  const fs::path voxels = fields.pair ? voxel_file(file) : file;
-  layout.packing = packing_of(voxels);
+  layout.packing = packing_of(start.voxels);
   // The place of the voxels counts unpacked bytes.
   const bool packed = layout.packing == Packing::Deflate;
-  layout.parts = {{voxels, packed ? 0 : fields.offset}};
+  layout.parts = {{start.voxels, packed ? 0 : fields.offset}};
   layout.skip = packed ? fields.offset : 0;
   layout.fast = fields.size[0] * fields.size[1];
   if (fields.size[2] > (std::int64_t{1} << 40) / layout.fast) throw_invalid("it is truncated");
@@ -104,6 +118,16 @@ ImageCycle<Value> read_cycle(const fs::path& file, ImageFileHeader* header, Read
 
 ImageCycle<float> read_nifti(const fs::path& file, ImageFileHeader* header) {
   return read_cycle<float>(file, header, read_voxels);
+}
+
+std::vector<fs::path> files_of_nifti(const fs::path& file) {
+  try {
+    const NiftiStart start = read_nifti_start(file);
+    if (!start.fields.pair) return {start.header};
+    return {start.header, start.voxels};
+  } catch (const Error& error) {
+    throw error.with_context(file.string());
+  }
 }
 
 ImageCycle<std::uint8_t> read_nifti_labels(const fs::path& file, ImageFileHeader* header) {

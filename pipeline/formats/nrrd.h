@@ -21,4 +21,7 @@ namespace beatlas::formats {
 /// @throws Error{InvalidInput} naming the file and the reason
 [[nodiscard]] ImageFile read_nrrd(const std::filesystem::path& file);
 
+/// See files_of_image. @throws Error{InvalidInput}
+[[nodiscard]] std::vector<std::filesystem::path> files_of_nrrd(const std::filesystem::path& file);
+
 }  // namespace beatlas::formats

@@ -12,13 +12,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The files beside a header that hold its voxels; none where it holds them itself.
+std::vector<fs::path> nrrd_data_files(const fs::path& file, std::string_view text,
+                                      const NrrdFields& fields) {
+  if (!fields.data_file) return {};
+  return data_files(*fields.data_file, text.substr(fields.bytes), file.parent_path());
+}
+
 void set_parts(const fs::path& file, std::string_view text, const NrrdFields& fields,
                VoxelLayout& layout) {
   const bool beside = fields.data_file.has_value();
-  std::vector<fs::path> files{file};
-  if (beside) {
-    files = data_files(*fields.data_file, text.substr(fields.bytes), file.parent_path());
-  }
+  std::vector<fs::path> files = nrrd_data_files(file, text, fields);
+  if (!beside) files.push_back(file);
   for (const fs::path& data : files) {
     const std::int64_t start = beside ? 0 : static_cast<std::int64_t>(fields.bytes);
     layout.parts.push_back({data, after_lines(data, start, fields.line_skip)});
@@ -67,6 +72,17 @@ ImageFile read_nrrd(const fs::path& file) {
     out.images.grid.mm_from_index = lps_from_index(fields, out.header.note);
     set_parts(file, text, fields, layout);
     out.images.phases = read_voxels(layout);
+    return out;
+  } catch (const Error& error) {
+    throw error.with_context(file.string());
+  }
+}
+
+std::vector<fs::path> files_of_nrrd(const fs::path& file) {
+  try {
+    const std::string text = read_start(file);
+    std::vector<fs::path> out = nrrd_data_files(file, text, parse_nrrd_header(text));
+    out.insert(out.begin(), file);
     return out;
   } catch (const Error& error) {
     throw error.with_context(file.string());

@@ -147,7 +147,7 @@ class FileReader {
       out_.kind = Kind::Empty;
       return std::move(out_);
     }
-    if (!vtkDICOMUtilities::IsDICOMFile(file_.c_str())) return std::move(out_);
+    if (!is_dicom(file_)) return std::move(out_);
     out_.kind = sort_out();
     if (out_.kind == FileHeader::Kind::Image) add_frames();
     return std::move(out_);
@@ -406,6 +406,8 @@ class FileReader {
 };
 
 }  // namespace
+
+bool is_dicom(const fs::path& file) { return vtkDICOMUtilities::IsDICOMFile(file.c_str()); }
 
 FileHeader read_header(const fs::path& file, IdentityWords& words) {
   return FileReader(file, words).read();

@@ -31,6 +31,10 @@ struct FileHeader {
   std::vector<DicomImage> images;
 };
 
+/// Whether a file is DICOM by its first bytes, with or without a preamble; one that is not is of
+/// the kind NotDicom or Empty.
+[[nodiscard]] bool is_dicom(const std::filesystem::path& file);
+
 /// Reads one file; what its text attributes say goes into `words`. Never throws for bad input.
 [[nodiscard]] FileHeader read_header(const std::filesystem::path& file, IdentityWords& words);
 

@@ -8,6 +8,7 @@
 
 #include "pipeline/core/words.h"
 #include "pipeline/formats/image_file.h"
+#include "pipeline/ingest/dicom_file.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -209,6 +210,18 @@ SourceFiles find_files(const std::vector<fs::path>& named, StageContext& context
                   ": it holds archives only; unpack them and name the folder");
   }
   sort_out(files, out);
+  return out;
+}
+
+ReadFiles read_files(const std::vector<fs::path>& sources, StageContext& context) {
+  const SourceFiles found = find_files(sources, context);
+  ReadFiles out;
+  out.ordered = !found.images.empty();
+  for (const fs::path& image : found.images) out.images.push_back(formats::files_of_image(image));
+  for (const fs::path& file : found.dicom) {
+    context.check_cancelled();
+    if (found.named || is_dicom(file)) out.images.push_back({file});
+  }
   return out;
 }
 

@@ -40,6 +40,23 @@ struct FolderFiles {
 [[nodiscard]] SourceFiles find_files(const std::vector<std::filesystem::path>& sources,
                                      StageContext& context);
 
+/// The files that images are read from, and whether their order counts.
+struct ReadFiles {
+  /// Of image files all that an image is read from together, header first and then what holds its
+  /// voxels, image after image as they are read; DICOM files each alone, in no order.
+  std::vector<std::vector<std::filesystem::path>> images;
+  bool ordered = false;  ///< image files: they are the phases of a cine
+};
+
+/// Of what `find_files` finds that which `read_exam` takes images from: image files with the files
+/// that their headers name, or what is DICOM by its first bytes. Notes and results that lie in the
+/// same folders are none; DICOM files that were named one by one all are, for one that is none is
+/// refused.
+/// @throws Error{InvalidInput} as `find_files`, and if an image file's header cannot be read or
+///         names files that are not there
+[[nodiscard]] ReadFiles read_files(const std::vector<std::filesystem::path>& sources,
+                                   StageContext& context);
+
 /// Whether `a` comes before `b`: runs of digits compare as numbers. A strict total order.
 [[nodiscard]] bool natural_less(const std::string& a, const std::string& b);
 

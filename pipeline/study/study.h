@@ -53,7 +53,7 @@ struct Refusal {
 
 /// What Import reads, as StageRecord::inputs keeps it.
 inline constexpr auto kSourceStack = "source";        ///< the decoded stack
-inline constexpr auto kSourceFiles = "source_files";  ///< the files' bytes, whatever their names
+inline constexpr auto kSourceFiles = "source_files";  ///< bytes of the files that it read
 
 /// Of a study that another program works on.
 struct Waiting {

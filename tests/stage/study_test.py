@@ -227,6 +227,9 @@ def resume():
         shutil.copyfile(file, moved / f"{at:05d}")
     said = beatlas("build", moved, "--study", folder, "-o", package).stderr
     assert "nothing has changed" in said, said
+    # A source that cannot be read is not taken for the one before.
+    said = beatlas("build", WORK / "resume_nowhere", "--study", folder, "-o", package, code=3).stderr
+    assert "no such file or folder" in said, said
 
     # Words about the source stay until others are given, and that is said.
     rr = json.loads(beatlas("info", package, "--json").stdout)["rr_interval_s"]

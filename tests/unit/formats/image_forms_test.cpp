@@ -1,6 +1,7 @@
 // One object in every form that files give it: each must come back with its voxels in their place.
 
 #include <fstream>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -181,6 +182,19 @@ TEST_P(Forms, VoxelsComeBackInTheirPlace) {
   }
   EXPECT_LE(worst, kRounding);
   EXPECT_LE(astray_mm, kPlaceMm);
+}
+
+TEST_P(Forms, EveryFileThatHoldsAPartOfItIsNamed) {
+  const Folder folder;
+  const fs::path named = GetParam().write(folder, oblique_object());
+  const std::vector<fs::path> files = files_of_image(named);
+  EXPECT_EQ(files.front(), named);
+  std::set<fs::path> written;
+  for (const auto& entry : fs::directory_iterator(folder.path())) written.insert(entry.path());
+  std::set<fs::path> told;
+  for (const fs::path& file : files) told.insert(file.lexically_normal());
+  EXPECT_EQ(told, written);
+  EXPECT_EQ(told.size(), files.size());
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Forms, testing::ValuesIn(forms()),
