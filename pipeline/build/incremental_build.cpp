@@ -260,9 +260,18 @@ bool IncrementalBuild::is_of_same_exam(const study::Wanted& with) const {
          record.options.value(kExam, 0) == with.options.value(kExam, 0);
 }
 
+bool IncrementalBuild::is_of_same_images(const study::Wanted& with) const {
+  // Another option changes the stack but not the files; a view that is added, a copy or a report
+  // the files but not the stack.
+  if (is_of_same_exam(with)) return true;
+  const auto& inputs = study_->find(Stage::Import)->inputs;
+  const auto stack = inputs.find(study::kSourceStack);
+  return stack != inputs.end() && stack->second == facts_.input_sha256;
+}
+
 void IncrementalBuild::refuse_unless_from(const study::Wanted& with) const {
   if (!study_ || !study_->find(Stage::Import) || orders_.discard_edits) return;
-  if (!is_of_same_exam(with)) refuse_another_source();
+  if (!is_of_same_images(with)) refuse_another_source();
 }
 
 void IncrementalBuild::refuse_unless_edits_fit() {
@@ -287,11 +296,7 @@ void IncrementalBuild::demand_fit(const Grid& grid, int phases, const std::strin
 void IncrementalBuild::part_with_corrections(const study::Wanted& with) {
   if (!study_ || !study_->find(Stage::Import)) return;
   if (!orders_.keeps_seeds && !orders_.keeps_labels) return;
-  // A view that is added changes the files but not the stack, another option the stack only.
-  const auto& inputs = study_->find(Stage::Import)->inputs;
-  const auto stack = inputs.find(study::kSourceStack);
-  if (stack != inputs.end() && stack->second == facts_.input_sha256) return;
-  if (is_of_same_exam(with)) return;
+  if (is_of_same_images(with)) return;
   const std::string what = !orders_.keeps_labels  ? "seeds"
                            : !orders_.keeps_seeds ? "labels that were given"
                                                   : "seeds and labels that were given";
@@ -326,9 +331,9 @@ void IncrementalBuild::import_made(Exam exam, const std::vector<fs::path>& files
   study::Wanted with = wanted_of(Stage::Import, orders_);
   if (study_) with.source_files = files_sha256(files);
   if (with.source_files && keeps(Stage::Import, with)) return;
-  refuse_unless_from(with);
   exam_ = std::move(exam);
   facts_.input_sha256 = stack_sha256(exam_->stack);
+  refuse_unless_from(with);
   part_with_corrections(with);
   leave_import(with);
   for (const std::string& decision : facts_.decisions) listener_.tell("import: " + decision);
@@ -352,10 +357,10 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
   if (study_) with.source_files = source_sha256(sources);
   // Without it the source cannot be read, and the reader says why.
   if (with.source_files && keeps(Stage::Import, with)) return;
-  refuse_unless_from(with);
   run(Stage::Import, [&](StageContext& context) {
     exam_ = ingest::read_exam(sources, orders_.recipe.import, context);
     facts_.input_sha256 = stack_sha256(exam_->stack);
+    refuse_unless_from(with);
     part_with_corrections(with);
     exam_ = reg::with_aligned_slices(std::move(*exam_), orders_.recipe.align);
     refuse_unless_edits_fit();

@@ -93,7 +93,11 @@ class IncrementalBuild {
   void refuse_another_source() const;
   /// Whether the study's import is of these files, and of the same exam among them.
   [[nodiscard]] bool is_of_same_exam(const study::Wanted& with) const;
-  /// As above, where the study holds another exam and edits are not to be given up.
+  /// The same, or whether the stack that was read is the study's, whatever lies beside its files.
+  /// @pre facts_ have the hash of the stack that was read
+  [[nodiscard]] bool is_of_same_images(const study::Wanted& with) const;
+  /// @throws Error{InvalidInput} where something was edited by hand, other images were read and
+  /// edits are not to be given up
   void refuse_unless_from(const study::Wanted& with) const;
   /// Before what was imported is replaced. @throws Error{InvalidInput} where segment was edited by
   /// hand for other slices or phases, and that is not to be given up

@@ -82,6 +82,16 @@ def edit_of_another():
     assert "another source" in said and "--discard-edits" in said, said
     assert digest(folder / "segment" / "labels.nii.gz") == drawn
     expect_same(PACKAGE, package)
+    # The same images with a copy of one beside them are no other source, and what an exam's folder also holds is
+    # none at all.
+    copied = new_folder("edit_of_another_copied")
+    shutil.copytree(EXAM, copied)
+    (copied / "notes.txt").write_text("what the technician said")
+    assert "nothing has changed" in beatlas("import", copied, "--study", folder).stderr
+    shutil.copyfile(next(file for file in EXAM.rglob("*") if file.is_file()), copied / "twin")
+    assert "nothing has changed" not in beatlas("import", copied, "--study", folder).stderr
+    assert digest(folder / "segment" / "labels.nii.gz") == drawn and states(folder)["segment"] == "edited"
+    beatlas("import", EXAM, "--study", folder)
     # Nor is the import of the same images replaced by one that the edits do not fit, and what was refused is
     # not remembered. Seeds change nothing in labels that are kept, and adding one says so.
     before = (folder / "study.json").read_bytes()
