@@ -282,15 +282,21 @@ void IncrementalBuild::refuse_unless_edits_fit() {
   demand_fit(before.grid, before.phases, edited.front());
 }
 
-void IncrementalBuild::demand_fit(const Grid& grid, int phases, const std::string& edited) {
+void IncrementalBuild::demand_fit(const Grid& grid, int phases, const std::string& file) {
   const Grid& now = exam().stack.grid();
   if (grid.size == now.size && grid.mm_from_index.isApprox(now.mm_from_index, 1e-9) &&
       phases == exam_->stack.phase_count()) {
     return;
   }
-  throw_invalid("in the study " + study_->folder().string() + " " + edited +
-                ", edited by hand, is of other slices or phases than the images as they are "
-                "imported now; import as before, or make it anew with --discard-edits");
+  const std::string folder = study_->folder().string();
+  const std::string other = "is of other slices or phases than the images as they are imported now";
+  const std::vector<std::string> by_hand = study::edited_outputs(*study_, Stage::Segment);
+  if (std::find(by_hand.begin(), by_hand.end(), file) == by_hand.end()) {
+    throw_invalid("in the study " + folder + " " + file + " is stale: it " + other +
+                  "; build again: beatlas build --study " + shell_word(folder));
+  }
+  throw_invalid("in the study " + folder + " " + file + ", edited by hand, " + other +
+                "; import as before, or make it anew with --discard-edits");
 }
 
 void IncrementalBuild::part_with_corrections(const study::Wanted& with) {

@@ -102,8 +102,10 @@ class IncrementalBuild {
   /// Before what was imported is replaced. @throws Error{InvalidInput} where segment was edited by
   /// hand for other slices or phases, and that is not to be given up
   void refuse_unless_edits_fit();
-  /// @throws Error{InvalidInput} unless the exam has that grid and phases
-  void demand_fit(const Grid& grid, int phases, const std::string& edited);
+  /// @param file of the stage segment, which has that grid and phases
+  /// @throws Error{InvalidInput} unless the exam has them, too: the file is stale, or was edited by
+  /// hand on other images
+  void demand_fit(const Grid& grid, int phases, const std::string& file);
   /// Corrections that the study kept are of the heart in its images: they go with them.
   /// @throws Error{InvalidInput} where other images were read and edits are not to be given up
   void part_with_corrections(const study::Wanted& with);

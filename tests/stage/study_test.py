@@ -61,6 +61,15 @@ def stages():
     beatlas("segment", "--study", folder, "--recipe", recipe)
     said = beatlas("mesh", "--study", folder, "--recipe", recipe, code=3).stderr
     assert "beatlas register --study" in said, said
+    # Images of other phases than the labels: neither is shown with the other, and nobody is said to have edited.
+    beatlas("import", EXAM, "--study", folder, "--recipe", recipe, "--phases", 3)
+    for phase in (1, 2):
+        said = beatlas("export", folder, "--to", "slicer", "--phase", phase, "-o", new_folder("stages_out"), code=3).stderr
+        assert "segment is stale" in said and f"beatlas segment --study {folder}" in said, said
+        assert not list((WORK / "stages_out").glob("*")), "nothing half written"
+    said = beatlas("report", folder, code=3).stderr
+    assert "segment/labels.nii.gz is stale" in said and "edited" not in said, said
+    assert f"beatlas build --study {folder}" in said, said
 
 
 def built(name):
