@@ -59,6 +59,14 @@ bool drawn(const ReportInput& input, int phase) {
          });
 }
 
+std::vector<int> drawn_phases(const ReportInput& input) {
+  std::vector<int> out;
+  for (int phase = 0; phase < input.exam->stack.phase_count(); ++phase) {
+    if (drawn(input, phase)) out.push_back(phase);
+  }
+  return out;
+}
+
 /// Whether it is of a study whose labels grew as those did that intervals and bands were fitted to.
 bool is_fitted(const ReportInput& input) {
   return input.is_study &&
@@ -448,7 +456,7 @@ json report_json(const ReportInput& input) {
            {"drawn_seeds", input.drawn_seeds},
            {"is_study", input.is_study},
            {"has_images", input.has_images},
-           {"correctable", input.is_study && !drawn(input, 0)},
+           {"drawn_phases", drawn_phases(input)},
            {"surfaces", surfaces_to_json(input)}};
   for (const Structure structure : kAllStructures) {
     const std::string name(structure_name(structure));

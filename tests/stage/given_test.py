@@ -211,6 +211,8 @@ def labels():
     for p in order:
         for label in (LV, MUSCLE, RV):
             assert ((found[..., p] == label) == (true[..., p] == label)).all(), "as given"
+    beatlas("report", led)
+    assert f'"drawn_phases":[{order[0]},{order[1]}]' in (led / "report.html").read_text()
     automatic = labels_of(plain)
     for name, a, b in zip(("LV", "RV", "muscle"), dices(automatic, true, others)[1:],
                           dices(found, true, others)[1:]):

@@ -336,6 +336,8 @@ def marking():
     shutil.copytree(STUDY, folder)
     told = summary_of(folder)
     data = data_of(folder / "report.html")
+    page = (folder / "report.html").read_text()
+    assert data["drawn_phases"] == [] and '"drawn_phases":[]' in page
     with browser(folder / "report.html") as driver:
         assert not driver.find_element(By.CSS_SELECTOR, ".seed").is_displayed()
         canvas = driver.find_element(By.CSS_SELECTOR, "#slice-view canvas")
@@ -345,6 +347,22 @@ def marking():
         choose(driver, "seed-label", "rv_blood")
         command = driver.find_element(By.CSS_SELECTOR, ".seed code").text
         shown = driver.execute_script("const r = arguments[0].getBoundingClientRect(); return [r.width, r.height]", canvas)
+        # Labels that were given for a phase stay, so that a click gives a command in the others alone.
+        given = folder / "given.html"
+        given.write_text(page.replace('"drawn_phases":[]', f'"drawn_phases":[{told["end_diastole"]}]'))
+        driver.get(given.as_uri())
+        wait(driver, "return document.body.dataset.ready > 0")
+        for phase in (told["end_diastole"], told["end_systole"]):
+            move(driver, "slider-phase-of-the-beat", phase)
+            canvas = driver.find_element(By.CSS_SELECTOR, "#slice-view canvas")
+            driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", canvas)
+            webdriver.ActionChains(driver).move_to_element_with_offset(canvas, 11, -7).click().perform()
+            time.sleep(0.2)
+            commands = [code.text for code in driver.find_elements(By.CSS_SELECTOR, ".seed code")]
+            if phase == told["end_diastole"]:
+                assert not commands and "stay as they are" in driver.find_element(By.CSS_SELECTOR, ".seed").text
+            else:
+                assert [line.endswith(f"--phase {phase}") for line in commands] == [True], commands
     # The middle of the canvas is the middle of the part that is shown, in square millimetres.
     spacing, size, first = data["slices"]["spacing_mm"], data["slices"]["size"], data["slices"]["first"]
     fit = min(shown[axis] / (size[axis] * spacing[axis]) for axis in (0, 1))

@@ -129,9 +129,11 @@ const Slices = (() => {
     window.addEventListener("resize", show);
   }
 
-  /* A click says which voxel it met and gives the command that marks it. */
+  /* A click says which voxel it met and gives the command that marks it, but where labels were drawn:
+     no seed changes those. */
   function seeding(canvas) {
-    if (!data.correctable) return [];
+    const drawn = new Set(data.drawn_phases);
+    if (!data.is_study || drawn.size === summary.phases) return [];
     const choice = make("select", {id: "seed-label"}, labels.map((name) => make("option", {value: name}, name)));
     const holder = make("div", {"aria-live": "polite"});
     const box = make("div", {class: "seed", hidden: true}, make("div", {class: "field"}, make("label", {for: "seed-label"}, "What lies there"), choice), holder);
@@ -139,7 +141,9 @@ const Slices = (() => {
     const tell = () => {
       if (!met) return;
       box.hidden = false;
-      holder.replaceChildren(command(`beatlas seeds . add --label ${choice.value} --slice ${met.slice} --row ${met.row} --column ${met.column} --phase ${met.phase}`));
+      choice.disabled = drawn.has(met.phase);
+      holder.replaceChildren(choice.disabled ? make("p", {class: "small"}, `The labels of phase ${met.phase} were given and stay as they are, whatever is marked there: correct them where they were drawn, or mark another phase.`)
+        : command(`beatlas seeds . add --label ${choice.value} --slice ${met.slice} --row ${met.row} --column ${met.column} --phase ${met.phase}`));
     };
     choice.addEventListener("change", tell);
     canvas.addEventListener("click", (event) => {
