@@ -7,6 +7,7 @@
 #include "pipeline/assess/surface_checks.h"
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/build/made_package.h"
+#include "pipeline/core/words.h"
 #include "pipeline/report/report_data.h"
 #include "pipeline/report/verdict.h"
 #include "pipeline/study/state.h"
@@ -20,7 +21,8 @@ namespace {
 /// A command of the report, which is run in the study's folder, as it is run from here.
 std::string run_from_here(std::string command, const fs::path& folder) {
   const std::size_t at = command.find(" . ");
-  return at == std::string::npos ? command : command.replace(at + 1, 1, folder.string());
+  return at == std::string::npos ? command
+                                 : command.replace(at + 1, 1, shell_word(folder.string()));
 }
 
 }  // namespace

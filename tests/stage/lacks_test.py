@@ -4,6 +4,7 @@ WORK_FOLDER is that of stage_test.py, whose `prepare` made the phantom, with the
 """
 import json
 import pathlib
+import shlex
 import sys
 
 import jsonschema
@@ -91,6 +92,12 @@ def structure():
     beatlas("build", "--study", folder, "-o", package, "--recipe", RECIPE)
     told, checked = agree(folder, package)
     assert checked["passed"] and "structures" not in {r["id"] for r in told["reasons"]}
+    # What nobody drew is to be marked, by a command that a shell takes whatever the study is called.
+    spaced, package = built("lacks an atrium")
+    scene.write_text(json.dumps({"structures": ["la_blood"]}))
+    said = beatlas("build", "--study", spaced, "-o", package, "--recipe", RECIPE, "--scene", scene, code=4).stderr
+    words = shlex.split(said.split("mark it: ")[1].splitlines()[0])
+    assert words[:4] == ["beatlas", "seeds", str(spaced), "add"], words
 
 
 def never_disagree():
