@@ -157,7 +157,8 @@ void IncrementalBuild::leave(Stage stage, study::StageRecord record,
   study_->commit(stage, std::move(record), files);
 }
 
-void IncrementalBuild::tell_kept() {
+void IncrementalBuild::finish() {
+  if (study_) study_->save();
   if (kept_.empty()) return;
   std::string line = "study: kept " + names_of(kept_);
   line += made_.empty() ? "; nothing has changed" : "; made " + names_of(made_);

@@ -71,8 +71,9 @@ class IncrementalBuild {
   /// @throws Error{InvalidInput} naming the command to run first
   void require(study::Stage stage);
 
-  /// Says which stages ran and which were kept, if any was.
-  void tell_kept();
+  /// Ends a command that succeeded: has the study remember what it was given, though every stage
+  /// was kept, and says which stages ran and which were kept, if any was.
+  void finish();
 
  private:
   /// Whether the study's result of the stage stays as it is; takes note of it if so.

@@ -34,7 +34,8 @@ struct Orders {
 
 /// Those the study was last built with. @throws Error{InvalidInput} naming study.json.
 [[nodiscard]] Orders orders_of(const study::Study& study);
-/// Keeps recipe, seeds and labels in the study, for later commands.
+/// Has the study hold recipe, seeds and labels for later commands; they are saved with the next
+/// stage that is left, or at the command's end: one whose input is refused leaves no trace.
 void keep_orders(const Orders& orders, study::Study& study);
 
 /// What a stage would be run with; of Pack without scene and quality, see pack_options.

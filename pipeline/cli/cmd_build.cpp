@@ -152,7 +152,7 @@ int build(const BuildArguments& arguments) {
   make_or_report(stages, package, with_report, console);
   if (arguments.self_test) self_test_or_warn(stages, console);
   if (with_report) (void)stages.report({}, false);
-  stages.tell_kept();
+  stages.finish();
   console.finish();
   if (!arguments.common.timing.empty()) {
     console.write_timing(arguments.common.timing, arguments.common.threads);

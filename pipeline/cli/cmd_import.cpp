@@ -71,7 +71,7 @@ int import_exam(const ImportArguments& arguments) {
   } else {
     stages.import({arguments.sources.begin(), arguments.sources.end()});
   }
-  stages.tell_kept();
+  stages.finish();
   console.finish();
   if (!common.timing.empty()) console.write_timing(common.timing, common.threads);
   return 0;

@@ -87,7 +87,7 @@ int run_stage(const StageArguments& arguments, study::Stage before,
     if (stage <= before && stage != study::Stage::Pictures) stages.require(stage);
   }
   body(stages);
-  stages.tell_kept();
+  stages.finish();
   console.finish();
   if (!arguments.common.timing.empty()) {
     console.write_timing(arguments.common.timing, arguments.common.threads);

@@ -47,14 +47,18 @@ def edit():
     assert made == [] and tuple(kept) == MADE, made
     edited = digest(package)
 
-    # Options of the edited stage change nothing as long as the edit is kept.
-    recipe = WORK / "edit.json"
+    # Options of the edited stage, and seeds, change nothing as long as the edit is kept, and are remembered.
+    recipe, seeds = WORK / "edit.json", WORK / "edit_seeds.json"
     write_recipe(recipe, segment={"outline_sigma_mm": 3})
-    kept, made, said = again(folder, package, "--recipe", recipe)
-    assert "segment" in kept and "its options changed since" in said, said
+    seeds.write_text(json.dumps({"seeds": [{"label": 3, "lps_mm": [0, 0, 0], "radius_mm": 1, "phase": 0}]}))
+    kept, made, said = again(folder, package, "--recipe", recipe, "--seeds", seeds)
+    assert tuple(kept) == MADE and "its options changed since" in said, said
     assert digest(package) == edited
+    assert json.loads((folder / "study.json").read_text())["recipe"]["segment"]["outline_sigma_mm"] == 3
+    assert "lv_blood" in beatlas("seeds", folder, "list").stdout
 
     # Given up: as it was made.
+    beatlas("seeds", folder, "remove", "all")
     write_recipe(recipe)
     kept, made, said = again(folder, package, "--recipe", recipe, "--discard-edits")
     assert made == list(MADE[1:]), made
