@@ -86,19 +86,24 @@ void IncrementalBuild::pack(const Scene& scene, const fs::path& file) {
     if (has_volume) add_volume(std::move(*volume), content);
     context.check_cancelled();
     context.progress(0.75, "the package's file");
-    pack::write_package(file, content, orders_.recipe.pack);
-    const std::vector<assess::Check> checks = checks_of(file, context.part(0.8, 1, "checks"));
-    for (const std::string& failure : assess::failures_of(checks)) context.warn(failure);
     study::StageRecord record = new_record(with);
-    if (study_) {
+    nlohmann::json contents;
+    // All that takes a while, and may be stopped, comes before the package has its name: a study
+    // finds the package that it made by the record, which has to be of the one that lies there.
+    const auto look = [&](const fs::path& written) {
+      const std::vector<assess::Check> checks = checks_of(written, context.part(0.8, 1, "checks"));
+      for (const std::string& failure : assess::failures_of(checks)) context.warn(failure);
+      if (!study_) return;
+      contents =
+          pack_contents(atlas::Atlas::open(written, {}).manifest(), fs::file_size(written), checks);
       record.inputs = study_->inputs_now(Stage::Pack);
-      record.package_sha256 = study::sha256_of_file(file);
-    }
+      record.package_sha256 = study::sha256_of_file(written);
+      context.check_cancelled();
+    };
+    pack::write_package(file, content, orders_.recipe.pack, look);
     leave(Stage::Pack, std::move(record), [&] {
       study::make_folder(study_->folder() / "pack");
-      study::write_json(
-          study_->folder() / kPackContents,
-          pack_contents(atlas::Atlas::open(file, {}).manifest(), fs::file_size(file), checks));
+      study::write_json(study_->folder() / kPackContents, contents);
       if (!has_volume) return study::FileList{kPackContents};
       study::write_json(study_->folder() / kVolumeFigures, volume_figures(*content.volume));
       return study::FileList{kPackContents, kVolumeFigures};

@@ -7,6 +7,7 @@
 #include "pipeline/build/report_facts.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
+#include "runtime/base/replace_file.h"
 
 namespace beatlas::build {
 namespace fs = std::filesystem;
@@ -54,7 +55,9 @@ fs::path made_package(const study::Study& study) {
          it.increment(ignored)) {
       const fs::path& file = it->path();
       if (is_twin(file, study, record->package_sha256)) twins.insert(file);
-      if (file.extension() != kEnding || !it->is_regular_file(ignored)) continue;
+      // What a kill left half written beside the package may be a copy of it.
+      if (file.extension() != kEnding || is_partial(file)) continue;
+      if (!it->is_regular_file(ignored)) continue;
       if (study::holds(file, record->package_sha256)) {
         found.insert(fs::weakly_canonical(file, ignored));
       }

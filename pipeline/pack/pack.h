@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -89,10 +90,12 @@ struct PackageContent {
 
 /// Writes to a temporary name beside `file` and renames. The same content gives the same bytes.
 /// @param options steps of fields and surfaces
-/// @throws Error{Machine} if it cannot be written; nothing is left then. Error{Usage} if an option
-/// is out of range.
+/// @param look called with the whole package under its temporary name; may be empty
+/// @throws Error{Machine} if it cannot be written; Error{Usage} if an option is out of range; what
+/// `look` throws. What had the name before stays then.
 void write_package(const std::filesystem::path& file, const PackageContent& content,
-                   const EncodeOptions& options = {});
+                   const EncodeOptions& options = {},
+                   const std::function<void(const std::filesystem::path& temporary)>& look = {});
 
 /// Draco's bits a coordinate for a surface of this extent (the longest edge of its box).
 [[nodiscard]] int draco_bits(double extent_mm, double surface_step_mm);

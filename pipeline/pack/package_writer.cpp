@@ -101,7 +101,8 @@ atlas::Bytes to_bytes(const std::string& text) {
 }  // namespace
 
 void write_package(const std::filesystem::path& file, const PackageContent& content,
-                   const EncodeOptions& options) {
+                   const EncodeOptions& options,
+                   const std::function<void(const std::filesystem::path&)>& look) {
   atlas::Manifest manifest = content.manifest;
   manifest.format_version = atlas::kFormatVersion;
   manifest.items.clear();
@@ -157,7 +158,7 @@ void write_package(const std::filesystem::path& file, const PackageContent& cont
                            "\n";
   (void)atlas::manifest_from_text(text);
   entries.front() = {std::string(atlas::kManifestEntry), to_bytes(text)};
-  replace_file(file, build_zip(entries));
+  replace_file(file, build_zip(entries), look);
 }
 
 }  // namespace beatlas::pack

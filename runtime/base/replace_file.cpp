@@ -142,10 +142,12 @@ void replace_file(const fs::path& file, const std::function<void(const fs::path&
   partial.rename_to_target();
 }
 
-void replace_file(const fs::path& file, std::span<const std::byte> bytes) {
+void replace_file(const fs::path& file, std::span<const std::byte> bytes,
+                  const std::function<void(const fs::path&)>& look) {
   Partial partial(file);
   if (partial.error() != 0) fail(file, partial.error());
   partial.write(bytes);
+  if (look) look(partial.path());
   partial.rename_to_target();
 }
 

@@ -21,7 +21,10 @@ void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 
 /// The same with these bytes.
-void replace_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
+/// @param look called with the whole temporary before it takes the name, which it does not if that
+/// throws; may be empty
+void replace_file(const std::filesystem::path& file, std::span<const std::byte> bytes,
+                  const std::function<void(const std::filesystem::path& temporary)>& look = {});
 void replace_file(const std::filesystem::path& file, std::string_view text);
 
 /// Refuses what was named in an output's place by mistake: a file that is there, holds something

@@ -142,7 +142,7 @@ def interrupt():
     words = [PROGRAM, "build", str(EXAM), "-o", str(package), "--study", str(folder),
              "--recipe", str(RECIPE), "--json", "--threads", "1"]
     for stage, share in (("segment", 0.3), ("field", 0), ("field", 0.5), ("mesh", 0.1), ("mesh", 0.6),
-                         ("pack", 0)):
+                         ("pack", 0), ("pack", 0.8)):  # before it is written, and while it is checked
         process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
         begun(process, stage, share)
         before = cpu_s(process.pid)

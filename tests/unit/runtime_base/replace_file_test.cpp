@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -45,6 +46,28 @@ TEST(ReplaceFile, LeavesTheOldFileAndNothingElseWhenWritingFails) {
   EXPECT_THROW(replace_file(file, broken_off), Error);
   EXPECT_EQ(text_of(file), "old");
   EXPECT_EQ(count_files(folder.path()), 1U);
+}
+
+TEST(ReplaceFile, LeavesTheOldFileAndNothingElseWhereTheNewOneIsRefused) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "a.txt";
+  const std::string text = "new";
+  const auto bytes = std::as_bytes(std::span(text));
+  replace_file(file, "old");
+  const auto refuse = [&](const fs::path& temporary) {
+    EXPECT_EQ(text_of(temporary), "new");
+    throw Error(ErrorCode::Machine, "stopped");
+  };
+  try {
+    replace_file(file, bytes, refuse);
+    FAIL() << "was written";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "stopped");
+  }
+  EXPECT_EQ(text_of(file), "old");
+  EXPECT_EQ(count_files(folder.path()), 1U);
+  replace_file(file, bytes, [&](const fs::path&) { EXPECT_EQ(text_of(file), "old"); });
+  EXPECT_EQ(text_of(file), "new");
 }
 
 TEST(RefuseOtherKind, LetsOnlyWhatBeginsAlikeBeReplaced) {
