@@ -121,6 +121,8 @@ Study Study::create(const fs::path& folder, const Waiting& waiting) {
   if (there) study = open(folder);
   study.folder_ = folder;
   study.lock_ = lock;
+  // From now on the folder is a study, whatever is left in it before its first stage has run.
+  if (!there) study.save();
   return study;
 }
 

@@ -63,8 +63,9 @@ struct Waiting {
 
 class Study {
  public:
-  /// Opens the study in `folder` to write, or starts one in a new or empty folder; waits for
-  /// another program that writes there, and clears away what a killed one left half written.
+  /// Opens the study in `folder` to write, or starts one in a new or empty folder, with a
+  /// study.json that tells of no stage; waits for another program that writes there, and clears
+  /// away what a killed one left half written.
   /// @throws Error{InvalidInput} if the folder holds other things or links; Error{Machine} if
   /// unwritable.
   [[nodiscard]] static Study create(const std::filesystem::path& folder,

@@ -202,6 +202,15 @@ TEST_F(StudyTest, AFolderWithOtherFilesIsNotTaken) {
   EXPECT_THROW((void)Study::create(folder_.path()), Error);
 }
 
+TEST_F(StudyTest, IsTakenAgainWhereItsFirstBuildFailed) {
+  {
+    const Study study = Study::create(folder_.path());
+    put("given/labels.nii.gz", "labels");
+  }
+  EXPECT_TRUE(Study::open(folder_.path()).find(Stage::Import) == nullptr);
+  EXPECT_NO_THROW((void)Study::create(folder_.path()));
+}
+
 TEST_F(StudyTest, AMissingStageIsNamedWithItsCommand) {
   const Study study = Study::create(folder_.path());
   try {
