@@ -39,9 +39,8 @@ bool reads(Stage stage, Stage source, std::string_view file) noexcept {
 
 bool for_the_eye(std::string_view file) noexcept {
   return file.starts_with("pictures/") || file.starts_with("pack/") ||
-         file.starts_with("mesh/map_") || file.starts_with("segment/uncertainty_") ||
-         file == kLabelsAsAcquired || file == "register/cine.nii.gz" ||
-         file == "register/labels.nii.gz";
+         file.starts_with("segment/uncertainty_") || file == kLabelsAsAcquired ||
+         file == "register/cine.nii.gz" || file == "register/labels.nii.gz";
 }
 
 }  // namespace beatlas::study

@@ -187,14 +187,19 @@ TEST_F(StudyTest, OneProgramAtATimeWrites) {
   EXPECT_EQ(told, 1);
 }
 
-TEST_F(StudyTest, PackReadsSurfacesToo) {
+TEST_F(StudyTest, PackReadsSurfacesAndTheirMaps) {
   Study study = Study::create(folder_.path());
   for (const Stage stage : {Stage::Import, Stage::Segment, Stage::Register, Stage::Field}) {
     run(study, stage, {std::string(stage_name(stage)) + "/a.json"});
   }
   EXPECT_THROW((void)study.inputs_now(Stage::Pack), Error);
-  run(study, Stage::Mesh, {"mesh/mesh.json"});
-  EXPECT_EQ(study.inputs_now(Stage::Pack).size(), 5U);
+  const std::string map = "mesh/map_lv_blood.csv";
+  run(study, Stage::Mesh, {"mesh/mesh.json", map});
+  EXPECT_EQ(study.inputs_now(Stage::Pack).size(), 6U);
+  run(study, Stage::Pack, {"pack/contents.json"});
+  put(map, "a segment painted over");
+  EXPECT_EQ(edited_outputs(study, Stage::Mesh), std::vector<std::string>{map});
+  EXPECT_EQ(state_of(study, Stage::Pack, wanted_).changed, std::vector<std::string>{map});
 }
 
 TEST_F(StudyTest, AFolderWithOtherFilesIsNotTaken) {
