@@ -177,11 +177,14 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
   // What is looked at here, painted labels, replaces no build's refusal.
   refused_ = refused_ || study_->refusal().has_value();
   const fs::path summary_file = study_->folder() / kReportSummary;
-  const fs::path file = page.empty() ? study_->folder() / kReportPage : page;
+  const fs::path own_page = study_->folder() / kReportPage;
+  const fs::path file = page.empty() ? own_page : page;
+  std::error_code ignored;
+  const bool is_own_page =
+      fs::weakly_canonical(file, ignored) == fs::weakly_canonical(own_page, ignored);
   const std::string from = made_from(*study_);
   json former = former_summary(summary_file);
   const bool same = former.is_object() && former.value("made_from", "") == from;
-  std::error_code ignored;
   if (!anew && same && fs::exists(file, ignored)) {
     tell_report(listener_, former, file);
     return former;
@@ -213,7 +216,8 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
     const std::string html = report::report_html(report::report_json(input));
     context.check_cancelled();
     study::write_text(file, html);
-    study::write_json(summary_file, summary);
+    // It tells what the page beside it was made from, and goes with no other.
+    if (is_own_page) study::write_json(summary_file, summary);
   });
   tell_report(listener_, summary, file);
   return summary;

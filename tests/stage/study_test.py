@@ -307,15 +307,17 @@ def foretold():
     assert "lv_blood" in text and all(len(line) <= 100 for line in text.splitlines()), text
     assert "Hidden phases" not in text
 
-    def reported():
-        summary = json.loads(beatlas("report", folder, "--json").stdout)
+    def reported(*words):
+        summary = json.loads(beatlas("report", folder, "--json", *words).stdout)
         jsonschema.validate(summary, json.loads((SCHEMAS / "report.schema.json").read_text()))
         return summary["self_test"]
 
     kept = reported()
     assert {key: kept[key] for key in told} == told
     paint(folder / "segment" / "labels.nii.gz", add_block)
-    assert reported() is None, "it was of other labels"
+    beside = digest(folder / "report.json")
+    assert reported("-o", WORK / "foretold.html") is None, "it was of other labels"
+    assert digest(folder / "report.json") == beside, "it tells of the page in the study, which stayed"
     again(folder, package, "--self-test")
     after = json.loads((folder / "report.json").read_text())["self_test"]
     assert after["worst"] != told["worst"] or after["between_slices"] != told["between_slices"]
