@@ -221,6 +221,25 @@ class Writer {
   std::string section_;
 };
 
+/// Where a recipe has what tells of one exam. @param all every option, as recipe_to_json
+std::vector<json::json_pointer> options_of_exam(const json& all) {
+  std::vector<json::json_pointer> out{json::json_pointer("/segment/prior")};
+  for (const auto& item : all.at("import").items()) {
+    out.push_back(json::json_pointer("/import") / item.key());
+  }
+  return out;
+}
+
+template <class Take>
+Recipe read_named(const std::filesystem::path& file, Take take) {
+  const json content = study::read_json(file);
+  try {
+    return take(content);
+  } catch (const Error& error) {
+    throw error.with_context(file.string());
+  }
+}
+
 }  // namespace
 
 Recipe recipe_from_json(const json& value) {
@@ -241,13 +260,34 @@ json stage_options(const Recipe& recipe, study::Stage stage) {
   return recipe_to_json(recipe).value(std::string(study::stage_name(stage)), json::object());
 }
 
-Recipe read_recipe(const std::filesystem::path& file) {
-  const json content = study::read_json(file);
-  try {
-    return recipe_from_json(content);
-  } catch (const Error& error) {
-    throw error.with_context(file.string());
+Recipe read_recipe(const std::filesystem::path& file) { return read_named(file, recipe_from_json); }
+
+Recipe recipe_for_exam(const json& value, const Recipe& before) {
+  json read = as_of_today(value);
+  (void)recipe_from_json(read);  // Nothing is put beside what is no recipe.
+  const json kept = recipe_to_json(before);
+  for (const json::json_pointer& option : options_of_exam(kept)) {
+    if (!read.contains(option)) read[option] = kept.at(option);
   }
+  return recipe_from_json(read);
+}
+
+Recipe read_recipe_for_exam(const std::filesystem::path& file, const Recipe& before) {
+  return read_named(file, [&](const json& content) { return recipe_for_exam(content, before); });
+}
+
+std::vector<std::string> replaced_of_exam(const Recipe& before, const Recipe& now) {
+  const json usual = recipe_to_json({});
+  const json then = recipe_to_json(before);
+  const json here = recipe_to_json(now);
+  std::vector<std::string> out;
+  for (const json::json_pointer& option : options_of_exam(usual)) {
+    const json& value = then.at(option);
+    if (value == usual.at(option) || value == here.at(option)) continue;
+    // Of a list the length would be all that a reader takes in.
+    out.push_back(option.to_string() + (value.is_array() ? "" : " " + value.dump()));
+  }
+  return out;
 }
 
 }  // namespace beatlas::build

@@ -2,6 +2,8 @@
 /// A recipe: the options of every stage, as JSON. Defaults stand in the stages' own structs.
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -46,5 +48,15 @@ struct Recipe {
 
 /// @throws Error{InvalidInput} naming the file.
 [[nodiscard]] Recipe read_recipe(const std::filesystem::path& file);
+
+/// A recipe for an exam that is known: its own in all but what tells of the exam, of how its images
+/// are taken (all of `import`) and of the model that knows such hearts (`segment/prior`); what it
+/// does not name of that stays as it was.
+/// @throws as recipe_from_json
+[[nodiscard]] Recipe recipe_for_exam(const nlohmann::json& json, const Recipe& before);
+/// @throws as read_recipe
+[[nodiscard]] Recipe read_recipe_for_exam(const std::filesystem::path& file, const Recipe& before);
+/// What was told of the exam and is another now: each as JSON path and former value.
+[[nodiscard]] std::vector<std::string> replaced_of_exam(const Recipe& before, const Recipe& now);
 
 }  // namespace beatlas::build

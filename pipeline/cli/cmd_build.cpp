@@ -1,3 +1,5 @@
+#include <utility>
+
 #include <CLI/CLI.hpp>
 
 #include "pipeline/build/learned_prior.h"
@@ -70,11 +72,12 @@ build::Orders orders_named(const BuildArguments& arguments) {
 /// What the command line does not name stays as the study was last built with.
 void keep_unnamed(const BuildArguments& arguments, build::Orders before, build::Orders& orders,
                   Console& console) {
-  if (arguments.common.recipe.empty()) {
-    orders.recipe = before.recipe;
-    if (!arguments.sources.empty()) {
-      warn_of_kept(arguments.words, orders.recipe.import, console);
-    }
+  const std::string& recipe = arguments.common.recipe;
+  const build::Recipe named = std::exchange(
+      orders.recipe,
+      recipe.empty() ? before.recipe : recipe_for_study(recipe, before.recipe, console));
+  if (!arguments.sources.empty()) {
+    warn_of_kept(arguments.words, named, orders.recipe, console);
   }
   if (arguments.corrections.seeds.empty()) {
     orders.seeds = std::move(before.seeds);

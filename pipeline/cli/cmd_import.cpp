@@ -53,11 +53,11 @@ int import_exam(const ImportArguments& arguments) {
   Console console(common.verbose);
   study::Study study = study_to_write(arguments.stage.study, console, false);
   build::Orders orders = build::orders_of(study);
-  if (common.recipe.empty()) {
-    warn_of_kept(arguments.words, orders.recipe.import, console);
-  } else {
-    orders.recipe = build::read_recipe(common.recipe);
+  const build::Recipe named = recipe_of(common.recipe);
+  if (!common.recipe.empty()) {
+    orders.recipe = recipe_for_study(common.recipe, orders.recipe, console);
   }
+  warn_of_kept(arguments.words, named, orders.recipe, console);
   apply(arguments.words, orders.recipe.import);
   orders.discard_edits = arguments.stage.discard_edits;
   if (!common.timing.empty()) study::check_writable(common.timing);

@@ -77,5 +77,9 @@ int run_stage(const StageArguments& arguments, study::Stage before,
 
 /// The recipe of a new build: that of the file, or the defaults without one.
 [[nodiscard]] build::Recipe recipe_of(const std::string& file);
+/// That of a study which was built with `before`: see build::recipe_for_exam. Says what of the exam
+/// the file replaces.
+[[nodiscard]] build::Recipe recipe_for_study(const std::string& file, const build::Recipe& before,
+                                             Console& console);
 
 }  // namespace beatlas::cli

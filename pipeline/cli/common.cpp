@@ -68,6 +68,20 @@ build::Recipe recipe_of(const std::string& file) {
   return file.empty() ? build::Recipe{} : build::read_recipe(file);
 }
 
+build::Recipe recipe_for_study(const std::string& file, const build::Recipe& before,
+                               Console& console) {
+  build::Recipe out = build::read_recipe_for_exam(file, before);
+  std::string replaced;
+  for (const std::string& option : build::replaced_of_exam(before, out)) {
+    replaced += (replaced.empty() ? "" : ", ") + option;
+  }
+  if (!replaced.empty()) {
+    console.warn(file + " replaces what this study was last built with: " + replaced +
+                 "; leave out of it what is to stay");
+  }
+  return out;
+}
+
 int run_stage(const StageArguments& arguments, study::Stage before,
               const std::function<void(build::IncrementalBuild&)>& body,
               const std::function<void(build::Orders&)>& change) {
@@ -76,7 +90,9 @@ int run_stage(const StageArguments& arguments, study::Stage before,
   Console console(arguments.common.verbose);
   study::Study study = study_to_write(arguments.study, console, true);
   build::Orders orders = build::orders_of(study);
-  if (!arguments.common.recipe.empty()) orders.recipe = build::read_recipe(arguments.common.recipe);
+  if (!arguments.common.recipe.empty()) {
+    orders.recipe = recipe_for_study(arguments.common.recipe, orders.recipe, console);
+  }
   if (change) change(orders);
   build::note_prior(orders, &study);
   orders.discard_edits = arguments.discard_edits;

@@ -166,26 +166,33 @@ void apply(const ImportWords& words, ingest::IngestOptions& options) {
                   "the times in " + shown);
 }
 
-void warn_of_kept(const ImportWords& words, const ingest::IngestOptions& kept, Console& console) {
+void warn_of_kept(const ImportWords& words, const build::Recipe& named, const build::Recipe& taken,
+                  Console& console) {
+  const ingest::IngestOptions& alone = named.import;
+  const ingest::IngestOptions& now = taken.import;
   std::string out;
   const auto add = [&](const std::string& word) { out += (out.empty() ? "" : " ") + word; };
-  if (kept.rr_interval_s > 0 && !words.rr_interval_s) {
+  if (now.rr_interval_s != alone.rr_interval_s && !words.rr_interval_s) {
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "--rr %g", kept.rr_interval_s);
+    std::snprintf(text.data(), text.size(), "--rr %g", now.rr_interval_s);
     add(text.data());
   }
-  if (!kept.frame_times_s.empty() && words.times.empty()) add("--times ...");
-  if (kept.phases > 0 && !words.phases) add("--phases " + std::to_string(kept.phases));
-  if (kept.exam > 0 && !words.exam) add("--exam " + std::to_string(kept.exam));
-  if (!kept.series.empty() && words.series.empty()) {
+  if (now.frame_times_s != alone.frame_times_s && words.times.empty()) add("--times ...");
+  if (now.phases != alone.phases && !words.phases) add("--phases " + std::to_string(now.phases));
+  if (now.exam != alone.exam && !words.exam) add("--exam " + std::to_string(now.exam));
+  if (now.series != alone.series && words.series.empty()) {
     std::string list;
-    for (const int series : kept.series) list += (list.empty() ? "" : ",") + std::to_string(series);
+    for (const int series : now.series) list += (list.empty() ? "" : ",") + std::to_string(series);
     add("--series " + list);
   }
-  if (kept.stack > 0 && !words.stack) add("--stack " + std::to_string(kept.stack));
+  if (now.stack != alone.stack && !words.stack) add("--stack " + std::to_string(now.stack));
+  if (taken.align.slices != named.align.slices) {
+    add("/import/align_slices " + build::recipe_to_json(taken)["import"]["align_slices"].dump());
+  }
   if (out.empty()) return;
   console.warn("the images are taken as when this study was last built: " + out +
-               "; to change that give other words, or for the source's own --rr 0, --times none, "
+               "; to change that give other words or a recipe that names it, or for the source's "
+               "own --rr 0, --times none, "
                "--phases 0, --exam 0, --series all, --stack 0");
 }
 

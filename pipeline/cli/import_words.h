@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/build/recipe.h"
 #include "pipeline/cli/console.h"
 #include "pipeline/ingest/ingest.h"
 
@@ -29,9 +30,11 @@ void add_import_words(CLI::App& command, ImportWords& words);
 /// @throws Error{Usage} for times that are no ascending numbers; Error{InvalidInput} for their file
 void apply(const ImportWords& words, ingest::IngestOptions& options);
 
-/// Warns of what stands of `kept`, the options of the study's last import, because `words` does not
-/// replace it.
-void warn_of_kept(const ImportWords& words, const ingest::IngestOptions& kept, Console& console);
+/// Warns of what the import takes as the study's last did, because neither `words` nor the recipe
+/// replaces it.
+/// @param named the recipe alone, or the defaults without one; @param taken with what was kept
+void warn_of_kept(const ImportWords& words, const build::Recipe& named, const build::Recipe& taken,
+                  Console& console);
 
 /// Numbers parted by commas, semicolons or white space. @throws Error{Usage} naming `what`.
 [[nodiscard]] std::vector<double> parse_times(const std::string& text, const std::string& what);

@@ -52,6 +52,31 @@ TEST(Recipe, WhatItDoesNotNameKeepsItsDefault) {
   EXPECT_EQ(recipe.mesh.reference_phase, mesh::MeshOptions{}.reference_phase);
 }
 
+TEST(Recipe, WhatWasToldOfTheExamStaysUntilARecipeNamesIt) {
+  Recipe before;
+  before.import.rr_interval_s = 0.8;
+  before.import.series = {3, 5};
+  before.segment.prior = "m.onnx";
+  before.align.slices = reg::AlignOptions::Slices::Off;
+  before.mesh.edge_mm = 3;
+  const Recipe now = recipe_for_exam(
+      parse_json(R"({"segment": {"papillary": "muscle"}, "import": {"series": [7]}})"), before);
+  EXPECT_EQ(now.import.rr_interval_s, 0.8);
+  EXPECT_EQ(now.import.series, std::vector<int>{7});
+  EXPECT_EQ(now.segment.prior, "m.onnx");
+  EXPECT_EQ(now.segment.papillary, segment::Papillary::Muscle);
+  EXPECT_EQ(now.align.slices, reg::AlignOptions::Slices::Off);
+  EXPECT_EQ(now.mesh.edge_mm, mesh::MeshOptions{}.edge_mm);
+  EXPECT_EQ(replaced_of_exam(before, now), std::vector<std::string>{"/import/series"});
+  const Recipe other = recipe_for_exam(parse_json(R"({"import": {"rr_interval_s": 0.9}})"), now);
+  EXPECT_EQ(replaced_of_exam(now, other), std::vector<std::string>{"/import/rr_interval_s 0.8"});
+  EXPECT_TRUE(replaced_of_exam({}, other).empty());
+  EXPECT_NE(refusal([&] {
+              (void)recipe_for_exam(parse_json(R"({"import": []})"), before);
+            }).find("/import"),
+            std::string::npos);
+}
+
 TEST(Recipe, WhatNothingAsksAnyMoreIsPassedOver) {
   const Recipe recipe = recipe_from_json(
       parse_json(R"({"segment": {"tricuspid_excursion_mm": 22, "atria": false}})"));
