@@ -1,4 +1,4 @@
-# cmake -DSOURCE=root -DBUILD=folder -DPYTHON=python3 -P runtime_builds_alone.cmake
+# cmake -DSOURCE=root -DBUILD=folder -DPYTHON=python3 -DUNTIDIED_KIB=n -P runtime_builds_alone.cmake
 #
 # Configures the preset runtime-only, whose find_package knows none of the pipeline's libraries,
 # builds it and holds the result to the law.
@@ -15,8 +15,9 @@ foreach(library VTK OpenCV OpenVDB CGAL OpenMesh)
     message(FATAL_ERROR "the preset runtime-only does not put ${library} out of reach")
   endif()
 endforeach()
-# Whether it builds does not hang on how well; the optimiser takes half of the time.
+# As the tests' own build is compiled, and as deep below the root: where a file's command is the same without the
+# pipeline, ccache has what it makes.
 step("configuring" ${CMAKE_COMMAND} --preset runtime-only -DBEATLAS_TESTS=OFF
-     -DCMAKE_CXX_FLAGS_RELEASE=-O0 -B ${BUILD} --fresh)
-step("building" ${CMAKE_COMMAND} --build ${BUILD})
+     -DBEATLAS_UNTIDIED_KIB=${UNTIDIED_KIB} -B ${BUILD} --fresh)
+step("building" bash scripts/build_jobs ${CMAKE_COMMAND} --build ${BUILD})
 step("the compiler's log" ${PYTHON} tests/law/law.py --root ${SOURCE} compiled ${BUILD})
