@@ -134,7 +134,8 @@ Belief belief_in(const prior::PriorCycle& prior, const ImageCycle<std::uint8_t>&
       expect_known(told.known, static_cast<int>(p), structure, likely);
       const std::vector<std::uint8_t> inside = where(labels.phases[p], structure);
       for (int k = 0; k < grid.size[2]; ++k) {
-        SliceBelief& slice = out.at(structure)[p][static_cast<std::size_t>(box.first[2] + k)];
+        SliceBelief& slice = out.at(
+            structure)[p][static_cast<std::size_t>(box.first[2]) + static_cast<std::size_t>(k)];
         if (disputed[static_cast<std::size_t>(k)]) {
           slice = told_belief(labels.phases[p], grid.offset(0, 0, k), grid.slice_count(), structure,
                               pixel_mm2);

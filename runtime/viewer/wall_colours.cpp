@@ -23,8 +23,8 @@ WallColours::WallColours(std::vector<std::shared_ptr<const atlas::SurfaceMapPayl
       if (by != ColourBy::Thickness) break;  // the same in every phase
     }
   }
-  if (by == ColourBy::Thickness) scale_ = scale_of("Wall [mm]", std::move(values));
-  if (by == ColourBy::Stiffness) scale_ = scale_of("Stiffness [N/m]", std::move(values));
+  if (by != ColourBy::Thickness && by != ColourBy::Stiffness) return;
+  scale_ = scale_of(by == ColourBy::Thickness ? "Wall [mm]" : "Stiffness [N/m]", std::move(values));
 }
 
 const atlas::SurfaceMapPayload* WallColours::map_of(Structure structure) const {
