@@ -61,8 +61,8 @@ class IncrementalBuild {
   /// @pre a study  @throws as assess::self_test
   assess::SelfTest self_test();
 
-  /// @pre a study. Writes its report: the page and, beside the study's own page, report.json; gives
-  /// what that holds and says the LV's figures and its verdict.
+  /// @pre a study. Writes its report: the page, and report.json into the study; gives the latter
+  /// and says the LV's figures and its verdict.
   /// @param page where; empty: report.html in the study
   /// @param anew also where the report stands for what the study holds
   nlohmann::json report(const std::filesystem::path& page, bool anew);

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "pipeline/build/incremental_build.h"
@@ -109,6 +112,14 @@ void tell_report(Listener& listener, const json& summary, const fs::path& page) 
   listener.tell(told_report(summary, page));
 }
 
+/// Whether a page is there and tells that it was made from that: report.json may have been written
+/// with another page since.
+bool is_page_of(const fs::path& page, const std::string& made_from) {
+  std::ifstream file(page, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  return text.find(made_from) != std::string::npos;
+}
+
 }  // namespace
 
 assess::SelfTest IncrementalBuild::self_test() {
@@ -177,15 +188,11 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
   // What is looked at here, painted labels, replaces no build's refusal.
   refused_ = refused_ || study_->refusal().has_value();
   const fs::path summary_file = study_->folder() / kReportSummary;
-  const fs::path own_page = study_->folder() / kReportPage;
-  const fs::path file = page.empty() ? own_page : page;
-  std::error_code ignored;
-  const bool is_own_page =
-      fs::weakly_canonical(file, ignored) == fs::weakly_canonical(own_page, ignored);
+  const fs::path file = page.empty() ? study_->folder() / kReportPage : page;
   const std::string from = made_from(*study_);
   json former = former_summary(summary_file);
   const bool same = former.is_object() && former.value("made_from", "") == from;
-  if (!anew && same && fs::exists(file, ignored)) {
+  if (!anew && same && is_page_of(file, from)) {
     tell_report(listener_, former, file);
     return former;
   }
@@ -216,8 +223,7 @@ json IncrementalBuild::report(const fs::path& page, bool anew) {
     const std::string html = report::report_html(report::report_json(input));
     context.check_cancelled();
     study::write_text(file, html);
-    // It tells what the page beside it was made from, and goes with no other.
-    if (is_own_page) study::write_json(summary_file, summary);
+    study::write_json(summary_file, summary);
   });
   tell_report(listener_, summary, file);
   return summary;
