@@ -250,8 +250,9 @@ Stage make_stage(const ViewOptions& options, const OpenedHeart& heart) {
                              : free_wall_direction(frame, heart.field->centre_mm());
   stage.press = run_press(*stage.touch, *heart.field, direction, options.press_mm, options.phase);
   stage.show(stage.press.last);
-  if (options.plots)
+  if (options.plots) {
     stage.panels = press_panels(stage.press, 60 / stage.touch->settings().heart_rate_per_min);
+  }
   keep_arrow_inside(stage);
   return stage;
 }
