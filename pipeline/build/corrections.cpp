@@ -95,8 +95,8 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
   if (move) {
     context.warn(
         "the labels given were moved with the slices that lay shifted, as drawn on the images as "
-        "they came; if they were drawn on the study's own, say so: /segment/labels_drawn_on "
-        "aligned in a recipe");
+        "they came; what was drawn on the study's own images is given with --labels-aligned, or, "
+        "if all was, with /segment/labels_drawn_on aligned in a recipe");
   }
   try {
     out.known =
@@ -118,6 +118,20 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
     throw error.with_context(orders.coverage_from);
   }
   return out;
+}
+
+std::optional<LabelCycle> labels_as_acquired(const LabelCycle& labels, const Exam& exam) {
+  if (exam.slice_shifts_mm.empty()) return {};
+  std::vector<Vec2> back = exam.slice_shifts_mm;
+  for (Vec2& shift : back) shift = -shift;
+  return segment::labels_on_grid(labels, exam.stack.grid(), back);
+}
+
+void move_back(const Exam& exam, study::GivenLabels& given) {
+  std::optional<LabelCycle> acquired = labels_as_acquired(given.images, exam);
+  if (!acquired) return;
+  given.images = std::move(*acquired);
+  given.sha256 = study::given_sha256(given.images, given.phases);
 }
 
 study::GivenLabels with_other_phases(study::GivenLabels now, const study::GivenLabels& before) {

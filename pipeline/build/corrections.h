@@ -1,6 +1,7 @@
 #pragma once
 /// What was made by hand, as segmentation takes it.
 
+#include <optional>
 #include <vector>
 
 #include "pipeline/build/orders.h"
@@ -22,6 +23,15 @@ struct Corrections {
 /// @throws Error{InvalidInput} naming the user's file that does not fit
 [[nodiscard]] Corrections corrections_for(const Exam& exam, const Orders& orders,
                                           StageContext& context);
+
+/// Labels on the exam's images where its slices lay before import moved them; none where it moved
+/// none.
+[[nodiscard]] std::optional<LabelCycle> labels_as_acquired(const LabelCycle& labels,
+                                                           const Exam& exam);
+
+/// Makes labels that were drawn on the exam's images, as a study shows them, such as are drawn on
+/// the images as they came: corrections_for moves them there and back to the voxel.
+void move_back(const Exam& exam, study::GivenLabels& given);
 
 /// Labels of some phases, with those of the other phases that were given before: phases are
 /// corrected one after the other.

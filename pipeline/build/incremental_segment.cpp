@@ -33,14 +33,6 @@ std::string leak_picture(const std::string& stem, std::size_t at) {
   return stem + (at < 9 ? "_0" : "_") + std::to_string(at + 1) + ".png";
 }
 
-/// The labels where the slices lay before import moved them; none where it moved none.
-std::optional<LabelCycle> labels_as_acquired(const LabelCycle& labels, const Exam& exam) {
-  if (exam.slice_shifts_mm.empty()) return {};
-  std::vector<Vec2> back = exam.slice_shifts_mm;
-  for (Vec2& shift : back) shift = -shift;
-  return segment::labels_on_grid(labels, labels.grid, back);
-}
-
 /// Where the images are from, for a message; empty where nothing tells.
 std::string source_of_images(const Exam& images, const std::optional<study::Study>& study) {
   if (!images.shown_source.empty()) return images.shown_source;

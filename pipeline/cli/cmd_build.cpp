@@ -38,6 +38,13 @@ void check_named(const BuildArguments& arguments) {
   if (arguments.output.empty() && arguments.study.empty()) {
     throw Error(ErrorCode::Usage, "-o is missing: name the package to write");
   }
+  const CorrectionWords& made = arguments.corrections;
+  if (made.labels_aligned && !made.labels.empty() && !arguments.sources.empty()) {
+    throw Error(
+        ErrorCode::Usage,
+        "--labels-aligned tells of labels that were drawn on a study's own images; name the "
+        "study with --study, and no images beside it");
+  }
 }
 
 struct PackageToWrite {
@@ -94,6 +101,7 @@ void keep_unnamed(const BuildArguments& arguments, build::Orders before, build::
       orders.coverage_from = std::move(before.coverage_from);
     }
   } else if (arguments.sources.empty()) {
+    take_back_alignment(arguments.study, arguments.corrections, orders);
     keep_other_phases(arguments.study, before, orders);
   } else if (before.labels && orders.labels && !orders.labels->phases.empty()) {
     console.warn(

@@ -171,6 +171,10 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
       .add_option("--labels-phases", words.labels_phases,
                   "Phases that the images of --labels are, as in 0,7")
       ->type_name("PHASE,...");
+  command.add_flag("--labels-aligned", words.labels_aligned,
+                   "The images of --labels were drawn on the study's own images, as export --to "
+                   "slicer writes them, not on those that were imported, of which slices may have "
+                   "been moved");
   command
       .add_option(
           "--coverage", words.coverage,
@@ -187,6 +191,13 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
           "LV myocardium, 3 LV blood, 4 rest of the heart, 5 LA blood, 6 RA blood, 7 aorta "
           "(in labels of some phases alone the last three count as rest of the heart), 255 unknown")
       ->type_name("MAP");
+}
+
+void take_back_alignment(const fs::path& study, const CorrectionWords& words,
+                         build::Orders& orders) {
+  const bool all_aligned = orders.recipe.segment.labels_drawn_on == segment::LabelsDrawnOn::Aligned;
+  if (!words.labels_aligned || !orders.labels || all_aligned) return;
+  build::move_back(study::read_exam(study), *orders.labels);
 }
 
 void keep_other_phases(const fs::path& study, const build::Orders& before, build::Orders& orders) {
@@ -217,6 +228,9 @@ void take_corrections(const CorrectionWords& words, build::Orders& orders) {
   }
   if (!labels && !words.labels_phases.empty()) {
     refuse_words("--labels-phases tells of a file that --labels must name");
+  }
+  if (!labels && words.labels_aligned) {
+    refuse_words("--labels-aligned tells of a file that --labels must name");
   }
   const bool coverage = image_named(words.coverage);
   if (coverage && !labels) {

@@ -21,16 +21,26 @@ struct CorrectionWords {
   std::optional<double> seeds_radius_mm;
   std::string labels;  ///< the same
   std::string labels_phases;
-  std::string coverage;  ///< a folder, or "none"; empty: not given
+  bool labels_aligned = false;  ///< drawn on the study's own images
+  std::string coverage;         ///< a folder, or "none"; empty: not given
   std::string label_map;
 };
 
-/// Adds --seeds, --seeds-phase, --seeds-radius, --labels, --labels-phases, --coverage, --label-map.
+/// Adds --seeds, --seeds-phase, --seeds-radius, --labels, --labels-phases, --labels-aligned,
+/// --coverage,
+/// --label-map.
 void add_correction_words(CLI::App& command, CorrectionWords& words);
 
 /// Reads what the words name into `orders`; what they do not name stays as it is.
 /// @throws Error{Usage} for words that cannot be meant; Error{InvalidInput} for their files
 void take_corrections(const CorrectionWords& words, build::Orders& orders);
+
+/// Labels that were drawn on a study's own images, in which import has moved slices, become such as
+/// are drawn on the images as they came: all labels of a study are, unless its recipe says
+/// otherwise.
+/// @param study its folder, with an import that stays
+void take_back_alignment(const std::filesystem::path& study, const CorrectionWords& words,
+                         build::Orders& orders);
 
 /// Beside labels of some phases that were named, those of the others stay that a study was given
 /// before.

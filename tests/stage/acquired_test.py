@@ -46,6 +46,13 @@ def main():
     assert (source == nearest(labels, shifts, image.header.get_zooms())).all()
     assert (source == values(drawn)).all() and (labels != source).any()
 
+    # A phase that goes out to an editor and comes back as it was is as it was.
+    beatlas("export", folder, "--to", "slicer", "--phase", "1", "-o", new_folder("acquired_slicer"))
+    exported = WORK / "acquired_slicer" / "labels_01.nii.gz"
+    assert (values(exported) == labels[..., 1]).all()
+    beatlas("segment", "--study", folder, "--labels", exported, "--labels-phases", "1", "--labels-aligned")
+    assert (values(folder / "segment" / "labels.nii.gz") == labels).all()
+
     # It is an output of the stage as the others are, and nobody's input.
     record = json.loads((folder / "study.json").read_text())["stages"]
     assert SOURCE in record["segment"]["outputs"] and SOURCE not in record["pictures"]["inputs"]
