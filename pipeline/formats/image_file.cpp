@@ -67,15 +67,16 @@ bool may_be_voxels_of_another(const fs::path& file) {
 }
 
 std::vector<fs::path> files_of_image(const fs::path& file) {
-  switch (demand_format(file)) {
-    case ImageFormat::Nifti:
-      return files_of_nifti(file);
-    case ImageFormat::Nrrd:
-      return files_of_nrrd(file);
-    case ImageFormat::MetaImage:
-      return files_of_metaimage(file);
+  const ImageFormat format = demand_format(file);
+  try {
+    if (format == ImageFormat::Nifti) return files_of_nifti(file);
+    std::vector<fs::path> out =
+        format == ImageFormat::Nrrd ? data_files_of_nrrd(file) : data_files_of_metaimage(file);
+    out.insert(out.begin(), file);
+    return out;
+  } catch (const Error& error) {
+    throw error.with_context(file.string());
   }
-  return {};
 }
 
 ImageFile read_image_file(const fs::path& file) {

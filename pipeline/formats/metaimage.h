@@ -15,8 +15,9 @@ namespace beatlas::formats {
 /// @throws Error{InvalidInput} naming the file and the reason
 [[nodiscard]] ImageFile read_metaimage(const std::filesystem::path& file);
 
-/// See files_of_image. @throws Error{InvalidInput}
-[[nodiscard]] std::vector<std::filesystem::path> files_of_metaimage(
+/// The files beside a header that hold its voxels, in their order; none where it holds them itself.
+/// @throws Error{InvalidInput} without the file's name
+[[nodiscard]] std::vector<std::filesystem::path> data_files_of_metaimage(
     const std::filesystem::path& file);
 
 }  // namespace beatlas::formats

@@ -67,15 +67,9 @@ ImageFile read_metaimage(const fs::path& file) {
   }
 }
 
-std::vector<fs::path> files_of_metaimage(const fs::path& file) {
-  try {
-    const std::string text = read_start(file);
-    std::vector<fs::path> out = meta_data_files(file, text, parse_meta_header(text));
-    out.insert(out.begin(), file);
-    return out;
-  } catch (const Error& error) {
-    throw error.with_context(file.string());
-  }
+std::vector<fs::path> data_files_of_metaimage(const fs::path& file) {
+  const std::string text = read_start(file);
+  return meta_data_files(file, text, parse_meta_header(text));
 }
 
 }  // namespace beatlas::formats

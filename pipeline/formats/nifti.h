@@ -31,7 +31,7 @@ namespace beatlas::formats {
 [[nodiscard]] ImageCycle<std::uint8_t> read_nifti_labels(const std::filesystem::path& file,
                                                          ImageFileHeader* header = nullptr);
 
-/// See files_of_image. @throws Error{InvalidInput}
+/// See files_of_image. @throws Error{InvalidInput} without the file's name
 [[nodiscard]] std::vector<std::filesystem::path> files_of_nifti(const std::filesystem::path& file);
 
 enum class NiftiStorage {

@@ -121,13 +121,9 @@ ImageCycle<float> read_nifti(const fs::path& file, ImageFileHeader* header) {
 }
 
 std::vector<fs::path> files_of_nifti(const fs::path& file) {
-  try {
-    const NiftiStart start = read_nifti_start(file);
-    if (!start.fields.pair) return {start.header};
-    return {start.header, start.voxels};
-  } catch (const Error& error) {
-    throw error.with_context(file.string());
-  }
+  const NiftiStart start = read_nifti_start(file);
+  if (!start.fields.pair) return {start.header};
+  return {start.header, start.voxels};
 }
 
 ImageCycle<std::uint8_t> read_nifti_labels(const fs::path& file, ImageFileHeader* header) {

@@ -78,15 +78,9 @@ ImageFile read_nrrd(const fs::path& file) {
   }
 }
 
-std::vector<fs::path> files_of_nrrd(const fs::path& file) {
-  try {
-    const std::string text = read_start(file);
-    std::vector<fs::path> out = nrrd_data_files(file, text, parse_nrrd_header(text));
-    out.insert(out.begin(), file);
-    return out;
-  } catch (const Error& error) {
-    throw error.with_context(file.string());
-  }
+std::vector<fs::path> data_files_of_nrrd(const fs::path& file) {
+  const std::string text = read_start(file);
+  return nrrd_data_files(file, text, parse_nrrd_header(text));
 }
 
 }  // namespace beatlas::formats

@@ -32,9 +32,16 @@ int last_section(const Grid& grid, const std::vector<float>& coverage, int step)
   return -1;
 }
 
-/// From the centre of the last slice, which is the stack's, to where sections that shrink as these
-/// two close; infinite where they do not shrink.
-double gaps_to_closing(double here, double before) {
+/// From the centre of the last section, where that is the stack's last slice, to where sections
+/// that shrink as the last two close; infinite where they do not shrink. None where the structure
+/// ends within the stack, or has one slice.
+/// @param last_in_stack toward the apex
+std::optional<double> gaps_beyond(const Grid& grid, const std::vector<float>& coverage, int step,
+                                  int last_in_stack) {
+  const int last = last_section(grid, coverage, step);
+  if (last != last_in_stack || last - step < 0 || last - step >= grid.size[2]) return {};
+  const double here = section(grid, coverage, last);
+  const double before = section(grid, coverage, last - step);
   return before > here ? here / (before - here) : std::numeric_limits<double>::infinity();
 }
 
@@ -42,11 +49,9 @@ double gaps_to_closing(double here, double before) {
 ApicalEnd end_of(const Grid& grid, const std::vector<float>& coverage, int step,
                  int last_in_stack) {
   ApicalEnd out{step, kGaps};
-  const int last = last_section(grid, coverage, step);
-  if (last != last_in_stack || last - step < 0 || last - step >= grid.size[2]) return out;
-  const double gaps =
-      gaps_to_closing(section(grid, coverage, last), section(grid, coverage, last - step));
-  out.gaps = std::clamp(gaps, kLeastGaps, kGaps);
+  if (const auto gaps = gaps_beyond(grid, coverage, step, last_in_stack)) {
+    out.gaps = std::clamp(*gaps, kLeastGaps, kGaps);
+  }
   return out;
 }
 
@@ -116,12 +121,7 @@ ApicalEnds apical_ends(const Segmentation& segmentation, Structure structure, st
 double lv_gaps_beyond(const Segmentation& segmentation, std::size_t phase, int step) {
   const CoverageCycle& coverage = segmentation.coverage;
   const std::vector<float> filled = filled_lv(coverage, phase);
-  const int last = last_in_stack(segmentation, step);
-  const Grid& grid = coverage.grid;
-  if (last_section(grid, filled, step) != last || last - step < 0 || last - step >= grid.size[2]) {
-    return 0;
-  }
-  return gaps_to_closing(section(grid, filled, last), section(grid, filled, last - step));
+  return gaps_beyond(coverage.grid, filled, step, last_in_stack(segmentation, step)).value_or(0);
 }
 
 std::optional<double> lv_apex_k(const Segmentation& segmentation, std::size_t phase, int step) {

@@ -17,6 +17,14 @@ namespace {
 /// Bradfield, Beck and Vecht, Br Heart J 39:806, 1977).
 constexpr double kThinnestWallMm = 2;
 
+/// What lies beside the cavity of a slice and is no muscle.
+cv::Mat open_beside_cavity(const cv::Mat& slice) {
+  const cv::Mat blood = slice == kLabelLvBlood;
+  cv::Mat beside;
+  cv::dilate(blood, beside, cv::Mat());
+  return beside & ~blood & (slice != kLabelLvMyocardium);
+}
+
 }  // namespace
 
 void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
@@ -39,6 +47,10 @@ void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels) {
   });
 }
 
+bool is_closed(const ImageCycle<std::uint8_t>& labels, std::size_t phase, int k) {
+  return cv::countNonZero(open_beside_cavity(slice_of(labels.grid, labels.phases[phase], k))) == 0;
+}
+
 void close_wall(int base_step, ImageCycle<std::uint8_t>& labels) {
   const int reach =
       static_cast<int>(std::ceil(kThinnestWallMm / labels.grid.spacing_mm().head<2>().minCoeff()));
@@ -50,10 +62,7 @@ void close_wall(int base_step, ImageCycle<std::uint8_t>& labels) {
       cv::Mat slice = slice_of(labels.grid, labels.phases[p], k);
       const cv::Mat blood = slice == kLabelLvBlood;
       if (cv::countNonZero(blood) == 0) continue;
-      cv::Mat beside;
-      cv::dilate(blood, beside, cv::Mat());
-      beside &= slice != kLabelLvBlood;
-      const cv::Mat open = beside & (slice != kLabelLvMyocardium);
+      const cv::Mat open = open_beside_cavity(slice);
       if (closed) {
         cv::Mat wall;
         cv::dilate(open, wall, disc);

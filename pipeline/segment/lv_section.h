@@ -17,9 +17,12 @@ namespace beatlas::segment {
 /// @param sure labels, [phase][voxel]; muscle there stays muscle
 void fill_cavity(const LabelImages& sure, ImageCycle<std::uint8_t>& labels);
 
-/// The wall has no hole below the base: in slices on the apical side of one in which muscle closes
-/// about the cavity, what lies beside the cavity and is no muscle is the wall, 2 mm thick.
-/// Of slices that lie across the LV.
+/// Whether muscle closes about the LV's cavity in a slice.
+[[nodiscard]] bool is_closed(const ImageCycle<std::uint8_t>& labels, std::size_t phase, int k);
+
+/// The wall has no hole below the base: in slices on the apical side of one that is closed, what
+/// lies beside the cavity and is no muscle is the wall, 2 mm thick. Of slices that lie across the
+/// LV.
 /// @param base_step 1 or -1: the way along the slices to the base
 void close_wall(int base_step, ImageCycle<std::uint8_t>& labels);
 

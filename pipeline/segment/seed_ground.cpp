@@ -362,8 +362,8 @@ void lay_phase(const Scene& scene, std::size_t p, const std::vector<float>& away
 
 bool tell_heart(const LabelImages& marks, const KnownLabels& known) {
   std::array<bool, 256> marked{};
-  for (const LabelImages& told : {marks, known.labels.phases}) {
-    for (const std::vector<std::uint8_t>& phase : told) {
+  for (const LabelImages* told : {&marks, &known.labels.phases}) {
+    for (const std::vector<std::uint8_t>& phase : *told) {
       for (const std::uint8_t label : phase) marked[label] = true;
     }
   }

@@ -9,6 +9,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/register/apical_end.h"
+#include "pipeline/segment/lv_section.h"
 #include "pipeline/segment/valve_planes.h"
 
 namespace beatlas::segment {
@@ -252,29 +253,6 @@ std::optional<LongAxis> line_of_lv(const Segmentation& segmentation) {
   axis.origin_mm = *middle;
   axis.towards_base = *along;
   return axis;
-}
-
-/// Whether muscle closes the LV's cavity all round in a slice.
-bool is_closed(const LabelCycle& labels, std::size_t phase, int k) {
-  const Grid& grid = labels.grid;
-  const auto label = [&](int i, int j) {
-    const bool within = i >= 0 && j >= 0 && i < grid.size[0] && j < grid.size[1];
-    return within ? labels.phases[phase][grid.offset(i, j, k)]
-                  : static_cast<std::uint8_t>(kLabelBackground);
-  };
-  const auto is_lv = [&](int i, int j) {
-    const std::uint8_t here = label(i, j);
-    return here == kLabelLvBlood || here == kLabelLvMyocardium;
-  };
-  for (int j = 0; j < grid.size[1]; ++j) {
-    for (int i = 0; i < grid.size[0]; ++i) {
-      if (label(i, j) != kLabelLvBlood) continue;
-      if (!is_lv(i - 1, j) || !is_lv(i + 1, j) || !is_lv(i, j - 1) || !is_lv(i, j + 1)) {
-        return false;
-      }
-    }
-  }
-  return true;
 }
 
 }  // namespace
