@@ -229,6 +229,7 @@ void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   for (const std::uint8_t cavity : {kLabelRvBlood, kLabelLaBlood, kLabelRaBlood, kLabelAorta}) {
     keep_largest({cavity}, apart, labels);
   }
+  hold(task, labels);  // Also of what is apart from its structure a person's word stands.
   // What the prior took for one may come apart as the images are asked.
   if (task.given.empty() && task.known.phases.empty() && !holds_heart(labels)) throw_no_heart(true);
 }
