@@ -19,7 +19,7 @@ import scipy.ndimage
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-from given_test import LV, MUSCLE, RV, labels_of, study_of
+from given_test import LV, MUSCLE, PHANTOM, RV, labels_of, study_of
 from stage_test import PROGRAM, WORK, beatlas, digest, expect_same, new_folder
 from study_test import PACKAGE, SCHEMAS, again, built, states, write_recipe
 
@@ -258,7 +258,7 @@ def slicer():
                   ("lv_blood", "--lps", place(42, 40, 20), "--phase", "3"),
                   ("rv_blood", "--lps", place(20, 30, 20), "--lps", place(24, 30, 20), "--lps",
                    place(26, 33, 20), "--phase", "0", "--radius", "1.25"),
-                  ("rest_of_heart", "--lps", place(20, 30, 30), "--lps", place(24, 30, 30))):
+                  ("rest_of_heart", "--lps", place(20, 30, 15), "--lps", place(24, 30, 15))):
         beatlas("seeds", folder, "add", "--label", *words)
     seeds = seeds_of(folder)
     markups = json.loads(beatlas("seeds", folder, "list", "--slicer").stdout)
@@ -313,7 +313,7 @@ def editors(paint=None):
     back, or painted in the study's own file, it is in the labels."""
     folder = study_of("editors")
     beatlas("segment", "--study", folder)
-    beatlas("seeds", folder, "add", "--label", "lv", "--slice", 20, "--row", 40, "--column", 40,
+    beatlas("seeds", folder, "add", "--label", "lv", "--slice", 10, "--row", 40, "--column", 40,
             "--phase", 3)
     out = new_folder("editors_out")
     beatlas("export", folder, "--to", "slicer", "--phase", 3, "-o", out)
@@ -321,7 +321,7 @@ def editors(paint=None):
         "image_03.nii.gz", "labels.ctbl", "labels.txt", "labels_03.nii.gz", "seeds_03.mrk.json"]
     beatlas("seeds", folder, "remove", "all")
     stack = nibabel.load(folder / "exam" / "stack.nii.gz")
-    truth = nibabel.load(WORK / "phantom" / "truth_labels.nii.gz")
+    truth = nibabel.load(PHANTOM / "truth_labels.nii.gz")
     size, lps, _ = geometry(out / "image_03.nii.gz")
     assert size == stack.shape[:3]
     # An independent statement of where the images lie: the phantom's own.

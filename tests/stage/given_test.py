@@ -18,12 +18,20 @@ RV, MUSCLE, LV, REST = 1, 2, 3, 4
 
 def prepare():
     beatlas("phantom", "-o", new_folder(PHANTOM.name), "--preset", "small", "--without", "all", "--phases", 5,
-            "--format", "nifti", "--coverage")
+            "--spacing", "2,2,8", "--format", "nifti")
     beatlas("import", EXAM, "--study", new_folder(IMPORTED.name))
 
 
-def truth():
-    image = nibabel.load(PHANTOM / "truth_labels.nii.gz")
+def thin_exam(name, *words):
+    """The same heart in slices of 4 mm: the folder of its images, and a study that holds them."""
+    exam, imported = new_folder(name), new_folder(f"{name}_imported")
+    beatlas("phantom", "-o", exam, "--preset", "small", "--without", "all", "--phases", 5, "--format", "nifti", *words)
+    beatlas("import", exam / "cine.nii.gz", "--study", imported)
+    return exam, imported
+
+
+def truth(exam=PHANTOM):
+    image = nibabel.load(exam / "truth_labels.nii.gz")
     return image, numpy.asarray(image.dataobj).astype(numpy.uint8)
 
 
@@ -33,10 +41,10 @@ def save(name, labels, affine):
     return file
 
 
-def study_of(name):
+def study_of(name, imported=IMPORTED):
     """A study that holds the exam alone."""
     folder = new_folder(name)
-    shutil.copytree(IMPORTED, folder)
+    shutil.copytree(imported, folder)
     return folder
 
 
@@ -183,12 +191,13 @@ def painted():
 
 def labels():
     """A segmentation from elsewhere: whole, or end-diastole and end-systole, on any grid."""
-    image, true = truth()
+    exam, imported = thin_exam("labels_exam")
+    image, true = truth(exam)
     phases = true.shape[3]
     ed, es = ends(true)
     others = [p for p in range(phases) if p not in (ed, es)]
-    whole = study_of("labels_whole")
-    segment(whole, "--labels", PHANTOM / "truth_labels.nii.gz")
+    whole = study_of("labels_whole", imported)
+    segment(whole, "--labels", exam / "truth_labels.nii.gz")
     assert (labels_of(whole) == true).all(), "as they are"
     package = WORK / "labels.beatlas"
     said = beatlas("build", "--study", whole, "-o", package).stderr
@@ -203,7 +212,7 @@ def labels():
     affine[:3, 3] += affine[:3, 2] * (true.shape[2] - 1)
     affine[:3, 2] *= -1
     file = save("mms.nii.gz", mms[:, :, ::-1][..., order], affine)
-    led, plain = study_of("labels_ends"), study_of("labels_none")
+    led, plain = study_of("labels_ends", imported), study_of("labels_none", imported)
     words = ("--labels", file, "--labels-phases", f"{order[0]},{order[1]}", "--label-map", "mms")
     segment(led, *words)
     segment(plain)
@@ -221,7 +230,7 @@ def labels():
         assert b >= a - 5e-4, (name, a, b)
     # One phase after the other is the same as both at once.
     first, second = (save(f"mms_{p}.nii.gz", mms[:, :, ::-1][..., p], affine) for p in order)
-    apart = study_of("labels_apart")
+    apart = study_of("labels_apart", imported)
     for p, one in zip(order, (first, second)):
         segment(apart, "--labels", one, "--labels-phases", p, "--label-map", "mms")
     assert (labels_of(apart) == found).all()
@@ -237,9 +246,7 @@ def labels():
 
 def coverage():
     """Labels with the exact shares of voxels beside them: the surfaces lie where the shares say."""
-    image, true = truth()
-    exact = new_folder("given_exact")
-    shutil.copytree(PHANTOM, exact)
+    exact, imported = thin_exam("given_exact", "--coverage")
     shares = exact / "truth_coverage"
     names = ("heart", "lv_blood", "lv_myocardium", "rv_blood")
     assert sorted(file.name for file in shares.iterdir()) == [f"coverage_{n}.nii.gz" for n in names]
@@ -265,7 +272,7 @@ def coverage():
     assert "nothing has changed" in segment(folder)
     segment(folder, "--discard-edits")
     assert digest(folder / "segment" / "coverage_heart.nii.gz") == before
-    other = study_of("given_coverage_again")
+    other = study_of("given_coverage_again", imported)
     segment(other, *labels, "--coverage", folder / "segment")
     assert digest(other / "segment" / "coverage_heart.nii.gz") == before
 
@@ -280,7 +287,7 @@ def coverage():
         affine[:3, 1:3] *= -1
         values = numpy.float32(own.dataobj)[:, ::-1, ::-1]
         nibabel.save(nibabel.Nifti1Image(values, affine), turned / f"coverage_{name}.nii.gz")
-    again = study_of("given_coverage_turned")
+    again = study_of("given_coverage_turned", imported)
     segment(again, *labels, "--coverage", turned)
     one, two = (nibabel.load(f / "segment" / "coverage_heart.nii.gz").get_fdata()
                 for f in (folder, again))

@@ -33,7 +33,7 @@ def edit():
     voxel_ml = float(numpy.prod(header.get_zooms()[:3])) / 1000
     gained = [((after > 0) & (before == 0))[..., p].sum() * voxel_ml for p in range(after.shape[3])]
     for p, (was, now) in enumerate(zip(volume(PACKAGE), volume(package))):
-        # The corners of a block of 12 x 10 x 6 voxels of 2 x 2 x 4 mm are rounded off.
+        # The corners of a block of 12 x 10 x 8 voxels of 2 x 2 x 8 mm are rounded off.
         assert abs(now - was - gained[p]) < 0.1 * gained[p], (p, now - was, gained[p])
     out = new_folder("edit_export")
     beatlas("export", package, "--to", "nifti", "-o", out)
