@@ -73,6 +73,7 @@ struct Plane {
 };
 
 inline constexpr double kSamePlaceMm = 0.1;  ///< far below any slice gap
+inline constexpr int kMostSlicesOfView = 2;  ///< of one plane; more are a stack
 
 /// The lattice of some slices of a plane. @param first_lps first pixel of the first
 [[nodiscard]] Grid lattice_of(const Plane& plane, const Vec3& first_lps, double spacing_mm,

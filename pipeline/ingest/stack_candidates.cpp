@@ -6,12 +6,13 @@
 #include <iterator>
 #include <map>
 #include <set>
-#include <tuple>
 
 #include "pipeline/ingest/even_positions.h"
 #include "pipeline/ingest/guest_slices.h"
+#include "pipeline/ingest/heart_axis.h"
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
+#include "pipeline/ingest/stack_rank.h"
 
 namespace beatlas::ingest {
 namespace {
@@ -19,20 +20,6 @@ namespace {
 constexpr double kAlikeCount = 0.9;  // share of the common number of frames that still counts as it
 constexpr double kAlikeEcho = 0.1;   // scanners trim echo times slice by slice
 constexpr int kNextSeries = 3;       // series of one acquisition follow each other
-constexpr double kAlongAxis = 0.966;  // cosine of 15 degrees
-constexpr double kInView = 0.259;     // sine of 15 degrees
-constexpr double kTurned = 0.866;     // cosine of 30 degrees
-
-/// Slices that share no field of view may be repeats as well as a stack: of three two count.
-std::size_t weighed_slices(const Candidate& candidate) {
-  return candidate.one_field ? candidate.slices.size() : candidate.slices.size() * 2 / 3;
-}
-
-auto rank(const Candidate& candidate) {
-  return std::make_tuple(candidate.ordinary, candidate.good, candidate.short_axis,
-                         weighed_slices(candidate), candidate.one_field, candidate.uniform,
-                         !candidate.mixed, candidate.one_series, candidate.phases);
-}
 
 /// The number of frames that most slices have, weighed by how much of the cycle it shows.
 int common_count(const Candidate& candidate) {
@@ -57,12 +44,6 @@ void add(Candidate& candidate, const Place& place, const ImageSet& set) {
   if (candidate.slices.empty() || candidate.slices.back().first != &place) {
     candidate.slices.emplace_back(&place, &set);
   }
-}
-
-int latest_series(const Candidate& candidate) {
-  int out = candidate.slices.front().second->series_number;
-  for (const auto& [place, set] : candidate.slices) out = std::max(out, set->series_number);
-  return out;
 }
 
 int first_series(const Candidate& candidate) {
@@ -228,48 +209,6 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
   return finished(std::move(out), plane);
 }
 
-/// Whether the second of two stacks is the first one, taken again in another field of view.
-bool is_repeat(const Candidate& first, const Candidate& second) {
-  return first.plane != second.plane && nearly_parallel(*first.plane, *second.plane) &&
-         same_contrast(*first.slices.front().second, *second.slices.front().second) &&
-         latest_series(first) < latest_series(second);
-}
-
-bool has_ordinary_cine(const Place& place) {
-  return std::any_of(place.cines.begin(), place.cines.end(),
-                     [](const ImageSet& set) { return set.ordinary(); });
-}
-
-/// Normals of the planes that hold ordinary cines of fewer slices than a stack has.
-std::vector<Vec3> normals_of_views(const std::vector<Plane>& planes) {
-  std::vector<Vec3> out;
-  for (const Plane& plane : planes) {
-    const auto cines = static_cast<std::size_t>(
-        std::count_if(plane.places.begin(), plane.places.end(), has_ordinary_cine));
-    if (cines > 0 && cines < kLeastSlices) out.push_back(plane.normal_lps());
-  }
-  return out;
-}
-
-/// Whether two views that are turned against each other both hold a stack's normal.
-bool is_short_axis(const Plane& plane, const std::vector<Vec3>& views) {
-  std::vector<Vec3> along;
-  std::copy_if(views.begin(), views.end(), std::back_inserter(along),
-               [&](const Vec3& view) { return std::abs(view.dot(plane.normal_lps())) < kInView; });
-  return std::any_of(along.begin(), along.end(), [&](const Vec3& a) {
-    return std::any_of(along.begin(), along.end(),
-                       [&](const Vec3& b) { return std::abs(a.dot(b)) < kTurned; });
-  });
-}
-
-const char* orientation(const Plane& plane) {
-  const Vec3 normal = plane.normal_lps().cwiseAbs();
-  if (normal.z() > kAlongAxis) return "axial";
-  if (normal.y() > kAlongAxis) return "coronal";
-  if (normal.x() > kAlongAxis) return "sagittal";
-  return "oblique";
-}
-
 }  // namespace
 
 std::string counted(std::size_t count, const std::string& one, const std::string& many) {
@@ -286,7 +225,7 @@ std::string Candidate::shape_told() const {
   char apart[32];
   std::snprintf(apart, sizeof(apart), "%.2f mm apart", spacing_mm);
   std::string out = std::to_string(slices.size()) + " slices x " + std::to_string(phases) +
-                    " phases, " + apart + ", " + orientation(*plane);
+                    " phases, " + apart + ", " + orientation_told(*plane);
   if (!ordinary && flow) out += ", flow";
   if (!ordinary && many_beats) out += ", one image a beat";
   return out;
@@ -340,51 +279,20 @@ bool same_contrast(const ImageSet& a, const ImageSet& b) {
          std::abs(a.echo_ms - b.echo_ms) <= kAlikeEcho * std::max(a.echo_ms, b.echo_ms);
 }
 
+int latest_series(const Candidate& candidate) {
+  int out = candidate.slices.front().second->series_number;
+  for (const auto& [place, set] : candidate.slices) out = std::max(out, set->series_number);
+  return out;
+}
+
 std::vector<Candidate> find_candidates(const std::vector<Plane>& planes) {
   std::vector<Candidate> out = gathered(planes, true);
   for (const Plane& plane : planes) {
     auto of_plane = candidates_of(plane);
     std::move(of_plane.begin(), of_plane.end(), std::back_inserter(out));
   }
-  const std::vector<Vec3> views = normals_of_views(planes);
-  for (Candidate& one : out) one.short_axis = is_short_axis(*one.plane, views);
-  std::stable_sort(out.begin(), out.end(),
-                   [](const Candidate& a, const Candidate& b) { return rank(a) > rank(b); });
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    for (std::size_t j = i + 1; j < out.size() && rank(out[i]) == rank(out[j]); ++j) {
-      if (is_repeat(out[i], out[j])) std::swap(out[i], out[j]);
-    }
-  }
+  rank_candidates(out, planes);
   return out;
-}
-
-std::string why_before(const Candidate& first, const Candidate& second) {
-  if (first.ordinary != second.ordinary)
-    return "it is a cine, the next is flow, perfusion or several beats of unknown length";
-  if (first.good != second.good) return "it has trigger times and 8 phases or more";
-  if (first.short_axis != second.short_axis) {
-    return "it lies across the axis along which the long-axis views meet";
-  }
-  if (first.one_field != second.one_field) {
-    return first.one_field ? "its slices have one field of view"
-                           : "it has far more parallel slices, though in several fields of view";
-  }
-  if (first.slices.size() != second.slices.size()) return "it has most parallel slices";
-  if (first.uniform != second.uniform) return "its slices have one contrast";
-  if (first.mixed != second.mixed) return "its slices have one heart rate";
-  if (first.one_series != second.one_series) return "its slices are one series";
-  if (first.phases != second.phases) return "it has as many slices and most phases";
-  if (first.plane > second.plane) return "it repeats an equal stack in another field of view";
-  if (first.plane != second.plane) {
-    return "it is equal to the next and its plane comes first in the order of series";
-  }
-  if (latest_series(first) != latest_series(second)) {
-    return "it is equal to the next and of a later series";
-  }
-  if (first.slices.front().second->kind != second.slices.front().second->kind) {
-    return "it is equal to the next and its kind (ImageType) comes first in the alphabet";
-  }
-  return "it is equal to the next and comes first in the order of images";
 }
 
 }  // namespace beatlas::ingest

@@ -18,7 +18,8 @@ struct Candidate {
   bool uniform = false;   ///< one pulse sequence and echo time
   bool one_series = false;
   bool one_field = true;    ///< of view; false: gathered from several
-  bool short_axis = false;  ///< across the axis along which the exam's long-axis views meet
+  double views_met = 0;     ///< how well long-axis views meet along its normal, 0 to 1
+  bool short_axis = false;  ///< as far as views and the patient's axes tell
   bool mixed = false;       ///< R-R intervals differ much, and a place was imaged more than once
   int phases = 0;           ///< what most slices have
   double spacing_mm = 0;    ///< median gap
@@ -33,16 +34,8 @@ inline constexpr std::size_t kLeastSlices = 3;
 
 /// All possible stacks, of kLeastSlices slices and more: of each plane the best set of every place,
 /// the best of one contrast, each series alone, series that follow each other at one heart rate,
-/// and the even stacks that interleave; and what is gathered of contrasts without any. Ranked by:
-/// ordinary cine; trigger times and 8 phases; short axis; number of slices, two thirds of it
-/// where they share no field of view; one field of view; one contrast; not mixed; one
-/// series; number of phases; then, of one contrast and direction, the later series, else the scan's
-/// order of planes.
-///
-/// Long-axis views are cines of one or two slices. Where two of them are turned against each other,
-/// they were planned through the left ventricle's axis, and a stack whose normal lies in both is a
-/// short-axis stack: volumes are taken from it (Kramer et al., J Cardiovasc Magn Reson 2020;22:17,
-/// doi:10.1186/s12968-020-00607-1), however many axial slices of the chest lie beside it.
+/// and the even stacks that interleave; and what is gathered of contrasts without any. Ranked as
+/// stack_rank.h tells.
 [[nodiscard]] std::vector<Candidate> find_candidates(const std::vector<Plane>& planes);
 
 /// What follows from a candidate's slices, all but its plane. @param candidate of two slices at
@@ -54,8 +47,8 @@ void finish(Candidate& candidate);
 
 inline constexpr double kOneRate = 1.15;  ///< ratio of R-R intervals of one acquisition
 
-/// Why the first of two candidates comes before the second; a clause.
-[[nodiscard]] std::string why_before(const Candidate& first, const Candidate& second);
+/// The highest series number among its slices.
+[[nodiscard]] int latest_series(const Candidate& candidate);
 
 /// "1 slice", "2 slices".
 [[nodiscard]] std::string counted(std::size_t count, const std::string& one,

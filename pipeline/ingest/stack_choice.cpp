@@ -14,6 +14,7 @@
 #include "pipeline/ingest/series_list.h"
 #include "pipeline/ingest/slice_resampling.h"
 #include "pipeline/ingest/stack_candidates.h"
+#include "pipeline/ingest/stack_rank.h"
 #include "pipeline/ingest/stack_telling.h"
 #include "runtime/base/error.h"
 
@@ -369,14 +370,14 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
     return set.timing.many_beats && !set.flow;
   });
   for (const Plane& plane : planes) {
-    std::size_t cines = 0;
+    int cines = 0;
     for (const Place& place : plane.places) cines += place.cines.empty() ? 0 : 1;
     for (const Place& place : plane.places) {
       note_left(place, same_pixels(plane, stack_plane), used, left);
       if (place.cines.empty()) continue;
       const ImageSet& set = place.cines.front();
       if (used.count(set.images.front()) > 0) continue;
-      if (nearly_parallel(plane, stack_plane) || cines > 2 ||
+      if (nearly_parallel(plane, stack_plane) || cines > kMostSlicesOfView ||
           !usable_as_view(set, all_many_beats, good)) {
         left.cines.insert(set.series_number);
         continue;
@@ -420,6 +421,11 @@ struct Trials {
   std::size_t first = 0;              ///< the candidate that is tried first
   std::optional<Error> why_not = {};  ///< of the first candidate that failed
 
+  /// Stacks that were left and could have been meant as well.
+  void tell_rivals(std::size_t taken, std::vector<std::string>& decisions) const {
+    const std::string axis = other_axis_told(candidates, taken);
+    if (!axis.empty()) decisions.push_back(axis);
+  }
   /// @param i the candidate's number for which it stands
   std::optional<Choice> one(const Candidate& candidate, std::size_t i,
                             std::optional<Error>& failed) const {
@@ -439,6 +445,7 @@ struct Trials {
     }
     choice.phases = options.phases > 0 ? options.phases : candidate.phases;
     choice.decisions.insert(choice.decisions.end(), timing.begin(), timing.end());
+    if (options.stack == 0) tell_rivals(i, choice.decisions);
     if (candidate.mixed) choice.decisions.push_back(mixed_told());
     choose_views(planes, *candidate.plane, candidate.good, options, choice);
     return choice;

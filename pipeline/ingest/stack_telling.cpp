@@ -7,6 +7,7 @@
 
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
+#include "pipeline/ingest/stack_rank.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {

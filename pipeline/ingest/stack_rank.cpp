@@ -1,0 +1,111 @@
+#include "pipeline/ingest/stack_rank.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "pipeline/ingest/heart_axis.h"
+
+namespace beatlas::ingest {
+namespace {
+
+constexpr double kObliqueEvidence =
+    0.25;                           // as a quarter of the views: where no view tells it tells
+constexpr double kPlausible = 0.5;  // of the best one's evidence: pairs of views are few, and rough
+
+/// Slices that share no field of view may be repeats as well as a stack: of three two count.
+std::size_t weighed_slices(const Candidate& candidate) {
+  return candidate.one_field ? candidate.slices.size() : candidate.slices.size() * 2 / 3;
+}
+
+auto rank(const Candidate& candidate) {
+  return std::make_tuple(candidate.ordinary, candidate.good, candidate.short_axis,
+                         weighed_slices(candidate), candidate.one_field, candidate.uniform,
+                         !candidate.mixed, candidate.one_series, candidate.phases);
+}
+
+/// Whether the second of two stacks is the first one, taken again in another field of view.
+bool is_repeat(const Candidate& first, const Candidate& second) {
+  return first.plane != second.plane && nearly_parallel(*first.plane, *second.plane) &&
+         same_contrast(*first.slices.front().second, *second.slices.front().second) &&
+         latest_series(first) < latest_series(second);
+}
+
+double evidence(const Candidate& candidate) {
+  return candidate.views_met + (is_oblique(*candidate.plane) ? kObliqueEvidence : 0);
+}
+
+void find_axis(std::vector<Candidate>& candidates, const std::vector<Plane>& planes) {
+  const std::vector<Vec3> views = normals_of_views(planes);
+  double best = 0;
+  for (Candidate& one : candidates) {
+    one.views_met = axis_evidence(*one.plane, views);
+    if (one.ordinary) best = std::max(best, evidence(one));
+  }
+  for (Candidate& one : candidates) one.short_axis = evidence(one) >= kPlausible * best;
+}
+
+}  // namespace
+
+void rank_candidates(std::vector<Candidate>& candidates, const std::vector<Plane>& planes) {
+  find_axis(candidates, planes);
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return rank(a) > rank(b); });
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    for (std::size_t j = i + 1; j < candidates.size() && rank(candidates[i]) == rank(candidates[j]);
+         ++j) {
+      if (is_repeat(candidates[i], candidates[j])) std::swap(candidates[i], candidates[j]);
+    }
+  }
+}
+
+std::string why_before(const Candidate& first, const Candidate& second) {
+  if (first.ordinary != second.ordinary)
+    return "it is a cine, the next is flow, perfusion or several beats of unknown length";
+  if (first.good != second.good) return "it has trigger times and 8 phases or more";
+  if (first.short_axis != second.short_axis) {
+    return first.views_met > second.views_met
+               ? "it lies across the axis along which the long-axis views meet"
+               : "no view tells the heart's axis, and it is oblique as a short axis is";
+  }
+  if (first.one_field != second.one_field) {
+    return first.one_field ? "its slices have one field of view"
+                           : "it has far more parallel slices, though in several fields of view";
+  }
+  if (first.slices.size() != second.slices.size()) return "it has most parallel slices";
+  if (first.uniform != second.uniform) return "its slices have one contrast";
+  if (first.mixed != second.mixed) return "its slices have one heart rate";
+  if (first.one_series != second.one_series) return "its slices are one series";
+  if (first.phases != second.phases) return "it has as many slices and most phases";
+  if (first.plane > second.plane) return "it repeats an equal stack in another field of view";
+  if (first.plane != second.plane) {
+    return "it is equal to the next and its plane comes first in the order of series";
+  }
+  if (latest_series(first) != latest_series(second)) {
+    return "it is equal to the next and of a later series";
+  }
+  if (first.slices.front().second->kind != second.slices.front().second->kind) {
+    return "it is equal to the next and its kind (ImageType) comes first in the alphabet";
+  }
+  return "it is equal to the next and comes first in the order of images";
+}
+
+std::string other_axis_told(const std::vector<Candidate>& candidates, std::size_t chosen) {
+  if (chosen >= candidates.size()) return {};
+  const Candidate& taken = candidates[chosen];
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Candidate& other = candidates[i];
+    const bool rivals = i != chosen && other.ordinary && other.good == taken.good &&
+                        2 * weighed_slices(other) >= weighed_slices(taken) &&
+                        turned(*other.plane, *taken.plane);
+    // Where no view tells the axis, a stack along the patient's axes may be it for all its slices.
+    const bool untold = taken.views_met == 0 && weighed_slices(other) >= weighed_slices(taken);
+    if (!rivals || !(other.short_axis || untold)) continue;
+    return "Warning: the views do not tell for certain which of possible stacks " +
+           std::to_string(chosen + 1) + " and " + std::to_string(i + 1) +
+           " lies across the heart's axis; look at the images, and take the other with --stack " +
+           std::to_string(i + 1) + " if it is the short axis.";
+  }
+  return {};
+}
+
+}  // namespace beatlas::ingest
