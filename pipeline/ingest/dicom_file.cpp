@@ -89,6 +89,47 @@ bool is_magnitude(const Attributes& attributes) {
   return true;
 }
 
+std::string without_blanks(const std::string& text) {
+  const auto first = text.find_first_not_of(' ');
+  return first == std::string::npos ? std::string()
+                                    : text.substr(first, text.find_last_not_of(' ') + 1 - first);
+}
+
+/// @param sop_class of the file
+Provenance provenance_of(const Attributes& attributes, const std::string& sop_class) {
+  const vtkDICOMValue& frame_type = attributes.get(DC::FrameType);
+  const vtkDICOMValue& type = frame_type.IsValid() ? frame_type : attributes.get(DC::ImageType);
+  const auto value = [&](std::size_t i) {
+    const bool there = type.IsValid() && type.GetNumberOfValues() > i;
+    return there ? without_blanks(type.GetString(i)) : std::string();
+  };
+  const bool capture = sop_class == kStorage + "7" || sop_class.rfind(kStorage + "7.", 0) == 0;
+  if (capture || value(1) == "SECONDARY" ||
+      without_blanks(attributes.text(DC::BurnedInAnnotation)) == "YES") {
+    return Provenance::Secondary;
+  }
+  return value(0) == "DERIVED" ? Provenance::Derived : Provenance::Original;
+}
+
+/// The first letters of a SequenceName: digits and what follows them tell dimensions and segments.
+std::string family_of(const std::string& name) {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto first = std::find_if(name.begin(), name.end(), letter);
+  return {first, std::find_if_not(first, name.end(), letter)};
+}
+
+Contrast contrast_of(const Attributes& attributes) {
+  Contrast out;
+  out.sequence =
+      attributes.text(DC::ScanningSequence) + '\n' + attributes.text(DC::SequenceVariant);
+  out.family = family_of(attributes.text(DC::SequenceName));
+  if (out.family.empty()) out.family = family_of(attributes.text(DC::PulseSequenceName));
+  out.echo_ms = attributes.first({DC::EchoTime, DC::EffectiveEchoTime}).value_or(0);
+  out.inversion_ms = attributes.number(DC::InversionTime).value_or(0);
+  out.flip_deg = attributes.number(DC::FlipAngle).value_or(0);
+  return out;
+}
+
 FrameStamp stamp_of(const Attributes& attributes, int frame, int frames) {
   FrameStamp out;
   out.trigger_ms = attributes.first({DC::TriggerTime, DC::NominalCardiacTriggerDelayTime});
@@ -374,9 +415,8 @@ class FileReader {
     image.patient = patient_of(*meta_);
     image.study_uid = text(DC::StudyInstanceUID);
     image.frame_of_reference_uid = text(DC::FrameOfReferenceUID);
-    image.echo_ms = attributes.first({DC::EchoTime, DC::EffectiveEchoTime}).value_or(0);
-    image.inversion_ms = attributes.number(DC::InversionTime).value_or(0);
-    image.sequence = text(DC::ScanningSequence) + '\n' + text(DC::SequenceVariant);
+    image.contrast = contrast_of(attributes);
+    image.provenance = provenance_of(attributes, text(DC::SOPClassUID));
     image.kind = attributes.text(DC::FrameType);
     if (image.kind.empty()) image.kind = attributes.text(DC::ImageType);
     image.phantom_identity = identity_of_mark(text(DC::ImageComments));

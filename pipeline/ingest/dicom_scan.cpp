@@ -41,7 +41,8 @@ Content content(const DicomImage& image) {
           stamp.temporal_position,
           stamp.acquisition_s,
           {p[0], p[1], p[2], r[0], r[1], r[2], c[0], c[1], c[2]},
-          {image.row_step_mm, image.column_step_mm, image.echo_ms, image.inversion_ms},
+          {image.row_step_mm, image.column_step_mm, image.contrast.echo_ms,
+           image.contrast.inversion_ms},
           {image.rows, image.columns, image.magnitude ? 1 : 0},
           image.kind,
           stamp.acquisition_number};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/core/stage_context.h"
+#include "pipeline/ingest/acquisition.h"
 #include "pipeline/ingest/shown_path.h"
 #include "pipeline/ingest/slice_timing.h"
 #include "runtime/base/geometry.h"
@@ -57,11 +58,9 @@ struct DicomImage {
   std::string patient;  ///< ID and name, in one spelling
   std::string study_uid;
   std::string frame_of_reference_uid;
-  /// Images of a slice with different contrast are no phases of one cine.
-  double echo_ms = 0;
-  double inversion_ms = 0;
-  std::string sequence;  ///< kind and variant of the pulse sequence; never shown
-  std::string kind;      ///< ImageType or FrameType; never shown
+  Contrast contrast;  ///< images of a slice that differ in it are no phases of one cine
+  Provenance provenance = Provenance::Original;
+  std::string kind;  ///< ImageType or FrameType; never shown
   /// Of the phantom that it was made from: ImageComments, if they are a mark and nothing else.
   std::string phantom_identity;
   bool magnitude = true;  ///< false: a phase (velocity), real or imaginary image

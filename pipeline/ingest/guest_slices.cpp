@@ -16,10 +16,11 @@ using Slice = std::pair<const Place*, const ImageSet*>;
 
 bool less_along(const Slice& a, const Slice& b) { return a.first->along_mm < b.first->along_mm; }
 
-/// Most frames first, then the later series.
+/// Originals first, then most frames, then the later series.
 bool better(const Slice& a, const Slice& b) {
   const auto rank = [](const Slice& slice) {
-    return std::make_tuple(slice.second->frames(), slice.second->series_number);
+    return std::make_tuple(slice.second->provenance, slice.second->frames(),
+                           slice.second->series_number);
   };
   return rank(a) > rank(b);
 }
@@ -48,11 +49,9 @@ double rr_of(const std::vector<Slice>& slices) {
 const ImageSet* like_those_of(const Place& guest, const Candidate& own, double own_rr_s) {
   const ImageSet& first = *own.slices.front().second;
   for (const ImageSet& set : guest.cines) {
-    const double rr_s = set.timing.rr_s;
-    const bool one_rate =
-        own_rr_s <= 0 || rr_s <= 0 || (rr_s <= kOneRate * own_rr_s && own_rr_s <= kOneRate * rr_s);
-    if (set.ordinary() && set.timing.by_trigger == first.timing.by_trigger && one_rate &&
-        2 * set.frames() >= own.phases && same_contrast(first, set)) {
+    if (set.ordinary() && set.timing.by_trigger == first.timing.by_trigger &&
+        same_rate(set.timing.rr_s, own_rr_s) && 2 * set.frames() >= own.phases &&
+        same_contrast(first, set)) {
       return &set;
     }
   }

@@ -11,8 +11,8 @@ namespace beatlas::ingest {
 /// A candidate of ordinary cines of one contrast with guests of its plane that go on with its even
 /// spacing, fill a hole in it, or stand for a slice of fewer than half of its phases; nothing if
 /// none does. A guest is of the candidate's contrast and heart rate, has half of its phases, and
-/// shows the middle of its field of view; of several at one step the one of most frames counts,
-/// then the later series.
+/// shows the middle of its field of view; of several at one step originals count, then the one of
+/// most frames, then the later series.
 /// @param images that the candidate's sets count in
 [[nodiscard]] std::optional<Candidate> completed(const Candidate& candidate,
                                                  const std::vector<DicomImage>& images);

@@ -11,7 +11,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 // Standard deviation of the angle between a view and the axis it was planned through by hand
 // [degrees]; operators' planes of one heart differ by about as much.
 constexpr double kPlannedDeg = 10;
-constexpr double kAlongAxisDeg = 15;  // the heart's axis lies mostly 30 and more off the patient's
+// Planes this near are planned in one direction; the heart's axis lies mostly 30 degrees and more
+// off the patient's.
+constexpr double kOneDirectionDeg = 15;
 
 bool shows_heart(const Place& place) {
   return std::any_of(place.cines.begin(), place.cines.end(),
@@ -31,7 +33,7 @@ double holds(const Vec3& view, const Vec3& direction) {
 }  // namespace
 
 std::vector<Vec3> normals_of_views(const std::vector<Plane>& planes) {
-  const double alike = std::cos(kAlongAxisDeg * kDegree);
+  const double alike = std::cos(kOneDirectionDeg * kDegree);
   std::vector<Vec3> out;
   for (const Plane& plane : planes) {
     const auto cines = std::count_if(plane.places.begin(), plane.places.end(), shows_heart);
@@ -64,7 +66,7 @@ double axis_evidence(const Plane& plane, const std::vector<Vec3>& views) {
 }
 
 const char* orientation_told(const Plane& plane) {
-  const double along = std::cos(kAlongAxisDeg * kDegree);
+  const double along = std::cos(kOneDirectionDeg * kDegree);
   const Vec3 normal = plane.normal_lps().cwiseAbs();
   if (normal.z() > along) return "axial";
   if (normal.y() > along) return "coronal";
@@ -73,7 +75,11 @@ const char* orientation_told(const Plane& plane) {
 }
 
 bool is_oblique(const Plane& plane) {
-  return plane.normal_lps().cwiseAbs().maxCoeff() <= std::cos(kAlongAxisDeg * kDegree);
+  return plane.normal_lps().cwiseAbs().maxCoeff() <= std::cos(kOneDirectionDeg * kDegree);
+}
+
+bool one_direction(const Plane& a, const Plane& b) {
+  return std::abs(a.normal_lps().dot(b.normal_lps())) > std::cos(kOneDirectionDeg * kDegree);
 }
 
 bool turned(const Plane& a, const Plane& b) {

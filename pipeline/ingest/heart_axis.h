@@ -28,6 +28,9 @@ inline constexpr double kTurnedDeg = 30;
 [[nodiscard]] const char* orientation_told(const Plane& plane);
 [[nodiscard]] bool is_oblique(const Plane& plane);
 
+/// Whether two planes are of one direction: their normals are within 15 degrees.
+[[nodiscard]] bool one_direction(const Plane& a, const Plane& b);
+
 /// Whether two planes are turned against each other by kTurnedDeg and more.
 [[nodiscard]] bool turned(const Plane& a, const Plane& b);
 

@@ -94,6 +94,8 @@ std::vector<std::vector<int>> kinds_of(const std::vector<int>& indices,
   }
   Runs runs = runs_by(kinds);
   if (runs.size() < 2) return {indices};
+  std::sort(runs.begin(), runs.end(),
+            [](const auto& a, const auto& b) { return a.front() < b.front(); });
   const std::vector<int> most = largest(runs);
   const auto all = range_of(indices, images);
   Runs out;

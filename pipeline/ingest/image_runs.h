@@ -8,9 +8,10 @@
 
 namespace beatlas::ingest {
 
-/// Images of one place and contrast by kind (ImageType), by its value, if each kind makes a cine of
-/// its own; else all in one. Kinds count that have half the images of the largest and, where all
-/// have trigger times, show half the time; the images of others belong to the largest.
+/// Images of one place and contrast by kind (ImageType), in the order in which the kinds are met,
+/// if each makes a cine of its own; else all in one. Kinds count that have half the images of the
+/// largest and, where all have trigger times, show half the time; the images of others belong to
+/// the largest.
 /// @param indices into `images`
 [[nodiscard]] std::vector<std::vector<int>> kinds_of(const std::vector<int>& indices,
                                                      const std::vector<DicomImage>& images);

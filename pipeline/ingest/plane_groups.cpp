@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "pipeline/ingest/cine_contrast.h"
 #include "pipeline/ingest/image_runs.h"
 #include "pipeline/ingest/slice_resampling.h"
 #include "runtime/base/error.h"
@@ -20,7 +21,7 @@ constexpr double kSameDirection = kSameTurnDeg * std::numbers::pi / 180;
 constexpr double kSameStep = 1e-3;  // relative; pixel sizes are printed with 4 digits or more
 constexpr int kLeastOfCine = 3;     // images of a slice before their sizes must agree
 constexpr std::size_t kMostTimes = 4;
-constexpr int kFlowSeries = 2;  // scanners number magnitude and velocity series one after another
+constexpr double kSameTriggerMs = 1;  // magnitude and velocity images are made of the same echoes
 
 /// Matrix and pixel size; of planes and images.
 template <class A, class B>
@@ -172,46 +173,82 @@ bool time_one_run(ImageSet& set, const std::vector<DicomImage>& images, const Im
   return true;
 }
 
-std::string most_common_kind(const std::vector<int>& members,
-                             const std::vector<DicomImage>& images) {
-  std::map<std::string, int> counts;
-  for (const int index : members) ++counts[images[static_cast<std::size_t>(index)].kind];
+/// What most images say of themselves.
+template <class T>
+T most_common(const std::vector<int>& members, const std::vector<DicomImage>& images,
+              T DicomImage::*what) {
+  std::map<T, int> counts;
+  for (const int index : members) ++counts[images[static_cast<std::size_t>(index)].*what];
   return std::max_element(counts.begin(), counts.end(),
                           [](const auto& a, const auto& b) { return a.second < b.second; })
       ->first;
 }
 
+/// Whether half of the set's images have the trigger times of some others.
+bool same_triggers(const ImageSet& set, const std::vector<int>& others,
+                   const std::vector<DicomImage>& images) {
+  const auto trigger = [&](int i) { return images[static_cast<std::size_t>(i)].stamp.trigger_ms; };
+  const auto met = std::count_if(set.images.begin(), set.images.end(), [&](int own) {
+    return trigger(own) && std::any_of(others.begin(), others.end(), [&](int other) {
+             return trigger(other) && std::abs(*trigger(other) - *trigger(own)) <= kSameTriggerMs;
+           });
+  });
+  return 2 * met >= set.frames();
+}
+
+/// Whether velocities were measured with a set: phase images of the same place, contrast and study
+/// are of its series, are as many, or were taken at the same times.
+bool is_flow(const ImageSet& set, const std::vector<int>& at_place,
+             const std::vector<DicomImage>& images) {
+  const std::string& study = images[static_cast<std::size_t>(set.images.front())].study_uid;
+  std::map<std::string, std::vector<int>> phase_images;  // by series
+  for (const int index : at_place) {
+    const DicomImage& image = images[static_cast<std::size_t>(index)];
+    if (!image.magnitude && image.contrast == set.contrast && image.study_uid == study) {
+      phase_images[image.series_uid].push_back(index);
+    }
+  }
+  return std::any_of(phase_images.begin(), phase_images.end(), [&](const auto& series) {
+    return series.first == set.series_uid || series.second.size() == set.images.size() ||
+           same_triggers(set, series.second, images);
+  });
+}
+
+/// What tells the images of one cine from others of its place: series, echo and inversion time,
+/// and whether they are secondary copies.
+using SetKey = std::tuple<std::string, double, double, bool>;
+
 std::vector<ImageSet> cines_of(const std::vector<int>& indices,
                                const std::vector<DicomImage>& images, const ImageFiles& files) {
-  using Contrast = std::tuple<std::string, double, double>;
-  std::map<Contrast, ImageSet> sets;
+  std::map<SetKey, ImageSet> sets;
   const auto add = [](ImageSet& set, int index, const DicomImage& image) {
     set.images.push_back(index);
     set.series_uid = image.series_uid;
     set.series_number = image.series_number;
-    set.echo_ms = image.echo_ms;
-    set.sequence = image.sequence;
+    set.contrast = image.contrast;
   };
   for (const int index : indices) {
     const DicomImage& image = images[static_cast<std::size_t>(index)];
     if (image.magnitude) {
-      add(sets[{image.series_uid, image.echo_ms, image.inversion_ms}], index, image);
+      add(sets[{image.series_uid, image.contrast.echo_ms, image.contrast.inversion_ms,
+                image.provenance == Provenance::Secondary}],
+          index, image);
     }
   }
   std::vector<ImageSet> out;
-  std::map<std::pair<double, double>, ImageSet> singles;  // by contrast
-  for (auto& [contrast, set] : sets) {
+  std::map<SetKey, ImageSet> singles;
+  for (auto& [key, set] : sets) {
     const auto kinds = kinds_of(set.images, images);
     if (kinds.size() > 1) {
       for (const std::vector<int>& members : kinds) {
         ImageSet one = set;
         one.images = members;
-        one.kind = most_common_kind(members, images);
+        one.kind = most_common(members, images, &DicomImage::kind);
         one.kinds = static_cast<int>(kinds.size());
         if (time_one_run(one, images, files)) out.push_back(std::move(one));
       }
     } else if (set.images.size() == 1) {
-      ImageSet& merged = singles[{std::get<1>(contrast), std::get<2>(contrast)}];
+      ImageSet& merged = singles[{"", std::get<1>(key), std::get<2>(key), std::get<3>(key)}];
       const int index = set.images.front();
       add(merged, index, images[static_cast<std::size_t>(index)]);
       merged.merged = true;
@@ -222,29 +259,33 @@ std::vector<ImageSet> cines_of(const std::vector<int>& indices,
   if (out.empty()) {
     // Some exports give each phase its own series. Only trigger times can tell that from, say, two
     // stills of one place.
-    for (auto& [contrast, set] : singles) {
+    for (auto& [key, set] : singles) {
       if (set.images.size() > 1 && set_time(set, images, files) && set.timing.by_trigger) {
         out.push_back(std::move(set));
       }
     }
   }
   for (ImageSet& set : out) {
-    set.flow = std::any_of(indices.begin(), indices.end(), [&](int index) {
-      const DicomImage& image = images[static_cast<std::size_t>(index)];
-      return !image.magnitude &&
-             (image.series_uid == set.series_uid ||
-              std::abs(image.series_number - set.series_number) <= kFlowSeries) &&
-             image.echo_ms == set.echo_ms && image.sequence == set.sequence;
-    });
+    set.provenance = most_common(set.images, images, &DicomImage::provenance);
+    set.flow = is_flow(set, indices, images);
   }
-  std::stable_sort(out.begin(), out.end(), [](const ImageSet& a, const ImageSet& b) {
-    const auto rank = [](const ImageSet& set) {
-      return std::make_tuple(set.ordinary(), set.timing.by_trigger, set.frames(),
-                             set.series_number);
-    };
-    return rank(a) > rank(b);
-  });
   return out;
+}
+
+/// Puts the best set of every place first.
+void rank_sets(std::vector<Plane>& planes) {
+  const std::optional<Contrast> cine = contrast_of_cines(planes);
+  const auto rank = [](const ImageSet& set) {
+    return std::make_tuple(set.ordinary(), !set.secondary(), set.usual, set.provenance,
+                           set.timing.by_trigger, set.frames(), set.series_number);
+  };
+  for (Plane& plane : planes) {
+    for (Place& place : plane.places) {
+      for (ImageSet& set : place.cines) set.usual = !cine || one_protocol(*cine, set.contrast);
+      std::stable_sort(place.cines.begin(), place.cines.end(),
+                       [&](const ImageSet& a, const ImageSet& b) { return rank(a) > rank(b); });
+    }
+  }
 }
 
 /// Places of the other planes as this one sees them.
@@ -334,6 +375,7 @@ std::vector<Plane> group_planes(const std::vector<DicomImage>& images, const Ima
     std::stable_sort(plane.places.begin(), plane.places.end(),
                      [](const Place& a, const Place& b) { return a.along_mm < b.along_mm; });
   }
+  rank_sets(planes);
   for (Plane& plane : planes) plane.guests = guests_of(plane, planes);
   return planes;
 }

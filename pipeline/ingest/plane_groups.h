@@ -31,18 +31,20 @@ struct ImageSet {
   SliceTiming timing;       ///< its `order` counts 0, 1, ... into `images`
   std::string series_uid;
   int series_number = 0;
-  double echo_ms = 0;
-  std::string sequence;  ///< of the pulses, as DicomImage has it
-  std::string kind;      ///< as DicomImage has it
-  int kinds = 1;         ///< in which its series holds the images of this place
-  bool merged = false;   ///< each image came from a series of its own
-  bool flow = false;     ///< phase (velocity) images were made with these
+  Contrast contrast;
+  Provenance provenance = Provenance::Original;  ///< of most of its images
+  std::string kind;                              ///< as DicomImage has it
+  int kinds = 1;        ///< in which its series holds the images of this place
+  bool merged = false;  ///< each image came from a series of its own
+  bool flow = false;    ///< phase (velocity) images were made with these
+  bool usual = true;    ///< of the contrast that the exam's cines have, as far as they have one
 
   [[nodiscard]] int frames() const { return static_cast<int>(images.size()); }
   /// A cine of the beating heart: neither flow nor one image a beat.
   [[nodiscard]] bool ordinary() const {
     return !flow && !timing.many_beats && !timing.beat_unknown;
   }
+  [[nodiscard]] bool secondary() const { return provenance == Provenance::Secondary; }
 };
 
 /// One slice position.
@@ -91,9 +93,9 @@ inline constexpr int kMostSlicesOfView = 2;  ///< of one plane; more are a stack
 /// most 50 mm wide about its middle, where this moves it by 2.6 mm: a third of a slice of 8 mm.
 inline constexpr double kNearlyParallelDeg = 3;
 
-/// Groups a scan. Best first among the sets of a place: ordinary cines, then those timed by
-/// trigger, then most frames, then the later series (a repeat was taken because the first would not
-/// do).
+/// Groups a scan. Best first among the sets of a place: ordinary cines, then no secondary copies,
+/// then those of the contrast of the exam's cines, then originals, then those timed by trigger,
+/// then most frames, then the later series (a repeat was taken because the first would not do).
 /// @throws Error{InvalidInput} if the images of one slice and series differ in size.
 [[nodiscard]] std::vector<Plane> group_planes(const std::vector<DicomImage>& images,
                                               const ImageFiles& files);

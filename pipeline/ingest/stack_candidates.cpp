@@ -18,7 +18,6 @@ namespace beatlas::ingest {
 namespace {
 
 constexpr double kAlikeCount = 0.9;  // share of the common number of frames that still counts as it
-constexpr double kAlikeEcho = 0.1;   // scanners trim echo times slice by slice
 constexpr int kNextSeries = 3;       // series of one acquisition follow each other
 
 /// The number of frames that most slices have, weighed by how much of the cycle it shows.
@@ -70,8 +69,8 @@ std::vector<Candidate> acquisitions(const Plane& plane) {
   int last = 0;
   for (const auto& [place, set] : all) {
     const double rr_s = set->timing.rr_s;
-    const bool next = !out.empty() && set->series_number - last <= kNextSeries &&
-                      rr_s <= kOneRate * mean_s && mean_s <= kOneRate * rr_s;
+    const bool next =
+        !out.empty() && set->series_number - last <= kNextSeries && same_rate(rr_s, mean_s);
     if (!next) {
       out.emplace_back();
       count = 0;
@@ -199,7 +198,11 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
   singles.reserve(by_series.size());
   for (const auto& [uid, single] : by_series) singles.push_back(single);
   std::stable_sort(singles.begin(), singles.end(), [](const Candidate& a, const Candidate& b) {
-    return a.slices.front().second->series_number < b.slices.front().second->series_number;
+    const auto first = [](const Candidate& one) {
+      const ImageSet& set = *one.slices.front().second;
+      return std::make_pair(set.series_number, set.images.front());
+    };
+    return first(a) < first(b);
   });
   out.insert(out.end(), singles.begin(), singles.end());
   for (std::size_t i = 0, wholes = 1 + by_contrast.size(); i < wholes; ++i) {
@@ -241,15 +244,22 @@ void finish(Candidate& candidate) {
   candidate.phases = common_count(candidate);
   std::size_t by_trigger = 0;
   std::size_t ordinary = 0;
+  std::size_t usual = 0;
   std::set<std::string> series;
   candidate.uniform = true;
+  candidate.secondary = false;
+  candidate.originals = 0;
   for (const auto& [place, set] : candidate.slices) {
     by_trigger += set->timing.by_trigger ? 1 : 0;
     ordinary += set->ordinary() ? 1 : 0;
+    usual += set->usual ? 1 : 0;
+    candidate.secondary = candidate.secondary || set->secondary();
+    candidate.originals += set->provenance == Provenance::Original ? 1 : 0;
     if (!set->merged) series.insert(set->series_uid);
     candidate.uniform = candidate.uniform && same_contrast(*candidate.slices.front().second, *set);
   }
   candidate.ordinary = 2 * ordinary > candidate.slices.size();
+  candidate.usual = 2 * usual > candidate.slices.size();
   candidate.one_series = series.size() == 1;
   candidate.good =
       2 * by_trigger > candidate.slices.size() && candidate.phases >= kLeastFramesToBlend;
@@ -263,7 +273,7 @@ void finish(Candidate& candidate) {
     shortest = shortest > 0 ? std::min(shortest, rr_s) : rr_s;
     longest = std::max(longest, rr_s);
   }
-  candidate.mixed = choice && !candidate.one_series && longest > kOneRate * shortest;
+  candidate.mixed = choice && !candidate.one_series && !same_rate(shortest, longest);
   std::vector<double> gaps;
   for (std::size_t i = 1; i < candidate.slices.size(); ++i) {
     gaps.push_back(candidate.slices[i].first->along_mm - candidate.slices[i - 1].first->along_mm);
@@ -275,8 +285,7 @@ void finish(Candidate& candidate) {
 
 bool same_contrast(const ImageSet& a, const ImageSet& b) {
   const bool same_kind = a.kinds == 1 || b.kinds == 1 || a.kind == b.kind;
-  return a.sequence == b.sequence && same_kind &&
-         std::abs(a.echo_ms - b.echo_ms) <= kAlikeEcho * std::max(a.echo_ms, b.echo_ms);
+  return same_kind && a.secondary() == b.secondary() && same_contrast(a.contrast, b.contrast);
 }
 
 int latest_series(const Candidate& candidate) {

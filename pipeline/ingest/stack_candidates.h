@@ -13,9 +13,12 @@ namespace beatlas::ingest {
 struct Candidate {
   const Plane* plane = nullptr;
   std::vector<std::pair<const Place*, const ImageSet*>> slices;  ///< along the plane's normal
-  bool ordinary = false;  ///< cines of the beating heart, neither flow nor perfusion
-  bool good = false;      ///< trigger times, and frames enough to blend
-  bool uniform = false;   ///< one pulse sequence and echo time
+  bool ordinary = false;      ///< cines of the beating heart, neither flow nor perfusion
+  bool good = false;          ///< trigger times, and frames enough to blend
+  bool uniform = false;       ///< one contrast
+  bool usual = true;          ///< most slices are of the contrast of the exam's cines
+  bool secondary = false;     ///< a slice of it is a secondary copy
+  std::size_t originals = 0;  ///< slices of original images
   bool one_series = false;
   bool one_field = true;    ///< of view; false: gathered from several
   double views_met = 0;     ///< how well long-axis views meet along its normal, 0 to 1
@@ -42,10 +45,8 @@ inline constexpr std::size_t kLeastSlices = 3;
 /// least
 void finish(Candidate& candidate);
 
-/// One pulse sequence, one kind of image and one echo time.
+/// One contrast and one kind of image, and both originals or both secondary copies.
 [[nodiscard]] bool same_contrast(const ImageSet& a, const ImageSet& b);
-
-inline constexpr double kOneRate = 1.15;  ///< ratio of R-R intervals of one acquisition
 
 /// The highest series number among its slices.
 [[nodiscard]] int latest_series(const Candidate& candidate);

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <map>
 #include <optional>
 #include <set>
-#include <tuple>
 
 #include "pipeline/ingest/even_positions.h"
 #include "pipeline/ingest/guest_slices.h"
@@ -16,6 +14,7 @@
 #include "pipeline/ingest/stack_candidates.h"
 #include "pipeline/ingest/stack_rank.h"
 #include "pipeline/ingest/stack_telling.h"
+#include "pipeline/ingest/view_choice.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -272,124 +271,6 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   throw_invalid("there is no stack: at most " +
                 counted(most, "parallel slice has", "parallel slices have") +
                 " several phases, at least " + std::to_string(kLeastSlices) + " are needed");
-}
-
-/// What becomes neither part of the stack nor a view, and views that the given times do not fit.
-struct LeftOut {
-  std::set<int> cines;         ///< their series
-  std::size_t own_times = 0;   ///< views of another number of frames than times were given
-  std::size_t incomplete = 0;  ///< slices parallel to the stack that are no cine
-  std::size_t stills = 0;      ///< images of other slices that are none
-};
-
-/// Notes a place without a cine, and cines that the best one of their place outdoes.
-/// @param used images of the stack
-void note_left(const Place& place, bool parallel_to_stack, const std::set<int>& used,
-               LeftOut& left) {
-  if (place.cines.empty()) {
-    if (parallel_to_stack) {
-      ++left.incomplete;
-    } else {
-      left.stills += static_cast<std::size_t>(place.images);
-    }
-    return;
-  }
-  for (std::size_t n = 1; n < place.cines.size(); ++n) {
-    const ImageSet& other = place.cines[n];
-    if (used.count(other.images.front()) == 0) left.cines.insert(other.series_number);
-  }
-}
-
-/// @param good of the stack: it has trigger times, and frames enough to blend
-bool usable_as_view(const ImageSet& set, bool all_many_beats, bool good) {
-  // Trigger times of a clock that runs on make every cine look like perfusion.
-  return !set.timing.beat_unknown && (set.ordinary() || (all_many_beats && !set.flow)) &&
-         (!good || (set.timing.by_trigger && set.frames() >= kLeastFramesToBlend));
-}
-
-/// The best cine of a place, timed as the stack is.
-/// @param own_times counts views of another number of frames than times were given
-ChosenCine view_of(const Plane& plane, const Place& place, const IngestOptions& options,
-                   const ChosenCine& stack, std::size_t& own_times) {
-  const ImageSet& set = place.cines.front();
-  ChosenCine view;
-  const double depth = plane.thickness_mm > 0 ? plane.thickness_mm : plane.column_step_mm;
-  view.grid = lattice_of(plane, place.position_lps, depth, 1);
-  view.slices.push_back(set);
-  SliceTiming& timing = view.slices.front().timing;
-  if (options.frame_times_s.size() == set.images.size()) {
-    timing = with_times(timing, options.frame_times_s, options.rr_interval_s);
-  } else {
-    timing = with_rr(timing, timing.rr_s * stack.rr_share).value_or(timing);
-    own_times += options.frame_times_s.empty() ? 0 : 1;
-  }
-  view.rr_s = mean_rr_s(view.slices, stack.rr_s);
-  return view;
-}
-
-void tell_views(const LeftOut& left, Choice& choice) {
-  if (!choice.views.empty()) {
-    std::set<int> numbers;
-    for (const ChosenCine& view : choice.views) numbers.insert(view.slices.front().series_number);
-    choice.decisions.push_back(
-        counted(choice.views.size(), "other cine view is", "other cine views are") +
-        " kept beside the stack (" + series_list(numbers) + ").");
-  }
-  if (!left.cines.empty()) {
-    choice.decisions.push_back(
-        "Left: cines that are neither part of the stack nor a view of one or "
-        "two slices, or that another cine of the same place outdoes (" +
-        series_list(left.cines) + ").");
-  }
-  if (left.own_times > 0) {
-    choice.decisions.push_back(counted(left.own_times, "view has", "views have") +
-                               " another number of frames than times were given and " +
-                               (left.own_times == 1 ? "keeps its own." : "keep their own."));
-  }
-  if (left.incomplete > 0) {
-    choice.decisions.push_back("Warning: " +
-                               counted(left.incomplete, "slice parallel to the stack has",
-                                       "slices parallel to the stack have") +
-                               " one phase only or no order in time and " +
-                               (left.incomplete == 1 ? "was" : "were") + " left.");
-  }
-  if (left.stills > 0) {
-    choice.decisions.push_back("Left: " + counted(left.stills, "image", "images") +
-                               " of slices that have one phase only or no order in time.");
-  }
-}
-
-/// Cines of one or two parallel slices become views; whatever else was not used is told.
-void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bool good,
-                  const IngestOptions& options, Choice& choice) {
-  const std::vector<ImageSet>& slices = choice.stack.slices;
-  std::set<int> used;
-  for (const ImageSet& set : slices) used.insert(set.images.begin(), set.images.end());
-  LeftOut left;
-  const bool all_many_beats = std::all_of(slices.begin(), slices.end(), [](const ImageSet& set) {
-    return set.timing.many_beats && !set.flow;
-  });
-  for (const Plane& plane : planes) {
-    int cines = 0;
-    for (const Place& place : plane.places) cines += place.cines.empty() ? 0 : 1;
-    for (const Place& place : plane.places) {
-      note_left(place, same_pixels(plane, stack_plane), used, left);
-      if (place.cines.empty()) continue;
-      const ImageSet& set = place.cines.front();
-      if (used.count(set.images.front()) > 0) continue;
-      if (nearly_parallel(plane, stack_plane) || cines > kMostSlicesOfView ||
-          !usable_as_view(set, all_many_beats, good)) {
-        left.cines.insert(set.series_number);
-        continue;
-      }
-      choice.views.push_back(view_of(plane, place, options, choice.stack, left.own_times));
-    }
-  }
-  std::stable_sort(choice.views.begin(), choice.views.end(),
-                   [](const ChosenCine& a, const ChosenCine& b) {
-                     return a.slices.front().series_number < b.slices.front().series_number;
-                   });
-  tell_views(left, choice);
 }
 
 /// The candidate that was asked for alone; else the best, others of its plane (one series may do

@@ -18,8 +18,9 @@ std::size_t weighed_slices(const Candidate& candidate) {
 }
 
 auto rank(const Candidate& candidate) {
-  return std::make_tuple(candidate.ordinary, candidate.good, candidate.short_axis,
-                         weighed_slices(candidate), candidate.one_field, candidate.uniform,
+  return std::make_tuple(candidate.ordinary, !candidate.secondary, candidate.good,
+                         candidate.short_axis, candidate.usual, weighed_slices(candidate),
+                         candidate.one_field, candidate.uniform, candidate.originals,
                          !candidate.mixed, candidate.one_series, candidate.phases);
 }
 
@@ -61,18 +62,23 @@ void rank_candidates(std::vector<Candidate>& candidates, const std::vector<Plane
 std::string why_before(const Candidate& first, const Candidate& second) {
   if (first.ordinary != second.ordinary)
     return "it is a cine, the next is flow, perfusion or several beats of unknown length";
+  if (first.secondary != second.secondary) {
+    return "the next holds secondary copies, as screenshots and drawn-on images are";
+  }
   if (first.good != second.good) return "it has trigger times and 8 phases or more";
   if (first.short_axis != second.short_axis) {
     return first.views_met > second.views_met
                ? "it lies across the axis along which the long-axis views meet"
                : "no view tells the heart's axis, and it is oblique as a short axis is";
   }
+  if (first.usual != second.usual) return "it has the contrast that most cines of the exam have";
   if (first.one_field != second.one_field) {
     return first.one_field ? "its slices have one field of view"
                            : "it has far more parallel slices, though in several fields of view";
   }
   if (first.slices.size() != second.slices.size()) return "it has most parallel slices";
   if (first.uniform != second.uniform) return "its slices have one contrast";
+  if (first.originals != second.originals) return "it has more original images, not derived ones";
   if (first.mixed != second.mixed) return "its slices have one heart rate";
   if (first.one_series != second.one_series) return "its slices are one series";
   if (first.phases != second.phases) return "it has as many slices and most phases";
@@ -82,9 +88,6 @@ std::string why_before(const Candidate& first, const Candidate& second) {
   }
   if (latest_series(first) != latest_series(second)) {
     return "it is equal to the next and of a later series";
-  }
-  if (first.slices.front().second->kind != second.slices.front().second->kind) {
-    return "it is equal to the next and its kind (ImageType) comes first in the alphabet";
   }
   return "it is equal to the next and comes first in the order of images";
 }

@@ -274,6 +274,52 @@ def a_series_of_two_kinds_gives_one(folder):
 
 
 @case
+def copies_with_contours_take_no_originals_place(folder):
+    """Later, of more frames, marked in one of the ways of the standard; alone they are used."""
+    truth = BeatingObject(**SAX)
+
+    def copies(number):
+        return series(BeatingObject(**SAX, phases=12, offset=700), number)
+    images = series(truth, 5)
+    for d in (marked := copies(6)):
+        d.ImageType = ["DERIVED", "SECONDARY", "M", "RETRO"]
+    images += marked
+    for d in (marked := copies(7)):
+        d.BurnedInAnnotation = "YES"
+    images += marked
+    for d in (marked := copies(8)):
+        d.SOPClassUID = d.file_meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.7"
+    exam = imported(folder / "s", save_exam(folder / "dicom", images + marked))
+    expect_object(exam, truth)
+    assert not exam.told("no originals"), exam.decisions
+    alone = imported(folder / "t", folder / "dicom", "--series", "7")
+    assert alone.stack.phases == 12
+    alone.expect_warning("no originals of series 7")
+
+
+@case
+def an_inversion_scout_takes_no_slice_of_the_cine(folder):
+    """At a place of the cine, later, of more frames; InversionTime, flip angle or name tells it."""
+    truth = BeatingObject(**SAX)
+    slice_of = dict(size=(28, 24, 1), step=SAX["step"], phases=20, offset=700)
+    images = series(truth, 5)
+    for n, k in enumerate((2, 4, 6)):
+        scout = series(BeatingObject(**slice_of, origin=tuple(truth.place((0, 0, k)))), 21 + n)
+        for d in scout:
+            d.FlipAngle, d.SequenceName = "58", "*tfi2d1_10"
+            if n == 0:
+                d.InversionTime = "82"
+            elif n == 1:
+                d.FlipAngle = "30"
+            else:
+                d.SequenceName = "*tfl2d1r_29"
+        images += scout
+    for d in images[:len(series(truth, 5))]:
+        d.FlipAngle, d.SequenceName = "58", "*tfi2d1_10"
+    expect_object(imported(folder / "s", save_exam(folder / "dicom", images)), truth)
+
+
+@case
 def packed_objects_of_a_phase_each(folder):
     """Every slice needs all files; also one deflated file."""
     truth = BeatingObject(size=(20, 16, 24), phases=12)

@@ -21,6 +21,7 @@ struct MadeStack {
   Vec3 column = Vec3::UnitY();
   double echo_ms = 1.5;
   std::string sequence = "GR\nSS";
+  Provenance provenance = Provenance::Original;
   int pixels = 64;
   bool magnitude = true;
   bool with_trigger = true;
@@ -45,8 +46,8 @@ inline std::vector<DicomImage> made_stack(const MadeStack& made) {
       image.column_lps = made.column;
       image.position_lps = made.origin + normal * (made.gap_mm * k);
       image.column_step_mm = image.row_step_mm = 1.5;
-      image.echo_ms = made.echo_ms;
-      image.sequence = made.sequence;
+      image.contrast = {.sequence = made.sequence, .echo_ms = made.echo_ms};
+      image.provenance = made.provenance;
       image.magnitude = made.magnitude;
       const double step = made.step_ms > 0 ? made.step_ms : made.rr_ms / made.phases;
       if (made.with_trigger) image.stamp.trigger_ms = p * step;

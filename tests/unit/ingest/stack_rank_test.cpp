@@ -104,5 +104,163 @@ TEST(StackRank, EvidenceIsTheShareOfViewsThatMeet) {
   EXPECT_LT(most, 0.8);
 }
 
+template <class Change>
+std::vector<DicomImage> changed(std::vector<DicomImage> images, const Change& change) {
+  for (DicomImage& image : images) change(image);
+  return images;
+}
+
+TEST(StackRank, SecondaryCopiesTakeNoPlaceOfOriginals) {
+  const auto copies = [](DicomImage& image) { image.provenance = Provenance::Secondary; };
+  // A series a slice, one for all, and in the series of the originals, with more frames.
+  for (const bool one_series : {false, true}) {
+    auto images = made_stack({.slices = 6});
+    append(
+        images,
+        changed(
+            made_stack(
+                {.slices = 6, .phases = 20, .first_series = 60, .series_per_slice = !one_series}),
+            copies));
+    const Choice choice = choose(images);
+    for (const ImageSet& set : choice.stack.slices) EXPECT_LT(set.series_number, 60);
+    EXPECT_FALSE(told(choice.decisions, "no originals")) << joined(choice.decisions);
+  }
+  auto images = changed(made_stack({.slices = 6}), copies);
+  append(images, made_stack({.slices = 6}));
+  for (const ImageSet& set : choose(images).stack.slices) {
+    for (const int index : set.images) EXPECT_GE(index, 60);
+  }
+  // Nor with more slices; only where there is nothing else, and that is told.
+  images = changed(made_stack({.slices = 9, .first_series = 60}), copies);
+  EXPECT_TRUE(told(choose(images).decisions,
+                   "Warning: there are no originals of series 60-68, which are secondary copies"));
+  append(images, made_stack({.slices = 6}));
+  EXPECT_EQ(choose(images).stack.slices.size(), 6U);
+}
+
+TEST(StackRank, DerivedImagesComeBehindOriginals) {
+  const auto derived = [](DicomImage& image) { image.provenance = Provenance::Derived; };
+  auto images = made_stack({.slices = 6});
+  append(images, changed(made_stack({.slices = 6, .phases = 20, .first_series = 60}), derived));
+  const Choice choice = choose(images);
+  for (const ImageSet& set : choice.stack.slices) EXPECT_LT(set.series_number, 60);
+  // Of a slice that is there as a derived image only, that is taken and told.
+  std::erase_if(images, [](const DicomImage& image) { return image.series_number == 3; });
+  const Choice mended = choose(images);
+  EXPECT_EQ(mended.stack.slices.size(), 6U);
+  EXPECT_TRUE(
+      told(mended.decisions, "Warning: there are no originals of series 62, which were calculated"))
+      << joined(mended.decisions);
+}
+
+const test::MadeStack kTagged{.first_series = 60, .echo_ms = 3.9, .sequence = "GR\nSP"};
+
+TEST(StackRank, TaggingTakesNoPlaceOfTheCineThoughItIsLater) {
+  // A stack; and one view of it at the place of the cine's, another beside it.
+  auto images = across(kAxis, {.slices = 6});
+  append(images, across(kAxis, kTagged));
+  for (const int turn_deg : {0, 60, 120}) append(images, view(kAxis, turn_deg, 20 + turn_deg));
+  const auto tag = [](DicomImage& image) {
+    image.contrast = {.sequence = kTagged.sequence, .echo_ms = kTagged.echo_ms};
+  };
+  append(images, changed(view(kAxis, 60, 200), tag));
+  append(images, changed(view(kAxis, 65, 201), tag));
+  const Choice choice = choose(images);
+  for (const ImageSet& set : choice.stack.slices) EXPECT_LT(set.series_number, 20);
+  ASSERT_EQ(choice.views.size(), 3U) << joined(choice.decisions);
+  EXPECT_EQ(choice.views[1].slices.front().series_number, 80);
+  EXPECT_TRUE(told(choice.decisions, "series 60-65, 200, 201")) << joined(choice.decisions);
+  // Without views nothing but the spoiled sequence tells which is which.
+  images = across(kAxis, {.slices = 6});
+  append(images, across(kAxis, kTagged));
+  for (const ImageSet& set : choose(images).stack.slices) EXPECT_LT(set.series_number, 60);
+}
+
+TEST(StackRank, AShortStackOfAnotherContrastDoesNotMakeItTheExams) {
+  // Tagging in four directions, but the cine has the whole heart.
+  auto images = across(kAxis, {.slices = 10});
+  auto tagged = kTagged;
+  tagged.slices = 3;
+  append(images, across(kAxis, tagged));
+  for (const int turn_deg : {0, 60, 120}) {
+    append(images, changed(view(kAxis, turn_deg, 70 + turn_deg), [](DicomImage& image) {
+             image.contrast = {.sequence = kTagged.sequence, .echo_ms = kTagged.echo_ms};
+           }));
+  }
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 10U) << joined(choice.decisions);
+  for (const ImageSet& set : choice.stack.slices) EXPECT_LT(set.series_number, 60);
+  EXPECT_EQ(choice.views.size(), 3U) << "views of another contrast are better than none";
+}
+
+TEST(StackRank, AnInversionScoutTakesNoSliceOfTheCine) {
+  const auto scout = [](const Contrast& contrast) {
+    auto out = made_stack({.slices = 1, .phases = 35, .first_series = 60, .origin = {0, 0, 16}});
+    for (DicomImage& image : out) image.contrast = contrast;
+    return out;
+  };
+  const Contrast cine{.sequence = "GR\nSK", .family = "tfi", .echo_ms = 1.5, .flip_deg = 58};
+  const auto stack = changed(made_stack({}), [&](DicomImage& image) { image.contrast = cine; });
+  for (int what = 0; what < 4; ++what) {
+    Contrast other = cine;
+    if (what == 0) other.inversion_ms = 82;
+    if (what == 1) other.flip_deg = 30;
+    if (what == 2) other.family = "tfl";
+    if (what == 3) other.sequence = "GR\\IR\nSK\\MP";
+    auto images = stack;
+    append(images, scout(other));
+    for (const ImageSet& set : choose(images).stack.slices) EXPECT_LT(set.series_number, 60);
+  }
+  // A repeat with trimmed flip angle and echo time is one of the cine, and has more frames.
+  Contrast trimmed = cine;
+  trimmed.flip_deg = 45;
+  trimmed.echo_ms = 1.42;
+  auto images = stack;
+  append(images, scout(trimmed));
+  EXPECT_EQ(choose(images).stack.slices[2].series_number, 60);
+}
+
+TEST(StackRank, FlowIsToldByItsPhaseImagesWhateverTheirNumber) {
+  for (const bool as_many : {true, false}) {
+    auto images = across(kAxis, {.slices = 4});
+    test::MadeStack flow{
+        .slices = 8, .phases = 20, .first_series = 50, .series_per_slice = false, .echo_ms = 2.5};
+    append(images, across(Vec3(1, 1, 1).normalized(), flow));
+    flow.first_series = 1050;
+    flow.magnitude = false;
+    auto velocity = across(Vec3(1, 1, 1).normalized(), flow);
+    if (!as_many) {
+      std::erase_if(velocity,
+                    [](const DicomImage& image) { return *image.stamp.trigger_ms > 500; });
+    }
+    append(images, velocity);
+    const Choice choice = choose(images);
+    EXPECT_EQ(choice.stack.slices.size(), 4U) << joined(choice.decisions);
+    EXPECT_TRUE(told(choice.decisions, "oblique, flow (series 50)")) << joined(choice.decisions);
+    // Of another study they tell nothing.
+    for (DicomImage& image : images) {
+      if (!image.magnitude) image.study_uid = "another";
+    }
+    EXPECT_EQ(choose(images).stack.slices.size(), 8U);
+  }
+}
+
+TEST(StackRank, ContrastsAreComparedByWhatTellsThemApart) {
+  const Contrast cine{.sequence = "GR\nSK", .family = "tfi", .echo_ms = 1.5, .flip_deg = 58};
+  const auto with = [&](auto change) {
+    Contrast out = cine;
+    change(out);
+    return out;
+  };
+  EXPECT_TRUE(same_contrast(cine, with([](Contrast& c) { c.family.clear(); })));
+  EXPECT_TRUE(same_contrast(cine, with([](Contrast& c) { c.flip_deg = 0; })));
+  EXPECT_FALSE(same_contrast(cine, with([](Contrast& c) { c.echo_ms = 1.8; })));
+  EXPECT_TRUE(one_protocol(cine, with([](Contrast& c) { c.echo_ms = 1.8; })));
+  EXPECT_FALSE(one_protocol(cine, with([](Contrast& c) { c.echo_ms = 3.9; })));
+  EXPECT_FALSE(one_protocol(cine, with([](Contrast& c) { c.flip_deg = 10; })));
+  EXPECT_TRUE(is_spoiled({.sequence = "GR\nMP\\SP"}));
+  EXPECT_FALSE(is_spoiled({.sequence = "GR\nOSP\\SS"}));
+}
+
 }  // namespace
 }  // namespace beatlas::ingest::stack_rank_tests
