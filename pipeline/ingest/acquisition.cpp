@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
+
+#include "pipeline/ingest/dicom_scan.h"
 
 namespace beatlas::ingest {
 namespace {
@@ -14,6 +18,7 @@ constexpr double kPlannedFlip = 0.5;
 // Ratio of R-R intervals: from breath-hold to breath-hold they differ by some per cent, stress
 // agents shorten them by a quarter and more.
 constexpr double kOneRate = 1.15;
+constexpr std::size_t kSeriesToTell = 3;  // a stack and its repeat may each have a frame
 
 bool agree(double a, double b, double share) { return std::abs(a - b) <= share * std::max(a, b); }
 
@@ -45,6 +50,31 @@ bool is_spoiled(const Contrast& contrast) {
 
 bool same_rate(double a_s, double b_s) {
   return a_s <= 0 || b_s <= 0 || std::max(a_s, b_s) <= kOneRate * std::min(a_s, b_s);
+}
+
+bool same_frame(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() || a == b;
+}
+
+Frames frames_of_reference(const std::vector<DicomImage>& images) {
+  std::map<std::string, std::set<std::string>> by_series;
+  for (const DicomImage& image : images) {
+    by_series[image.series_uid].insert(image.frame_of_reference_uid);
+  }
+  std::set<std::string> all;
+  std::size_t told = 0;
+  for (const auto& [series, uids] : by_series) {
+    if (uids.size() > 1 || uids.begin()->empty()) continue;
+    all.insert(*uids.begin());
+    ++told;
+  }
+  Frames out;
+  out.one_a_series = told >= kSeriesToTell && told == by_series.size() && all.size() == told;
+  for (const DicomImage& image : images) {
+    const bool tells = !out.one_a_series && by_series[image.series_uid].size() == 1;
+    out.uids.push_back(tells ? image.frame_of_reference_uid : std::string());
+  }
+  return out;
 }
 
 }  // namespace beatlas::ingest

@@ -223,9 +223,8 @@ std::vector<std::string> places_told(const std::vector<DicomImage>& images,
 /// The shape of the best stack, with a comma before it; nothing where there is none.
 std::string stack_told(const std::vector<DicomImage>& images, const ImageFiles& files) {
   try {
-    const std::vector<Plane> planes = group_planes(images, files);
-    const std::vector<Candidate> candidates = find_candidates(planes);
-    return candidates.empty() ? "" : ", " + candidates.front().shape_told();
+    const Stacks stacks = find_stacks(images, files);
+    return stacks.candidates.empty() ? "" : ", " + stacks.candidates.front().shape_told();
   } catch (const Error&) {
     return "";  // slices of several sizes: what they are is told when they are chosen
   }

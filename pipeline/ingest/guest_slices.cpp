@@ -111,7 +111,7 @@ std::vector<Slice> slices_of(const std::vector<Place>& places, const ImageSet& c
 bool leads(const Plane& plane, const std::vector<Plane>& planes, const ImageSet& contrast) {
   const std::size_t own = slices_of(plane.places, contrast).size();
   return std::all_of(planes.begin(), planes.end(), [&](const Plane& other) {
-    if (&other == &plane || !nearly_parallel(plane, other)) return true;
+    if (&other == &plane || !could_be_one_stack(plane, other)) return true;
     const std::size_t count = slices_of(other.places, contrast).size();
     return count < own || (count == own && &plane < &other);
   });

@@ -30,24 +30,26 @@ double holds(const Vec3& view, const Vec3& direction) {
   return std::exp(-0.5 * (off_deg / kPlannedDeg) * (off_deg / kPlannedDeg));
 }
 
-}  // namespace
-
-std::vector<Vec3> normals_of_views(const std::vector<Plane>& planes) {
+/// Normals of the views in a plane's frame of reference.
+std::vector<Vec3> views_beside(const Plane& plane, const std::vector<Plane>& planes) {
   const double alike = std::cos(kOneDirectionDeg * kDegree);
   std::vector<Vec3> out;
-  for (const Plane& plane : planes) {
-    const auto cines = std::count_if(plane.places.begin(), plane.places.end(), shows_heart);
-    if (cines == 0 || cines > kMostSlicesOfView) continue;
-    const Vec3 normal = plane.normal_lps();
+  for (const Plane& other : planes) {
+    const auto cines = std::count_if(other.places.begin(), other.places.end(), shows_heart);
+    if (cines == 0 || cines > kMostSlicesOfView || !same_frame(plane.frame, other.frame)) continue;
+    const Vec3 normal = other.normal_lps();
     if (std::none_of(out.begin(), out.end(),
-                     [&](const Vec3& other) { return std::abs(other.dot(normal)) > alike; })) {
+                     [&](const Vec3& known) { return std::abs(known.dot(normal)) > alike; })) {
       out.push_back(normal);
     }
   }
   return out;
 }
 
-double axis_evidence(const Plane& plane, const std::vector<Vec3>& views) {
+}  // namespace
+
+double axis_evidence(const Plane& plane, const std::vector<Plane>& planes) {
+  const std::vector<Vec3> views = views_beside(plane, planes);
   const Vec3 normal = plane.normal_lps();
   double all = 0;
   double met = 0;

@@ -33,8 +33,9 @@ bool same_matrix(const A& a, const B& b) {
          near(a.row_step_mm, b.row_step_mm);
 }
 
-bool same_plane(const Plane& plane, const DicomImage& image) {
-  if (!same_matrix(plane, image) || (plane.row_lps - image.row_lps).norm() >= kSameDirection ||
+bool same_plane(const Plane& plane, const DicomImage& image, const std::string& frame) {
+  if (!same_frame(plane.frame, frame) || !same_matrix(plane, image) ||
+      (plane.row_lps - image.row_lps).norm() >= kSameDirection ||
       (plane.column_lps - image.column_lps).norm() >= kSameDirection) {
     return false;
   }
@@ -297,7 +298,7 @@ std::vector<Place> guests_of(const Plane& plane, const std::vector<Plane>& plane
                       plane.row_lps * (0.5 * (plane.columns - 1) * plane.column_step_mm) +
                       plane.column_lps * (0.5 * (plane.rows - 1) * plane.row_step_mm);
   for (const Plane& other : planes) {
-    if (&other == &plane || !nearly_parallel(plane, other)) continue;
+    if (&other == &plane || !could_be_one_stack(plane, other)) continue;
     const Vec3 other_normal = other.normal_lps();
     for (const Place& seen : other.places) {
       if (seen.cines.empty()) continue;
@@ -330,6 +331,10 @@ bool nearly_parallel(const Plane& a, const Plane& b) {
          std::cos(kNearlyParallelDeg * std::numbers::pi / 180);
 }
 
+bool could_be_one_stack(const Plane& a, const Plane& b) {
+  return same_frame(a.frame, b.frame) && nearly_parallel(a, b);
+}
+
 bool same_pixels(const Plane& a, const Plane& b) {
   return nearly_parallel(a, b) && same_matrix(a, b);
 }
@@ -338,14 +343,19 @@ std::vector<Plane> group_planes(const std::vector<DicomImage>& images, const Ima
   check_sizes(images, files);
   std::vector<Plane> planes;
   std::vector<std::vector<int>> members;
+  const std::vector<std::string> frames = files.join_frames
+                                              ? std::vector<std::string>(images.size())
+                                              : frames_of_reference(images).uids;
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
     const DicomImage& image = images[static_cast<std::size_t>(i)];
+    const std::string& frame = frames[static_cast<std::size_t>(i)];
     std::size_t p = 0;
-    while (p < planes.size() && !same_plane(planes[p], image)) ++p;
+    while (p < planes.size() && !same_plane(planes[p], image, frame)) ++p;
     if (p == planes.size()) {
       planes.push_back(plane_of(image));
       members.emplace_back();
     }
+    if (planes[p].frame.empty()) planes[p].frame = frame;
     members[p].push_back(i);
   }
   for (std::size_t p = 0; p < planes.size(); ++p) {

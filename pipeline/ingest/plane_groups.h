@@ -23,6 +23,8 @@ struct ImageFiles {
   /// The R-R interval that the user gave, 0 if none: it tells several beats apart where the images
   /// name no interval.
   double given_rr_s = 0;
+  /// Planes go across frames of reference.
+  bool join_frames = false;
 };
 
 /// Images of one place that can be the phases of one cine: one series, one contrast.
@@ -56,7 +58,7 @@ struct Place {
   std::vector<ImageSet> cines;  ///< sets of two images and more, best first
 };
 
-/// Parallel slices of one field of view, matrix and pixel size.
+/// Parallel slices of one field of view, matrix, pixel size and frame of reference.
 struct Plane {
   int columns = 0;
   int rows = 0;
@@ -65,10 +67,11 @@ struct Plane {
   double thickness_mm = 0;
   Vec3 row_lps = Vec3::UnitX();
   Vec3 column_lps = Vec3::UnitY();
+  std::string frame;              ///< UID of its frame of reference; empty: unknown
   Vec3 first_lps = Vec3::Zero();  ///< of the first image met; first pixels lie on its normal
   std::vector<Place> places;      ///< ascending along row x column
-  /// Places with cines of other planes that are nearly parallel to this one, ascending; `along_mm`
-  /// is this plane's, where the line through the middle of its images meets them.
+  /// Places with cines of other planes that could be of one stack with this one, ascending;
+  /// `along_mm` is this plane's, where the line through the middle of its images meets them.
   std::vector<Place> guests;
 
   [[nodiscard]] Vec3 normal_lps() const { return row_lps.cross(column_lps); }
@@ -81,9 +84,12 @@ inline constexpr int kMostSlicesOfView = 2;  ///< of one plane; more are a stack
 [[nodiscard]] Grid lattice_of(const Plane& plane, const Vec3& first_lps, double spacing_mm,
                               int slices);
 
-/// Whether slices of two planes could be of one stack, but for their fields of view: their normals
-/// are within kNearlyParallelDeg.
+/// Whether their normals are within kNearlyParallelDeg.
 [[nodiscard]] bool nearly_parallel(const Plane& a, const Plane& b);
+
+/// Whether slices of two planes could be of one stack, but for their fields of view: they are
+/// nearly parallel, and of one frame of reference.
+[[nodiscard]] bool could_be_one_stack(const Plane& a, const Plane& b);
 
 /// Whether they are nearly parallel, of one matrix and pixel size: of one protocol, as far as that
 /// tells.

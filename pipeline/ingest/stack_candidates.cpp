@@ -304,4 +304,28 @@ std::vector<Candidate> find_candidates(const std::vector<Plane>& planes) {
   return out;
 }
 
+Stacks find_stacks(const std::vector<DicomImage>& images, const ImageFiles& files) {
+  Stacks out;
+  out.planes = group_planes(images, files);
+  out.candidates = find_candidates(out.planes);
+  if (frames_of_reference(images).one_a_series) {
+    out.frames_told =
+        "Warning: every series names a frame of reference of its own, which tells nothing; their "
+        "places were taken as of one.";
+  }
+  if (!out.candidates.empty()) return out;
+  ImageFiles joining = files;
+  joining.join_frames = true;
+  Stacks joined;
+  joined.planes = group_planes(images, joining);
+  joined.candidates = find_candidates(joined.planes);
+  if (joined.candidates.empty()) return out;
+  joined.frames_told =
+      "Warning: the slices name several frames of reference, none of which holds a stack; they "
+      "were "
+      "taken together, though the patient may have been moved between them: look at their "
+      "outlines.";
+  return joined;
+}
+
 }  // namespace beatlas::ingest

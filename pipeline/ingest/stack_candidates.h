@@ -41,6 +41,16 @@ inline constexpr std::size_t kLeastSlices = 3;
 /// stack_rank.h tells.
 [[nodiscard]] std::vector<Candidate> find_candidates(const std::vector<Plane>& planes);
 
+/// The planes of an exam and its possible stacks.
+struct Stacks {
+  std::vector<Plane> planes;
+  std::vector<Candidate> candidates;  ///< of the planes
+  std::string frames_told;            ///< what was odd about frames of reference; may be empty
+};
+
+/// Slices of several frames of reference are in one plane only where no frame has a stack.
+[[nodiscard]] Stacks find_stacks(const std::vector<DicomImage>& images, const ImageFiles& files);
+
 /// What follows from a candidate's slices, all but its plane. @param candidate of two slices at
 /// least
 void finish(Candidate& candidate);

@@ -296,22 +296,22 @@ std::vector<std::size_t> order_of_trial(const std::vector<Candidate>& candidates
 struct Trials {
   const std::vector<DicomImage>& images;
   const IngestOptions& options;
-  const std::vector<Plane>& planes;
-  const std::vector<Candidate>& candidates;
+  const Stacks& stacks;
   std::vector<Candidate> wholes;      ///< gathered of several fields of view
   std::size_t first = 0;              ///< the candidate that is tried first
   std::optional<Error> why_not = {};  ///< of the first candidate that failed
 
   /// Stacks that were left and could have been meant as well.
   void tell_rivals(std::size_t taken, std::vector<std::string>& decisions) const {
-    const std::string axis = other_axis_told(candidates, taken);
+    const std::string axis = other_axis_told(stacks.candidates, taken);
     if (!axis.empty()) decisions.push_back(axis);
   }
   /// @param i the candidate's number for which it stands
   std::optional<Choice> one(const Candidate& candidate, std::size_t i,
                             std::optional<Error>& failed) const {
     Choice choice;
-    choice.decisions.push_back(listed(candidates, i, options.stack > 0));
+    if (!stacks.frames_told.empty()) choice.decisions.push_back(stacks.frames_told);
+    choice.decisions.push_back(listed(stacks.candidates, i, options.stack > 0));
     std::vector<std::string> timing;
     try {
       choice.stack = build(candidate, images, options, choice.decisions);
@@ -328,20 +328,20 @@ struct Trials {
     choice.decisions.insert(choice.decisions.end(), timing.begin(), timing.end());
     if (options.stack == 0) tell_rivals(i, choice.decisions);
     if (candidate.mixed) choice.decisions.push_back(mixed_told());
-    choose_views(planes, *candidate.plane, candidate.good, options, choice);
+    choose_views(stacks.planes, *candidate.plane, candidate.good, options, choice);
     return choice;
   }
   /// The i-th candidate with slices that other fields of view hold; else as it is.
   std::optional<Choice> one_completed(std::size_t i) {
     std::optional<Error> ignored;
     for (const Candidate& whole : wholes) {
-      if (!acquired_among(candidates[i], whole)) continue;
+      if (!acquired_among(stacks.candidates[i], whole)) continue;
       if (auto choice = one(whole, i, ignored)) return choice;
     }
-    if (const auto whole = completed(candidates[i], images)) {
+    if (const auto whole = completed(stacks.candidates[i], images)) {
       if (auto choice = one(*whole, i, ignored)) return choice;
     }
-    return one(candidates[i], i, why_not);
+    return one(stacks.candidates[i], i, why_not);
   }
 };
 
@@ -351,15 +351,16 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
                     const ImageFiles& files) {
   ImageFiles asked = files;
   asked.given_rr_s = options.rr_interval_s;
-  const std::vector<Plane> planes = group_planes(images, asked);
-  const std::vector<Candidate> candidates = find_candidates(planes);
+  const Stacks stacks = find_stacks(images, asked);
+  const std::vector<Plane>& planes = stacks.planes;
+  const std::vector<Candidate>& candidates = stacks.candidates;
   if (candidates.empty()) no_stack(planes, images);
   if (options.stack > static_cast<int>(candidates.size())) {
     throw_invalid("there is no stack " + std::to_string(options.stack) +
                   " (--stack): " + listed(candidates, candidates.size(), false));
   }
   const std::size_t first = options.stack > 0 ? static_cast<std::size_t>(options.stack) - 1 : 0;
-  Trials trials{images, options, planes, candidates, gathered(planes, false), first};
+  Trials trials{images, options, stacks, gathered(planes, false), first};
   for (const std::size_t i : order_of_trial(candidates, first, options.stack > 0)) {
     if (auto choice = trials.one_completed(i)) return *std::move(choice);
   }

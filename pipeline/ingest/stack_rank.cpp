@@ -21,7 +21,8 @@ auto rank(const Candidate& candidate) {
   return std::make_tuple(candidate.ordinary, !candidate.secondary, candidate.good,
                          candidate.short_axis, candidate.usual, weighed_slices(candidate),
                          candidate.one_field, candidate.uniform, candidate.originals,
-                         !candidate.mixed, candidate.one_series, candidate.phases);
+                         candidate.views_met > 0, !candidate.mixed, candidate.one_series,
+                         candidate.phases);
 }
 
 /// Whether the second of two stacks is the first one, taken again in another field of view.
@@ -31,18 +32,22 @@ bool is_repeat(const Candidate& first, const Candidate& second) {
          latest_series(first) < latest_series(second);
 }
 
-double evidence(const Candidate& candidate) {
-  return candidate.views_met + (is_oblique(*candidate.plane) ? kObliqueEvidence : 0);
-}
-
 void find_axis(std::vector<Candidate>& candidates, const std::vector<Plane>& planes) {
-  const std::vector<Vec3> views = normals_of_views(planes);
+  for (Candidate& one : candidates) one.views_met = axis_evidence(*one.plane, planes);
+  // A heart that was imaged in two frames of reference lies about the same in both.
+  std::vector<double> evidence;
   double best = 0;
-  for (Candidate& one : candidates) {
-    one.views_met = axis_evidence(*one.plane, views);
-    if (one.ordinary) best = std::max(best, evidence(one));
+  for (const Candidate& one : candidates) {
+    double met = 0;
+    for (const Candidate& other : candidates) {
+      if (one_direction(*one.plane, *other.plane)) met = std::max(met, other.views_met);
+    }
+    evidence.push_back(met + (is_oblique(*one.plane) ? kObliqueEvidence : 0));
+    if (one.ordinary) best = std::max(best, evidence.back());
   }
-  for (Candidate& one : candidates) one.short_axis = evidence(one) >= kPlausible * best;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    candidates[i].short_axis = evidence[i] >= kPlausible * best;
+  }
 }
 
 }  // namespace
@@ -79,6 +84,9 @@ std::string why_before(const Candidate& first, const Candidate& second) {
   if (first.slices.size() != second.slices.size()) return "it has most parallel slices";
   if (first.uniform != second.uniform) return "its slices have one contrast";
   if (first.originals != second.originals) return "it has more original images, not derived ones";
+  if ((first.views_met > 0) != (second.views_met > 0)) {
+    return "views of its frame of reference lie beside it";
+  }
   if (first.mixed != second.mixed) return "its slices have one heart rate";
   if (first.one_series != second.one_series) return "its slices are one series";
   if (first.phases != second.phases) return "it has as many slices and most phases";

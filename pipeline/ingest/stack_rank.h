@@ -12,7 +12,8 @@ namespace beatlas::ingest {
 /// short axis; then puts the best first. What counts, in this order:
 /// an ordinary cine; no secondary copies; trigger times and 8 phases; a short axis; the contrast of
 /// the exam's cines; number of slices, two thirds of it where they share no field of view; one
-/// field of view; one contrast; originals; not mixed; one series; number of phases; then, of one
+/// field of view; one contrast; originals; views of its frame of reference; not mixed;
+/// one series; number of phases; then, of one
 /// contrast and direction, the later series, else the scan's order of planes.
 ///
 /// A short axis may be each stack that has half of the best one's evidence: the share of views that

@@ -15,6 +15,8 @@ namespace {
 
 /// What becomes neither part of the stack nor a view, and views that the given times do not fit.
 struct LeftOut {
+  std::set<int> of_frames;     ///< series of other frames of reference than the stack's
+  std::size_t parallel = 0;    ///< cines of them that are parallel to the stack
   std::set<int> cines;         ///< their series
   std::size_t own_times = 0;   ///< views of another number of frames than times were given
   std::size_t incomplete = 0;  ///< slices parallel to the stack that are no cine
@@ -46,6 +48,13 @@ bool usable_as_view(const ImageSet& set, bool all_many_beats, bool good) {
          (!good || (set.timing.by_trigger && set.frames() >= kLeastFramesToBlend));
 }
 
+/// Notes cines of another frame of reference than the stack's.
+void note_other_frame(const Place& place, const Plane& plane, const Plane& stack_plane,
+                      LeftOut& left) {
+  for (const ImageSet& set : place.cines) left.of_frames.insert(set.series_number);
+  left.parallel += !place.cines.empty() && nearly_parallel(plane, stack_plane) ? 1 : 0;
+}
+
 /// Secondary copies and cines of another contrast than the exam's are views only where no better
 /// cine was planned in their direction.
 bool outdone(const Plane& plane, const std::vector<Plane>& planes) {
@@ -59,7 +68,8 @@ bool outdone(const Plane& plane, const std::vector<Plane>& planes) {
     return most;
   };
   return std::any_of(planes.begin(), planes.end(), [&](const Plane& other) {
-    return one_direction(plane, other) && worth(other) > worth(plane);
+    return same_frame(plane.frame, other.frame) && one_direction(plane, other) &&
+           worth(other) > worth(plane);
   });
 }
 
@@ -83,6 +93,19 @@ ChosenCine view_of(const Plane& plane, const Place& place, const IngestOptions& 
   return view;
 }
 
+void tell_other_frames(const LeftOut& left, Choice& choice) {
+  if (left.of_frames.empty()) return;
+  const bool one = left.of_frames.size() == 1;
+  std::string out = "Warning: " + series_list(left.of_frames) + (one ? " names" : " name");
+  out += " another frame of reference than the stack, as if the patient had been moved, and ";
+  out += one ? "was left" : "were left";
+  if (left.parallel > 0) {
+    out += ", with " + counted(left.parallel, "slice that is", "slices that are");
+    out += " parallel to it: see whether the stack is whole, or choose with --series";
+  }
+  choice.decisions.push_back(out + '.');
+}
+
 void tell_views(const LeftOut& left, Choice& choice) {
   if (!choice.views.empty()) {
     std::set<int> numbers;
@@ -97,6 +120,7 @@ void tell_views(const LeftOut& left, Choice& choice) {
         "two slices, or that another cine of the same place outdoes (" +
         series_list(left.cines) + ").");
   }
+  tell_other_frames(left, choice);
   if (left.own_times > 0) {
     choice.decisions.push_back(counted(left.own_times, "view has", "views have") +
                                " another number of frames than times were given and " +
@@ -149,6 +173,10 @@ void choose_views(const std::vector<Plane>& planes, const Plane& stack_plane, bo
   for (const Plane& plane : planes) {
     int cines = 0;
     for (const Place& place : plane.places) cines += place.cines.empty() ? 0 : 1;
+    if (!same_frame(plane.frame, stack_plane.frame)) {
+      for (const Place& place : plane.places) note_other_frame(place, plane, stack_plane, left);
+      continue;
+    }
     for (const Place& place : plane.places) {
       note_left(place, same_pixels(plane, stack_plane), used, left);
       if (place.cines.empty()) continue;

@@ -87,19 +87,21 @@ TEST(StackRank, WithoutViewsAnObliqueStackIsTakenAndTheOtherTold) {
 }
 
 TEST(StackRank, EvidenceIsTheShareOfViewsThatMeet) {
-  Plane plane;
-  plane.row_lps = kAxis.unitOrthogonal();
-  plane.column_lps = kAxis.cross(plane.row_lps);
-  const auto normal = [](double turn_deg) {
-    const auto image = view(kAxis, turn_deg, 1).front();
-    return image.row_lps.cross(image.column_lps);
+  const auto evidence = [](const std::vector<std::vector<DicomImage>>& views) {
+    auto images = across(kAxis, {.first_series = 10});
+    for (const auto& one : views) append(images, one);
+    const std::vector<Plane> planes = group_planes(images, test::no_files());
+    return axis_evidence(planes.front(), planes);
   };
-  EXPECT_NEAR(axis_evidence(plane, {normal(0), normal(60), normal(120)}), 1, 1e-9);
-  EXPECT_EQ(axis_evidence(plane, {normal(0)}), 0);
-  EXPECT_EQ(axis_evidence(plane, {normal(0), normal(20)}), 0);
-  EXPECT_EQ(axis_evidence(plane, {normal(0), kAxis}), 0) << "a slice of the stack is no view";
+  const auto turned_view = [](double turn_deg) { return view(kAxis, turn_deg, 1); };
+  EXPECT_NEAR(evidence({turned_view(0), turned_view(60), turned_view(120)}), 1, 1e-9);
+  EXPECT_EQ(evidence({turned_view(0)}), 0);
+  EXPECT_EQ(evidence({turned_view(0), turned_view(20)}), 0);
+  EXPECT_EQ(evidence({turned_view(0), across(kAxis, {.slices = 1, .pixels = 32})}), 0)
+      << "a slice parallel to the stack is no view";
   // One view of three lies elsewhere: of three pairs one meets.
-  const double most = axis_evidence(plane, {normal(0), normal(90), Vec3(1, 1, 1).normalized()});
+  const double most = evidence(
+      {turned_view(0), turned_view(90), across(Vec3(1, 1, 1).normalized(), {.slices = 1})});
   EXPECT_GT(most, 0.2);
   EXPECT_LT(most, 0.8);
 }
@@ -260,6 +262,83 @@ TEST(StackRank, ContrastsAreComparedByWhatTellsThemApart) {
   EXPECT_FALSE(one_protocol(cine, with([](Contrast& c) { c.flip_deg = 10; })));
   EXPECT_TRUE(is_spoiled({.sequence = "GR\nMP\\SP"}));
   EXPECT_FALSE(is_spoiled({.sequence = "GR\nOSP\\SS"}));
+}
+
+TEST(StackRank, SlicesOfSeveralFramesOfReferenceAreNotPutInOneStack) {
+  // Half of a stack, all of it half a step on, and one slice again.
+  auto images = across(kAxis, {.slices = 6});
+  for (DicomImage& image : images)
+    image.frame_of_reference_uid = image.series_number > 2 ? "b" : "a";
+  const Choice half = choose(images);
+  EXPECT_EQ(half.stack.slices.size(), 4U) << joined(half.decisions);
+  EXPECT_TRUE(told(half.decisions,
+                   "Warning: series 1, 2 name another frame of reference than the stack, as if the "
+                   "patient had been moved, and were left, with 2 slices that are parallel to it"))
+      << joined(half.decisions);
+  images = across(kAxis, {.slices = 6});
+  append(images,
+         across(kAxis, {.slices = 6, .first_series = 20, .origin = 4 * kAxis, .frame = "b"}));
+  const Choice twice = choose(images);
+  EXPECT_EQ(twice.stack.slices.size(), 6U) << joined(twice.decisions);
+  EXPECT_NEAR(twice.stack.grid.spacing_mm()[2], 8, 1e-6);
+  images = across(kAxis, {.slices = 6});
+  append(images,
+         across(kAxis, {.slices = 1, .first_series = 20, .origin = 16 * kAxis, .frame = "b"}));
+  for (const ImageSet& set : choose(images).stack.slices) EXPECT_LT(set.series_number, 20);
+  // Views speak for a stack of their own frame, but not for a part of one against a whole.
+  for (const int slices : {4, 6}) {
+    images = across(kAxis, {.slices = slices});
+    append(images, across(kAxis, {.slices = 6, .first_series = 20, .frame = "b"}));
+    append(images, view(kAxis, 0, 40));
+    append(images, view(kAxis, 90, 41));
+    const int first = choose(images).stack.slices.front().series_number;
+    EXPECT_EQ(first >= 20, slices == 4) << first;
+  }
+  // A guest of another frame is none, one that does not say is.
+  images = across(kAxis, {.slices = 6});
+  append(
+      images,
+      across(kAxis,
+             {.slices = 1, .first_series = 20, .origin = 48 * kAxis, .pixels = 80, .frame = "b"}));
+  EXPECT_EQ(choose(images).stack.slices.size(), 6U);
+  images = changed(images, [](DicomImage& image) {
+    if (image.frame_of_reference_uid == "b") image.frame_of_reference_uid.clear();
+  });
+  EXPECT_EQ(choose(images).stack.slices.size(), 7U);
+}
+
+TEST(StackRank, ViewsOfAnotherFrameOfReferenceAreLeftAndTold) {
+  auto images = across(kAxis, {.slices = 6});
+  for (const int turn_deg : {0, 60, 120}) {
+    append(images, changed(view(kAxis, turn_deg, 20 + turn_deg),
+                           [](DicomImage& image) { image.frame_of_reference_uid = "b"; }));
+  }
+  const Choice choice = choose(images);
+  EXPECT_TRUE(choice.views.empty());
+  EXPECT_TRUE(told(choice.decisions, "Warning: series 20, 80, 140 name another frame"))
+      << joined(choice.decisions);
+}
+
+TEST(StackRank, FramesOfReferenceThatTellNothingKeepNothingApart) {
+  // One a series, one an image, and where no frame has a stack.
+  auto images = across(kAxis, {.slices = 6});
+  for (DicomImage& image : images) image.frame_of_reference_uid = image.series_uid;
+  const Choice a_series = choose(images);
+  EXPECT_EQ(a_series.stack.slices.size(), 6U);
+  EXPECT_TRUE(told(a_series.decisions, "Warning: every series names a frame of reference"));
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    images[i].frame_of_reference_uid = std::to_string(i);
+  }
+  const Choice an_image = choose(images);
+  EXPECT_EQ(an_image.stack.slices.size(), 6U);
+  EXPECT_FALSE(told(an_image.decisions, "frame")) << joined(an_image.decisions);
+  images = across(kAxis, {.slices = 4});
+  for (DicomImage& image : images)
+    image.frame_of_reference_uid = image.series_number > 2 ? "b" : "a";
+  const Choice joint = choose(images);
+  EXPECT_EQ(joint.stack.slices.size(), 4U);
+  EXPECT_TRUE(told(joint.decisions, "Warning: the slices name several frames of reference, none"))
+      << joined(joint.decisions);
 }
 
 }  // namespace
