@@ -33,24 +33,12 @@ double nearest_mm(const std::vector<Slice>& slices, double along_mm) {
   return nearest;
 }
 
-/// Mean over the slices that tell one [s]; 0 if none does.
-double rr_of(const std::vector<Slice>& slices) {
-  double sum = 0;
-  int known = 0;
-  for (const auto& [place, set] : slices) {
-    if (set->timing.rr_s <= 0) continue;
-    sum += set->timing.rr_s;
-    ++known;
-  }
-  return known > 0 ? sum / known : 0;
-}
-
 /// The set of a place that could be a slice of a candidate; null if none.
-const ImageSet* like_those_of(const Place& guest, const Candidate& own, double own_rr_s) {
+const ImageSet* like_those_of(const Place& guest, const Candidate& own) {
   const ImageSet& first = *own.slices.front().second;
   for (const ImageSet& set : guest.cines) {
     if (set.ordinary() && set.timing.by_trigger == first.timing.by_trigger &&
-        same_rate(set.timing.rr_s, own_rr_s) && 2 * set.frames() >= own.phases &&
+        same_rate(set.timing.rr_s, own.rr_s) && 2 * set.frames() >= own.phases &&
         same_contrast(first, set)) {
       return &set;
     }
@@ -61,10 +49,9 @@ const ImageSet* like_those_of(const Place& guest, const Candidate& own, double o
 /// Guests that could be slices of a candidate, best first.
 std::vector<Slice> fitting(const Candidate& own, const std::vector<DicomImage>& images) {
   std::vector<Slice> out;
-  const double rr_s = rr_of(own.slices);
   const Grid field = lattice_of(*own.plane, own.plane->first_lps, 1, 1);
   for (const Place& guest : own.plane->guests) {
-    const ImageSet* set = like_those_of(guest, own, rr_s);
+    const ImageSet* set = like_those_of(guest, own);
     if (set == nullptr) continue;
     const DicomImage& image = images[static_cast<std::size_t>(set->images.front())];
     if (SliceResampling(image, field, 0).shows_middle()) out.emplace_back(&guest, set);

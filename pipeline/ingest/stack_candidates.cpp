@@ -18,7 +18,7 @@ namespace beatlas::ingest {
 namespace {
 
 constexpr double kAlikeCount = 0.9;  // share of the common number of frames that still counts as it
-constexpr int kNextSeries = 3;       // series of one acquisition follow each other
+constexpr int kNextSteps = 3;        // scouts and repeats may lie between two series of one stack
 
 /// The number of frames that most slices have, weighed by how much of the cycle it shows.
 int common_count(const Candidate& candidate) {
@@ -51,40 +51,65 @@ int first_series(const Candidate& candidate) {
   return out;
 }
 
-/// Series that follow each other in number at one heart rate: of a place that they imaged twice the
-/// later set, unless it has fewer frames.
-std::vector<Candidate> acquisitions(const Plane& plane) {
-  std::vector<std::pair<const Place*, const ImageSet*>> all;
+using Slices = std::vector<std::pair<const Place*, const ImageSet*>>;
+
+/// Sets of a plane that tell a heart rate, in the order of their series.
+Slices in_order_of_series(const Plane& plane) {
+  Slices out;
   for (const Place& place : plane.places) {
     for (const ImageSet& set : place.cines) {
-      if (!set.merged && set.timing.rr_s > 0) all.emplace_back(&place, &set);
+      if (!set.merged && set.timing.rr_s > 0) out.emplace_back(&place, &set);
     }
   }
-  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+  std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) {
     return a.second->series_number < b.second->series_number;
   });
+  return out;
+}
+
+/// By how much the number grows from one series to the next: scanners count by one or by the
+/// thousand.
+int usual_step(const Slices& in_order) {
+  std::vector<int> steps;
+  for (std::size_t i = 1; i < in_order.size(); ++i) {
+    const int step = in_order[i].second->series_number - in_order[i - 1].second->series_number;
+    if (step > 0) steps.push_back(step);
+  }
+  if (steps.empty()) return 1;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+/// Series that follow each other at one heart rate. Of a place that they imaged twice the later set
+/// counts, unless it has fewer frames or is less of a cine; or, `once`, another acquisition begins.
+std::vector<Candidate> acquisitions(const Plane& plane, bool once) {
   std::vector<Candidate> out;
   double mean_s = 0;
   int count = 0;
   int last = 0;
+  const Slices all = in_order_of_series(plane);
+  const int far = kNextSteps * usual_step(all);
   for (const auto& [place, set] : all) {
-    const double rr_s = set->timing.rr_s;
-    const bool next =
-        !out.empty() && set->series_number - last <= kNextSeries && same_rate(rr_s, mean_s);
+    const auto place_of = [place = place](const auto& one) { return one.first == place; };
+    const bool again =
+        !out.empty() && std::any_of(out.back().slices.begin(), out.back().slices.end(), place_of);
+    const bool next = !out.empty() && set->series_number - last <= far &&
+                      same_rate(set->timing.rr_s, mean_s) && !(once && again);
     if (!next) {
       out.emplace_back();
       count = 0;
       mean_s = 0;
     }
-    mean_s = (mean_s * count + rr_s) / (count + 1);
+    mean_s = (mean_s * count + set->timing.rr_s) / (count + 1);
     ++count;
     last = set->series_number;
-    auto& slices = out.back().slices;
-    const auto had = std::find_if(slices.begin(), slices.end(),
-                                  [place = place](const auto& one) { return one.first == place; });
+    Slices& slices = out.back().slices;
+    const auto had = std::find_if(slices.begin(), slices.end(), place_of);
     if (had == slices.end()) {
       slices.emplace_back(place, set);
-    } else if (set->frames() >= had->second->frames() &&
+    } else if (set->frames() >= had->second->frames() && set->usual >= had->second->usual &&
+               set->secondary() <= had->second->secondary() &&
                set->series_number > had->second->series_number) {
       had->second = set;
     }
@@ -92,6 +117,32 @@ std::vector<Candidate> acquisitions(const Plane& plane) {
   for (Candidate& candidate : out) {
     std::sort(candidate.slices.begin(), candidate.slices.end(),
               [](const auto& a, const auto& b) { return a.first < b.first; });
+  }
+  return out;
+}
+
+/// All slices of one heart rate, the best of each place, wherever they lie in the order of series:
+/// in the order of R-R intervals rates part where one is far from the next. Nothing where all are
+/// of one.
+std::vector<Candidate> heart_rates(const Plane& plane) {
+  Slices all = in_order_of_series(plane);
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.second->timing.rr_s < b.second->timing.rr_s;
+  });
+  std::vector<std::set<const ImageSet*>> rates;
+  double last_s = 0;
+  for (const auto& [place, set] : all) {
+    if (rates.empty() || !same_rate(set->timing.rr_s, last_s)) rates.emplace_back();
+    last_s = set->timing.rr_s;
+    rates.back().insert(set);
+  }
+  std::vector<Candidate> out(rates.size() > 1 ? rates.size() : 0);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (const Place& place : plane.places) {
+      for (const ImageSet& set : place.cines) {
+        if (rates[i].count(&set) > 0) add(out[i], place, set);
+      }
+    }
   }
   return out;
 }
@@ -208,7 +259,12 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
   for (std::size_t i = 0, wholes = 1 + by_contrast.size(); i < wholes; ++i) {
     for (Candidate& part : interleaved(out[i])) out.push_back(std::move(part));
   }
-  for (Candidate& one : acquisitions(plane)) out.push_back(std::move(one));
+  for (Candidate& one : acquisitions(plane, false)) out.push_back(std::move(one));
+  for (Candidate& one :
+       acquisitions(plane, true)) {  // where one slice came twice, its halves are none
+    if (one.slices.size() == all.slices.size()) out.push_back(std::move(one));
+  }
+  for (Candidate& one : heart_rates(plane)) out.push_back(std::move(one));
   return finished(std::move(out), plane);
 }
 
@@ -265,6 +321,8 @@ void finish(Candidate& candidate) {
       2 * by_trigger > candidate.slices.size() && candidate.phases >= kLeastFramesToBlend;
   double shortest = 0;
   double longest = 0;
+  double sum = 0;
+  int told = 0;
   bool choice = false;
   for (const auto& [place, set] : candidate.slices) {
     choice = choice || place->cines.size() > 1;
@@ -272,7 +330,10 @@ void finish(Candidate& candidate) {
     if (rr_s <= 0) continue;
     shortest = shortest > 0 ? std::min(shortest, rr_s) : rr_s;
     longest = std::max(longest, rr_s);
+    sum += rr_s;
+    ++told;
   }
+  candidate.rr_s = told > 0 ? sum / told : 0;
   candidate.mixed = choice && !candidate.one_series && !same_rate(shortest, longest);
   std::vector<double> gaps;
   for (std::size_t i = 1; i < candidate.slices.size(); ++i) {

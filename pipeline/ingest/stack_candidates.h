@@ -26,6 +26,7 @@ struct Candidate {
   bool mixed = false;       ///< R-R intervals differ much, and a place was imaged more than once
   int phases = 0;           ///< what most slices have
   double spacing_mm = 0;    ///< median gap
+  double rr_s = 0;          ///< mean of the R-R intervals that its slices tell; 0 if none does
 
   /// "6 slices x 25 phases, 17.70 mm apart, oblique".
   [[nodiscard]] std::string shape_told() const;
@@ -37,8 +38,8 @@ inline constexpr std::size_t kLeastSlices = 3;
 
 /// All possible stacks, of kLeastSlices slices and more: of each plane the best set of every place,
 /// the best of one contrast, each series alone, series that follow each other at one heart rate,
-/// and the even stacks that interleave; and what is gathered of contrasts without any. Ranked as
-/// stack_rank.h tells.
+/// all of one heart rate, and the even stacks that interleave; and what is gathered of contrasts
+/// without any. Ranked as stack_rank.h tells.
 [[nodiscard]] std::vector<Candidate> find_candidates(const std::vector<Plane>& planes);
 
 /// The planes of an exam and its possible stacks.

@@ -303,8 +303,10 @@ struct Trials {
 
   /// Stacks that were left and could have been meant as well.
   void tell_rivals(std::size_t taken, std::vector<std::string>& decisions) const {
-    const std::string axis = other_axis_told(stacks.candidates, taken);
-    if (!axis.empty()) decisions.push_back(axis);
+    for (const std::string& rival :
+         {other_axis_told(stacks.candidates, taken), other_rate_told(stacks.candidates, taken)}) {
+      if (!rival.empty()) decisions.push_back(rival);
+    }
   }
   /// @param i the candidate's number for which it stands
   std::optional<Choice> one(const Candidate& candidate, std::size_t i,

@@ -1,6 +1,7 @@
 #include "pipeline/ingest/stack_rank.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <tuple>
 
 #include "pipeline/ingest/heart_axis.h"
@@ -115,6 +116,28 @@ std::string other_axis_told(const std::vector<Candidate>& candidates, std::size_
            std::to_string(chosen + 1) + " and " + std::to_string(i + 1) +
            " lies across the heart's axis; look at the images, and take the other with --stack " +
            std::to_string(i + 1) + " if it is the short axis.";
+  }
+  return {};
+}
+
+std::string other_rate_told(const std::vector<Candidate>& candidates, std::size_t chosen) {
+  if (chosen >= candidates.size()) return {};
+  const Candidate& taken = candidates[chosen];
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Candidate& other = candidates[i];
+    if (other.ordinary != taken.ordinary || other.secondary != taken.secondary ||
+        other.good != taken.good || other.usual != taken.usual || other.mixed ||
+        weighed_slices(other) < weighed_slices(taken) || turned(*other.plane, *taken.plane) ||
+        same_rate(other.rr_s, taken.rr_s)) {
+      continue;
+    }
+    char intervals[64];
+    std::snprintf(intervals, sizeof(intervals), "R-R %.0f instead of %.0f ms", 1e3 * other.rr_s,
+                  1e3 * taken.rr_s);
+    return "Warning: possible stack " + std::to_string(i + 1) +
+           " is as large and of another heart rate (" + intervals +
+           "), as rest and stress are; take it with --stack " + std::to_string(i + 1) +
+           " if it is the one that is meant.";
   }
   return {};
 }

@@ -341,5 +341,44 @@ TEST(StackRank, FramesOfReferenceThatTellNothingKeepNothingApart) {
       << joined(joint.decisions);
 }
 
+TEST(StackRank, RestAndStressArePartedHoweverSeriesAreNumbered) {
+  for (const int step : {1, 1000}) {
+    for (const int slices : {5, 6}) {
+      auto images = across(kAxis, {.rr_ms = 850});
+      append(images, across(kAxis, {.slices = slices, .first_series = 20, .rr_ms = 470}));
+      for (DicomImage& image : images) {
+        image.series_number *= step;
+        image.series_uid = std::to_string(image.series_number);
+      }
+      const Choice choice = choose(images);
+      ASSERT_EQ(choice.stack.slices.size(), 6U);
+      const bool rest = choice.stack.slices.front().series_number < 20 * step;
+      EXPECT_EQ(rest, slices == 5) << "of equals the later";
+      for (const ImageSet& set : choice.stack.slices) {
+        EXPECT_EQ(set.series_number < 20 * step, rest) << joined(choice.decisions);
+      }
+      // The other is there to be asked for, and told if it is as large.
+      const Choice other = choose(images, {.stack = slices == 5 ? 3 : 2});
+      for (const ImageSet& set : other.stack.slices) {
+        EXPECT_EQ(set.series_number < 20 * step, !rest) << joined(other.decisions);
+      }
+      EXPECT_EQ(told(choice.decisions,
+                     "Warning: possible stack 2 is as large and of another heart rate (R-R 850 "
+                     "instead of 470 ms)"),
+                slices == 6)
+          << joined(choice.decisions);
+    }
+  }
+}
+
+TEST(StackRank, AStackThatWasTakenAgainIsListedWhole) {
+  auto images = across(kAxis, {});
+  append(images, across(kAxis, {.first_series = 7}));
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.front().series_number, 7) << joined(choice.decisions);
+  EXPECT_EQ(choose(images, {.stack = 2}).stack.slices.back().series_number, 6)
+      << joined(choice.decisions);
+}
+
 }  // namespace
 }  // namespace beatlas::ingest::stack_rank_tests
