@@ -47,6 +47,14 @@ std::optional<std::vector<int>> ordered_by(const std::vector<FrameStamp>& stamps
   return order;
 }
 
+/// Whether images lie in the order of their numbers, or in its reverse; also if they have none. A
+/// clock that says otherwise may be that of whoever wrote the files.
+bool in_order_of_number(const std::vector<FrameStamp>& stamps, const std::vector<int>& order) {
+  const auto numbered = ordered_by(stamps, &FrameStamp::instance);
+  return !numbered || *numbered == order ||
+         std::equal(order.begin(), order.end(), numbered->rbegin(), numbered->rend());
+}
+
 struct Steps {
   double median = 0;
   double most = 0;
@@ -101,7 +109,9 @@ std::optional<SliceTiming> by_clock_of_beats(const std::vector<FrameStamp>& stam
   const auto order = ordered_by(stamps, &FrameStamp::acquisition_s);
   if (!order || order->size() < kLeastOfMany) return std::nullopt;
   const Steps steps = steps_of(stamps, *order, &FrameStamp::acquisition_s);
-  if (steps.most > kMostUnevenStep * steps.median) return std::nullopt;
+  if (steps.most > kMostUnevenStep * steps.median || !in_order_of_number(stamps, *order)) {
+    return std::nullopt;
+  }
   SliceTiming out;
   out.order = *order;
   const double start_s = *stamps[static_cast<std::size_t>(order->front())].acquisition_s;
@@ -142,15 +152,21 @@ std::optional<SliceTiming> by_order(const std::vector<FrameStamp>& stamps) {
     const char* name;
     bool clock;
   };
+  std::string contradicted;
   for (const Key& key : {Key{&FrameStamp::temporal_position, "TemporalPosition", false},
                          Key{&FrameStamp::acquisition_s, "AcquisitionTime", true},
                          Key{&FrameStamp::content_s, "ContentTime", true},
                          Key{&FrameStamp::instance, "InstanceNumber", false}}) {
     const auto order = ordered_by(stamps, key.field);
     if (!order || (key.clock && !sound(steps_of(stamps, *order, key.field)))) continue;
+    if (key.clock && !in_order_of_number(stamps, *order)) {
+      contradicted += (contradicted.empty() ? ", against " : " and ") + std::string(key.name);
+      continue;
+    }
     SliceTiming out;
     out.order = *order;
     out.source = key.name;
+    if (!contradicted.empty()) out.note = contradicted + ", which jumps from number to number,";
     return out;
   }
   return std::nullopt;
@@ -202,7 +218,7 @@ std::optional<SliceTiming> time_slice(const std::vector<FrameStamp>& stamps, dou
   } else {
     out = by_order(stamps);
     if (!out) return std::nullopt;
-    out->note = triggers.why_not + ", frames were ordered by " + out->source;
+    out->note = triggers.why_not + ", frames were ordered by " + out->source + out->note;
     space_out(*out, stamps.front().frame_time_ms.value_or(0) * 1e-3, printed_s, given_rr_s);
   }
   out->many_beats = many_beats;

@@ -45,8 +45,9 @@ inline constexpr double kMostRrS = 3.0;
 ///   go on for 1.8 R-R intervals and more, the first is kept; so it is of other recorded times.
 ///   Times that step by whole beats are no times of a cine.
 /// - Else FrameTimeVector gives the times; else the order is that of TemporalPosition, then of
-///   AcquisitionTime and ContentTime if they step evenly within a beat, then of InstanceNumber, in
-///   steps of FrameTime if they fit the R-R interval, else evenly over it.
+///   AcquisitionTime and ContentTime if they step evenly within a beat in the order of
+///   InstanceNumber or its reverse, then of InstanceNumber, in steps of FrameTime if they fit the
+///   R-R interval, else evenly over it.
 /// - The R-R interval is NominalInterval (or HeartRate); where recorded times contradict it, or it
 ///   is absent, frames x mean step. NominalInterval is printed in whole ms: even steps that agree
 ///   with it to rounding give the finer value.

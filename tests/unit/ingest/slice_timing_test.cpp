@@ -165,7 +165,7 @@ TEST(SliceTiming, OrderIsTakenFromTheMostTrustedField) {
   EXPECT_EQ(time_slice(stamps)->source, "ContentTime");
   EXPECT_EQ(first(), 0);
   for (std::size_t i = 0; i < 20; ++i) {
-    stamps[i].acquisition_s = 100 + 0.04 * static_cast<double>((i + 1) % 20);
+    stamps[i].acquisition_s = 100 + 0.04 * static_cast<double>(19 - i);
   }
   EXPECT_EQ(time_slice(stamps)->source, "AcquisitionTime");
   EXPECT_EQ(first(), 19);
@@ -179,6 +179,25 @@ TEST(SliceTiming, OrderIsTakenFromTheMostTrustedField) {
   for (std::size_t i = 0; i < 20; ++i)
     stamps[i].trigger_ms = static_cast<double>((i + 4) % 20) * 45;
   EXPECT_EQ(first(), 16);
+}
+
+TEST(SliceTiming, AClockThatContradictsTheNumbersIsNotBelieved) {
+  // Images that were written in parallel, and a pair of frames that was swapped.
+  for (const bool shuffled : {true, false}) {
+    for (const auto clock : {&FrameStamp::content_s, &FrameStamp::acquisition_s}) {
+      auto stamps = untimed(20);
+      for (std::size_t i = 0; i < 20; ++i) {
+        stamps[i].*clock = 100 + 0.04 * static_cast<double>(shuffled ? (7 * i) % 20 : i ^ 1U);
+      }
+      const auto timing = time_slice(stamps);
+      EXPECT_EQ(timing->source, "InstanceNumber");
+      EXPECT_EQ(timing->order.front(), 19);
+      EXPECT_NE(timing->note.find("Time, which jumps from number to number"), std::string::npos)
+          << timing->note;
+      for (FrameStamp& stamp : stamps) stamp.instance.reset();
+      EXPECT_NE(time_slice(stamps)->source, "InstanceNumber") << "no number, no contradiction";
+    }
+  }
 }
 
 TEST(SliceTiming, ClockTimesThatJumpOrderNothing) {
