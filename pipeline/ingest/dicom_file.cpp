@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 constexpr double kCosineTolerance = 0.02;    // about one degree; beyond it nothing can be trusted
 constexpr double kStraightTolerance = 1e-4;  // six printed digits give 1e-6
 constexpr double kFrameBytes = 3000;         // what is kept of a frame beside its pixels
+constexpr double kMostFrames = 1e6;          // of one file; more are none that could be held
 constexpr const char* kDeflated = ".1.99";
 const std::string kStorage = "1.2.840.10008.5.1.4.1.1.";
 
@@ -155,8 +156,9 @@ FrameStamp stamp_of(const Attributes& attributes, int frame, int frames) {
   if (frames == 1) out.content_s = attributes.time_of_day_s(DC::ContentTime);
   out.acquisition_number = frames > 1 ? attributes.number(DC::FrameAcquisitionNumber)
                                       : attributes.number(DC::AcquisitionNumber);
-  out.instance =
-      frames > 1 ? std::optional<double>(frame + 1) : attributes.number(DC::InstanceNumber);
+  out.instance = attributes.number(DC::InstanceNumber);
+  // Files of a phase each hold a frame of every slice: those of a slice go by the files' numbers.
+  if (frames > 1) out.instance = out.instance.value_or(0) * kMostFrames + frame + 1;
   return out;
 }
 
@@ -357,9 +359,12 @@ class FileReader {
     }
   }
 
-  /// Says why the geometry of an MR image is none; other images may be anything.
-  void wrong(const char* why) {
-    if (out_.modality != "MR" && !mr_class()) {
+  /// Says why the geometry of an original MR image is none; what was made from images, and other
+  /// images, may be anything and is left.
+  void wrong(const Attributes& attributes, const char* why) {
+    const std::string sop_class = text(DC::SOPClassUID);
+    const bool mr = sop_class.empty() ? out_.modality == "MR" : mr_class();
+    if (!mr || provenance_of(attributes, sop_class) != Provenance::Original) {
       ++out_.without_place;
       return;
     }
@@ -380,17 +385,17 @@ class FileReader {
     const double row_step = attributes.number(DC::PixelSpacing, 0).value_or(0);
     const double column_step = attributes.number(DC::PixelSpacing, 1).value_or(0);
     if (!(row_step > 0) || !(column_step > 0)) {
-      return wrong("its pixel spacing is zero, negative or no number");
+      return wrong(attributes, "its pixel spacing is zero, negative or no number");
     }
-    if (!position) return wrong("its position is no number");
+    if (!position) return wrong(attributes, "its position is no number");
     DicomImage image;
     bool straightened = false;
     image.row_lps = row.value_or(Vec3::Zero());
     image.column_lps = column.value_or(Vec3::Zero());
     if (!orthonormalise(image.row_lps, image.column_lps, straightened)) {
-      return wrong("its direction cosines are not of unit length and at right angles");
+      return wrong(attributes, "its direction cosines are not of unit length and at right angles");
     }
-    if (rows_ < 1 || columns_ < 1) return wrong("it has no pixel");
+    if (rows_ < 1 || columns_ < 1) return wrong(attributes, "it has no pixel");
     out_.straightened += straightened ? 1 : 0;
     image.file = file_;
     image.frame = frame;

@@ -229,6 +229,31 @@ def cosines_that_are_none(folder):
 
 
 @case
+def derived_images_without_geometry_are_left(folder):
+    """A screenshot that says MR, a map of no spacing: neither costs the exam. An original does."""
+    for name, sop_class, kind, wrong in (
+            ("capture", "1.2.840.10008.5.1.4.1.1.7", ["ORIGINAL", "PRIMARY"],
+             lambda d: setattr(d, "ImageOrientationPatient", [0] * 6)),
+            ("map", "1.2.840.10008.5.1.4.1.1.4", ["DERIVED", "SECONDARY", "MPR"],
+             lambda d: setattr(d, "PixelSpacing", [0, 0]))):
+        source = dicom(folder, name=name)
+        odd = pydicom.dcmread(next(f for f in sorted(source.rglob("*")) if f.is_file()))
+        odd.SOPClassUID = odd.file_meta.MediaStorageSOPClassUID = sop_class
+        odd.SOPInstanceUID = odd.file_meta.MediaStorageSOPInstanceUID = odd.SOPInstanceUID + ".9"
+        odd.SeriesNumber, odd.SeriesInstanceUID = 99, odd.SeriesInstanceUID + ".9"
+        odd.ImageType = kind
+        wrong(odd)
+        odd.save_as(source / "odd")
+        exam = imported(folder / (name + "_study"), source)
+        expect_object(exam, TRUTH)
+        exam.expect_told("ignored 1 image without position")
+        odd.SOPClassUID = odd.file_meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.4"
+        odd.ImageType = ["ORIGINAL", "PRIMARY"]
+        odd.save_as(source / "odd")
+        refused(folder, source, "odd", "cosines|spacing")
+
+
+@case
 def uneven_slices(folder):
     """A hole amid the stack."""
     def hole(k, p, d):

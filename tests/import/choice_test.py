@@ -274,6 +274,21 @@ def a_series_of_two_kinds_gives_one(folder):
 
 
 @case
+def objects_of_a_phase_each_without_times(folder):
+    """Every object holds a frame of each slice: the objects' numbers order the frames."""
+    truth = BeatingObject(size=(20, 16, 5), phases=12)
+    for p in range(12):
+        d = enhanced_image(truth, [(k, p) for k in range(5)], number=p + 1, timing="temporal")
+        for group in d.PerFrameFunctionalGroupsSequence:
+            del group.FrameContentSequence[0].TemporalPositionIndex
+        d.InstanceNumber = p + 1
+        save(d, folder / "dicom" / f"{(p * 7) % 12}")
+    exam = imported(folder / "s", folder / "dicom")
+    expect_object(exam, truth)
+    exam.expect_warning("ordered by InstanceNumber")
+
+
+@case
 def copies_with_contours_take_no_originals_place(folder):
     """Later, of more frames, marked in one of the ways of the standard; alone they are used."""
     truth = BeatingObject(**SAX)
