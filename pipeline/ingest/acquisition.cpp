@@ -2,10 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
-
-#include "pipeline/ingest/dicom_scan.h"
 
 namespace beatlas::ingest {
 namespace {
@@ -18,9 +14,10 @@ constexpr double kPlannedFlip = 0.5;
 // Ratio of R-R intervals: from breath-hold to breath-hold they differ by some per cent, stress
 // agents shorten them by a quarter and more.
 constexpr double kOneRate = 1.15;
-constexpr std::size_t kSeriesToTell = 3;  // a stack and its repeat may each have a frame
 
-bool agree(double a, double b, double share) { return std::abs(a - b) <= share * std::max(a, b); }
+bool agree(double a, double b, double share) {
+  return std::abs(a - b) <= share * std::max(std::abs(a), std::abs(b));
+}
 
 bool alike(const Contrast& a, const Contrast& b, double echo_share, double flip_share) {
   const bool one_family = a.family.empty() || b.family.empty() || a.family == b.family;
@@ -54,27 +51,6 @@ bool same_rate(double a_s, double b_s) {
 
 bool same_frame(const std::string& a, const std::string& b) {
   return a.empty() || b.empty() || a == b;
-}
-
-Frames frames_of_reference(const std::vector<DicomImage>& images) {
-  std::map<std::string, std::set<std::string>> by_series;
-  for (const DicomImage& image : images) {
-    by_series[image.series_uid].insert(image.frame_of_reference_uid);
-  }
-  std::set<std::string> all;
-  std::size_t told = 0;
-  for (const auto& [series, uids] : by_series) {
-    if (uids.size() > 1 || uids.begin()->empty()) continue;
-    all.insert(*uids.begin());
-    ++told;
-  }
-  Frames out;
-  out.one_a_series = told >= kSeriesToTell && told == by_series.size() && all.size() == told;
-  for (const DicomImage& image : images) {
-    const bool tells = !out.one_a_series && by_series[image.series_uid].size() == 1;
-    out.uids.push_back(tells ? image.frame_of_reference_uid : std::string());
-  }
-  return out;
 }
 
 }  // namespace beatlas::ingest

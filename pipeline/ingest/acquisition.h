@@ -3,11 +3,8 @@
 /// they are, asks here: image sets of a place, possible stacks, guests and views.
 
 #include <string>
-#include <vector>
 
 namespace beatlas::ingest {
-
-struct DicomImage;
 
 /// What an image was made from, the best last: ImageType, BurnedInAnnotation and SOP class (PS3.3
 /// C.7.6.1.1.2, C.7.6.1.1).
@@ -47,15 +44,5 @@ struct Contrast {
 /// Whether places of both UIDs of frames of reference can be compared; an empty one, which is
 /// unknown, goes with any.
 [[nodiscard]] bool same_frame(const std::string& a, const std::string& b);
-
-struct Frames {
-  std::vector<std::string> uids;  ///< one an image; empty: unknown
-  bool one_a_series = false;      ///< they told nothing, for no two series share one
-};
-
-/// The frames of reference by which images are kept apart. A series has one (PS3.3 C.7.4.1): where
-/// it names several they tell nothing, nor do they where each of three series and more names one of
-/// its own: tools that take identity out of files write such.
-[[nodiscard]] Frames frames_of_reference(const std::vector<DicomImage>& images);
 
 }  // namespace beatlas::ingest

@@ -94,6 +94,11 @@ bool holds_linked_folder(const std::filesystem::path& folder) {
     }
     throw_invalid("the folder is empty");
   }
+  // The standard gives the index of a folder this name, in these letters (PS3.10 8.6).
+  if (std::any_of(sources.begin(), sources.end(),
+                  [](const auto& source) { return source.filename() == "DICOMDIR"; })) {
+    throw_invalid("it is the index of a DICOM folder and no image; name the folder it lies in");
+  }
   if (scan.not_grey > 0) throw_invalid("all its images are in colour, grey images are needed");
   if (scan.without_place > 0) {
     throw_invalid(

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,8 @@ namespace {
 
 constexpr std::size_t kLeastOfRun = 4;  // images of the largest run before runs are told apart
 constexpr double kPauseS = 3;           // between two images: another breath-hold
+
+constexpr std::size_t kSeriesToTell = 3;  // a stack and its repeat may each have a frame
 
 using Runs = std::vector<std::vector<int>>;
 
@@ -146,6 +149,27 @@ std::size_t most_complete(const std::vector<std::vector<int>>& acquisitions) {
     if (acquisitions[i].size() >= acquisitions[best].size()) best = i;
   }
   return best;
+}
+
+Frames frames_of_reference(const std::vector<DicomImage>& images) {
+  std::map<std::string, std::set<std::string>> by_series;
+  for (const DicomImage& image : images) {
+    by_series[image.series_uid].insert(image.frame_of_reference_uid);
+  }
+  std::set<std::string> all;
+  std::size_t told = 0;
+  for (const auto& [series, uids] : by_series) {
+    if (uids.size() > 1 || uids.begin()->empty()) continue;
+    all.insert(*uids.begin());
+    ++told;
+  }
+  Frames out;
+  out.one_a_series = told >= kSeriesToTell && told == by_series.size() && all.size() == told;
+  for (const DicomImage& image : images) {
+    const bool tells = !out.one_a_series && by_series[image.series_uid].size() == 1;
+    out.uids.push_back(tells ? image.frame_of_reference_uid : std::string());
+  }
+  return out;
 }
 
 }  // namespace beatlas::ingest

@@ -1,7 +1,8 @@
 #pragma once
-/// One series may hold a slice more than once: in several kinds of reconstruction, or acquired
-/// again.
+/// What keeps images of a scan apart before they are grouped: frames of reference; and within a
+/// series, which may hold a slice more than once, kinds of reconstruction and acquisitions.
 
+#include <string>
 #include <vector>
 
 #include "pipeline/ingest/dicom_scan.h"
@@ -25,5 +26,15 @@ namespace beatlas::ingest {
 
 /// Of acquisitions the one with most images, among equals the last; an index.
 [[nodiscard]] std::size_t most_complete(const std::vector<std::vector<int>>& acquisitions);
+
+struct Frames {
+  std::vector<std::string> uids;  ///< one an image; empty: unknown
+  bool one_a_series = false;      ///< they told nothing, for no two series share one
+};
+
+/// The frames of reference by which images are kept apart. A series has one (PS3.3 C.7.4.1): where
+/// it names several they tell nothing, nor do they where each of three series and more names one of
+/// its own: tools that take identity out of files write such.
+[[nodiscard]] Frames frames_of_reference(const std::vector<DicomImage>& images);
 
 }  // namespace beatlas::ingest

@@ -10,6 +10,7 @@
 #include "pipeline/ingest/even_positions.h"
 #include "pipeline/ingest/guest_slices.h"
 #include "pipeline/ingest/heart_axis.h"
+#include "pipeline/ingest/image_runs.h"
 #include "pipeline/ingest/phase_resampling.h"
 #include "pipeline/ingest/series_list.h"
 #include "pipeline/ingest/stack_rank.h"
@@ -20,10 +21,17 @@ namespace {
 constexpr double kAlikeCount = 0.9;  // share of the common number of frames that still counts as it
 constexpr int kNextSteps = 3;        // scouts and repeats may lie between two series of one stack
 
-/// The number of frames that most slices have, weighed by how much of the cycle it shows.
+/// The number of frames that most slices have, weighed by how much of the cycle it shows. Where
+/// they are too few to blend, that which more than half of the slices have: of others some are
+/// left.
 int common_count(const Candidate& candidate) {
   int best = 0;
   double most = 0;
+  std::map<int, std::size_t> counts;
+  for (const auto& [place, set] : candidate.slices) {
+    const bool most_have = 2 * ++counts[set->frames()] > candidate.slices.size();
+    if (most_have && set->frames() < kLeastFramesToBlend) return set->frames();
+  }
   for (const auto& [place, set] : candidate.slices) {
     const int count = set->frames();
     double alike = 0;
@@ -50,8 +58,6 @@ int first_series(const Candidate& candidate) {
   for (const auto& [place, set] : candidate.slices) out = std::min(out, set->series_number);
   return out;
 }
-
-using Slices = std::vector<std::pair<const Place*, const ImageSet*>>;
 
 /// Sets of a plane that tell a heart rate, in the order of their series.
 Slices in_order_of_series(const Plane& plane) {

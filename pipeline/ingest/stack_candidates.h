@@ -9,10 +9,13 @@
 
 namespace beatlas::ingest {
 
+/// One image set a place, along the plane's normal.
+using Slices = std::vector<std::pair<const Place*, const ImageSet*>>;
+
 /// A possible stack: one image set a place, before its geometry is looked at closely.
 struct Candidate {
   const Plane* plane = nullptr;
-  std::vector<std::pair<const Place*, const ImageSet*>> slices;  ///< along the plane's normal
+  Slices slices;
   bool ordinary = false;      ///< cines of the beating heart, neither flow nor perfusion
   bool good = false;          ///< trigger times, and frames enough to blend
   bool uniform = false;       ///< one contrast

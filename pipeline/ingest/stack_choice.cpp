@@ -196,7 +196,7 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   } else if (options.rr_interval_s > 0) {
     rr_share = give_rr(candidate, options.rr_interval_s, retimed);
   }
-  const std::size_t found = candidate.slices.size();
+  const Slices found = candidate.slices;
   const double rr_s = mean_rr_s(candidate, options);
   drop_incomplete(candidate, rr_s, decisions);
   drop_elsewhere(candidate, images, decisions);
@@ -206,9 +206,10 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   EvenStack even;
   try {
     even = find_even_stack(positions);
-  } catch (const Error& error) {
-    const std::size_t left = found - positions.size();
-    if (left == 0) throw;
+  } catch (const Error& uneven) {
+    const Error error(uneven.code(), uneven.what() + hole_told(candidate.slices, found));
+    const std::size_t left = found.size() - positions.size();
+    if (left == 0) throw error;
     throw error.with_context("without the " + counted(left, "slice that is", "slices that are") +
                              " incomplete or of another region");
   }
@@ -259,11 +260,21 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   }
   std::size_t most = 0;
   bool any_cine = false;
+  int images_of_place = 0;
   for (const Plane& plane : planes) {
     std::size_t cines = 0;
-    for (const Place& place : plane.places) cines += place.cines.empty() ? 0 : 1;
+    for (const Place& place : plane.places) {
+      cines += place.cines.empty() ? 0 : 1;
+      images_of_place = std::max(images_of_place, place.images);
+    }
     any_cine = any_cine || cines > 0;
     most = std::max(most, cines);
+  }
+  if (!any_cine && images_of_place >= kLeastFramesToBlend) {
+    throw_invalid(
+        "there are up to " + std::to_string(images_of_place) +
+        " images of a slice, but nothing tells their order in time: export them with their trigger "
+        "times, or at least with their InstanceNumber");
   }
   if (!any_cine) {
     throw_invalid("there is only one phase of each slice: a cine with several phases is needed");

@@ -15,6 +15,26 @@ namespace {
 
 constexpr double kToldUnseen = 0.05;  // a missing frame of 25 is 0.04 and told as such
 
+/// What of a slice's frames is unusual; clauses. @param frames what most slices have
+std::vector<std::string> oddities_of(const ImageSet& set, int frames) {
+  std::vector<std::string> out;
+  if (set.frames() < frames) out.emplace_back("fewer frames than other slices have");
+  if (set.frames() > frames && set.frames() < kLeastFramesToBlend) {
+    out.emplace_back("more frames than other slices have, of which some were left");
+  }
+  if (!set.timing.note.empty()) out.push_back(set.timing.note);
+  if (set.timing.many_beats) {
+    out.emplace_back("the images seem to be of one beat each, not the phases of one");
+  }
+  if (set.flow) out.emplace_back("these are magnitudes of a flow measurement");
+  if (set.kinds > 1) {
+    out.push_back("each image is there in " + std::to_string(set.kinds) +
+                  " kinds (ImageType), of which one was taken");
+  }
+  if (set.merged) out.emplace_back("the phases came from a series each");
+  return out;
+}
+
 }  // namespace
 
 std::string with_digits(const char* format, double value) {
@@ -40,22 +60,8 @@ void tell_timing(const ChosenCine& stack, int frames, std::vector<std::string>& 
     if (set.frames() >= kLeastFramesToBlend) {
       unseen = std::max(unseen, unseen_share(phases_of(timing, stack.rr_s)));
     }
-    if (set.frames() < frames) {
-      notes["fewer frames than other slices have"].insert(set.series_number);
-    }
-    if (!timing.note.empty()) notes[timing.note].insert(set.series_number);
-    if (timing.many_beats) {
-      notes["the images seem to be of one beat each, not the phases of one"].insert(
-          set.series_number);
-    }
-    if (set.flow) notes["these are magnitudes of a flow measurement"].insert(set.series_number);
-    if (set.kinds > 1) {
-      kinds.insert(set.kind);
-      notes["each image is there in " + std::to_string(set.kinds) +
-            " kinds (ImageType), of which one was taken"]
-          .insert(set.series_number);
-    }
-    if (set.merged) notes["the phases came from a series each"].insert(set.series_number);
+    if (set.kinds > 1) kinds.insert(set.kind);
+    for (const std::string& note : oddities_of(set, frames)) notes[note].insert(set.series_number);
   }
   std::string from;
   for (const std::string& source : sources) from += (from.empty() ? "" : " and ") + source;
@@ -100,6 +106,30 @@ std::string listed(const std::vector<Candidate>& candidates, std::size_t chosen,
     out += "; " + std::to_string(candidates.size() - most) + " lesser ones";
   }
   return out + '.';
+}
+
+std::string hole_told(const Slices& kept, const Slices& found) {
+  if (kept.size() < 2) return {};
+  std::size_t at = 1;
+  const auto gap_mm = [&](std::size_t i) {
+    return kept[i].first->along_mm - kept[i - 1].first->along_mm;
+  };
+  for (std::size_t i = 2; i < kept.size(); ++i) at = gap_mm(i) > gap_mm(at) ? i : at;
+  const auto& [before, before_set] = kept[at - 1];
+  const auto& [behind, behind_set] = kept[at];
+  std::string out = "; the widest, " + with_digits("%.1f", gap_mm(at)) +
+                    " mm, lies between slices " + std::to_string(at) + " and " +
+                    std::to_string(at + 1) + " (" +
+                    series_list({before_set->series_number, behind_set->series_number}) + ")";
+  std::string lies = ", where none was found";
+  for (const auto& [place, set] : found) {
+    if (place->along_mm <= before->along_mm || place->along_mm >= behind->along_mm) continue;
+    lies = ", where a slice of series " + std::to_string(set->series_number);
+    lies += " has " + counted(set->images.size(), "frame", "frames");
+    lies += " of a part of the cycle only";
+  }
+  out += lies;
+  return out + ": export that slice whole, or acquire it again";
 }
 
 std::string mixed_told() {

@@ -25,6 +25,11 @@ inline constexpr std::size_t kListedInErrors = 4;  ///< the same where one sente
 /// @throws Error{InvalidInput} if too much of the cycle was never imaged.
 void tell_timing(const ChosenCine& stack, int frames, std::vector<std::string>& decisions);
 
+/// Where the widest gap between a stack's slices lies, and what lies in it; a clause to put behind
+/// another.
+/// @param found the stack's slices, with those that were not kept
+[[nodiscard]] std::string hole_told(const Slices& kept, const Slices& found);
+
 /// That slices of two acquisitions may be mixed.
 [[nodiscard]] std::string mixed_told();
 

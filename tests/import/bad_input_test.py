@@ -40,6 +40,16 @@ def nothing_there(folder):
 
 
 @case
+def the_index_of_a_folder(folder):
+    """Named instead of the folder it lies in."""
+    source = dicom(folder)
+    index = pydicom.dcmread(next(f for f in sorted(source.rglob("*")) if f.is_file()))
+    index.file_meta.MediaStorageSOPClassUID = "1.2.840.10008.1.3.10"
+    index.save_as(source / "DICOMDIR")
+    refused(folder, source / "DICOMDIR", "DICOMDIR", "name the folder")
+
+
+@case
 def words_that_cannot_be(folder):
     """Usage, told by the option and what it takes; no word is repeated, it may be a path."""
     source = dicom(folder)

@@ -306,6 +306,28 @@ TEST(StackChoice, WhereTheBestPlaneIsNoStackTheNextIsTaken) {
   EXPECT_NE(message.find("2. 8 slices"), std::string::npos) << message;
 }
 
+TEST(StackChoice, OfFewFramesNoneIsLeftUntold) {
+  auto images = made_stack({.slices = 5, .phases = 7});
+  append(images, made_stack({.slices = 1, .phases = 6, .first_series = 6, .origin = {0, 0, 40}}));
+  EXPECT_EQ(choose(images).phases, 7);
+  EXPECT_TRUE(told(choose(images).decisions, "(series 6): fewer frames than other slices have"));
+  append(images, made_stack({.slices = 6, .phases = 6, .first_series = 7, .origin = {0, 0, 48}}));
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.phases, 6);
+  EXPECT_TRUE(told(choice.decisions, "(series 1-5): more frames than other slices have"))
+      << joined(choice.decisions);
+}
+
+TEST(StackChoice, ImagesWithoutAnOrderAreNotCalledOnePhase) {
+  auto images = made_stack({.with_trigger = false});
+  for (DicomImage& image : images) image.stamp.instance.reset();
+  EXPECT_NE(refusal(images).find("10 images of a slice, but nothing tells their order in time"),
+            std::string::npos)
+      << refusal(images);
+  EXPECT_NE(refusal(made_stack({.phases = 1})).find("only one phase of each slice"),
+            std::string::npos);
+}
+
 TEST(StackChoice, RestAndStressAreNotMixed) {
   auto images = made_stack({.slices = 8, .first_series = 10, .rr_ms = 844});
   append(images, made_stack({.slices = 5, .first_series = 100, .rr_ms = 600}));

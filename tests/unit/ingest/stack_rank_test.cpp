@@ -260,6 +260,7 @@ TEST(StackRank, ContrastsAreComparedByWhatTellsThemApart) {
   EXPECT_TRUE(one_protocol(cine, with([](Contrast& c) { c.echo_ms = 1.8; })));
   EXPECT_FALSE(one_protocol(cine, with([](Contrast& c) { c.echo_ms = 3.9; })));
   EXPECT_FALSE(one_protocol(cine, with([](Contrast& c) { c.flip_deg = 10; })));
+  EXPECT_TRUE(one_protocol({.echo_ms = -1}, {.echo_ms = -1})) << "whatever a file says";
   EXPECT_TRUE(is_spoiled({.sequence = "GR\nMP\\SP"}));
   EXPECT_FALSE(is_spoiled({.sequence = "GR\nOSP\\SS"}));
 }
