@@ -82,7 +82,9 @@ BEATLAS_API void beatlas_close(beatlas_session* session);
 BEATLAS_API beatlas_info beatlas_get_info(const beatlas_session* session);
 
 typedef struct {
-  double time_s;         /* of the device's clock; rises */
+  /* Of the device's clock; rises. One tick may repeat the time of the one before, and its force;
+   * from the next on a time that does not go on is a fault. */
+  double time_s;
   double position_mm[3]; /* the tool's centre */
   double orientation[4]; /* workspace_from_tool: x y z w; all 0: none */
   int valid;             /* 0: the state cannot be trusted; the force is zero */

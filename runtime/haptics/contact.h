@@ -10,7 +10,7 @@ namespace beatlas::haptics {
 
 /// What a device says at a tick, in the workspace's frame.
 struct ServoState {
-  double time_s = 0;                ///< of the device's clock; rises
+  double time_s = 0;                ///< of the device's clock; rises (SafetyStage::apply)
   Vec3 position_mm = Vec3::Zero();  ///< the user point: centre of the tool
   bool valid = true;                ///< false: the state cannot be trusted, no force comes of it
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< workspace_from_tool

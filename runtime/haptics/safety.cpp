@@ -29,19 +29,22 @@ SafetyStage::SafetyStage(const SafetyOptions& options) : options_(options) {
 
 void SafetyStage::restart() noexcept {
   stopped_ = false;
-  running_ = false;
+  state_ = State::Off;
 }
 
 SafetyStage::Memory SafetyStage::memory() const noexcept {
-  return {last_n_.x(),   last_n_.y(),          last_n_.z(),         last_time_s_,
-          start_time_s_, running_ ? 1.0 : 0.0, stopped_ ? 1.0 : 0.0};
+  return {last_n_.x(),         last_n_.y(),   last_n_.z(),
+          last_time_s_,        start_time_s_, static_cast<double>(state_),
+          stopped_ ? 1.0 : 0.0};
 }
 
 void SafetyStage::restore(const Memory& memory) noexcept {
   last_n_ = Vec3(memory[0], memory[1], memory[2]);
   last_time_s_ = memory[3];
   start_time_s_ = memory[4];
-  running_ = memory[5] != 0;
+  // A file of ticks may hold any number here; what is no state is none.
+  const auto last = static_cast<double>(State::Stands);
+  state_ = memory[5] >= 0 && memory[5] <= last ? static_cast<State>(memory[5]) : State::Off;
   stopped_ = memory[6] != 0;
 }
 
@@ -49,18 +52,21 @@ SafeForce SafetyStage::apply(const Vec3& wanted_n, double depth_mm, double time_
                              bool valid) noexcept {
   const bool sane = valid && !stopped_ && wanted_n.allFinite() && std::isfinite(depth_mm) &&
                     std::isfinite(time_s);
-  const double elapsed_s = running_ ? time_s - last_time_s_ : 0;
+  const bool running = state_ == State::Running || state_ == State::Repeated;
+  const double elapsed_s = running ? time_s - last_time_s_ : 0;
+  const bool repeats = state_ != State::Off && time_s == last_time_s_;
+  const bool stands = repeats && state_ != State::Running;
   // The comparison's form turns away what is no number, too.
-  if (!sane || !(elapsed_s >= 0 && elapsed_s <= options_.max_gap_s)) {
-    running_ = false;
+  if (!sane || stands || !(elapsed_s >= 0 && elapsed_s <= options_.max_gap_s)) {
+    state_ = stands ? State::Stands : State::Off;
     last_n_ = Vec3::Zero();
     return {};
   }
-  if (!running_) {
-    running_ = true;
+  if (!running) {
     start_time_s_ = time_s;
     last_n_ = Vec3::Zero();
   }
+  state_ = repeats ? State::Repeated : State::Running;
   last_time_s_ = time_s;
 
   SafeForce safe{wanted_n, TickStatus::Ok};
@@ -90,11 +96,15 @@ SafeForce SafetyStage::apply(const Vec3& wanted_n, double depth_mm, double time_
 
 Vec3 TorqueStage::apply(const Vec3& torque_n_mm, const Vec3& model_n, const SafeForce& safe,
                         double time_s) noexcept {
-  const double elapsed_s = time_s - std::exchange(last_time_s_, time_s);
-  if (safe.status == TickStatus::Fault || !torque_n_mm.allFinite()) {
+  const double before_s = std::exchange(last_time_s_, time_s);
+  const bool good = safe.status != TickStatus::Fault && torque_n_mm.allFinite();
+  const bool went_on = std::exchange(running_, good);
+  if (!good) {
     last_n_mm_ = Vec3::Zero();
     return last_n_mm_;
   }
+  // A restart may find the device's clock anywhere: no time has gone by then.
+  const double elapsed_s = went_on ? std::max(0.0, time_s - before_s) : 0;
   // Where opposite walls push, the force may be all but nothing and the torque is not.
   const double force_n = model_n.stableNorm();
   const double share = safe.status == TickStatus::Ok || force_n == 0

@@ -36,6 +36,9 @@ class SafetyStage {
   /// @param wanted_n the model's force, proportional to its depth_mm; time_s of the tick;
   /// `valid` false if the device says that its state cannot be trusted.
   /// A fault gives zero at once and the next good tick starts the ramp again.
+  /// One tick may repeat the time of the one before, as under a clock that counts whole
+  /// milliseconds: no time, no change, so the force stays. The next that does is a fault, as every
+  /// one after it until time goes on: else a clock that stands would hold a force for good.
   [[nodiscard]] SafeForce apply(const Vec3& wanted_n, double depth_mm, double time_s,
                                 bool valid) noexcept;
 
@@ -49,17 +52,25 @@ class SafetyStage {
   void restore(const Memory& memory) noexcept;
 
  private:
+  enum class State : std::uint8_t {
+    Off,       // before the first good tick, and after a fault
+    Running,   // time went on
+    Repeated,  // the last tick had the time of the one before it
+    Stands,    // after the fault of a clock that stands still
+  };
+
   SafetyOptions options_;
   Vec3 last_n_ = Vec3::Zero();
   double last_time_s_ = 0;
   double start_time_s_ = 0;
-  bool running_ = false;  // false before the first good tick and after a fault
+  State state_ = State::Off;
   bool stopped_ = false;
 };
 
 /// The same for a torque, where a tool has one: scaled as the safety stage scaled the force, never
 /// made larger, and changed by at most the force's largest change at the tool's arm. Zero at once
-/// where the force is, on a fault. One per tool, called from its servo thread.
+/// where the force is, on a fault, and in the first tick after one. One per tool, called from its
+/// servo thread.
 class TorqueStage {
  public:
   /// @param arm_mm from the tool's centre to its farthest point
@@ -74,6 +85,7 @@ class TorqueStage {
   double slew_n_mm_per_s_;
   Vec3 last_n_mm_ = Vec3::Zero();
   double last_time_s_ = 0;
+  bool running_ = false;  // false before the first good tick and after a fault
 };
 
 }  // namespace beatlas::haptics

@@ -338,6 +338,29 @@ TEST(C, NullAndStatesThatAreNoneGiveZeroForce) {
   }
 }
 
+TEST(C, AClockThatStandsStillHoldsNoForce) {
+  beatlas_options options = beatlas_default_options();
+  options.radius_mm = 3;
+  const Session c(&options);
+  ASSERT_NE(c.session, nullptr);
+  beatlas_felt felt{};
+  for (int n = 0; n <= 2000; ++n) {
+    const beatlas_state state = state_at(c, 0.001 * n, 45 - 0.02 * n);
+    felt = beatlas_tick(c.session, &state);
+  }
+  ASSERT_GT(Vec3(felt.force_n).norm(), 0.1);
+  const beatlas_state away = state_at(c, 2, 300);  // the tool has left, the clock has not
+  felt = beatlas_tick(c.session, &away);
+  EXPECT_NE(felt.status, BEATLAS_FAULT);
+  for (int n = 0; n < 100; ++n) {
+    felt = beatlas_tick(c.session, &away);
+    ASSERT_EQ(felt.status, BEATLAS_FAULT) << n;
+    ASSERT_EQ(Vec3(felt.force_n), Vec3::Zero()) << n;
+  }
+  const beatlas_state on = state_at(c, 2.001, 300);
+  EXPECT_NE(beatlas_tick(c.session, &on).status, BEATLAS_FAULT);
+}
+
 TEST(C, AnotherThreadSteersTheHeartAndSwapsThePackage) {
   const Session c;
   const beatlas_state start = state_at(c, 0, 20);

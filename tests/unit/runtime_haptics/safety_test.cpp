@@ -107,6 +107,60 @@ TEST(SafetyStage, AFaultDropsToZeroAtOnceAndTheForceComesBackByARamp) {
   }
 }
 
+TEST(SafetyStage, AClockThatStandsStillHoldsNoForce) {
+  for (const Vec3& wanted : {Vec3(0, 2, 0), Vec3(0, 0, 0), Vec3(0, -2, 0)}) {
+    SafetyStage stage(SafetyOptions{});
+    SafeForce safe;
+    for (int n = 0; n <= 1000; ++n) safe = stage.apply(Vec3(0, 2, 0), 1, n * kTick, true);
+    ASSERT_NEAR(safe.force_n.y(), 2, 1e-9);
+    const SafeForce repeated = stage.apply(wanted, 1, 1, true);
+    EXPECT_NE(repeated.status, TickStatus::Fault) << "one time twice is a coarse clock";
+    EXPECT_EQ(repeated.force_n, safe.force_n) << "no time, no change";
+    for (int n = 0; n < 5000; ++n) {
+      const SafeForce dropped = stage.apply(wanted, 1, 1, true);
+      ASSERT_EQ(dropped.status, TickStatus::Fault) << n;
+      ASSERT_TRUE(dropped.force_n.isZero()) << n;
+    }
+    // Time goes on: the ramp, from this tick on.
+    for (int n = 1; n <= 1000; ++n) {
+      safe = stage.apply(Vec3(0, 2, 0), 1, 1 + n * kTick, true);
+      ASSERT_NEAR(safe.force_n.y(), 2 * std::min(1.0, (n - 1) * kTick / 0.5), 1e-9);
+    }
+    EXPECT_EQ(safe.status, TickStatus::Ok);
+  }
+}
+
+TEST(SafetyStage, AClockOfWholeMillisecondsUnderAnUnsteadyLoopIsNoFault) {
+  SafetyStage stage(without_ramp());
+  for (int n = 0; n < 1000; ++n) {  // 0, 0, 2, 2, 4, ... ms
+    const SafeForce safe = stage.apply(Vec3(1, 0, 0), 1, (n - n % 2) * kTick, true);
+    ASSERT_NE(safe.status, TickStatus::Fault) << n;
+    ASSERT_LE(safe.force_n.x(), 50 * n * kTick + kRounding) << n;
+  }
+}
+
+TEST(SafetyStage, ARestartIsNoRepeatedTime) {
+  SafetyStage stage(SafetyOptions{});
+  for (int n = 0; n < 4; ++n) (void)stage.apply(Vec3(1, 0, 0), 1, 0, true);
+  EXPECT_EQ(stage.apply(Vec3(1, 0, 0), 1, 0, true).status, TickStatus::Fault);
+  stage.restart();
+  EXPECT_NE(stage.apply(Vec3(1, 0, 0), 1, 0, true).status, TickStatus::Fault);
+  const SafetyStage::Memory kept = stage.memory();
+  SafetyStage other(SafetyOptions{});
+  other.restore(kept);
+  for (int n = 0; n < 3; ++n) {
+    EXPECT_EQ(other.apply(Vec3(1, 0, 0), 1, 0, true).status,
+              stage.apply(Vec3(1, 0, 0), 1, 0, true).status);
+    EXPECT_EQ(other.memory(), stage.memory());
+  }
+  SafetyStage::Memory none = kept;
+  for (const double no_state : {-1.0, 4.0, 1e300, std::nan("")}) {
+    none[5] = no_state;
+    other.restore(none);
+    EXPECT_EQ(other.memory()[5], 0) << no_state;
+  }
+}
+
 TEST(SafetyStage, StoppedStaysAtZeroUntilRestarted) {
   SafetyStage stage(SafetyOptions{});
   stage.stop();
@@ -153,6 +207,19 @@ TEST(TorqueStage, IsNoLargerThanTheModelsAndNeverJumps) {
   for (int n = 40; n < 80; ++n) last = stage.apply(torque, Vec3(0, 2, 0), half, n * kTick);
   EXPECT_TRUE(last.isApprox(0.5 * torque)) << "as the force was halved";
   EXPECT_TRUE(stage.apply(torque, Vec3(0, 2, 0), {}, 80 * kTick).isZero()) << "a fault";
+}
+
+TEST(TorqueStage, BeginsWithNoneWhereverTheClockStands) {
+  const Vec3 torque(5, 0, 0);
+  const SafeForce whole{Vec3(0, 2, 0), TickStatus::Ok};
+  for (const double start_s : {-5.0, 0.0, 1e5}) {
+    TorqueStage stage(SafetyOptions{}.slew_n_per_s, 10);
+    for (int again = 0; again < 2; ++again) {  // and after a fault, from an earlier time
+      EXPECT_TRUE(stage.apply(torque, whole.force_n, whole, start_s).isZero()) << start_s;
+      EXPECT_NEAR(stage.apply(torque, whole.force_n, whole, start_s + kTick).x(), 0.5, 1e-6);
+      (void)stage.apply(torque, whole.force_n, {}, again == 0 ? start_s + 9 : std::nan(""));
+    }
+  }
 }
 
 }  // namespace
