@@ -22,10 +22,8 @@ namespace {
 
 constexpr auto kVolumeFigures = "pack/volume.json";
 
-/// Of the package as it was written.
-std::vector<assess::Check> checks_of(const fs::path& file, StageContext context) {
-  const atlas::Needs all = atlas::everything_in(atlas::Atlas::open(file, {}).manifest());
-  return assess::check_structure(atlas::Atlas::open(file, all), {}, context);
+atlas::Atlas opened(const fs::path& file) {
+  return atlas::Atlas::open(file, atlas::everything_in(atlas::Atlas::open(file, {}).manifest()));
 }
 
 }  // namespace
@@ -91,11 +89,13 @@ void IncrementalBuild::pack(const Scene& scene, const fs::path& file) {
     // All that takes a while, and may be stopped, comes before the package has its name: a study
     // finds the package that it made by the record, which has to be of the one that lies there.
     const auto look = [&](const fs::path& written) {
-      const std::vector<assess::Check> checks = checks_of(written, context.part(0.8, 1, "checks"));
+      const atlas::Atlas package = opened(written);
+      StageContext checking = context.part(0.8, 1, "checks");
+      const std::vector<assess::Check> checks = assess::check_structure(package, {}, checking);
       for (const std::string& failure : assess::failures_of(checks)) context.warn(failure);
       if (!study_) return;
-      contents =
-          pack_contents(atlas::Atlas::open(written, {}).manifest(), fs::file_size(written), checks);
+      contents = pack_contents(package.manifest(), fs::file_size(written), checks,
+                               enclosed_volumes(package));
       record.inputs = study_->inputs_now(Stage::Pack);
       record.package_sha256 = study::sha256_of_file(written);
       context.check_cancelled();

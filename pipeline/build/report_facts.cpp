@@ -18,6 +18,8 @@ using nlohmann::json;
 using study::Stage;
 namespace {
 
+constexpr auto kEnclosed = "enclosed_ml";
+
 /// How far the item may be from what it was made from, in words; nothing if its maker did not tell.
 std::string error_of(const atlas::Item& item, const json& options, const json& contents) {
   char text[160] = "";
@@ -122,9 +124,29 @@ std::string told_report(const json& summary, const std::filesystem::path& page) 
   return out + "; see " + page.string();
 }
 
+std::vector<report::VolumeCurve> enclosed_volumes(const atlas::Atlas& package) {
+  std::vector<report::VolumeCurve> out;
+  for (const Structure structure : kAllStructures) {
+    const auto surface = package.surface(structure);
+    if (!surface) continue;
+    report::VolumeCurve curve{structure, {}};
+    for (const std::vector<Vec3f>& phase : surface->positions) {
+      curve.volume_ml.push_back(assess::enclosed_volume_ml(surface->triangles, phase));
+    }
+    out.push_back(std::move(curve));
+  }
+  return out;
+}
+
 json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes,
-                   const std::vector<assess::Check>& checks) {
-  return {{"bytes", bytes},
+                   const std::vector<assess::Check>& checks,
+                   const std::vector<report::VolumeCurve>& enclosed) {
+  json volumes = json::object();
+  for (const report::VolumeCurve& curve : enclosed) {
+    volumes[std::string(structure_name(curve.structure))] = curve.volume_ml;
+  }
+  return {{kEnclosed, volumes},
+          {"bytes", bytes},
           {"manifest", atlas::manifest_to_json(manifest)},
           {"checks", assess::checks_to_json(checks)},
           {"volume", atlas::info_json(manifest).at("volume")}};
@@ -146,6 +168,13 @@ report::ReportPackage package_facts(const json& contents, const std::string& sha
   for (const atlas::StructureEntry& entry : manifest.structures) {
     if (const auto structure = structure_from_name(entry.name)) {
       out.volumes.push_back({*structure, entry.volume_ml});
+    }
+  }
+  // A package of before was not measured.
+  const json enclosed = contents.value(kEnclosed, json::object());
+  for (const auto& [name, volume_ml] : enclosed.items()) {
+    if (const auto structure = structure_from_name(name)) {
+      out.enclosed.push_back({*structure, volume_ml.get<std::vector<double>>()});
     }
   }
   put_worst_gap(manifest.provenance, out);

@@ -10,15 +10,20 @@
 #include "pipeline/report/report_data.h"
 #include "pipeline/report/speed_table.h"
 #include "pipeline/study/study.h"
+#include "runtime/atlas/atlas.h"
 #include "runtime/atlas/manifest.h"
 
 namespace beatlas::build {
 
+/// Volumes that a package's own surfaces enclose, the finest of each structure [ml].
+[[nodiscard]] std::vector<report::VolumeCurve> enclosed_volumes(const atlas::Atlas& package);
+
 /// What the stage pack leaves of a package in the study: its manifest as `info --json` gives it,
-/// its size, and what `validate` says of it.
+/// its size, what `validate` says of it, and what its surfaces enclose.
 inline constexpr auto kPackContents = "pack/contents.json";
 [[nodiscard]] nlohmann::json pack_contents(const atlas::Manifest& manifest, std::uint64_t bytes,
-                                           const std::vector<assess::Check>& checks);
+                                           const std::vector<assess::Check>& checks,
+                                           const std::vector<report::VolumeCurve>& enclosed);
 
 /// Of a package, from what pack_contents gives of it. Its provenance may come from elsewhere: what
 /// it does not tell is left out.

@@ -181,8 +181,8 @@ json report_package(const fs::path& file, const fs::path& page, StageContext& co
   StageContext checking = context.part(0.1, 0.5, "checks");
   const std::vector<assess::Check> checks = assess::check_structure(package, {}, checking);
   try {
-    input.package =
-        build::package_facts(build::pack_contents(manifest, fs::file_size(file), checks), sha256);
+    input.package = build::package_facts(
+        build::pack_contents(manifest, fs::file_size(file), checks, {}), sha256);
   } catch (const json::exception&) {
     throw_invalid(file.string() + ": its provenance is not what 'beatlas pack' writes");
   }

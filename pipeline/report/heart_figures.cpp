@@ -37,6 +37,23 @@ HeartFigures heart_figures(const std::vector<VolumeCurve>& volumes) {
   return out;
 }
 
+HeartFigures ventricles_at(const HeartFigures& figures, const std::vector<VolumeCurve>& volumes) {
+  const auto at = [&](const std::optional<VentricleFigures>& of, Structure structure) {
+    const std::vector<double>* curve = curve_of(volumes, structure);
+    std::optional<VentricleFigures> out;
+    if (!of || curve == nullptr) return out;
+    const auto last = static_cast<int>(curve->size()) - 1;
+    if (std::max(of->ed, of->es) > last) return out;
+    out = {(*curve)[static_cast<std::size_t>(of->ed)], (*curve)[static_cast<std::size_t>(of->es)],
+           of->ed, of->es};
+    return out;
+  };
+  HeartFigures out;
+  out.lv = at(figures.lv, Structure::LvBlood);
+  out.rv = at(figures.rv, Structure::RvBlood);
+  return out;
+}
+
 const std::vector<NormalSource>& normal_sources() {
   static const std::vector<NormalSource> sources{
       {"Petersen 2017",

@@ -34,6 +34,11 @@ struct HeartFigures {
 
 [[nodiscard]] HeartFigures heart_figures(const std::vector<VolumeCurve>& volumes);
 
+/// The ventricles of other curves of the same heart, at the phases that `figures` names: how two
+/// that should agree do. A ventricle that either lacks is left out.
+[[nodiscard]] HeartFigures ventricles_at(const HeartFigures& figures,
+                                         const std::vector<VolumeCurve>& volumes);
+
 /// Limits within which 95 of 100 healthy adults lie, and who measured them.
 struct NormalRange {
   const char* figure;  ///< key of the figure, as in report.json

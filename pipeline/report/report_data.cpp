@@ -144,7 +144,9 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   ask_of_stages(input, asked);
   ask_of_segmentation(input, places, limits, asked);
   if (input.package) {
-    if (input.is_study) asked.package = heart_figures(input.package->volumes);
+    if (input.is_study) {
+      asked.package = ventricles_at(asked.segmentation, input.package->enclosed);
+    }
     asked.worst_gap_percent = input.package->worst_gap_percent;
     asked.worst_gap_sign = input.package->worst_gap_sign;
     asked.worst_gap_of = input.package->worst_gap_of;
@@ -465,7 +467,6 @@ json report_json(const ReportInput& input) {
   }
   if (input.package) {
     out["package"] = package_to_json(*input.package);
-    out["package_volumes_ml"] = curves_to_json(input.package->volumes);
   }
   if (input.workspace_from_lps) {
     const auto direction = [&](const Vec3& lps) {

@@ -31,7 +31,9 @@ struct ReportPackage {
   std::string sha256;
   std::uint64_t bytes = 0;
   std::vector<ReportItem> items;
-  std::vector<VolumeCurve> volumes;  ///< of the distance fields
+  /// As its manifest tells them: the segmentation's, before version 6 the distance fields'.
+  std::vector<VolumeCurve> volumes;
+  std::vector<VolumeCurve> enclosed;  ///< by its own surfaces; none where nobody measured it
   std::optional<double> worst_gap_percent;
   int worst_gap_sign = 0;                  ///< 1 too much, -1 too little, 0 not known
   std::string worst_gap_of;                ///< "the surface of heart"

@@ -34,7 +34,7 @@ struct Finding {
 /// Each with its reason in verdict.cpp, which the page shows.
 struct VerdictLimits {
   double volume_gap_percent = 5;    ///< of package against segmentation
-  double ef_difference_points = 3;  ///< of the same two
+  double ef_difference_points = 3;  ///< of the package's surfaces against the segmentation
   double stroke_difference_percent = 20;
   double muscle_change_percent = 15;
   double least_ef_percent = kLeastEfPercent;
@@ -66,7 +66,9 @@ struct VerdictInput {
   std::vector<Structure> missing;  ///< that the scene needs, see missing_structures
   std::string how_to_find;         ///< them
   std::vector<std::string> finding_commands;
-  std::optional<HeartFigures> package;      ///< from its distance fields
+  /// What its surfaces enclose at the ends of the labels' beat, see ventricles_at; none: it is of
+  /// no study, or there is none.
+  std::optional<HeartFigures> package;
   std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
   int worst_gap_sign = 0;                   ///< 1 too much, -1 too little, 0 not known
   std::string worst_gap_of;                 ///< what differs so: "the surface of heart"

@@ -122,6 +122,11 @@ def figures():
             held_ml = beyond_ml[phase] if structure["name"] == "heart" else 0
             assert abs(mine + held_ml - theirs) < 0.015 * max(structure["volume_ml"]), structure["name"]
     assert abs(told["figures"]["lv_ef_percent"] - 100 * info["ejection_fraction"]) < 1
+    made = json.loads((STUDY / "pack" / "contents.json").read_text())["enclosed_ml"]  # by the package's own surfaces
+    for name in ("lv_blood", "rv_blood"):
+        largest, smallest = (told["volumes_ml"][name].index(end(told["volumes_ml"][name])) for end in (max, min))
+        said = f"{name[:2].upper()} {100 * (1 - made[name][smallest] / made[name][largest]):.1f} % for the labels'"
+        assert said in page.read_text() and f" % (phases {largest} and {smallest})" in page.read_text(), said
     intervals = told["intervals_90"]
     assert len(intervals) == 9, intervals
     assert all(low <= told["figures"][key] <= high and low < high for key, (low, high) in intervals.items()), intervals
@@ -133,8 +138,7 @@ def figures():
         assert len(bands["across_mm"]) == len(bands["along_mm"]) == stage_test.PHASES
         worst = bands["across_mm"][info["end_diastole"]][surface["worst_slice"]]
         assert abs(worst - surface["worst_slice_mm"]) < 0.06, (worst, surface)
-    truth = json.loads((WORK / "phantom" / "truth.json").read_text())
-    assert abs(told["rr_interval_s"] - truth["rr_interval_s"]) < 2e-3
+    assert abs(told["rr_interval_s"] - json.loads((WORK / "phantom" / "truth.json").read_text())["rr_interval_s"]) < 2e-3
     assert is_sound(told) and told["before"] is None, told["reasons"]
     assert json.loads(beatlas("report", STUDY, "--json", "-o", WORK / "again.html").stdout) == told
     assert page.stat().st_size < MOST_BYTES

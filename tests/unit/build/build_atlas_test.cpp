@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "pipeline/build/report_facts.h"
 #include "pipeline/phantom/render.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/base/error.h"
@@ -113,6 +114,19 @@ void expect_same_place(const atlas::SurfacePayload& alone, const atlas::SurfaceP
   EXPECT_LT(sum_mm / static_cast<double>(count), 0.17);
 }
 
+/// By tetrahedra from the first vertex, unlike the library, which takes them from the origin.
+double volume_ml(const atlas::SurfacePayload& surface, std::size_t phase) {
+  const std::vector<Vec3f>& at = surface.positions[phase];
+  double mm3 = 0;
+  for (const auto& triangle : surface.triangles) {
+    const Eigen::Vector3d a = (at[triangle[0]] - at[0]).cast<double>();
+    const Eigen::Vector3d b = (at[triangle[1]] - at[0]).cast<double>();
+    const Eigen::Vector3d c = (at[triangle[2]] - at[0]).cast<double>();
+    mm3 += a.dot(b.cross(c)) / 6;
+  }
+  return mm3 / 1000;
+}
+
 TEST(BuildAtlas, MakesWhatTheSceneNeedsAndNoMore) {
   const Folder folder;
   const fs::path file = folder.path / "heart.beatlas";
@@ -129,6 +143,20 @@ TEST(BuildAtlas, MakesWhatTheSceneNeedsAndNoMore) {
   for (const atlas::Item& item : manifest.items) kinds.insert(item.kind);
   EXPECT_EQ(kinds.count("field"), 1U);
   EXPECT_EQ(kinds.count("volume"), 0U) << "nobody looks at the images";
+  // What the report compares with the labels is of the package's own surfaces.
+  const auto endocardium = endocardium_in(file);
+  ASSERT_NE(endocardium, nullptr);
+  const report::ReportPackage told =
+      package_facts(pack_contents(manifest, 1, {},
+                                  enclosed_volumes(atlas::Atlas::open(
+                                      file, {.fields = {}, .surfaces = {Structure::LvBlood}}))),
+                    "");
+  ASSERT_EQ(told.enclosed.size(), 1U);
+  EXPECT_EQ(told.enclosed[0].structure, Structure::LvBlood);
+  ASSERT_EQ(told.enclosed[0].volume_ml.size(), endocardium->positions.size());
+  for (std::size_t p = 0; p < endocardium->positions.size(); ++p) {
+    EXPECT_NEAR(told.enclosed[0].volume_ml[p], volume_ml(*endocardium, p), 1e-3);
+  }
   double least = 1e9;
   double most = 0;
   for (const atlas::StructureEntry& structure : manifest.structures) {

@@ -135,6 +135,20 @@ TEST(Commands, AreOurOwnWhateverIsWrong) {
   EXPECT_EQ(correcting_commands(place, true), std::vector<std::string>{build});
 }
 
+TEST(HeartFigures, OfOtherCurvesAreThoseAtTheSamePhases) {
+  const HeartFigures labels = sound().segmentation;
+  // Its own extremes are elsewhere.
+  const HeartFigures made = ventricles_at(
+      labels, {{Structure::LvBlood, {140, 142, 60, 50}}, {Structure::RvBlood, {170, 171}}});
+  ASSERT_TRUE(made.lv.has_value());
+  EXPECT_EQ(made.lv->edv_ml, 140);
+  EXPECT_EQ(made.lv->esv_ml, 60);
+  EXPECT_EQ(made.lv->ed, labels.lv->ed);
+  EXPECT_EQ(made.lv->es, labels.lv->es);
+  EXPECT_FALSE(made.rv.has_value()) << "it has no such phase";
+  EXPECT_FALSE(ventricles_at({}, {{Structure::LvBlood, {140, 60}}}).lv.has_value());
+}
+
 TEST(Verdict, TellsWhatDiffersFromTheSegmentation) {
   VerdictInput input = sound();
   input.worst_gap_percent = 5.14;
@@ -180,7 +194,11 @@ TEST(Verdict, SaysMissingOrTooMuchWhereTheSignIsKnown) {
       << "1.48 %, not 1.5 % rounded once more";
   input = sound();
   input.package->lv->esv_ml = 60;
-  EXPECT_EQ(told(input, "ef_agrees").rfind("The package's EF is too low for its labels", 0), 0U);
+  EXPECT_EQ(told(input, "ef_agrees"),
+            "The LV of the package has too low an EF for its labels: LV 60.0 % for the labels' "
+            "63.3 % (phases 0 and 2), RV 55.6 % for the labels' 55.6 % (phases 0 and 2)");
+  input.package->rv->esv_ml = 70;
+  EXPECT_EQ(told(input, "ef_agrees").rfind("The RV of the package has too high an EF", 0), 0U);
   input = sound();
   input.segmentation.rv.reset();
   EXPECT_EQ(told(input, "structures"), "A structure is missing: RV blood");
@@ -202,6 +220,7 @@ TEST(Verdict, AsksWhetherItIsThisHeartBeforeHowItWasMade) {
   input.segmentation = heart_figures({{Structure::LvBlood, {150, 55}},
                                       {Structure::RvBlood, {150, 140}},
                                       {Structure::LvMyocardium, {130, 130}}});
+  input.package = input.segmentation;
   std::vector<std::string> bad;
   for (const Finding& finding : findings(input)) {
     if (finding.level != Level::Good) bad.push_back(finding.id);
@@ -242,6 +261,7 @@ TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   doubtful("strokes", [](VerdictInput& v) { v.segmentation.rv->edv_ml = 200; });
   doubtful("muscle", [](VerdictInput& v) { v.segmentation.muscle_change_percent = 15.1; });
   doubtful("ef_agrees", [](VerdictInput& v) { v.package->lv->esv_ml = 60; });
+  doubtful("ef_agrees", [](VerdictInput& v) { v.package->rv->edv_ml = 165; });
   doubtful("surfaces", [](VerdictInput& v) { v.surfaces[0].crossing_percent = 1.1; });
   doubtful("boundaries", [](VerdictInput& v) { v.uncertain_percent = 10.1; });
   doubtful("slice_shifts", [](VerdictInput& v) { v.slice_shifts_mm = {{0, 1}, {3.1, 4}}; });
