@@ -19,6 +19,7 @@ constexpr double kStaleMm = 1e-5;    // how far a plane may forbid what is on th
 constexpr double kShortest = 0.05;   // of a gradient that is a direction
 constexpr double kSteepest = 1.2;    // of a gradient: ContactField's promise
 constexpr double kNewtonShortest = 0.4;  // a shorter gradient must not throw the proxy far
+constexpr double kLeapMm = 100;          // from tick to tick; a hand at 1 m/s moves 1 mm
 
 void check(const char* name, double value, double low, double high) {
   if (value >= low && value <= high) return;
@@ -200,6 +201,9 @@ double ProxyModel::damped_force_n(double stiffness, double depth_mm, double elap
 }
 
 Contact ProxyModel::evaluate(const Vec3& x, double t, double elapsed_s) noexcept {
+  // Where the distance is clamped the proxy walks some 25 mm a tick: the way from metres off would
+  // take it seconds, without a contact until then. Who leaps so far begins anew instead.
+  if (!touching_ && !((x - proxy_mm_).stableNorm() <= kLeapMm)) placed_ = false;
   const bool starts = !placed_;
   if (starts) place(x, t);
   Contact contact;

@@ -51,7 +51,8 @@ class ProxyModel final : public ForceModel {
   ProxyModel(std::shared_ptr<const ContactField> field, const ProxyOptions& options);
 
   /// `normal`: direction of the force; out of contact that of the field. A tool that starts inside
-  /// is led out along the field's directions first, in one tick. Costs two samples out of contact,
+  /// is led out along the field's directions first, in one tick; so is one that touched nothing and
+  /// comes from more than 100 mm away in a tick. Costs two samples out of contact,
   /// most often four in contact and at most kMostSamples; a
   /// capsule takes as many searches of its axis.
   [[nodiscard]] Contact evaluate(const ServoState& state, const Moment& moment) noexcept override;

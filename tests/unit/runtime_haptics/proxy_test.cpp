@@ -57,6 +57,32 @@ TEST(Proxy, AToolThatStartsInsideIsLedOutTheNearestWay) {
   }
 }
 
+TEST(Proxy, AToolThatComesFromFarAwayIsFeltAtOnce) {
+  const auto field = testing::packed(
+      {.origin_mm = Vec3::Constant(-36), .voxel_mm = 1.5, .blocks = {6, 6, 6}, .outer_mm = 4},
+      [](const Vec3& x, double) { return x.norm() - 20; });
+  const Vec3 inside = 12 * Vec3(2, -1, 2) / 3;
+  ProxyModel at_start(field, {.radius_mm = 2});
+  const Contact wished = at_start.evaluate(inside, 0);
+  ASSERT_NEAR(wished.depth_mm, 10, 0.05);
+  for (const double far_mm : {130.0, 1e5, 1e9, 1e150, 1e308}) {
+    for (const Vec3& from : {Vec3(far_mm, 0, 0), Vec3(0, -far_mm, far_mm)}) {
+      ProxyModel model(field, {.radius_mm = 2});
+      // As it starts, and after a contact; then it stays, as a device that was not calibrated does.
+      for (int again = 0; again < 2; ++again) {
+        for (int n = 0; n < 20; ++n) {
+          const Contact away = model.evaluate(from, 0);
+          EXPECT_FALSE(away.touching) << far_mm;
+          EXPECT_TRUE(away.force_n.isZero()) << far_mm;
+        }
+        const Contact contact = model.evaluate(inside, 0);
+        EXPECT_TRUE(contact.touching) << far_mm;
+        EXPECT_EQ(contact.force_n, wished.force_n) << far_mm;
+      }
+    }
+  }
+}
+
 TEST(Proxy, ADeviceThatLeavesThroughTheSideIsLetGoAtOnce) {
   ProxyModel model(floor_below(), {.stiffness_n_per_m = 1000});
   for (int n = 0; n < 50; ++n) (void)model.evaluate(Vec3(0.1 * n, 0, -2), 0);
