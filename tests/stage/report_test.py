@@ -155,7 +155,7 @@ def figures():
         assert shown == f"{told['figures']['lv_ef_percent']:.0f} %", shown
         shown = [entry.text for entry in driver.find_elements(By.CSS_SELECTOR, "#verdict dd.interval")]
         low, high = (int(end + 0.5) for end in intervals["lv_ef_percent"])
-        assert len(shown) == 7 and shown[0] == f"{low} to {high}", shown
+        assert len(shown) == 9 == len(intervals) and shown[0] == f"{low} to {high}", shown
         titles = driver.execute_script("return [...document.querySelectorAll('h2')].filter(h => h.offsetParent).map(h => h.textContent)")
         assert {"The beat", "Outlines and surface", "What was checked, and why", "The package", "Provenance"} <= set(titles), titles
 

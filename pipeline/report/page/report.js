@@ -20,13 +20,16 @@
     return svg;
   }
 
+  /* Name, key in report.json, unit, digits. */
+  const shown = [["LV ejection fraction", "lv_ef_percent", "%"], ["LV EDV", "lv_edv_ml", "ml"], ["LV ESV", "lv_esv_ml", "ml"],
+                 ["RV ejection fraction", "rv_ef_percent", "%"], ["RV EDV", "rv_edv_ml", "ml"], ["RV ESV", "rv_esv_ml", "ml"],
+                 ["LV stroke volume", "lv_sv_ml", "ml"], ["RV stroke volume", "rv_sv_ml", "ml"], ["LV mass", "lv_mass_g", "g"],
+                 ["Heart rate", "heart_rate_per_min", "/min"], ["Cardiac output", "cardiac_output_l_per_min", "l/min", 1]];
+
   function verdict() {
     const bad = data.findings.filter((finding) => finding.level !== "good");
     bad.sort((a, b) => (b.level === "rejected") - (a.level === "rejected"));
     const f = summary.figures;
-    const shown = [["LV ejection fraction", "lv_ef_percent", "%"], ["LV EDV", "lv_edv_ml", "ml"], ["LV ESV", "lv_esv_ml", "ml"],
-                   ["LV stroke volume", "lv_sv_ml", "ml"], ["RV stroke volume", "rv_sv_ml", "ml"], ["RV EDV", "rv_edv_ml", "ml"],
-                   ["LV mass", "lv_mass_g", "g"], ["Heart rate", "heart_rate_per_min", "/min"], ["Cardiac output", "cardiac_output_l_per_min", "l/min", 1]];
     const between = (key) => {
       const interval = summary.intervals_90[key];
       return interval ? make("dd", {class: "interval", title: "90 % prediction interval"}, interval.map((end) => number(end)).join(" to ")) : null;
@@ -78,9 +81,7 @@
       const said = (value) => value === undefined ? "none" : `${number(value)} ${unit}`;
       rows.push(["Alarm: " + key, said(was.get(key)), said(is.get(key))]);
     }
-    for (const entry of data.normal.ranges) {
-      rows.push([entry.title, `${number(before.figures[entry.figure], 1)} ${entry.unit}`, `${number(summary.figures[entry.figure], 1)} ${entry.unit}`]);
-    }
+    for (const [name, key, unit] of shown) rows.push([name, `${number(before.figures[key], 1)} ${unit}`, `${number(summary.figures[key], 1)} ${unit}`]);
     at("compared").append(make("h2", {}, "Before and after"),
       make("table", {}, make("thead", {}, make("tr", {}, ...["", "Build before", "This build"].map((text) => make("th", {scope: "col"}, text)))),
            make("tbody", {}, rows.map((row) => make("tr", {}, make("th", {scope: "row"}, row[0]), make("td", {}, String(row[1])), make("td", {}, String(row[2])))))));
