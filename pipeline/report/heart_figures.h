@@ -1,5 +1,5 @@
 #pragma once
-/// What a clinician asks of a beat first, and what is normal.
+/// What a clinician asks of a beat first.
 
 #include <optional>
 #include <string>
@@ -38,29 +38,6 @@ struct HeartFigures {
 /// that should agree do. A ventricle that either lacks is left out.
 [[nodiscard]] HeartFigures ventricles_at(const HeartFigures& figures,
                                          const std::vector<VolumeCurve>& volumes);
-
-/// Limits within which 95 of 100 healthy adults lie, and who measured them.
-struct NormalRange {
-  const char* figure;  ///< key of the figure, as in report.json
-  const char* title;
-  const char* unit;
-  double men_low;
-  double men_high;
-  double women_low;
-  double women_high;
-  int source;  ///< index into kNormalSources
-};
-
-struct NormalSource {
-  const char* short_name;
-  const char* citation;
-  const char* how;  ///< what it says of its method
-};
-
-/// [0] as here, papillary muscles are counted as blood; [1] the right ventricle, [2] muscle with
-/// papillary muscles.
-[[nodiscard]] const std::vector<NormalSource>& normal_sources();
-[[nodiscard]] const std::vector<NormalRange>& normal_ranges();
 
 /// The figure of that key, if the heart has it.
 [[nodiscard]] std::optional<double> figure_of(const HeartFigures& figures, const std::string& key);

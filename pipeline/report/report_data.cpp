@@ -8,6 +8,7 @@
 #include "pipeline/core/words.h"
 #include "pipeline/report/base64.h"
 #include "pipeline/report/coarse_surface.h"
+#include "pipeline/report/normal_ranges.h"
 #include "pipeline/report/prediction_intervals.h"
 #include "runtime/atlas/structure_colours.h"
 
@@ -352,22 +353,15 @@ json stages_to_json(const std::vector<ReportStage>& stages) {
   return out;
 }
 
-json normal_to_json() {
-  json ranges = json::array();
-  for (const NormalRange& range : normal_ranges()) {
-    ranges.push_back({{"figure", range.figure},
-                      {"title", range.title},
-                      {"unit", range.unit},
-                      {"men", {range.men_low, range.men_high}},
-                      {"women", {range.women_low, range.women_high}},
-                      {"source", range.source}});
+/// As the segmentation was told; labels of elsewhere are taken to count them as blood, as most do.
+Papillary papillary_of(const std::vector<ReportStage>& stages) {
+  for (const ReportStage& stage : stages) {
+    const auto told = stage.options.find("papillary");
+    if (stage.name == "segment" && told != stage.options.end() && *told == "muscle") {
+      return Papillary::Muscle;
+    }
   }
-  json sources = json::array();
-  for (const NormalSource& source : normal_sources()) {
-    sources.push_back(
-        {{"name", source.short_name}, {"citation", source.citation}, {"how", source.how}});
-  }
-  return {{"ranges", ranges}, {"sources", sources}};
+  return Papillary::Blood;
 }
 
 }  // namespace
@@ -448,7 +442,7 @@ json report_json(const ReportInput& input) {
   json out{{"summary", report_summary(input)},
            {"findings", findings_to_json(findings_of(input, places))},
            {"places", places_to_json(input, places)},
-           {"normal", normal_to_json()},
+           {"normal", normal_to_json(papillary_of(input.stages))},
            {"decisions", input.exam->decisions},
            {"source_format", input.exam->source_format},
            {"source_size", input.exam->stack.grid().size},

@@ -90,8 +90,8 @@ const Charts = (() => {
       rows.push(make("tr", {}, make("th", {scope: "row"}, entry.title),
                      make("td", {class: "number"}, `${number(value)} ${entry.unit}`,
                           before ? make("div", {class: "small"}, `before ${number(before.figures[entry.figure])}`) : null),
-                     make("td", {class: "range"}, range(entry, value)),
-                     make("td", {class: "number", "data-title": "Men"}, entry.men.join("–")), make("td", {class: "number", "data-title": "Women"}, entry.women.join("–")),
+                     entry.other ? make("td", {class: "small"}, entry.other) : make("td", {class: "range"}, range(entry, value)),
+                     ...[["Men", entry.men], ["Women", entry.women]].map(([who, limits]) => make("td", {class: "number", "data-title": who}, limits ? limits.join("–") : "–")),
                      make("td", {"data-title": "From"}, String.fromCharCode(97 + entry.source))));
     }
     const head = make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Figure"), make("th", {class: "number", scope: "col"}, "Here"),
@@ -100,7 +100,7 @@ const Charts = (() => {
     const sources = data.normal.sources.map((source, i) => !used.has(i) ? null :
       make("li", {}, `${String.fromCharCode(97 + i)}  ${source.citation} (${source.how})`));
     return [make("div", {class: "scroll"}, make("table", {class: "stack"}, head, make("tbody", {}, rows))),
-            make("p", {class: "small"}, "Normal is where 95 of 100 healthy adults lie; size, age and training move it, and a patient's heart may well lie outside without any fault of the atlas. Mass is muscle at end-diastole times 1.05 g/ml; papillary muscles count as blood."),
+            make("p", {class: "small"}, `Normal is where 95 of 100 healthy adults lie; size, age and training move it, and a patient's heart may well lie outside without any fault of the atlas. Mass is muscle at end-diastole times 1.05 g/ml; papillary muscles count as ${data.normal.papillary}.`),
             make("details", {}, make("summary", {}, "Sources: " + data.normal.sources.map((source, i) => used.has(i) ? `${String.fromCharCode(97 + i)} ${source.name}` : null).filter(Boolean).join(", ")), make("ul", {class: "plain small"}, sources))];
   }
 

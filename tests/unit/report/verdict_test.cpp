@@ -6,6 +6,7 @@
 
 #include "pipeline/report/base64.h"
 #include "pipeline/report/coarse_surface.h"
+#include "pipeline/report/normal_ranges.h"
 #include "pipeline/report/report_data.h"
 
 namespace beatlas::report {
@@ -55,6 +56,22 @@ TEST(NormalRanges, HaveASourceAndAnOrder) {
     EXPECT_LT(static_cast<std::size_t>(range.source), normal_sources().size());
     EXPECT_TRUE(figure_of(sound().segmentation, range.figure).has_value()) << range.figure;
   }
+}
+
+TEST(NormalRanges, OfTheOtherConventionAreLeftOut) {
+  const auto other = [](Papillary labelled) {
+    std::vector<std::string> out;
+    const nlohmann::json told = normal_to_json(labelled);
+    for (const nlohmann::json& range : told.at("ranges")) {
+      EXPECT_EQ(range.at("men").is_null(), range.contains("other"));
+      EXPECT_EQ(range.at("women").is_null(), range.contains("other"));
+      if (range.contains("other")) out.push_back(range.at("figure"));
+    }
+    return out;
+  };
+  EXPECT_EQ(other(Papillary::Blood), (std::vector<std::string>{"lv_mass_g"}));
+  EXPECT_EQ(other(Papillary::Muscle),
+            (std::vector<std::string>{"lv_ef_percent", "lv_edv_ml", "lv_esv_ml", "lv_sv_ml"}));
 }
 
 TEST(Verdict, IsGoodWhereNothingIsWrong) {
