@@ -23,7 +23,8 @@ struct Check {
 
 /// Limits are of damage and mix-up, not of accuracy.
 struct StructuralLimits {
-  double volume_gap_percent = 20;       ///< of field or surface against the package's volume curve
+  /// Of field or surface against the package's volume curve, as a share of its largest volume.
+  double volume_gap_percent = 20;
   double vertex_distance_voxels = 1.0;  ///< RMS of a surface's vertices in its structure's field
   double wrong_side_percent = 5;
   double crossing_percent = 1;         ///< of a surface with itself

@@ -13,9 +13,11 @@ namespace beatlas::build {
 struct StructureQuality {
   Structure structure{};
   /// V - V_segmentation where it is farthest from 0 of all phases, as a share of the largest
-  /// V_segmentation [%]
+  /// V_segmentation of the beat [%], and the phase
   double field_volume_excess_percent = 0;
+  int field_phase = 0;
   double surface_volume_excess_percent = 0;  ///< the same for the surface; 0 without one
+  int surface_phase = 0;
   bool has_surface = false;
 };
 

@@ -22,7 +22,8 @@ namespace beatlas::build {
 /// What a package must reach; below it the exit code is 4 and no package is written.
 struct QualityOptions {
   /// [%] 0.1..100: largest difference, over structures and phases, between the volume of the
-  /// segmentation and that of the field or surface made from it.
+  /// segmentation and that of the field or surface made from it, as a share of the structure's
+  /// largest volume in the beat.
   double max_volume_gap_percent = 30;
 };
 

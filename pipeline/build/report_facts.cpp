@@ -71,10 +71,14 @@ void put_worst_gap(const json& provenance, report::ReportPackage& out) {
         continue;
       }
       out.worst_gap_percent = entry[key].get<double>();
-      // Packages of before tell no sign.
+      // Packages of before tell no sign and no phase.
       const json excess = entry.value(std::string(made) + "_volume_excess_percent", json(nullptr));
       out.worst_gap_sign = excess.is_number() ? (excess.get<double>() > 0 ? 1 : -1) : 0;
       out.worst_gap_of = std::string("the ") + made + " of " + entry.value("name", "");
+      const json phase = entry.value(std::string(made) + "_volume_gap_phase", json(nullptr));
+      if (phase.is_number_integer()) {
+        out.worst_gap_of += " in phase " + std::to_string(phase.get<int>());
+      }
     }
   }
 }

@@ -36,7 +36,7 @@ struct ReportPackage {
   std::vector<VolumeCurve> enclosed;  ///< by its own surfaces; none where nobody measured it
   std::optional<double> worst_gap_percent;
   int worst_gap_sign = 0;                  ///< 1 too much, -1 too little, 0 not known
-  std::string worst_gap_of;                ///< "the surface of heart"
+  std::string worst_gap_of;                ///< "the surface of heart in phase 3"
   std::size_t checks = 0;                  ///< that it was put to without the truth
   std::vector<std::string> failed_checks;  ///< a sentence each
 };

@@ -49,10 +49,11 @@ Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
               "",
               "",
               ""};
-  out.limit = text("%g %%", limits.volume_gap_percent);
+  out.limit = text("%g %% of the largest volume", limits.volume_gap_percent);
   out.why =
       "Fields and surfaces are made from the segmentation and nothing else; a volume that differs "
-      "more was lost on the way. On the phantom small fields differ by 0.1 % and surfaces by up to "
+      "more was lost on the way. It is told as a share of the structure's largest volume in the "
+      "beat. On the phantom small fields differ by 0.1 % and surfaces by up to "
       "2.3 %, the aorta's by 1 % and 4.7 %. The recipe refuses the package at "
       "/quality/max_volume_gap_percent.";
   if (!input.refused.empty()) {
@@ -72,7 +73,8 @@ Finding of_package(const VerdictInput& input, const VerdictLimits& limits) {
     const char* sign = input.worst_gap_sign == 0  ? ""
                        : input.worst_gap_sign > 0 ? " too much"
                                                   : " missing";
-    out.said = text("largest difference %.1f %% of a volume%s", *input.worst_gap_percent, sign);
+    out.said = text("largest difference %.1f %% of the largest volume in the beat%s",
+                    *input.worst_gap_percent, sign);
     if (!input.worst_gap_of.empty()) out.said += ", " + input.worst_gap_of;
   }
   return out;

@@ -69,10 +69,11 @@ struct VerdictInput {
   /// What its surfaces enclose at the ends of the labels' beat, see ventricles_at; none: it is of
   /// no study, or there is none.
   std::optional<HeartFigures> package;
-  std::optional<double> worst_gap_percent;  ///< of a volume, package against segmentation
-  int worst_gap_sign = 0;                   ///< 1 too much, -1 too little, 0 not known
-  std::string worst_gap_of;                 ///< what differs so: "the surface of heart"
-  std::size_t checks = 0;  ///< of the package without the truth; 0: it was not looked at
+  /// Package against segmentation, of the structure's largest volume in the beat.
+  std::optional<double> worst_gap_percent;
+  int worst_gap_sign = 0;    ///< 1 too much, -1 too little, 0 not known
+  std::string worst_gap_of;  ///< what does: "the surface of heart in phase 3"
+  std::size_t checks = 0;    ///< of the package without the truth; 0: it was not looked at
   std::vector<std::string> failed_checks;  ///< those it did not pass, a sentence each
   std::vector<SurfaceFigures> surfaces;
   std::vector<Place> leaks;           ///< that are borne out, see is_borne_out

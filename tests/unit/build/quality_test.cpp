@@ -32,6 +32,8 @@ TEST(Quality, IsTheLargestGapAsAShareOfTheLargestVolume) {
   ASSERT_EQ(quality.size(), 1U);
   EXPECT_NEAR(quality[0].field_volume_excess_percent, 3, 1e-12);
   EXPECT_NEAR(quality[0].surface_volume_excess_percent, -64, 1e-3);
+  EXPECT_EQ(quality[0].field_phase, 1);
+  EXPECT_EQ(quality[0].surface_phase, 0);
 }
 
 TEST(Quality, BelowTheDemandItIsRefusedWithFigureAndLimit) {
@@ -46,7 +48,9 @@ TEST(Quality, BelowTheDemandItIsRefusedWithFigureAndLimit) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::Quality);
     EXPECT_NE(std::string(error.what()).find("lv_blood"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("7.0 % of volume too little"), std::string::npos)
+    EXPECT_NE(std::string(error.what())
+                  .find("7.0 % of its largest volume in the beat too little in phase 0"),
+              std::string::npos)
         << error.what();
   }
 }

@@ -174,7 +174,8 @@ TEST(Verdict, TellsWhatDiffersFromTheSegmentation) {
   const auto found = std::find_if(all.begin(), all.end(),
                                   [](const Finding& finding) { return finding.id == "package"; });
   ASSERT_NE(found, all.end());
-  EXPECT_EQ(found->said, "largest difference 5.1 % of a volume, the surface of aorta");
+  EXPECT_EQ(found->said,
+            "largest difference 5.1 % of the largest volume in the beat, the surface of aorta");
 }
 
 /// What is said of a finding, its trouble before it.
@@ -191,10 +192,12 @@ TEST(Verdict, SaysMissingOrTooMuchWhereTheSignIsKnown) {
   input.worst_gap_percent = 5.14;
   input.worst_gap_sign = -1;
   EXPECT_EQ(told(input, "package"),
-            "Volume is missing in the package: largest difference 5.1 % of a volume missing");
+            "Volume is missing in the package: largest difference 5.1 % of the largest volume in "
+            "the beat missing");
   input.worst_gap_sign = 1;
   EXPECT_EQ(told(input, "package"),
-            "The package has too much volume: largest difference 5.1 % of a volume too much");
+            "The package has too much volume: largest difference 5.1 % of the largest volume in "
+            "the beat too much");
   input = sound();
   input.segmentation.rv->edv_ml = 140;
   EXPECT_EQ(told(input, "strokes"),
