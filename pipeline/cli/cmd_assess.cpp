@@ -17,11 +17,12 @@ void add_assess(CLI::App& app, Run& run) {
   command->footer(
       "Every other slice is hidden and foretold by the others, as the atlas is made; so is every\n"
       "phase, up to twelve. What is foretold is compared with the slice's own contours, in\n"
-      "mm along the surface's normal: no expert and no truth is asked. Slices foretell here over\n"
-      "twice their distance, so the atlas lies closer between them: of a smooth wall the error\n"
-      "falls with the square of the distance. Whether the contours themselves are right it does\n"
-      "not tell; the report does. The study keeps the figures for its report, in self_test.json,\n"
-      "as long as its labels are those. 'build --self-test' does the same after a build.");
+      "mm along the surface's normal, more than 6 mm as 6: no expert and no truth is asked.\n"
+      "Slices foretell here over twice their distance, so the atlas lies closer between them:\n"
+      "of a smooth wall the error falls with the square of the distance. Whether the contours\n"
+      "themselves are right it does not tell; the report does. The study keeps the figures for\n"
+      "its report, in self_test.json, as long as its labels are those. 'build --self-test' does\n"
+      "the same after a build.");
   command->add_option("STUDY", arguments->study, "The study's folder")->required();
   add_json_lines(*command, arguments->common.json,
                  "Print it as JSON, see assess.schema.json; progress as JSON lines on stderr");

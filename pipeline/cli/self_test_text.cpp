@@ -34,6 +34,7 @@ std::string self_test_to_text(const assess::SelfTest& found) {
   text += table("Hidden phases, foretold by those beside them, " +
                     number("%.0f ms", 1e3 * found.phases_apart_s) + " apart",
                 found.between_phases);
+  if (!text.empty()) text += "What lies more than 6 mm off counts as 6.\n\n";
   if (!found.worst.empty()) text += "Foretold worst, between two others\n";
   for (const assess::HiddenPlace& place : found.worst) {
     text += std::string(structure_name(place.structure)) + " in slice " +

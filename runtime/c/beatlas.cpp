@@ -280,8 +280,11 @@ void beatlas_set_heart_rate(beatlas_session* session, double beats_per_min) {
 void beatlas_set_paused(beatlas_session* session, int paused) {
   if (session != nullptr) session->servo.set_paused(paused != 0);
 }
-void beatlas_hold_phase(beatlas_session* session, double phase) {
-  if (session != nullptr) session->servo.hold_phase(phase);
+int beatlas_hold_phase(beatlas_session* session, double phase) {
+  // The form turns away what is no number, too.
+  if (session == nullptr || !(phase <= 1)) return 0;
+  session->servo.hold_phase(phase);
+  return 1;
 }
 void beatlas_stop(beatlas_session* session) {
   if (session != nullptr) session->servo.stop();
@@ -371,6 +374,12 @@ int beatlas_known_within(const beatlas_session* session, const double* points_mm
                                  " is known");
         }
         const field::FieldQuery& body = *session->opened.field;
+        if (!std::isfinite(phase)) beatlas::throw_invalid("the phase must be a number");
+        for (size_t n = 0; n < 3 * count; ++n) {
+          if (std::isfinite(points_mm[n])) continue;
+          beatlas::throw_invalid("point " + std::to_string(n / 3) +
+                                 ", counted from 0, must be three numbers in mm");
+        }
         for (size_t n = 0; n < count; ++n) {
           const Vec3 x(points_mm[3 * n], points_mm[3 * n + 1], points_mm[3 * n + 2]);
           const Vec3 normal = body.normal(body.sample(x, phase * body.rr_interval_s()), x);

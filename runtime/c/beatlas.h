@@ -24,7 +24,7 @@ extern "C" {
 #endif
 
 /* Rises when a struct or the meaning of a function changes. */
-#define BEATLAS_C_VERSION 4
+#define BEATLAS_C_VERSION 5
 /* The version that the library was built with. */
 BEATLAS_API int beatlas_c_version(void);
 
@@ -111,8 +111,9 @@ BEATLAS_API beatlas_felt beatlas_tick(beatlas_session* session, const beatlas_st
 /* Another thread: taken up at the next tick. Phase and rate of the heart never jump. */
 BEATLAS_API void beatlas_set_heart_rate(beatlas_session* session, double beats_per_min);
 BEATLAS_API void beatlas_set_paused(beatlas_session* session, int paused);
-/* 0..1: beat on to this phase of the cycle and stay there; below 0: let go. */
-BEATLAS_API void beatlas_hold_phase(beatlas_session* session, double phase);
+/* 0..1, a share of the cycle and no number of a stored phase: beat on to it and stay there; below
+ * 0: let go. 1 if it was taken; 0, and all stays as it was, beyond 1 or where it is no number. */
+BEATLAS_API int beatlas_hold_phase(beatlas_session* session, double phase);
 BEATLAS_API void beatlas_stop(beatlas_session* session);    /* zero force until restart */
 BEATLAS_API void beatlas_restart(beatlas_session* session); /* with the start ramp */
 /* Another package under the running servo: one tick of zero force, then the ramp. Info and queries
@@ -153,13 +154,15 @@ BEATLAS_API int beatlas_taxels(beatlas_session* session, const double* right,
                                beatlas_taxel_map* map, char* message, size_t message_size);
 
 /* Another thread: signed distance [mm] and outward unit normal of `count` points (x y z each) at
- * `phase` of the cycle; either output may be NULL. Beyond the band the distance is clamped. */
+ * `phase` of the cycle, 0..1, beyond it as one or more cycles on; either output may be NULL. Beyond
+ * the band the distance is clamped. */
 BEATLAS_API void beatlas_query(const beatlas_session* session, const double* points_mm,
                                size_t count, double phase, double* distances_mm, double* normals);
 
 /* Another thread: how near the true surface lies to the package's with a probability of 90 %, as a
  * half width [mm], at `count` points (x y z each) on or near the surface at `phase` of the cycle.
- * In force that is the width times the stiffness. Fails where the package does not tell it. */
+ * In force that is the width times the stiffness. Fails where the package does not tell it, and
+ * where a point or the phase is no number; then nothing is written. */
 BEATLAS_API int beatlas_known_within(const beatlas_session* session, const double* points_mm,
                                      size_t count, double phase, double* half_widths_mm,
                                      char* message, size_t message_size);

@@ -351,8 +351,23 @@ void read_words(Words& words) {
   }
 }
 
+// What is to be seen has to be there; what is to be hidden need not.
+void check_opacity(const ViewOptions& options, const atlas::Atlas& heart) {
+  std::string there;
+  for (const Structure structure : kAllStructures) {
+    if (!heart.surface(structure)) continue;
+    there += (there.empty() ? "" : ", ") + std::string(structure_name(structure));
+  }
+  for (const auto& [structure, opacity] : options.opacity) {
+    if (opacity == 0 || heart.surface(structure)) continue;
+    throw_invalid("--opacity: " + options.package.string() + " has no surface of " +
+                  std::string(structure_name(structure)) + "; it has " + there);
+  }
+}
+
 void write_stills(Words& words) {
   const OpenedHeart heart = open_heart(words.options.package);
+  check_opacity(words.options, *heart.atlas);
   words.options.phase = phase_of(words.phase, heart.atlas->manifest());
   const Display display;
   const LostDisplayWatch watch("beatlas-play", {});
@@ -380,6 +395,7 @@ int run(Words& words) {
   std::optional<OpenedHeart> heart;
   if (!words.package.empty()) {
     heart = open_heart(words.options.package, words.options.inside, words.options.valve);
+    check_opacity(words.options, *heart->atlas);
     words.options.phase = phase_of(words.phase, heart->atlas->manifest());
   }
   if (!has_display()) {

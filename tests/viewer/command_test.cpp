@@ -149,6 +149,7 @@ TEST_F(Command, TroubleIsOneSentenceAndTheRightCode) {
       {2, file("heart.beatlas") + shot + " --view upwards"},
       {2, file("heart.beatlas") + shot + " --size 10"},
       {2, file("heart.beatlas") + shot + " --opacity heart"},
+      {3, file("heart.beatlas") + shot + " --opacity aorta=1"},
       {2, file("heart.beatlas") + shot + " --record x"},
       {2, file("heart.beatlas") + shot + " --cut axial --cut-plane 0 0 0 1 0 0"},
       {2, file("heart.beatlas") + shot + " --cut-plane 0 0 0 0 0 0"},

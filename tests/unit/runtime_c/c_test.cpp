@@ -271,6 +271,18 @@ TEST(C, HowWellTheSurfaceIsKnownIsThePackages) {
   }
   EXPECT_LT(widths[0], widths[2]);
   EXPECT_EQ(beatlas_known_within(session, points, 3, 0, nullptr, message, sizeof message), 0);
+  for (const double no_number : {std::nan(""), double(INFINITY)}) {
+    double bad[9];
+    std::copy_n(points, 9, bad);
+    bad[4] = no_number;
+    widths[0] = -1;
+    EXPECT_EQ(beatlas_known_within(session, bad, 3, 0.25, widths, message, sizeof message), 0);
+    EXPECT_STREQ(message, "point 1, counted from 0, must be three numbers in mm");
+    EXPECT_EQ(widths[0], -1) << "nothing is written";
+    EXPECT_EQ(beatlas_known_within(session, points, 3, no_number, widths, message, sizeof message),
+              0);
+    EXPECT_NE(std::string(message).find("phase"), std::string::npos) << message;
+  }
   beatlas_close(session);
   EXPECT_EQ(beatlas_known_within(nullptr, points, 3, 0, widths, nullptr, 0), 0);
   const Session golden;
@@ -320,7 +332,7 @@ TEST(C, NullAndStatesThatAreNoneGiveZeroForce) {
   beatlas_close(nullptr);
   beatlas_set_heart_rate(nullptr, 60);
   beatlas_set_paused(nullptr, 1);
-  beatlas_hold_phase(nullptr, 0);
+  EXPECT_EQ(beatlas_hold_phase(nullptr, 0), 0);
   beatlas_stop(nullptr);
   beatlas_restart(nullptr);
   const Session c;
@@ -336,6 +348,25 @@ TEST(C, NullAndStatesThatAreNoneGiveZeroForce) {
     EXPECT_EQ(felt.status, BEATLAS_FAULT) << n;
     EXPECT_EQ(Vec3(felt.force_n), Vec3::Zero());
   }
+}
+
+TEST(C, APhaseToHoldIsAShareOfTheCycle) {
+  const Session c;
+  const auto phase_after = [&](double from_s) {
+    for (int n = 0; n < 4000; ++n) {
+      const beatlas_state state = state_at(c, from_s + 0.001 * n, 80);
+      (void)beatlas_tick(c.session, &state);
+    }
+    return beatlas_look(c.session).phase;
+  };
+  ASSERT_EQ(beatlas_hold_phase(c.session, 0.3), 1);
+  EXPECT_NEAR(phase_after(0), 0.3, 1e-6);
+  for (const double none : {7.0, 1.001, double(INFINITY), std::nan("")}) {
+    EXPECT_EQ(beatlas_hold_phase(c.session, none), 0) << none;
+  }
+  EXPECT_NEAR(phase_after(4), 0.3, 1e-6) << "what was refused changes nothing";
+  EXPECT_EQ(beatlas_hold_phase(c.session, -1), 1);
+  EXPECT_NE(phase_after(8), phase_after(12));
 }
 
 TEST(C, AClockThatStandsStillHoldsNoForce) {
