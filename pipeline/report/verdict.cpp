@@ -225,10 +225,12 @@ Finding of_surfaces(const VerdictInput& input, const VerdictLimits& limits) {
               "A surface is torn or folds",
               Level::Good,
               "",
-              text("0 open edges; %g %% of triangles that cut others", limits.crossing_percent),
+              text("0 open edges; %g %% of triangles that cut others of their surface",
+                   limits.crossing_percent),
               "A gap or a pinch makes inside and outside undefined: touch would fail there. Some "
               "triangles of a thin wall may fold where it is carried through the beat; more than "
-              "the limit shows as creases."};
+              "the limit shows as creases. Of the finest level of detail; the others, and two "
+              "structures' surfaces that cut each other, are among the package's checks."};
   double gaps = 0;
   double crossing = 0;
   for (const SurfaceFigures& surface : input.surfaces) {
@@ -236,8 +238,10 @@ Finding of_surfaces(const VerdictInput& input, const VerdictLimits& limits) {
     crossing = std::max(crossing, surface.crossing_percent);
   }
   out.level = gaps > 0 ? Level::Rejected : check_if(crossing > limits.crossing_percent);
-  out.said = text("%g open edges or pinched vertices; at most %.2f %% of triangles cut others",
-                  gaps, crossing);
+  out.said = text(
+      "%g open edges or pinched vertices; at most %.2f %% of triangles cut others of the "
+      "same surface",
+      gaps, crossing);
   return out;
 }
 

@@ -266,6 +266,13 @@ TEST(Places, SayWhetherVolumeIsMissingOrTooMuchAndWhen) {
             "Too much volume in phase 8: the right ventricle's blood");
 }
 
+TEST(Verdict, TellsOfEachSurfaceWithItselfAlone) {
+  VerdictInput input = sound();
+  EXPECT_EQ(told(input, "surfaces"),
+            "A surface is torn or folds: 0 open edges or pinched vertices; at most 0.10 % of "
+            "triangles cut others of the same surface");
+}
+
 TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   const auto doubtful = [](const std::string& id, const auto& spoil) {
     VerdictInput input = sound();
