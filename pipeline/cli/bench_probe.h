@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/assess/truth_set.h"
+#include "pipeline/core/statistics.h"
 
 namespace beatlas::cli {
 
@@ -39,7 +40,6 @@ struct Question {
                                                      const Affine& workspace_from_lps,
                                                      double rr_interval_s);
 
-[[nodiscard]] double median(std::vector<double> values);
 [[nodiscard]] double wall_clock_s();
 [[nodiscard]] double thread_cpu_s();
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/statistics.h"
 
 namespace beatlas::segment {
 namespace {
@@ -14,21 +15,6 @@ constexpr std::size_t kFewestPhases = 4;
 constexpr double kUnlike = 0.5;  ///< correlation with the slice's mean: less is another image
 constexpr double kAlike = 0.8;   ///< that the slice's phases have in the middle, or none is judged
 constexpr double kMostShare = 0.25;  ///< of the phases that show something
-
-double correlation(const float* a, const std::vector<double>& b, double mean_b, double square_b) {
-  const std::size_t n = b.size();
-  double sum = 0;
-  for (std::size_t v = 0; v < n; ++v) sum += static_cast<double>(a[v]);
-  const double mean = sum / static_cast<double>(n);
-  double square = 0;
-  double product = 0;
-  for (std::size_t v = 0; v < n; ++v) {
-    const double off = static_cast<double>(a[v]) - mean;
-    square += off * off;
-    product += off * (b[v] - mean_b);
-  }
-  return square > 0 && square_b > 0 ? product / std::sqrt(square * square_b) : 0;
-}
 
 /// One value alone, as where a slice of fewer frames than the others was filled up.
 bool is_blank(const float* slice, std::size_t count) {
@@ -49,13 +35,11 @@ std::vector<double> likeness(const ImageCycle<float>& images, const std::vector<
       mean[v] += static_cast<double>(slice(p)[v]) / static_cast<double>(phases.size());
     }
   }
-  double level = 0;
-  for (const double value : mean) level += value / static_cast<double>(count);
-  double square = 0;
-  for (const double value : mean) square += (value - level) * (value - level);
   std::vector<double> out;
   out.reserve(phases.size());
-  for (const int p : phases) out.push_back(correlation(slice(p), mean, level, square));
+  for (const int p : phases) {
+    out.push_back(correlation({slice(p), slice(p) + count}, mean));
+  }
   return out;
 }
 
