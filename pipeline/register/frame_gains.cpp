@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/statistics.h"
 
 namespace beatlas::reg {
 namespace {
@@ -21,29 +22,7 @@ constexpr int kRounds = 3;             ///< in which what is still and the gains
 constexpr double kLeastAlike =
     0.7;  ///< correlation of a frame with its slice's middle image, half of its contrast
 constexpr double kLeastGain =
-    0.1;  ///< more than the 6 % by which it is wrong where little but the heart is seen
-
-double middle_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
-
-double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  const auto n = static_cast<double>(a.size());
-  const double mean_a = std::accumulate(a.begin(), a.end(), 0.0) / n;
-  const double mean_b = std::accumulate(b.begin(), b.end(), 0.0) / n;
-  double product = 0;
-  double square_a = 0;
-  double square_b = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) {
-    product += (a[v] - mean_a) * (b[v] - mean_b);
-    square_a += (a[v] - mean_a) * (a[v] - mean_a);
-    square_b += (b[v] - mean_b) * (b[v] - mean_b);
-  }
-  return square_a > 0 && square_b > 0 ? product / std::sqrt(square_a * square_b) : 0;
-}
+    0.1;  ///< more than the 7 % by which it is wrong where little but the heart is seen
 
 /// Pixels of a slice, and what those of tissue, which no phase shows as nothing, do.
 struct Pixels {
@@ -68,7 +47,7 @@ Pixels pixels_of(const ImageCycle<float>& images, int k) {
       course.push_back(static_cast<double>(images.phases[p][v]));
       out.frame[p].push_back(course.back());
     }
-    out.middle.push_back(middle_of(std::move(course)));
+    out.middle.push_back(median(std::move(course)));
   }
   const double mean = std::accumulate(out.middle.begin(), out.middle.end(), 0.0) /
                       static_cast<double>(out.middle.size());
@@ -76,8 +55,9 @@ Pixels pixels_of(const ImageCycle<float>& images, int k) {
     const bool shown = std::all_of(out.frame.begin(), out.frame.end(),
                                    [&](const std::vector<double>& frame) { return frame[n] > 0; });
     if (!shown || out.middle[n] <= kLeastShown * mean) continue;
-    for (std::size_t p = 0; p < phases; ++p)
+    for (std::size_t p = 0; p < phases; ++p) {
       out.ratio[p].push_back(std::log(out.frame[p][n] / out.middle[n]));
+    }
   }
   return out;
 }
@@ -89,7 +69,7 @@ std::vector<bool> still_half(const std::vector<std::vector<double>>& ratio,
   for (std::size_t p = 0; p < ratio.size(); ++p) {
     for (std::size_t n = 0; n < swing.size(); ++n) swing[n] += std::abs(ratio[p][n] - gain[p]);
   }
-  const double most = middle_of(swing);
+  const double most = median(swing);
   std::vector<bool> out;
   out.reserve(swing.size());
   for (const double value : swing) out.push_back(value <= most);
@@ -103,7 +83,7 @@ std::vector<double> gains_of_slice(const ImageCycle<float>& images, int k) {
   const Pixels pixels = pixels_of(images, k);
   std::vector<double> gain(images.phases.size(), 0);
   if (pixels.ratio.front().size() < kFewestPixels) return gain;
-  for (std::size_t p = 0; p < gain.size(); ++p) gain[p] = middle_of(pixels.ratio[p]);
+  for (std::size_t p = 0; p < gain.size(); ++p) gain[p] = median(pixels.ratio[p]);
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<bool> still = still_half(pixels.ratio, gain);
     for (std::size_t p = 0; p < gain.size(); ++p) {
@@ -111,7 +91,7 @@ std::vector<double> gains_of_slice(const ImageCycle<float>& images, int k) {
       for (std::size_t n = 0; n < still.size(); ++n) {
         if (still[n]) values.push_back(pixels.ratio[p][n]);
       }
-      gain[p] = middle_of(std::move(values));
+      gain[p] = median(std::move(values));
     }
   }
   std::vector<double> believed;
@@ -121,7 +101,7 @@ std::vector<double> gains_of_slice(const ImageCycle<float>& images, int k) {
     believed.push_back(gain[p]);
     of.push_back(p);
   }
-  const double middle = believed.empty() ? 0 : middle_of(believed);
+  const double middle = median(believed);
   std::fill(gain.begin(), gain.end(), 0);
   for (std::size_t n = 0; n < of.size(); ++n) gain[of[n]] = believed[n] - middle;
   return gain;
@@ -140,8 +120,9 @@ std::vector<std::vector<double>> take_off(ImageCycle<float>& images) {
     const std::size_t begin = images.grid.offset(0, 0, static_cast<int>(k));
     for (std::size_t p = 0; p < of_slice.size(); ++p) {
       const auto by = static_cast<float>(1 / of_slice[p]);
-      for (std::size_t v = begin; v < begin + images.grid.slice_count(); ++v)
+      for (std::size_t v = begin; v < begin + images.grid.slice_count(); ++v) {
         images.phases[p][v] *= by;
+      }
     }
   });
   return gains;

@@ -22,7 +22,7 @@
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/phantom/drawn_exam.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/register/slice_shifts.h"
+#include "pipeline/register/acquisition_faults.h"
 #include "pipeline/segment/alarm.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
@@ -118,7 +118,7 @@ Known of_family(unsigned seed) {
   phantom::DrawnExam drawn = phantom::drawn_exam(seed, {}, context);
   Known out;
   out.exam.stack = std::move(drawn.cine);
-  out.exam = reg::with_aligned_slices(std::move(out.exam), {});
+  out.exam = reg::without_acquisition_faults(std::move(out.exam), {});
   out.labels = out.exam.slice_shifts_mm.empty() ? drawn.source_labels : drawn.labels;
   for (const Structure structure : kVentricular) {
     for (const auto& phase : out.labels.phases) {

@@ -1,0 +1,13 @@
+#include "pipeline/register/acquisition_faults.h"
+
+#include <utility>
+
+#include "pipeline/register/frame_gains.h"
+
+namespace beatlas::reg {
+
+Exam without_acquisition_faults(Exam exam, const AlignOptions& options) {
+  return with_aligned_slices(with_even_frames(std::move(exam)), options);
+}
+
+}  // namespace beatlas::reg
