@@ -68,14 +68,6 @@ std::uint8_t most_of(const Counts& counts) {
   return static_cast<std::uint8_t>(std::max_element(counts.begin(), counts.end()) - counts.begin());
 }
 
-std::string why(std::uint8_t label, std::uint8_t there) {
-  const bool ventricular =
-      label == kLabelLvBlood || label == kLabelLvMyocardium || label == kLabelRvBlood;
-  if (there == kLabelBackground) return "what is there does not hang together with the heart";
-  if (there == kLabelRestOfHeart && ventricular) return "the ventricle was found to end before it";
-  return "it was taken for " + std::string(kLabelWords.at(there));
-}
-
 /// In which phases labels do not follow a seed, and what they hold instead.
 struct NotFollowed {
   std::size_t lost = 0;           ///< phases in which other labels lie on it
@@ -137,11 +129,11 @@ std::string not_followed_told(const std::vector<Seed>& seeds, std::size_t at,
     return told + " was not followed" + where +
            ": the labels that were given there stay; give them anew with the seed's label painted";
   }
-  const std::string trouble =
-      found.lost >= found.alone
-          ? " was not followed" + where + ": " + why(seed.label, most_of(found.instead.on))
-          : " stays alone" + where + ": all about it is " +
-                std::string(kLabelWords.at(most_of(found.instead.beside)));
+  const std::string trouble = found.lost >= found.alone
+                                  ? " was not followed" + where + ": it was taken for " +
+                                        std::string(kLabelWords.at(most_of(found.instead.on)))
+                                  : " stays alone" + where + ": all about it is " +
+                                        std::string(kLabelWords.at(most_of(found.instead.beside)));
   return told + trouble + "; mark more of the structure, or paint the labels";
 }
 
