@@ -10,8 +10,6 @@
 namespace beatlas::ingest {
 namespace {
 
-constexpr std::size_t kLeastOfContrast = 3;  // slices of a stack
-
 /// A contrast and at how many places of each direction there are cines of its protocol.
 struct Tally {
   Contrast contrast;
@@ -71,7 +69,7 @@ bool has_stack(const Tally& tally, const std::vector<Tally>& all) {
     const auto found = other.places.find(direction);
     if (found != other.places.end()) most = std::max(most, found->second);
   }
-  return own >= kLeastOfContrast && 3 * own >= 2 * most;
+  return own > kMostSlicesOfView && 3 * own >= 2 * most;
 }
 
 auto worth(const Tally& tally) {

@@ -266,8 +266,8 @@ std::vector<Candidate> candidates_of(const Plane& plane) {
     for (Candidate& part : interleaved(out[i])) out.push_back(std::move(part));
   }
   for (Candidate& one : acquisitions(plane, false)) out.push_back(std::move(one));
-  for (Candidate& one :
-       acquisitions(plane, true)) {  // where one slice came twice, its halves are none
+  // Of a stack in which one slice came twice the halves are none.
+  for (Candidate& one : acquisitions(plane, true)) {
     if (one.slices.size() == all.slices.size()) out.push_back(std::move(one));
   }
   for (Candidate& one : heart_rates(plane)) out.push_back(std::move(one));

@@ -118,9 +118,8 @@ std::string hole_told(const Slices& kept, const Slices& found) {
   const auto& [before, before_set] = kept[at - 1];
   const auto& [behind, behind_set] = kept[at];
   std::string out = "; the widest, " + with_digits("%.1f", gap_mm(at)) +
-                    " mm, lies between slices " + std::to_string(at) + " and " +
-                    std::to_string(at + 1) + " (" +
-                    series_list({before_set->series_number, behind_set->series_number}) + ")";
+                    " mm, lies between slices of " +
+                    series_list({before_set->series_number, behind_set->series_number});
   std::string lies = ", where none was found";
   for (const auto& [place, set] : found) {
     if (place->along_mm <= before->along_mm || place->along_mm >= behind->along_mm) continue;
