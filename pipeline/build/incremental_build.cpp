@@ -7,7 +7,7 @@
 #include "pipeline/build/version.h"
 #include "pipeline/core/words.h"
 #include "pipeline/field/repair_topology.h"
-#include "pipeline/register/acquisition_faults.h"
+#include "pipeline/motion/acquisition_faults.h"
 #include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -370,7 +370,7 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
     facts_.input_sha256 = stack_sha256(exam_->stack);
     refuse_unless_from(with);
     part_with_corrections(with);
-    exam_ = reg::without_acquisition_faults(std::move(*exam_), orders_.recipe.align);
+    exam_ = motion::without_acquisition_faults(std::move(*exam_), orders_.recipe.align);
     refuse_unless_edits_fit();
     leave_import(with);
   });

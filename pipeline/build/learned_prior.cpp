@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "pipeline/segment/bad_frames.h"
+#include "pipeline/motion/bad_frames.h"
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
@@ -78,7 +78,7 @@ std::optional<prior::PriorCycle> prior_of(const Exam& exam, const Recipe& recipe
   const std::optional<prior::Model> model = model_of(recipe);
   if (!model) return std::nullopt;
   // A frame of noise tells the network nothing of its phase; those beside it do.
-  const std::optional<Exam> mended = segment::without_bad_frames(exam);
+  const std::optional<Exam> mended = motion::without_bad_frames(exam);
   return prior::heart_prior(mended ? *mended : exam, *model, context);
 }
 

@@ -36,8 +36,8 @@ constexpr std::array kNeighbours{Choice<segment::Neighbours>{"faces", segment::N
                                  Choice<segment::Neighbours>{"all", segment::Neighbours::All}};
 
 constexpr std::array kSliceAlignments{
-    Choice<reg::AlignOptions::Slices>{"auto", reg::AlignOptions::Slices::Auto},
-    Choice<reg::AlignOptions::Slices>{"off", reg::AlignOptions::Slices::Off}};
+    Choice<motion::AlignOptions::Slices>{"auto", motion::AlignOptions::Slices::Auto},
+    Choice<motion::AlignOptions::Slices>{"off", motion::AlignOptions::Slices::Off}};
 
 /// Every option of a recipe, once: section, key, member and range.
 template <class AnyRecipe, class Visit>

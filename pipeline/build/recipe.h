@@ -11,8 +11,8 @@
 #include "pipeline/field/field.h"
 #include "pipeline/ingest/ingest.h"
 #include "pipeline/mesh/mesh.h"
+#include "pipeline/motion/slice_shifts.h"
 #include "pipeline/pack/pack.h"
-#include "pipeline/register/slice_shifts.h"
 #include "pipeline/register/workspace.h"
 #include "pipeline/segment/options.h"
 #include "pipeline/study/study.h"
@@ -29,7 +29,7 @@ struct QualityOptions {
 
 struct Recipe {
   ingest::IngestOptions import;
-  reg::AlignOptions align;
+  motion::AlignOptions align;
   segment::SegmentOptions segment;
   reg::RegisterOptions registration;
   field::FieldOptions field;

@@ -28,7 +28,7 @@ struct Exam {
   std::vector<Cine> views;             ///< long-axis and other cine views; may be empty
   std::vector<std::string> decisions;  ///< what was chosen, left and why; one sentence each
   /// [slice of the stack] along its axes i and j: how far its breath-hold had moved the anatomy,
-  /// before it was moved back (see register/slice_shifts.h); empty: nothing was moved.
+  /// before it was moved back (see motion/slice_shifts.h); empty: nothing was moved.
   std::vector<Vec2> slice_shifts_mm;
   std::string source_format;  ///< "dicom", "nifti", "nrrd" or "metaimage"
   /// Of the phantom that all images of the stack say they were made from (see phantom_mark.h);

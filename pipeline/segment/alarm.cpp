@@ -9,7 +9,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
-#include "pipeline/segment/bad_frames.h"
+#include "pipeline/motion/bad_frames.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/leak_seed.h"
 #include "pipeline/segment/surface_evidence.h"
@@ -332,9 +332,10 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
   }
   context.check_cancelled();
   // A frame of noise is no evidence; that it is one is told by the segmentation.
-  const std::vector<BadFrame> bad = bad_frames(cine.images);
-  const ImageCycle<float> images =
-      bad.empty() ? crop(cine.images, box) : crop(without_bad_frames(cine.images, bad), box);
+  const std::vector<motion::BadFrame> bad = motion::bad_frames(cine.images);
+  const ImageCycle<float> images = bad.empty()
+                                       ? crop(cine.images, box)
+                                       : crop(motion::without_bad_frames(cine.images, bad), box);
   const TemporalStats stats = temporal_stats(images);
   const EvidenceLevels levels = evidence_levels(images, labels);
   const auto n = static_cast<std::size_t>(cine.phase_count());

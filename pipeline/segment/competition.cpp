@@ -108,7 +108,7 @@ class Fronts {
   static constexpr std::size_t kLanes = 4;  ///< parts that a bucket is worked on in
   static constexpr std::size_t kWorthSharing = 4096;
   using Queue = std::array<std::vector<Node>, kBuckets>;
-  using Steps = std::vector<std::vector<reg::PlaneStep>>;  ///< [phase][voxel]
+  using Steps = std::vector<std::vector<motion::PlaneStep>>;  ///< [phase][voxel]
 
   /// Offers what lies around a node its label.
   void spread(Node node, std::uint32_t cost, Queue& queue) {
@@ -157,14 +157,14 @@ class Fronts {
     const auto offer_in = [&](Node phase, Node to) {
       offer(phase * count_ + to, in_.images.phases[phase][to], in_.phase_step_mm);
     };
-    offer_in(p + 1 < phases_ ? p + 1 : 0, moved(p, v, &reg::PhaseMotion::to_next));
-    offer_in(p > 0 ? p - 1 : phases_ - 1, moved(p, v, &reg::PhaseMotion::to_previous));
+    offer_in(p + 1 < phases_ ? p + 1 : 0, moved(p, v, &motion::PhaseMotion::to_next));
+    offer_in(p > 0 ? p - 1 : phases_ - 1, moved(p, v, &motion::PhaseMotion::to_previous));
   }
 
   /// Where what a voxel of phase p holds lies in the phase after or before; there if not known.
-  [[nodiscard]] Node moved(Node p, Node voxel, Steps reg::PhaseMotion::*steps) const {
+  [[nodiscard]] Node moved(Node p, Node voxel, Steps motion::PhaseMotion::*steps) const {
     if (in_.motion == nullptr) return voxel;
-    const reg::PlaneStep step = (in_.motion->*steps)[p][voxel];
+    const motion::PlaneStep step = (in_.motion->*steps)[p][voxel];
     return static_cast<Node>(static_cast<std::ptrdiff_t>(voxel) + step[0] +
                              step[1] * static_cast<std::ptrdiff_t>(in_.images.grid.size[0]));
   }

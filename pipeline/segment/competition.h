@@ -9,7 +9,7 @@
 
 #include "pipeline/core/grid.h"
 #include "pipeline/core/stage_context.h"
-#include "pipeline/register/phase_motion.h"
+#include "pipeline/motion/phase_motion.h"
 
 namespace beatlas::segment {
 
@@ -30,7 +30,7 @@ struct CompetitionInput {
   const VoxelPrices& prices;
   double phase_step_mm = 3;  ///< what a step to the next phase counts as
   /// Where a step to the next phase and to the one before ends; null: at the same voxel.
-  const reg::PhaseMotion* motion = nullptr;
+  const motion::PhaseMotion* motion = nullptr;
   /// A step across an edge costs every label extra: `edge_cost` for each unit by which intensity
   /// changes beyond `edge_free` (noise).
   double edge_free = 0;

@@ -21,19 +21,20 @@ constexpr float kNearPx = 6;              ///< so far outside fat is looked for
 constexpr float kWithinPx = 4;            ///< and so far inside: labels may hold it
 constexpr double kBlurPx = 0.7;           ///< Gaussian before fat's level is looked for
 constexpr double kOfBlur = 0.4;           ///< of the noise that it leaves: 1 / (2 sqrt(pi) blur)
-constexpr double kBrighter = 3;           ///< standard deviations over blood
+constexpr double kOverBlood = 3;          ///< standard deviations over blood
 constexpr double kLeastShare = 0.005;     ///< of voxels there that are bright, or there is no fat
 constexpr double kLeastStep = 0.15;       ///< of the way from muscle to blood, where it is duller
 constexpr double kLeastDullShare = 0.03;  ///< of voxels outside that are brighter than that
 constexpr double kFatQuantile = 0.9;      ///< of bright ones: most are mixed with something darker
 constexpr double kOfNoise = 1.28;         ///< standard deviations that such a quantile lies above
-constexpr std::array kAlongPx{2.0, 5.0};  ///< Gaussian along the outline: fine, then for thin fat
+constexpr std::array kAlongInTurnPx{2.0,
+                                    5.0};  ///< Gaussian along the outline: fine, then for thin fat
 constexpr double kReachSigmas = 2.5;
 constexpr int kLeastOutlinePx = 24;
 constexpr int kBloodReach = 3;     ///< pixels of the outline: blood so near hides muscle
 constexpr double kMixedPx = 0.75;  ///< beside blood
 constexpr int kAgree = 3;          ///< places on both sides that have to agree, by half
-constexpr float kBandPx = 3;       ///< beside the edge, whose coverage is told
+constexpr float kToldPx = 3;       ///< beside the edge, whose coverage is told
 
 bool is_blood(std::uint8_t label) { return label == kLabelLvBlood || label == kLabelRvBlood; }
 
@@ -101,7 +102,7 @@ std::optional<double> fat_around(const ImageCycle<float>& images, double noise,
                                  int phase) {
   const double left = kOfBlur * noise;
   const auto bright = level_above(calm_around(images, labels, phase, -kWithinPx),
-                                  levels.blood + kBrighter * left, kLeastShare, kFatQuantile);
+                                  levels.blood + kOverBlood * left, kLeastShare, kFatQuantile);
   if (bright) return *bright - kOfNoise * left;
   return level_above(calm_around(images, labels, phase, 1),
                      levels.muscle + kLeastStep * (levels.blood - levels.muscle), kLeastDullShare,
@@ -222,7 +223,7 @@ class SliceFat {
     for (std::size_t o = 0; o < outlines.size(); ++o) {
       Layers found(outlines[o].size());
       for (std::size_t at = 0; at < found.size(); ++at) {
-        for (const double along_px : kAlongPx) {
+        for (const double along_px : kAlongInTurnPx) {
           if (found[at]) break;
           found[at] = fit_fat_layer(profiles[o].around(at, along_px), levels_);
         }
@@ -293,7 +294,7 @@ class SliceFat {
         if (!layer || is_blood(label)) continue;
         const float d = slice_.distance_px.at<float>(j, i) - static_cast<float>(layer->edge_px);
         if (d > 0) label = kLabelBackground;
-        if (std::abs(d) > kBandPx) continue;
+        if (std::abs(d) > kToldPx) continue;
         out.edges.push_back({static_cast<std::uint32_t>(grid_.offset(
                                  slice_.part.x + i, slice_.part.y + j, static_cast<int>(k_))),
                              FatEdge::kNowhere, ramp(d, 0).coverage,

@@ -19,11 +19,11 @@ constexpr double kSureLayer = 12;     ///< by which the sum of squares falls, in
 constexpr double kLeastInsidePx = 1;  ///< of muscle that has to be seen
 constexpr double kMostOutsidePx = 2;  ///< labels do not miss more than that
 constexpr double kMostThickPx = 10;
-constexpr double kLeastThickPx = 0.08;  ///< less is the scanner's own blur
-constexpr double kFinestPx = 0.06;      ///< of the search
-constexpr double kUntoldPx = 0.625;     ///< standard deviation where nothing tells the edge
-constexpr double kThinPx = 0.3;         ///< where it begins
-constexpr double kMuscleRange = 0.45;   ///< of what parts it from blood: so far off it is none
+constexpr double kLeastThickPx = 0.08;    ///< less is the scanner's own blur
+constexpr double kFinestPx = 0.06;        ///< of the search
+constexpr double kNothingToldPx = 0.625;  ///< standard deviation where nothing tells the edge
+constexpr double kThinPx = 0.3;           ///< where it begins
+constexpr double kMuscleRange = 0.45;     ///< of what parts it from blood: so far off it is none
 
 struct Fit {
   double cost = 0;
@@ -99,7 +99,7 @@ class LayerSearch {
   [[nodiscard]] double edge_sigma_px(double edge_px, double thick_px, const Fit& fit) const {
     constexpr double kStepPx = 2 * kFinestPx;
     const double thick = std::max(thick_px, kStepPx);
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() / (kUntoldPx * kUntoldPx);
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() / (kNothingToldPx * kNothingToldPx);
     const double precision = 1 / (levels_.noise * levels_.noise);
     for (std::size_t n = 0; n < AcrossProfile::kBins; ++n) {
       if (!(profile_.weight[n] > 0)) continue;

@@ -9,7 +9,7 @@ namespace beatlas::segment {
 namespace {
 
 constexpr double kLeastRadiusMm = 2;
-constexpr double kSmoothMm = 1;  ///< Gaussian, so that noise pierces no muscle
+constexpr double kMuscleSmoothMm = 1;  ///< Gaussian, so that noise pierces no muscle
 
 }  // namespace
 
@@ -25,8 +25,8 @@ void papillary_muscles_to_wall(const ImageCycle<float>& images, const TissueLeve
       const cv::Mat pool = slice == kLabelLvBlood;
       if (cv::countNonZero(pool) == 0) continue;
       cv::Mat smooth;
-      cv::GaussianBlur(slice_of(grid, images.phases[p], k), smooth, {0, 0}, kSmoothMm / spacing[0],
-                       kSmoothMm / spacing[1]);
+      cv::GaussianBlur(slice_of(grid, images.phases[p], k), smooth, {0, 0},
+                       kMuscleSmoothMm / spacing[0], kMuscleSmoothMm / spacing[1]);
       cv::Mat muscle = (smooth < levels.threshold) & pool;
       cv::morphologyEx(muscle, muscle, cv::MORPH_OPEN, least, {-1, -1}, 1, cv::BORDER_CONSTANT,
                        cv::Scalar(0));

@@ -5,9 +5,9 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/motion/bad_frames.h"
+#include "pipeline/motion/phase_motion.h"
 #include "pipeline/prior/courses.h"
-#include "pipeline/register/phase_motion.h"
-#include "pipeline/segment/bad_frames.h"
 #include "pipeline/segment/belief.h"
 #include "pipeline/segment/beyond_base.h"
 #include "pipeline/segment/connected.h"
@@ -170,10 +170,10 @@ ImageCycle<std::uint8_t> grow(Task& task, StageContext& context) {
       std::clamp(kBeatMm / task.images.phase_count(), kLeastPhaseMm, kMostPhaseMm);
   const ImageCycle<float> calm =
       denoised(task.images, task.options.denoise ? task.noise : 0, phase_step_mm);
-  std::optional<reg::PhaseMotion> motion;
+  std::optional<motion::PhaseMotion> motion;
   if (task.options.follow_motion) {
     context.progress(0.35, "motion");
-    motion = reg::phase_motion(calm, kBrightest * levels.blood);
+    motion = motion::phase_motion(calm, kBrightest * levels.blood);
   }
   StageContext growing = context.part(0.4, 0.6, "growing");
   const double edge_free = std::max(3 * noise_level(calm), kTexture * contrast);
@@ -331,9 +331,9 @@ void finish(const Task& task, const BaseSide& base, const ImageCycle<std::uint8_
 Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
                           const SegmentOptions& options, StageContext& context,
                           const KnownLabels& known, const prior::PriorCycle* prior) {
-  const std::vector<BadFrame> bad = bad_frames(exam.stack.images);
+  const std::vector<motion::BadFrame> bad = motion::bad_frames(exam.stack.images);
   ImageCycle<float> mended;
-  if (!bad.empty()) mended = without_bad_frames(exam.stack.images, bad);
+  if (!bad.empty()) mended = motion::without_bad_frames(exam.stack.images, bad);
   const ImageCycle<float>& stack = bad.empty() ? exam.stack.images : mended;
   if (stack.phase_count() < 2) {
     throw_invalid("only one phase: a beating heart needs at least two");
@@ -349,7 +349,8 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
   const std::vector<std::string> doubts = doubtful_seeds(task.images, given, task.ground.levels);
   if (options.method == Method::Threshold) {
     Segmentation out = segment_by_window(task);
-    const std::vector<std::string> frames = told(bad, stack.grid.size[2], stack.phase_count());
+    const std::vector<std::string> frames =
+        motion::told(bad, stack.grid.size[2], stack.phase_count());
     out.warnings.insert(out.warnings.begin(), frames.begin(), frames.end());
     out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
     return out;
@@ -370,7 +371,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
     return belief_in(*prior, of, task.box, {.marks = task.marks, .known = task.known},
                      {structures.begin(), structures.end()});
   };
-  out.warnings = told(bad, stack.grid.size[2], stack.phase_count());
+  out.warnings = motion::told(bad, stack.grid.size[2], stack.phase_count());
   const auto tell = [&](const std::vector<std::string>& sentences) {
     out.warnings.insert(out.warnings.end(), sentences.begin(), sentences.end());
   };

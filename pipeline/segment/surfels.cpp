@@ -15,15 +15,15 @@
 namespace beatlas::segment {
 namespace {
 
-constexpr double kSmoothMm = 2;      ///< Gaussian
-constexpr double kQuadricMm = 6;     ///< crossings so near are of one piece
-constexpr double kQuadricSigma = 3;  ///< [mm] Gaussian of their weights
-constexpr double kAlike = 0.5;       ///< cosine of the angle between normals of one piece
-constexpr int kFits = 2;             ///< the second in the first one's frame
-constexpr double kStiffness = 20;    ///< [mm^4] of bends, beside some 60 crossings
+constexpr double kSurfaceSmoothMm = 2;  ///< Gaussian
+constexpr double kQuadricMm = 6;        ///< crossings so near are of one piece
+constexpr double kQuadricSigma = 3;     ///< [mm] Gaussian of their weights
+constexpr double kAlike = 0.5;          ///< cosine of the angle between normals of one piece
+constexpr int kQuadricFits = 2;         ///< the second in the first one's frame
+constexpr double kStiffness = 20;       ///< [mm^4] of bends, beside some 60 crossings
 constexpr double kMostMoveMm = 1;
 constexpr double kMostBend = 1.0 / 16;  ///< [1/mm]: that of a ball of 8 mm
-constexpr double kLeastSlope = 1e-4;    ///< [1/mm]: less has no direction
+constexpr double kLeastFall = 1e-4;     ///< [1/mm]: less has no direction
 
 std::vector<float> smoothed(const Grid& grid, const std::vector<float>& coverage) {
   const Vec3 spacing = grid.spacing_mm();
@@ -31,12 +31,13 @@ std::vector<float> smoothed(const Grid& grid, const std::vector<float>& coverage
   std::vector<cv::Mat> plane(static_cast<std::size_t>(nz));
   for (int k = 0; k < nz; ++k) {
     cv::GaussianBlur(slice_of(grid, coverage, k), plane[static_cast<std::size_t>(k)], {0, 0},
-                     kSmoothMm / spacing[0], kSmoothMm / spacing[1], cv::BORDER_REPLICATE);
+                     kSurfaceSmoothMm / spacing[0], kSurfaceSmoothMm / spacing[1],
+                     cv::BORDER_REPLICATE);
   }
-  const int reach = static_cast<int>(std::ceil(3 * kSmoothMm / spacing[2]));
+  const int reach = static_cast<int>(std::ceil(3 * kSurfaceSmoothMm / spacing[2]));
   std::vector<double> weight;
   for (int n = -reach; n <= reach; ++n) {
-    weight.push_back(std::exp(-0.5 * std::pow(n * spacing[2] / kSmoothMm, 2)));
+    weight.push_back(std::exp(-0.5 * std::pow(n * spacing[2] / kSurfaceSmoothMm, 2)));
   }
   const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);
   std::vector<float> out(coverage.size());
@@ -82,7 +83,7 @@ class Level {
     if ((first < 0) == (second < 0)) return;
     const double share = static_cast<double>(first / (first - second));
     const Vec3 slope = (1 - share) * slope_at(here) + share * slope_at(next);
-    if (slope.norm() < kLeastSlope) return;
+    if (slope.norm() < kLeastFall) return;
     const Vec3 from(here[0], here[1], here[2]);
     const Vec3 to(next[0], next[1], next[2]);
     out.push_back({((1 - share) * from + share * to).cwiseProduct(spacing_), -slope.normalized()});
@@ -178,7 +179,7 @@ std::vector<Surfel> surfels_of(const Grid& grid, const std::vector<float>& cover
     out.push_back(surfel);
   }
   parallel_for(out.size(), [&](std::size_t at) {
-    for (int fit = 0; fit < kFits; ++fit) settle(crossings, nearby, out[at]);
+    for (int fit = 0; fit < kQuadricFits; ++fit) settle(crossings, nearby, out[at]);
   });
   return out;
 }

@@ -18,13 +18,13 @@ namespace {
 constexpr double kUnitMm = 0.05;
 constexpr int units(double mm) { return static_cast<int>(mm / kUnitMm + (mm < 0 ? -0.5 : 0.5)); }
 
-constexpr double kGainSpread = 0.05;    ///< of what shading leaves, standard deviation
-constexpr int kLeastWall = units(1.6);  ///< atria's walls are about 2 mm thick
-constexpr int kMostWall = units(9);     ///< the profile sees no farther
-constexpr int kRvWall = units(3);       ///< a search begins there
-constexpr int kMostOff = units(5);      ///< of the edge
-constexpr int kFirstStep = units(0.8);  ///< a search's, where it begins
-constexpr int kNextStep = units(0.2);   ///< and at the next thickness
+constexpr double kGainSpread = 0.05;       ///< of what shading leaves, standard deviation
+constexpr int kThinnestWall = units(1.6);  ///< atria's walls are about 2 mm thick
+constexpr int kMostWall = units(9);        ///< the profile sees no farther
+constexpr int kRvWall = units(3);          ///< a search begins there
+constexpr int kFarthestOff = units(5);     ///< of the edge
+constexpr int kFirstStep = units(0.8);     ///< a search's, where it begins
+constexpr int kNextStep = units(0.2);      ///< and at the next thickness
 constexpr int kLastStep = units(0.1);
 constexpr int kSigmaStep = units(0.1);  ///< to either side, for how fast cost rises
 constexpr double kUntoldMm = 1;         ///< standard deviation where nothing tells the edge
@@ -35,8 +35,8 @@ constexpr double kNearBloodMm = 2.5;  ///< so near it may come to the edge itsel
 constexpr int kFirstBin = units(SurfaceProfile::middle_mm(0));
 constexpr int kBin = units(SurfaceProfile::kBinMm);
 constexpr int kBins = static_cast<int>(SurfaceProfile::kBins);
-constexpr int kInnermost = -kMostOff - kSigmaStep - kMostWall;  ///< end that is looked at
-constexpr int kOutermost = kMostOff + kSigmaStep + units(kFatThicknessMm.back());
+constexpr int kInnermost = -kFarthestOff - kSigmaStep - kMostWall;  ///< end that is looked at
+constexpr int kOutermost = kFarthestOff + kSigmaStep + units(kFatThicknessMm.back());
 
 /// Sums over a profile's bins, each share being that of voxels inside of an end.
 struct EndSums {
@@ -191,7 +191,7 @@ class Search {
 
  private:
   /// Blood's end stays as the heart's moves, both move, or the wall thickens on both sides.
-  static constexpr int kEdges = 2 * kMostOff + 1;
+  static constexpr int kEdges = 2 * kFarthestOff + 1;
   static constexpr int kWalls = kMostWall + 1;
   static constexpr std::array<std::array<int, 2>, 8> kWays{
       {{-1, 0}, {1, 0}, {-1, -1}, {1, 1}, {0, -1}, {0, 1}, {-1, 1}, {1, -1}}};
@@ -205,9 +205,9 @@ class Search {
       if (!walled && wall_way != 0) continue;
       const int edge = best.edge + step * edge_way;
       const int wall = best.wall + step * wall_way;
-      if (std::abs(edge) > kMostOff) continue;
-      if (walled && (wall < kLeastWall || wall > kMostWall)) continue;
-      const int place = (edge + kMostOff) * kWalls + (walled ? wall : 0);
+      if (std::abs(edge) > kFarthestOff) continue;
+      if (walled && (wall < kThinnestWall || wall > kMostWall)) continue;
+      const int place = (edge + kFarthestOff) * kWalls + (walled ? wall : 0);
       if (tried[static_cast<std::size_t>(place)]) continue;
       tried.set(static_cast<std::size_t>(place));
       const Ends next = at(edge, wall, fat);

@@ -18,9 +18,9 @@
 
 #include "pipeline/cli/bench_probe.h"
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/motion/acquisition_faults.h"
 #include "pipeline/phantom/acquisition.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/register/acquisition_faults.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
 #include "tests/learned.h"
@@ -57,7 +57,7 @@ Scene scene_of(const Words& words) {
   StageContext quiet;
   phantom::Rendering rendering = phantom::render(out.phantom, quiet);
   out.exam.stack = std::move(rendering.cine);
-  out.exam = reg::without_acquisition_faults(std::move(out.exam), {});  // as import does
+  out.exam = motion::without_acquisition_faults(std::move(out.exam), {});  // as import does
   out.truth = std::move(rendering.labels);
   out.prior = test::learned(out.exam);
   return out;

@@ -20,9 +20,9 @@
 #include <vector>
 
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/motion/acquisition_faults.h"
 #include "pipeline/phantom/drawn_exam.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/register/acquisition_faults.h"
 #include "pipeline/segment/alarm.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
@@ -118,7 +118,7 @@ Known of_family(unsigned seed) {
   phantom::DrawnExam drawn = phantom::drawn_exam(seed, {}, context);
   Known out;
   out.exam.stack = std::move(drawn.cine);
-  out.exam = reg::without_acquisition_faults(std::move(out.exam), {});
+  out.exam = motion::without_acquisition_faults(std::move(out.exam), {});
   out.labels = out.exam.slice_shifts_mm.empty() ? drawn.source_labels : drawn.labels;
   for (const Structure structure : kVentricular) {
     for (const auto& phase : out.labels.phases) {

@@ -57,7 +57,7 @@ TEST(Recipe, WhatWasToldOfTheExamStaysUntilARecipeNamesIt) {
   before.import.rr_interval_s = 0.8;
   before.import.series = {3, 5};
   before.segment.prior = "m.onnx";
-  before.align.slices = reg::AlignOptions::Slices::Off;
+  before.align.slices = motion::AlignOptions::Slices::Off;
   before.mesh.edge_mm = 3;
   const Recipe now = recipe_for_exam(
       parse_json(R"({"segment": {"papillary": "muscle"}, "import": {"series": [7]}})"), before);
@@ -65,7 +65,7 @@ TEST(Recipe, WhatWasToldOfTheExamStaysUntilARecipeNamesIt) {
   EXPECT_EQ(now.import.series, std::vector<int>{7});
   EXPECT_EQ(now.segment.prior, "m.onnx");
   EXPECT_EQ(now.segment.papillary, segment::Papillary::Muscle);
-  EXPECT_EQ(now.align.slices, reg::AlignOptions::Slices::Off);
+  EXPECT_EQ(now.align.slices, motion::AlignOptions::Slices::Off);
   EXPECT_EQ(now.mesh.edge_mm, mesh::MeshOptions{}.edge_mm);
   EXPECT_EQ(replaced_of_exam(before, now), std::vector<std::string>{"/import/series"});
   const Recipe other = recipe_for_exam(parse_json(R"({"import": {"rr_interval_s": 0.9}})"), now);

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace beatlas::reg {
+namespace beatlas::reg::shared_places_tests {
 namespace {
 
 using Level = std::function<double(const Vec3& mm, int phase)>;
@@ -152,4 +152,4 @@ TEST(SharedPlaces, TheHeartAndWhatStandsOutOfItMeetInTheMiddle) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::reg::shared_places_tests

@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::along_slices_tests {
 namespace {
 
 constexpr int kSize = 64;
@@ -220,4 +220,4 @@ TEST(AlongSlices, SteepWallsAndWallsWithoutContrastStay) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::along_slices_tests

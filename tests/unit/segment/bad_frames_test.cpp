@@ -1,43 +1,26 @@
-/// Frames of noise among good ones.
-#include "pipeline/segment/bad_frames.h"
-
-#include <algorithm>
+/// What labels make of frames of noise among good ones.
+#include "pipeline/motion/bad_frames.h"
 
 #include <gtest/gtest.h>
 
-#include "pipeline/segment/segment.h"
+#include "tests/clinical_part.h"
+#include "tests/made_images.h"
 #include "tests/unit/segment/imaged_phantom.h"
-#include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::bad_frames_tests {
 namespace {
 
 constexpr int kBad = 3;
 
-void make_noise(ImageCycle<float>& images, int phase, int first, int last) {
-  ImageCycle<float> noise = made::constant_images(images.grid, 1, 150);
-  made::add_noise(noise, 100, 11);
-  const std::size_t begin = images.grid.offset(0, 0, first);
-  const std::size_t end = images.grid.offset(0, 0, last) + images.grid.slice_count();
-  for (std::size_t v = begin; v < end; ++v) {
-    images.phases[static_cast<std::size_t>(phase)][v] = noise.phases[0][v];
-  }
-}
-
-made::ImagedPhantom clinical() {
-  static const made::ImagedPhantom made(made::clinical_part());
-  return made;
-}
-
 TEST(BadFrames, AreNamedAndLeaveTheLabelsOfAllPhasesAsTheyWere) {
-  made::ImagedPhantom made = clinical();
-  ASSERT_TRUE(bad_frames(made.exam.stack.images).empty());
+  made::ImagedPhantom made(made::clinical_part());
+  ASSERT_TRUE(motion::bad_frames(made.exam.stack.images).empty());
   const Segmentation good = made::segmented(made.exam);
   const int slices = made.exam.stack.images.grid.size[2];
-  make_noise(made.exam.stack.images, kBad, 0, slices - 1);
-  const std::vector<BadFrame> bad = bad_frames(made.exam.stack.images);
+  made::make_noise(made.exam.stack.images, kBad, 0, slices - 1);
+  const std::vector<motion::BadFrame> bad = motion::bad_frames(made.exam.stack.images);
   ASSERT_EQ(bad.size(), static_cast<std::size_t>(slices));
-  for (const BadFrame& frame : bad) EXPECT_EQ(frame.phase, kBad);
+  for (const motion::BadFrame& frame : bad) EXPECT_EQ(frame.phase, kBad);
 
   const Segmentation result = made::segmented(made.exam);
   ASSERT_FALSE(result.warnings.empty());
@@ -53,71 +36,5 @@ TEST(BadFrames, AreNamedAndLeaveTheLabelsOfAllPhasesAsTheyWere) {
   }
 }
 
-TEST(BadFrames, OfOneSliceAreDrawnStraightBetweenTheirNeighboursInTime) {
-  made::ImagedPhantom made = clinical();
-  ImageCycle<float>& images = made.exam.stack.images;
-  const ImageCycle<float> before{images.grid, images.phases};
-  make_noise(images, kBad, 5, 5);
-  const std::vector<BadFrame> bad = bad_frames(images);
-  ASSERT_EQ(bad.size(), 1U);
-  EXPECT_EQ(bad[0].k, 5);
-  const ImageCycle<float> mended = without_bad_frames(images, bad);
-  for (std::size_t v = 0; v < images.grid.count(); ++v) {
-    const bool inside = v / images.grid.slice_count() == 5;
-    const float wanted = inside ? 0.5F * (before.phases[kBad - 1][v] + before.phases[kBad + 1][v])
-                                : before.phases[kBad][v];
-    ASSERT_FLOAT_EQ(mended.phases[kBad][v], wanted) << v;
-  }
-  EXPECT_NE(told(bad, images.grid.size[2], images.phase_count()).at(0).find("phase 3 of slice 5"),
-            std::string::npos);
-}
-
-void fill(ImageCycle<float>& images, std::size_t phase, int k) {
-  const auto first = images.phases[phase].begin() + static_cast<long>(images.grid.offset(0, 0, k));
-  std::fill(first, first + static_cast<long>(images.grid.slice_count()), 0.1F);
-}
-
-TEST(BadFrames, OfASliceThatWasFilledUpAreAllThatAreBlank) {
-  made::ImagedPhantom made = clinical();
-  ImageCycle<float>& images = made.exam.stack.images;
-  const auto n = static_cast<std::size_t>(images.phase_count());
-  for (std::size_t p = n / 2; p < n; ++p) fill(images, p, 5);
-  for (std::size_t p = 0; p < n; ++p) fill(images, p, 0);  // beyond which there is nothing
-  const std::vector<BadFrame> bad = bad_frames(images);
-  ASSERT_EQ(bad.size(), n - n / 2);
-  for (std::size_t b = 0; b < bad.size(); ++b) {
-    EXPECT_EQ(bad[b].k, 5);
-    EXPECT_EQ(bad[b].phase, static_cast<int>(n / 2 + b));
-  }
-}
-
-TEST(BadFrames, ASliceAmidTheStackThatShowsNothingAtAllIsDrawnFromThoseBesideIt) {
-  made::ImagedPhantom made = clinical();
-  ImageCycle<float>& images = made.exam.stack.images;
-  const auto n = static_cast<std::size_t>(images.phase_count());
-  const ImageCycle<float> before{images.grid, images.phases};
-  for (std::size_t p = 0; p < n; ++p) {
-    fill(images, p, 4);
-    fill(images, p, 5);
-  }
-  fill(images, kBad, 3);  // which is drawn from its own phases first
-  const std::vector<BadFrame> bad = bad_frames(images);
-  ASSERT_EQ(bad.size(), 2 * n + 1);
-  const ImageCycle<float> mended = without_bad_frames(images, bad);
-  const Grid& grid = images.grid;
-  for (std::size_t p = 0; p < n; ++p) {
-    for (std::size_t v = 0; v < grid.slice_count(); ++v) {
-      const float below = mended.phases[p][grid.offset(0, 0, 3) + v];
-      const float above = before.phases[p][grid.offset(0, 0, 6) + v];
-      ASSERT_NEAR(mended.phases[p][grid.offset(0, 0, 4) + v], (2 * below + above) / 3, 1e-3);
-      ASSERT_NEAR(mended.phases[p][grid.offset(0, 0, 5) + v], (below + 2 * above) / 3, 1e-3);
-    }
-  }
-  const std::vector<std::string> said = told(bad, grid.size[2], images.phase_count());
-  ASSERT_EQ(said.size(), 2U);
-  EXPECT_EQ(said[0].find("slices 4, 5 show nothing in any phase"), 0U) << said[0];
-  EXPECT_EQ(said[1].find("phase 3 of slice 3 shows nothing"), 0U) << said[1];
-}
-
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::bad_frames_tests

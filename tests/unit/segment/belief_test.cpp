@@ -7,7 +7,7 @@
 
 #include "pipeline/prior/slices.h"
 #include "runtime/atlas/structures.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {

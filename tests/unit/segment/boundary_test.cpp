@@ -8,10 +8,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/made_images.h"
 #include "tests/unit/segment/made_ellipses.h"
-#include "tests/unit/segment/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::boundary_tests {
 namespace {
 
 using ellipses::area_mm2;
@@ -351,4 +351,4 @@ TEST(BoundaryUncertainty, IsSmallerAlongTheNormalOfALeaningSurface) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::boundary_tests

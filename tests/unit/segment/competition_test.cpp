@@ -7,7 +7,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "runtime/atlas/structures.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {
@@ -41,7 +41,7 @@ struct Scene {
   LabelImages seeds;
   VoxelPrices prices;
   double phase_step_mm = 3;
-  const reg::PhaseMotion* motion = nullptr;
+  const motion::PhaseMotion* motion = nullptr;
   double edge_free = 0;
   double edge_cost = 0;
 };
@@ -103,8 +103,8 @@ TEST(Competition, ALabelGoesWhereTheMotionTakesIt) {
     return count;
   };
   EXPECT_EQ(wrong(0), 0) << "without motion it stays";
-  reg::PhaseMotion motion;
-  motion.to_next.assign(2, std::vector<reg::PlaneStep>(grid.count(), {0, 0}));
+  motion::PhaseMotion motion;
+  motion.to_next.assign(2, std::vector<motion::PlaneStep>(grid.count(), {0, 0}));
   motion.to_previous = motion.to_next;
   for (int j = 0; j < 30; ++j) {
     for (int i = 0; i < 50; ++i) {

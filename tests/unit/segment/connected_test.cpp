@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/atlas/structures.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {

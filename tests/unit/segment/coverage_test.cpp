@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace beatlas::segment {
+namespace beatlas::segment::coverage_tests {
 namespace {
 
 constexpr double kPixelMm = 2;
@@ -82,4 +82,4 @@ TEST(Cover, OfACavityWithoutAWallHoldsNoWall) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::coverage_tests

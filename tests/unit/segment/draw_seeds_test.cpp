@@ -6,7 +6,7 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/followed_seeds.h"
 #include "runtime/atlas/structures.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {

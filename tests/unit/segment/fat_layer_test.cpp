@@ -9,7 +9,7 @@
 
 #include "pipeline/segment/layer_fit.h"
 #include "pipeline/segment/segment.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment::fat_layer_tests {
 namespace {

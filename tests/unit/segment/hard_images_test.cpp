@@ -8,7 +8,7 @@
 
 #include "pipeline/segment/alarm.h"
 #include "pipeline/segment/segment.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {

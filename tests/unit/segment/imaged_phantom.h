@@ -9,16 +9,16 @@
 #include "pipeline/prior/prior.h"
 #include "pipeline/segment/segment.h"
 
-namespace beatlas::segment::made {
+namespace beatlas::made {
 
 /// In how many ways round the built-in model is shown slices: in all where a test asks what the
 /// program reaches, in one, a fraction of the time, where it asks what is made of a prior.
 enum class Views { One, All };
 
-/// segment_exam beside what the built-in model says.
+/// segment::segment_exam beside what the built-in model says.
 [[nodiscard]] Segmentation segmented(const Exam& exam, Views views = Views::One,
-                                     const std::vector<Seed>& seeds = {},
-                                     const SegmentOptions& options = {});
+                                     const std::vector<segment::Seed>& seeds = {},
+                                     const segment::SegmentOptions& options = {});
 
 /// A phantom as its scanner shows it, and its labels.
 struct ImagedPhantom {
@@ -33,11 +33,11 @@ struct ImagedPhantom {
 
   /// What the built-in model says; asked once, of the images as they are then.
   [[nodiscard]] const prior::PriorCycle& prior() const;
-  [[nodiscard]] Segmentation segmented(const std::vector<Seed>& seeds = {},
-                                       const SegmentOptions& options = {},
-                                       const KnownLabels& known = {}) const {
+  [[nodiscard]] Segmentation segmented(const std::vector<segment::Seed>& seeds = {},
+                                       const segment::SegmentOptions& options = {},
+                                       const segment::KnownLabels& known = {}) const {
     StageContext context;
-    return segment_exam(exam, seeds, options, context, known, &prior());
+    return segment::segment_exam(exam, seeds, options, context, known, &prior());
   }
 
   phantom::Phantom phantom;
@@ -49,7 +49,4 @@ struct ImagedPhantom {
   mutable std::optional<prior::PriorCycle> prior_;
 };
 
-/// The preset `clinical`, half its field of view about the same middle.
-[[nodiscard]] phantom::PhantomSpec clinical_part();
-
-}  // namespace beatlas::segment::made
+}  // namespace beatlas::made

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "runtime/atlas/structures.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::segment::known_ground_tests {
 namespace {
 
 /// Six voxels in a row, two phases; the first is known.
@@ -56,4 +56,4 @@ TEST(KnownGround, KnownLabelsAreSeedsAndTheirPlacesElsewhereAreDear) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::segment::known_ground_tests

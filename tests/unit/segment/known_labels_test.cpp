@@ -9,8 +9,9 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/coverage.h"
+#include "tests/clinical_part.h"
+#include "tests/made_images.h"
 #include "tests/unit/segment/imaged_phantom.h"
-#include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment::known_labels_tests {
 namespace {

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/segment/boundary.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "pipeline/segment/tissue_layers.h"
 #include "runtime/atlas/structures.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment::outer_surface_tests {
 namespace {

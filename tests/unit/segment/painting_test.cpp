@@ -7,7 +7,7 @@
 
 #include "pipeline/segment/drawn_seeds.h"
 #include "runtime/base/error.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {

@@ -9,8 +9,8 @@
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/segment.h"
+#include "tests/made_images.h"
 #include "tests/unit/segment/imaged_phantom.h"
-#include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {

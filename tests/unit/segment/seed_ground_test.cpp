@@ -8,7 +8,7 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/segment.h"
 #include "pipeline/segment/tissue.h"
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 namespace beatlas::segment {
 namespace {

@@ -3,8 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/clinical_part.h"
+#include "tests/made_images.h"
 #include "tests/unit/segment/imaged_phantom.h"
-#include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/segment/segment.h"
+#include "tests/made_images.h"
 #include "tests/unit/segment/imaged_phantom.h"
-#include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {

@@ -12,8 +12,9 @@
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/known_labels.h"
 #include "pipeline/segment/segment.h"
+#include "tests/clinical_part.h"
+#include "tests/made_images.h"
 #include "tests/unit/segment/imaged_phantom.h"
-#include "tests/unit/segment/made_images.h"
 
 namespace beatlas::segment {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-/// Images whose truth is known in closed form, and the measures the tests of this room share.
+/// Images whose truth is known in closed form, and the measures that tests of several rooms share.
 
 #include <cstdint>
 #include <functional>
@@ -10,7 +10,7 @@
 #include "pipeline/core/shapes.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::segment::made {
+namespace beatlas::made {
 
 /// A grid along the patient's axes whose corner voxel is centred on the origin.
 [[nodiscard]] Grid straight_grid(const Index3& size, const Vec3& spacing_mm);
@@ -23,6 +23,8 @@ namespace beatlas::segment::made {
 
 /// Gaussian noise, the same for the same seed.
 void add_noise(ImageCycle<float>& images, double sigma, unsigned seed);
+/// Noise alone in slices first..last of a phase.
+void make_noise(ImageCycle<float>& images, int phase, int first, int last);
 /// What is left of an intensity s in the magnitude of two channels with Gaussian noise.
 void add_rician_noise(ImageCycle<float>& images, double sigma, unsigned seed);
 
@@ -55,4 +57,4 @@ struct BeatingEllipsoid {
 /// Message of the Error of kind InvalidInput that `call` throws; fails the test if there is none.
 [[nodiscard]] std::string refusal(const std::function<void()>& call);
 
-}  // namespace beatlas::segment::made
+}  // namespace beatlas::made

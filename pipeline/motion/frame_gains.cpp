@@ -1,4 +1,4 @@
-#include "pipeline/register/frame_gains.h"
+#include "pipeline/motion/frame_gains.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/statistics.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 namespace {
 
 constexpr std::size_t kMostPixels =
@@ -172,4 +172,4 @@ Exam with_even_frames(Exam exam) {
   return exam;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

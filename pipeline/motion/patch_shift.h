@@ -5,7 +5,7 @@
 
 #include "runtime/base/geometry.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 
 struct PatchShift {
   Vec2 shift_px = Vec2::Zero();  ///< what is at x in the first image is at x + shift in the second
@@ -20,4 +20,4 @@ struct PatchShift {
 [[nodiscard]] PatchShift follow_patch(const cv::Mat& first, const cv::Mat& second,
                                       const cv::Rect& where, const Vec2& start_px);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

@@ -7,7 +7,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 
 /// Whole steps (along i, along j) from a voxel to where what it holds lies in another phase; the
 /// place is within the slice.
@@ -25,4 +25,4 @@ struct PhaseMotion {
 /// @param top intensity; what is brighter counts as `top`  @pre top > 0
 [[nodiscard]] PhaseMotion phase_motion(const ImageCycle<float>& images, double top);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

@@ -1,4 +1,4 @@
-#include "pipeline/register/phase_motion.h"
+#include "pipeline/motion/phase_motion.h"
 
 #include <cmath>
 #include <iostream>
@@ -8,7 +8,7 @@
 
 #include "pipeline/core/parallel.h"
 
-namespace beatlas::reg::phase_motion_tests {
+namespace beatlas::motion::phase_motion_tests {
 namespace {
 
 constexpr int kPhases = 8;
@@ -137,4 +137,4 @@ TEST(PhaseMotion, IsTheSameOnOneThreadAndTwo) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg::phase_motion_tests
+}  // namespace beatlas::motion::phase_motion_tests

@@ -1,13 +1,13 @@
-#include "pipeline/register/acquisition_faults.h"
+#include "pipeline/motion/acquisition_faults.h"
 
 #include <utility>
 
-#include "pipeline/register/frame_gains.h"
+#include "pipeline/motion/frame_gains.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 
 Exam without_acquisition_faults(Exam exam, const AlignOptions& options) {
   return with_aligned_slices(with_even_frames(std::move(exam)), options);
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

@@ -1,4 +1,4 @@
-#include "pipeline/register/frame_gains.h"
+#include "pipeline/motion/frame_gains.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "pipeline/phantom/render.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 namespace {
 
 /// The phantom `small` in six phases and thick slices.
@@ -95,4 +95,4 @@ TEST(FrameGains, AreTakenOffViewsToo) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

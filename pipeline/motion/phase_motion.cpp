@@ -1,4 +1,4 @@
-#include "pipeline/register/phase_motion.h"
+#include "pipeline/motion/phase_motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "pipeline/core/parallel.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 namespace {
 
 /// The search works on patches of 8 pixels over several scales.
@@ -100,4 +100,4 @@ PhaseMotion phase_motion(const ImageCycle<float>& images, double top) {
   return out;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

@@ -1,4 +1,4 @@
-#include "pipeline/register/patch_shift.h"
+#include "pipeline/motion/patch_shift.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 #include <opencv2/imgproc.hpp>
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 namespace {
 
 struct Sample {
@@ -160,4 +160,4 @@ PatchShift follow_patch(const cv::Mat& first, const cv::Mat& second, const cv::R
   return out;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

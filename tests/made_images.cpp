@@ -1,4 +1,4 @@
-#include "tests/unit/segment/made_images.h"
+#include "tests/made_images.h"
 
 #include <cmath>
 #include <numbers>
@@ -8,7 +8,7 @@
 
 #include "pipeline/core/box_share.h"
 
-namespace beatlas::segment::made {
+namespace beatlas::made {
 
 Grid straight_grid(const Index3& size, const Vec3& spacing_mm) {
   Grid grid{size, Affine::Identity()};
@@ -38,6 +38,16 @@ void add_noise(ImageCycle<float>& images, double sigma, unsigned seed) {
   std::normal_distribution<double> normal(0, sigma);
   for (auto& phase : images.phases) {
     for (float& value : phase) value += static_cast<float>(normal(random));
+  }
+}
+
+void make_noise(ImageCycle<float>& images, int phase, int first, int last) {
+  ImageCycle<float> noise = constant_images(images.grid, 1, 150);
+  add_noise(noise, 100, 11);
+  const std::size_t begin = images.grid.offset(0, 0, first);
+  const std::size_t end = images.grid.offset(0, 0, last) + images.grid.slice_count();
+  for (std::size_t v = begin; v < end; ++v) {
+    images.phases[static_cast<std::size_t>(phase)][v] = noise.phases[0][v];
   }
 }
 
@@ -133,4 +143,4 @@ std::string refusal(const std::function<void()>& call) {
   return {};
 }
 
-}  // namespace beatlas::segment::made
+}  // namespace beatlas::made

@@ -1,4 +1,4 @@
-#include "pipeline/register/slice_shifts.h"
+#include "pipeline/motion/slice_shifts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/register/patch_shift.h"
+#include "pipeline/motion/patch_shift.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 namespace {
 
 constexpr int kFewestSlices = 5;
@@ -290,4 +290,4 @@ Exam with_aligned_slices(Exam exam, const AlignOptions& options) {
   return exam;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

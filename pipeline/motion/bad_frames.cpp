@@ -1,4 +1,4 @@
-#include "pipeline/segment/bad_frames.h"
+#include "pipeline/motion/bad_frames.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/statistics.h"
 
-namespace beatlas::segment {
+namespace beatlas::motion {
 namespace {
 
 constexpr std::size_t kFewestPhases = 4;
@@ -199,4 +199,4 @@ std::vector<std::string> told(const std::vector<BadFrame>& bad, int slices, int 
   return out;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::motion

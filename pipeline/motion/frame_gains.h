@@ -7,13 +7,13 @@
 
 #include "pipeline/core/exam.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 
 /// [slice][phase] how much brighter a frame is than the middle one of its slice: the median, over
 /// the half of the tissue's pixels that changes least through the beat, of what the frame shows
 /// over what the pixel shows in the middle. Frames of four real exams come out alike within 1.3 %,
 /// within 7 % where the images are cut to 120 mm about the heart, and a first frame 1.3 times as
-/// bright within 3 % (tests/unit/segment/real_frames_test.cpp). 1 where a frame shows another image
+/// bright within 3 % (tests/unit/motion/real_frames_test.cpp). 1 where a frame shows another image
 /// than the others (noise, or nothing), and in slices under 100 mm wide, or with too few pixels to
 /// tell.
 [[nodiscard]] std::vector<std::vector<double>> frame_gains(const ImageCycle<float>& images);
@@ -22,4 +22,4 @@ namespace beatlas::reg {
 /// Exam::decisions tells of those of the stack.
 [[nodiscard]] Exam with_even_frames(Exam exam);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

@@ -6,7 +6,7 @@
 
 #include "pipeline/core/exam.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 
 /// What the images say of a stack's shifts.
 struct SliceShifts {
@@ -47,4 +47,4 @@ struct AlignOptions {
 /// them and Exam::decisions tells them; views stay as they are.
 [[nodiscard]] Exam with_aligned_slices(Exam exam, const AlignOptions& options);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

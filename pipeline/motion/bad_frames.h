@@ -9,7 +9,7 @@
 
 #include "pipeline/core/exam.h"
 
-namespace beatlas::segment {
+namespace beatlas::motion {
 
 struct BadFrame {
   int phase = 0;
@@ -36,4 +36,4 @@ struct BadFrame {
 [[nodiscard]] std::vector<std::string> told(const std::vector<BadFrame>& bad, int slices,
                                             int phases);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::motion

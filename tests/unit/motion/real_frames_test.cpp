@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/ingest/ingest.h"
-#include "pipeline/register/frame_gains.h"
+#include "pipeline/motion/frame_gains.h"
 #include "tests/real_exams.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 namespace {
 
 constexpr double kCutMm = 120;  // about as wide as a heart with 12 mm beside it
@@ -93,4 +93,4 @@ INSTANTIATE_TEST_SUITE_P(OfExams, RealFrames,
                                          "two-phase-ge", "cine-exam"));
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion

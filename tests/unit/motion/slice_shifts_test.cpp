@@ -1,4 +1,4 @@
-#include "pipeline/register/slice_shifts.h"
+#include "pipeline/motion/slice_shifts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "pipeline/phantom/render.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::reg {
+namespace beatlas::motion {
 namespace {
 
 struct Case {
@@ -175,4 +175,4 @@ TEST(WithAlignedSlices, KeepsAndTellsWhatItUndid) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::motion
