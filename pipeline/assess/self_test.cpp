@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/register/slice_distance.h"
+#include "pipeline/shape/slice_distance.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::assess {
@@ -16,8 +16,8 @@ constexpr int kFewestSlices = 4;
 constexpr int kFewestPhases = 8;
 constexpr int kMostHiddenPhases = 12;
 constexpr std::size_t kMostWorst = 5;
-constexpr int kFewestPoints = 12;              ///< of a contour: fewer are a pixel or two
-constexpr double kFarMm = reg::kLevelReachMm;  ///< farther off is as far
+constexpr int kFewestPoints = 12;                ///< of a contour: fewer are a pixel or two
+constexpr double kFarMm = shape::kLevelReachMm;  ///< farther off is as far
 
 using Phase = std::vector<float>;
 
@@ -137,7 +137,7 @@ Sections sections_of(const Segmentation& found, Structure structure,
   Sections out(shares.size());
   parallel_for(phases.size(), [&](std::size_t n) {
     const auto p = static_cast<std::size_t>(phases[n]);
-    out[p] = reg::slice_distances(found.coverage.grid, shares[p]);
+    out[p] = shape::slice_distances(found.coverage.grid, shares[p]);
   });
   return out;
 }
@@ -161,11 +161,11 @@ std::vector<Weighted> errors_along(const std::vector<ContourPoint>& contour, int
 /// What the slices of one parity foretell of the others.
 void hide_slices(const Segmentation& found, const Grid& stack, int parity,
                  const std::vector<int>& phases, const std::map<Structure, Sections>& sections,
-                 const reg::RegisterOptions& options, StageContext& context,
+                 const shape::RegisterOptions& options, StageContext& context,
                  std::vector<Compared>& out) {
   const Grid& grid = found.coverage.grid;
-  const Affine workspace = reg::workspace_from_lps(grid, found.coverage);
-  const std::vector<ShapeCycle> shapes = reg::shapes_in_workspace(
+  const Affine workspace = shape::workspace_from_lps(grid, found.coverage);
+  const std::vector<ShapeCycle> shapes = shape::shapes_in_workspace(
       every_other_slice(found, stack, parity, phases), workspace, options, context);
   for (const ShapeCycle& shape : shapes) {
     const Affine lattice_from_index =
@@ -289,7 +289,7 @@ Segmentation every_other_slice(const Segmentation& found, const Grid& stack, int
 }
 
 SelfTest self_test(const Segmentation& found, const Grid& stack, double rr_interval_s,
-                   const reg::RegisterOptions& options, StageContext& context) {
+                   const shape::RegisterOptions& options, StageContext& context) {
   const Grid& grid = found.coverage.grid;
   const auto phases = static_cast<int>(found.labels.phases.size());
   SelfTest out;

@@ -11,7 +11,7 @@
 #include "pipeline/assess/statistics.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/stage_context.h"
-#include "pipeline/register/workspace.h"
+#include "pipeline/shape/workspace.h"
 
 namespace beatlas::assess {
 
@@ -20,7 +20,7 @@ struct HiddenError {
   Structure structure{};
   int contours = 0;  ///< slices and phases that were compared
   /// [mm] along the surface's normal, weighted by the contours' length; bias > 0: foretold too far
-  /// out. Errors beyond reg::kLevelReachMm count as that.
+  /// out. Errors beyond shape::kLevelReachMm count as that.
   DistanceStatistics mm;
 };
 
@@ -53,7 +53,7 @@ struct SelfTest {
 /// @throws Error{InvalidInput} if there are fewer than four slices with a heart, which cannot
 /// foretell each other
 [[nodiscard]] SelfTest self_test(const Segmentation& found, const Grid& stack, double rr_interval_s,
-                                 const reg::RegisterOptions& options, StageContext& context);
+                                 const shape::RegisterOptions& options, StageContext& context);
 
 /// See schemas/assess.schema.json.
 [[nodiscard]] nlohmann::json to_json(const SelfTest& found);

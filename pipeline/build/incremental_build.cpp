@@ -380,20 +380,20 @@ void IncrementalBuild::import(const std::vector<fs::path>& sources) {
 void IncrementalBuild::registration() {
   if (!keeps(Stage::Register, wanted_of(Stage::Register, orders_))) {
     run(Stage::Register, [&](StageContext& context) {
-      const Affine map = reg::workspace_from_lps(exam().stack.grid(), segmentation().coverage);
+      const Affine map = shape::workspace_from_lps(exam().stack.grid(), segmentation().coverage);
       const double interval_s = exam_->stack.frame_interval_s();
       StageContext part = context.part(0, study_ ? 0.3 : 1);
       // Nothing after it needs more of them than what was noted, and the images around the heart.
-      shapes_ = reg::shapes_in_workspace(std::move(*segmentation_), map,
-                                         orders_.recipe.registration, part);
+      shapes_ = shape::shapes_in_workspace(std::move(*segmentation_), map,
+                                           orders_.recipe.registration, part);
       segmentation_.reset();
       facts_.workspace_from_lps = map;
       if (plan_.volume) keep_heart_images();
       leave(Stage::Register, new_record(Stage::Register), [&] {
         context.progress(0.3, "images for the eye");
-        const ImageCycle<float> images = reg::cine_in_workspace(std::move(exam_->stack), map);
+        const ImageCycle<float> images = shape::cine_in_workspace(std::move(exam_->stack), map);
         exam_.reset();
-        const LabelCycle labels = reg::labels_in_workspace(*shapes_);
+        const LabelCycle labels = shape::labels_in_workspace(*shapes_);
         context.progress(0.6, "files of the study");
         return study::write_registration(study_->folder(), map, *shapes_, images, labels,
                                          interval_s);

@@ -13,8 +13,8 @@
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/motion/slice_shifts.h"
 #include "pipeline/pack/pack.h"
-#include "pipeline/register/workspace.h"
 #include "pipeline/segment/options.h"
+#include "pipeline/shape/workspace.h"
 #include "pipeline/study/study.h"
 
 namespace beatlas::build {
@@ -31,7 +31,7 @@ struct Recipe {
   ingest::IngestOptions import;
   motion::AlignOptions align;
   segment::SegmentOptions segment;
-  reg::RegisterOptions registration;
+  shape::RegisterOptions registration;
   field::FieldOptions field;
   mesh::MeshOptions mesh;
   pack::EncodeOptions pack;

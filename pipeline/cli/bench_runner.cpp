@@ -152,19 +152,20 @@ Timed<BenchRunner::Shapes> BenchRunner::shapes(const json& settings, Sweep sweep
   if (sweep == Sweep::Images) found = segmentation(settings, context);
   const std::string key = std::string(sweep_name(sweep)) + key_of(settings, "register");
   return memo(shapes_, key, is_default(settings, "register"), [&] {
-    const reg::RegisterOptions options = recipe_of_settings(settings).registration;
+    const shape::RegisterOptions options = recipe_of_settings(settings).registration;
     const Grid& grid = images.value->exam.stack.grid();
     Shapes out;
     if (found) {
-      out.workspace_from_lps = reg::workspace_from_lps(grid, found->value->coverage);
+      out.workspace_from_lps = shape::workspace_from_lps(grid, found->value->coverage);
       for (ShapeCycle& shape :
-           reg::shapes_in_workspace(*found->value, out.workspace_from_lps, options, context)) {
+           shape::shapes_in_workspace(*found->value, out.workspace_from_lps, options, context)) {
         const Structure structure = shape.structure;
         out.cycles[structure] = std::move(shape);
       }
       return out;
     }
-    out.workspace_from_lps = reg::workspace_from_lps(grid, coverage_of_truth(*images.value->truth));
+    out.workspace_from_lps =
+        shape::workspace_from_lps(grid, coverage_of_truth(*images.value->truth));
     for (const Structure structure : kBenchStructures) {
       out.cycles[structure] =
           assess::exact_shape(*images.value->phantom, structure, out.workspace_from_lps,

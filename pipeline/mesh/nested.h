@@ -8,7 +8,7 @@
 namespace beatlas::mesh {
 
 /// Moves vertices so that surfaces of different structures do not pass through each other where the
-/// structures share a wall. Their fields agree (see register/shared_places.h), but flat triangles
+/// structures share a wall. Their fields agree (see shape/shared_places.h), but flat triangles
 /// cut across a curved wall (by 0.03 mm with edges of 2 mm), and a mesh lies off its surface where
 /// it bridges what other phases have open. Of two distances phi_a, phi_b on such a wall,
 /// (phi_a - phi_b) / 2 (of blood beside muscle; (phi_a + phi_b) / 2 of a cavity inside the heart)

@@ -8,9 +8,9 @@
 #include "pipeline/core/lv_direction.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
-#include "pipeline/register/apical_end.h"
 #include "pipeline/segment/lv_section.h"
 #include "pipeline/segment/valve_planes.h"
+#include "pipeline/shape/apical_end.h"
 
 namespace beatlas::segment {
 namespace {
@@ -181,7 +181,7 @@ std::optional<double> apex_mm(const Segmentation& segmentation, const LongAxis& 
                               std::size_t phase) {
   if (are_thick_slices(segmentation.labels.grid.spacing_mm()[2])) {
     const std::optional<double> k =
-        reg::lv_apex_k(segmentation, phase, reg::step_to_apex(segmentation, axis));
+        shape::lv_apex_k(segmentation, phase, shape::step_to_apex(segmentation, axis));
     if (k) return slice_mm(segmentation, axis, *k);
   }
   return closing_mm(profile_of(segmentation, axis, kVentricle, phase));
@@ -277,7 +277,7 @@ std::vector<std::string> cut_ends(const Segmentation& segmentation, int base_ste
     out.push_back(told("base", base));
   }
   // Of what closes nearer than that no slice was left out.
-  if (reg::lv_gaps_beyond(segmentation, phase, -base_step) > 1) {
+  if (shape::lv_gaps_beyond(segmentation, phase, -base_step) > 1) {
     out.push_back(told("apex", last - base));
   }
   return out;

@@ -15,7 +15,7 @@ namespace beatlas::segment {
 /// have a height, else where a ventricle's section falls by half. The apex is where the
 /// LV's outside, blood and wall, closes: near a rounded end the root of the volume below a height
 /// grows nearly as the height, so it is carried on to nothing; where thick slices end before it,
-/// register/apical_end.h tells. None without LV blood and LV muscle, or if they have no length.
+/// shape/apical_end.h tells. None without LV blood and LV muscle, or if they have no length.
 [[nodiscard]] std::optional<LongAxis> ventricle_axis(const Segmentation& segmentation);
 
 /// Sentences on ends of the LV that lie beyond the images at end-diastole: its base, if muscle

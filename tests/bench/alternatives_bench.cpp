@@ -13,8 +13,8 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/field/field.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/register/workspace.h"
 #include "pipeline/segment/segment.h"
+#include "pipeline/shape/workspace.h"
 #include "runtime/base/error.h"
 #include "runtime/base/json_text.h"
 #include "tests/bench/alternatives.h"
@@ -66,13 +66,13 @@ Setting setting_of(const std::string& preset, int repeats, const std::filesystem
   tell("segmenting, making fields, asking the closed form");
   const prior::PriorCycle prior = test::learned(exam);
   Segmentation found = segment::segment_exam(exam, {}, {}, quiet, {}, &prior);
-  const Affine map = reg::workspace_from_lps(exam.stack.grid(), found.coverage);
-  std::vector<ShapeCycle> shapes = reg::shapes_in_workspace(found, map, {}, quiet);
+  const Affine map = shape::workspace_from_lps(exam.stack.grid(), found.coverage);
+  std::vector<ShapeCycle> shapes = shape::shapes_in_workspace(found, map, {}, quiet);
   const auto heart = std::find_if(shapes.begin(), shapes.end(), [](const ShapeCycle& shape) {
     return shape.structure == Structure::Heart;
   });
   if (heart == shapes.end()) throw_invalid("no heart was found in the phantom " + preset);
-  const reg::RegisterOptions registration;
+  const shape::RegisterOptions registration;
   const ShapeCycle exact = assess::exact_shape(
       phantom, Structure::Heart, map, registration.shape_mm, registration.margin_mm, quiet);
   FieldCycle field = field::build_field(*heart, {}, quiet);

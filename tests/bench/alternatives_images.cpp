@@ -6,8 +6,8 @@
 #include "pipeline/cli/bench_probe.h"
 #include "pipeline/field/field.h"
 #include "pipeline/mesh/mesh.h"
-#include "pipeline/register/workspace.h"
 #include "pipeline/segment/segment.h"
+#include "pipeline/shape/workspace.h"
 #include "tests/bench/alternatives.h"
 #include "tests/learned.h"
 
@@ -333,7 +333,7 @@ Table surface_table(const Setting& setting) {
     FieldCycle cycle;
     const double distance_ms = clocked_ms([&] {
       const auto shapes =
-          reg::shapes_in_workspace(heart_alone, setting.workspace_from_lps, {}, quiet);
+          shape::shapes_in_workspace(heart_alone, setting.workspace_from_lps, {}, quiet);
       cycle = field::build_field(shapes.front(), {}, quiet);
     });
     const double surface_ms = clocked_ms(

@@ -30,7 +30,7 @@ TEST(Recipe, DefaultsAreThoseOfTheStructs) {
   const Recipe recipe = recipe_from_json(json::object());
   EXPECT_EQ(recipe.field.voxel_mm, field::FieldOptions{}.voxel_mm);
   EXPECT_EQ(recipe.mesh.edge_mm, mesh::MeshOptions{}.edge_mm);
-  EXPECT_EQ(recipe.registration.shape_mm, reg::RegisterOptions{}.shape_mm);
+  EXPECT_EQ(recipe.registration.shape_mm, shape::RegisterOptions{}.shape_mm);
   EXPECT_EQ(recipe.pack.step_mm, pack::EncodeOptions{}.step_mm);
 }
 

@@ -10,11 +10,11 @@
 #include "pipeline/field/field.h"
 #include "pipeline/pack/pack.h"
 #include "pipeline/pack/payload_encoders.h"
-#include "pipeline/register/workspace.h"
 #include "pipeline/segment/mask_surface.h"
+#include "pipeline/shape/workspace.h"
 #include "runtime/atlas/field_payload.h"
 #include "runtime/field/field_query.h"
-#include "tests/unit/register/made_shapes.h"
+#include "tests/unit/shape/made_shapes.h"
 
 namespace beatlas::pack {
 namespace {
@@ -45,11 +45,11 @@ double p95(std::vector<double> values) {
 /// smooths. @param off_mm of the ball's middle from a voxel's, along the axes of voxels
 Errors normal_errors(double radius_mm, bool binary, const Vec3& off_mm = Vec3::Zero()) {
   const auto size = static_cast<int>(2 * radius_mm + 26);
-  const Grid grid = reg::made::oblique_grid({size, size, size / 3 + 2}, {1, 1, 3}, kMiddle);
+  const Grid grid = shape::made::oblique_grid({size, size, size / 3 + 2}, {1, 1, 3}, kMiddle);
   const Vec3 middle =
       kMiddle + grid.mm_from_index.linear() * off_mm.cwiseQuotient(grid.spacing_mm());
-  Segmentation segmentation = reg::made::segmentation_of(grid, 1);
-  std::vector<float> coverage = reg::made::ball_coverage(grid, middle, radius_mm);
+  Segmentation segmentation = shape::made::segmentation_of(grid, 1);
+  std::vector<float> coverage = shape::made::ball_coverage(grid, middle, radius_mm);
   if (binary) {
     std::vector<std::uint8_t> mask(coverage.size());
     std::transform(coverage.begin(), coverage.end(), mask.begin(),
@@ -58,8 +58,8 @@ Errors normal_errors(double radius_mm, bool binary, const Vec3& off_mm = Vec3::Z
   }
   segmentation.coverage.phases[Structure::Heart] = {std::move(coverage)};
   StageContext quiet;
-  const Affine map = reg::workspace_from_lps(grid, segmentation.coverage);
-  const auto shapes = reg::shapes_in_workspace(segmentation, map, {}, quiet);
+  const Affine map = shape::workspace_from_lps(grid, segmentation.coverage);
+  const auto shapes = shape::shapes_in_workspace(segmentation, map, {}, quiet);
   const EncodeOptions options;
   const auto encoded = std::make_shared<atlas::FieldPayload>(
       encode_field(field::build_field(shapes.front(), {}, quiet), options));

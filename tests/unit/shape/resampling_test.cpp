@@ -2,10 +2,10 @@
 
 #include "pipeline/phantom/cover.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/register/workspace.h"
-#include "tests/unit/register/made_shapes.h"
+#include "pipeline/shape/workspace.h"
+#include "tests/unit/shape/made_shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 float ramp(const Vec3& lps) {
@@ -148,4 +148,4 @@ TEST(LabelsInWorkspace, OfAPhantomsExactCoverageAreItsLabels) {
 TEST(LabelsInWorkspace, OfNoShapesAreNone) { EXPECT_EQ(labels_in_workspace({}).phase_count(), 0); }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -7,7 +7,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 /// Into how many thinner slices each is parted: about as thick as pixels are wide, 1 to 1.5 mm.
 [[nodiscard]] int parts_of_slices(const Grid& grid);
@@ -26,4 +26,4 @@ struct SubSlices {
 /// Share 0..1 of a box about the origin in which normal . x < offset. @param normal of length 1
 [[nodiscard]] double share_below(const Vec3& normal, const Vec3& half, double offset);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -1,4 +1,4 @@
-#include "pipeline/register/section_path.h"
+#include "pipeline/shape/section_path.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "pipeline/core/parallel.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 /// Of the best overlap: less is not worth a longer step. Where one section lies within the other
@@ -89,4 +89,4 @@ SectionPath section_path(const Grid& grid, const std::vector<std::vector<float>>
   return steps;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

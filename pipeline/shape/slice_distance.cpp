@@ -1,11 +1,11 @@
-#include "pipeline/register/slice_distance.h"
+#include "pipeline/shape/slice_distance.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <opencv2/imgproc.hpp>
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 constexpr double kFineMm = 0.35;
 }
@@ -44,4 +44,4 @@ std::vector<std::vector<float>> slice_distances(const Grid& grid,
   return out;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "pipeline/core/grid.h"
-#include "pipeline/register/apical_end.h"
-#include "pipeline/register/section_path.h"
+#include "pipeline/shape/apical_end.h"
+#include "pipeline/shape/section_path.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 using Phase = std::vector<float>;
 
@@ -66,4 +66,4 @@ void cut_flat(Phase& level, const Grid& lattice, const AxisMap& map, double slic
 /// is read beyond the rim as at it.
 void cut_beside(Phase& level, const Grid& lattice, const AxisMap& map, const Grid& source);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

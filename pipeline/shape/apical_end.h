@@ -8,7 +8,7 @@
 
 #include "pipeline/core/shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 /// Whether there are both the LV's blood and its muscle.
 [[nodiscard]] bool holds_lv(const CoverageCycle& coverage);
@@ -51,4 +51,4 @@ struct ApicalEnds {
 /// @param step towards the apex, not 0
 [[nodiscard]] double lv_gaps_beyond(const Segmentation& segmentation, std::size_t phase, int step);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

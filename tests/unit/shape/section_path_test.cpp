@@ -1,12 +1,12 @@
-#include "pipeline/register/section_path.h"
+#include "pipeline/shape/section_path.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/register/made_shapes.h"
+#include "tests/unit/shape/made_shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 /// Discs of `radius` pixels, one a slice, about middle + slice * step.
@@ -59,4 +59,4 @@ TEST(SectionPath, HasNoStepToASliceWithoutASectionNorOneBeyondTheGap) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -8,7 +8,7 @@
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/stage_context.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 struct RegisterOptions {
   /// [mm] 0.3..3: edge of the isotropic lattice of the shapes. Coarser saves a fifth to a third of
@@ -42,4 +42,4 @@ inline constexpr float kLevelReachMm = 6;
 [[nodiscard]] ImageCycle<float> cine_in_workspace(Cine cine, const Affine& workspace_from_lps);
 [[nodiscard]] LabelCycle labels_in_workspace(const std::vector<ShapeCycle>& shapes);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -1,4 +1,4 @@
-#include "pipeline/register/workspace.h"
+#include "pipeline/shape/workspace.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,13 +6,13 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
-#include "pipeline/register/section_path.h"
-#include "pipeline/register/shape_level.h"
-#include "pipeline/register/shared_places.h"
-#include "pipeline/register/slice_distance.h"
+#include "pipeline/shape/section_path.h"
+#include "pipeline/shape/shape_level.h"
+#include "pipeline/shape/shared_places.h"
+#include "pipeline/shape/slice_distance.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 /// Lattice that holds every voxel with coverage, with a margin, aligned to multiples of the step.
@@ -370,4 +370,4 @@ LabelCycle labels_in_workspace(const std::vector<ShapeCycle>& shapes) {
   return out;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -1,10 +1,10 @@
-#include "pipeline/register/slice_distance.h"
+#include "pipeline/shape/slice_distance.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/register/made_shapes.h"
+#include "tests/unit/shape/made_shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 /// Coverage of a disc in every voxel of a slice, by 10 x 10 points a pixel.
@@ -86,4 +86,4 @@ TEST(SliceDistance, OfAFullSliceIsFiniteAndInside) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

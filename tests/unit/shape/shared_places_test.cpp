@@ -1,11 +1,11 @@
-#include "pipeline/register/shared_places.h"
+#include "pipeline/shape/shared_places.h"
 
 #include <array>
 #include <functional>
 
 #include <gtest/gtest.h>
 
-namespace beatlas::reg::shared_places_tests {
+namespace beatlas::shape::shared_places_tests {
 namespace {
 
 using Level = std::function<double(const Vec3& mm, int phase)>;
@@ -152,4 +152,4 @@ TEST(SharedPlaces, TheHeartAndWhatStandsOutOfItMeetInTheMiddle) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg::shared_places_tests
+}  // namespace beatlas::shape::shared_places_tests

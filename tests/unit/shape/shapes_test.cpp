@@ -2,10 +2,10 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
-#include "pipeline/register/workspace.h"
-#include "tests/unit/register/made_shapes.h"
+#include "pipeline/shape/workspace.h"
+#include "tests/unit/shape/made_shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 constexpr double kRadius = 25;
@@ -497,4 +497,4 @@ TEST(Shape, OfAStructureWithoutAVoxelIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

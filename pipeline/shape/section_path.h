@@ -7,7 +7,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 using SectionPath = std::vector<Eigen::Vector2d>;  ///< [slice] a place in its plane [index]
 
@@ -21,4 +21,4 @@ using SectionPath = std::vector<Eigen::Vector2d>;  ///< [slice] a place in its p
 [[nodiscard]] SectionPath section_path(const Grid& grid,
                                        const std::vector<std::vector<float>>& phases);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -5,7 +5,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 /// [mm] standard deviation of the smoothing, which keeps wavelengths from twice that on. On `adult`
 /// at SNR 20 the LV cavity's normals are 2.3 degrees off on average with 3, 2.1 with 3.6, where the
@@ -26,4 +26,4 @@ void smooth_evenly(std::vector<float>& level, const Grid& lattice, const Vec3& b
 /// @param voxel_mm edges of the voxels whose mean the level is; undone to second order
 void smooth_between_creases(std::vector<float>& level, const Grid& lattice, const Vec3& voxel_mm);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

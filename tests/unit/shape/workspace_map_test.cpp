@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "pipeline/register/workspace.h"
-#include "tests/unit/register/made_shapes.h"
+#include "pipeline/shape/workspace.h"
+#include "tests/unit/shape/made_shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 const Vec3 kCentre(128, 128, 96);
@@ -108,4 +108,4 @@ TEST(WorkspaceMap, RefusesASegmentationWithoutAHeart) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

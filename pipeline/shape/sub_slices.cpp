@@ -1,4 +1,4 @@
-#include "pipeline/register/sub_slices.h"
+#include "pipeline/shape/sub_slices.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 constexpr double kLeastPartMm = 1;  ///< of a slice
@@ -124,4 +124,4 @@ SubSlices split_slices(const Grid& grid, const std::vector<float>& coverage, int
   return out;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

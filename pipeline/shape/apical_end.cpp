@@ -1,11 +1,11 @@
-#include "pipeline/register/apical_end.h"
+#include "pipeline/shape/apical_end.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 constexpr double kGaps = 0.5;          ///< to an empty slice
@@ -134,4 +134,4 @@ std::optional<double> lv_apex_k(const Segmentation& segmentation, std::size_t ph
   return coverage.first[2] + last + step * end.gaps;
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

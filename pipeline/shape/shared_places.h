@@ -5,7 +5,7 @@
 
 #include "pipeline/core/shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 /// Makes the shapes of structures agree with each other, phase by phase. Labels give every voxel to
 /// one structure; but between slices, and beyond the last of them, every surface is interpolated
@@ -24,4 +24,4 @@ namespace beatlas::reg {
 /// inside of the others
 void settle_shared_places(std::vector<ShapeCycle>& shapes);
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -9,7 +9,7 @@
 #include "pipeline/core/shapes.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::reg::made {
+namespace beatlas::shape::made {
 
 inline Grid straight_grid(const Index3& size, const Vec3& spacing_mm) {
   Grid grid{size, Affine::Identity()};
@@ -142,4 +142,4 @@ inline double volume_ml(const ShapeCycle& shape, std::size_t phase) {
   return inside * grid.voxel_ml();
 }
 
-}  // namespace beatlas::reg::made
+}  // namespace beatlas::shape::made

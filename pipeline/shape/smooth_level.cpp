@@ -1,4 +1,4 @@
-#include "pipeline/register/smooth_level.h"
+#include "pipeline/shape/smooth_level.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 using Phase = std::vector<float>;
@@ -162,4 +162,4 @@ void smooth_between_creases(Phase& level, const Grid& lattice, const Vec3& voxel
   }
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -1,4 +1,4 @@
-#include "pipeline/register/shared_places.h"
+#include "pipeline/shape/shared_places.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "pipeline/core/parallel.h"
 #include "runtime/atlas/structures.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 using Level = std::vector<float>;
@@ -101,4 +101,4 @@ void settle_shared_places(std::vector<ShapeCycle>& shapes) {
                [&](std::size_t phase) { settle(shapes, phase); });
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -1,14 +1,14 @@
-#include "pipeline/register/shape_level.h"
+#include "pipeline/shape/shape_level.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "pipeline/core/cubic_convolution.h"
-#include "pipeline/register/smooth_level.h"
-#include "pipeline/register/sub_slices.h"
+#include "pipeline/shape/smooth_level.h"
+#include "pipeline/shape/sub_slices.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 
 AxisMap axis_map(const Grid& source, const Grid& lattice, const Affine& workspace_from_lps) {
   const Affine index_from_lattice =
@@ -371,4 +371,4 @@ void cut_beside(Phase& level, const Grid& lattice, const AxisMap& map, const Gri
   });
 }
 
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

@@ -1,12 +1,12 @@
-#include "pipeline/register/sub_slices.h"
+#include "pipeline/shape/sub_slices.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/register/made_shapes.h"
+#include "tests/unit/shape/made_shapes.h"
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 // Against the share of a lattice of points, for planes of every kind of direction.
@@ -81,4 +81,4 @@ TEST(SubSlices, AreTheSlicesWhereTheseAreThin) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape

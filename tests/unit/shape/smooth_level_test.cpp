@@ -1,5 +1,5 @@
 /// Smoothing of a level beside a crease, against closed form: two balls that overlap.
-#include "pipeline/register/smooth_level.h"
+#include "pipeline/shape/smooth_level.h"
 
 #include <cmath>
 #include <numbers>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace beatlas::reg {
+namespace beatlas::shape {
 namespace {
 
 constexpr int kSize = 64;
@@ -125,4 +125,4 @@ TEST(Smoothing, WhatHasNoSurfaceStays) {
 }
 
 }  // namespace
-}  // namespace beatlas::reg
+}  // namespace beatlas::shape
