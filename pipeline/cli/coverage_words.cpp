@@ -5,9 +5,9 @@
 #include <set>
 #include <system_error>
 
+#include "pipeline/core/box.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/ingest/shown_path.h"
-#include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "runtime/base/error.h"
 
@@ -24,9 +24,9 @@ ImageCycle<float> without_rim(const ImageCycle<float>& images) {
   for (const std::vector<float>& image : images.phases) {
     for (std::size_t v = 0; v < image.size(); ++v) covered[v] |= image[v] > 0 ? 1 : 0;
   }
-  const segment::Box box = segment::box_around(images.grid, covered);
+  const Box box = box_around(images.grid, covered);
   if (box.empty()) throw_invalid("it covers nothing: all its voxels are 0; leave it out");
-  return segment::crop(images, box);
+  return crop(images, box);
 }
 
 study::GivenImages read_shares(const fs::path& file) {

@@ -5,6 +5,11 @@
 #include <cmath>
 
 namespace beatlas {
+namespace {
+
+double cube(double x) { return x > 0 ? x * x * x : 0; }
+
+}  // namespace
 
 double box_share(const Vec3& half_mm, double distance_mm, const Vec3& outward) {
   std::array<double, 3> m{};
@@ -42,6 +47,22 @@ double box_share(const Vec3& half_mm, double distance_mm, const Vec3& outward) {
     share = (2.0 * alpha - m12) / (2.0 * m[2]);
   }
   return std::clamp(plane < 0.5 ? share : 1.0 - share, 0.0, 1.0);
+}
+
+double share_below(const Vec3& normal, const Vec3& half, double offset) {
+  std::array<double, 3> m{};
+  double whole = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    m[a] = std::max(std::abs(normal[axis]) * 2 * half[axis], 1e-4);
+    whole += m[a];
+  }
+  const double at = offset + 0.5 * whole;
+  if (at <= 0) return 0;
+  if (at >= whole) return 1;
+  const double six = cube(at) - cube(at - m[0]) - cube(at - m[1]) - cube(at - m[2]) +
+                     cube(at - m[0] - m[1]) + cube(at - m[0] - m[2]) + cube(at - m[1] - m[2]);
+  return std::clamp(six / (6 * m[0] * m[1] * m[2]), 0.0, 1.0);
 }
 
 }  // namespace beatlas

@@ -20,4 +20,14 @@ std::vector<double> segmented_volume_ml(const Segmentation& segmentation, Struct
   return curve;
 }
 
+void find_ends(Segmentation& segmentation) {
+  const std::vector<double> curve = segmented_volume_ml(
+      segmentation, segmentation.coverage.phases.count(Structure::LvBlood) != 0 ? Structure::LvBlood
+                                                                                : Structure::Heart);
+  segmentation.end_diastole =
+      static_cast<int>(std::max_element(curve.begin(), curve.end()) - curve.begin());
+  segmentation.end_systole =
+      static_cast<int>(std::min_element(curve.begin(), curve.end()) - curve.begin());
+}
+
 }  // namespace beatlas

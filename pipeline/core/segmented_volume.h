@@ -1,4 +1,6 @@
 #pragma once
+/// Volumes of a segmentation, and the ends of the beat by them.
+
 #include <vector>
 
 #include "pipeline/core/shapes.h"
@@ -9,5 +11,8 @@ namespace beatlas {
 /// apart. Empty if the structure was not found.
 [[nodiscard]] std::vector<double> segmented_volume_ml(const Segmentation& segmentation,
                                                       Structure structure);
+
+/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one.
+void find_ends(Segmentation& segmentation);
 
 }  // namespace beatlas

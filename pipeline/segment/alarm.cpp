@@ -6,11 +6,12 @@
 #include <cstdio>
 #include <optional>
 
+#include "pipeline/core/box.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/core/structure_mask.h"
 #include "pipeline/motion/bad_frames.h"
-#include "pipeline/segment/coverage.h"
 #include "pipeline/segment/leak_seed.h"
 #include "pipeline/segment/surface_evidence.h"
 #include "pipeline/segment/surface_points.h"

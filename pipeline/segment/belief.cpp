@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/segment/coverage.h"
+#include "pipeline/core/structure_mask.h"
 #include "pipeline/segment/known_ground.h"
 
 namespace beatlas::segment {

@@ -1,9 +1,9 @@
 #pragma once
 /// How far labels are what the prior expected before they grew.
 
+#include "pipeline/core/box.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/prior/prior.h"
-#include "pipeline/segment/box.h"
 #include "pipeline/segment/ground.h"
 #include "pipeline/segment/options.h"
 

@@ -6,7 +6,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/segment/faces.h"
+#include "pipeline/core/faces.h"
 #include "pipeline/segment/slice_image.h"
 #include "runtime/atlas/structures.h"
 

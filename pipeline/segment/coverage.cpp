@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "pipeline/core/parallel.h"
-#include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/core/structure_mask.h"
 #include "pipeline/segment/along_slices.h"
 #include "pipeline/segment/boundary.h"
 
@@ -279,17 +279,6 @@ bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, st
   return false;
 }
 
-std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels, Structure structure) {
-  std::array<std::uint8_t, 256> is_in{};
-  for (std::size_t label = 0; label < is_in.size(); ++label) {
-    is_in[label] = label_in_structure(static_cast<std::uint8_t>(label), structure) ? 1 : 0;
-  }
-  std::vector<std::uint8_t> mask(labels.size());
-  std::transform(labels.begin(), labels.end(), mask.begin(),
-                 [&](std::uint8_t label) { return is_in[label]; });
-  return mask;
-}
-
 Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
               const Box& box, const TissueLevels& levels, double noise,
               const std::vector<std::vector<FatEdge>>& under_fat,
@@ -358,16 +347,6 @@ void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& lab
       }
     }
   });
-}
-
-void find_ends(Segmentation& segmentation) {
-  const std::vector<double> curve = segmented_volume_ml(
-      segmentation, segmentation.coverage.phases.count(Structure::LvBlood) != 0 ? Structure::LvBlood
-                                                                                : Structure::Heart);
-  segmentation.end_diastole =
-      static_cast<int>(std::max_element(curve.begin(), curve.end()) - curve.begin());
-  segmentation.end_systole =
-      static_cast<int>(std::min_element(curve.begin(), curve.end()) - curve.begin());
 }
 
 }  // namespace beatlas::segment

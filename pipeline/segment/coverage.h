@@ -1,18 +1,15 @@
 #pragma once
-/// Coverage from labels, and what is read off it.
+/// Coverage from labels, and labels from coverage.
 
 #include <vector>
 
+#include "pipeline/core/box.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/segment/fat_layer.h"
 #include "pipeline/segment/levels.h"
 #include "pipeline/segment/tissue.h"
 
 namespace beatlas::segment {
-
-/// 1 where a label belongs to the structure.
-[[nodiscard]] std::vector<std::uint8_t> where(const std::vector<std::uint8_t>& labels,
-                                              Structure structure);
 
 /// Whether RV or rest of heart lies within 4 mm of a voxel, where labels of walls that meet are
 /// mixed.
@@ -40,8 +37,5 @@ struct Covered {
 /// own stay where the heart does.
 /// @param covered of these labels, on their grid
 void follow_coverage(const CoverageCycle& covered, ImageCycle<std::uint8_t>& labels);
-
-/// Sets end-diastole and end-systole from the volumes of the LV, or of the heart without one.
-void find_ends(Segmentation& segmentation);
 
 }  // namespace beatlas::segment

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/segment/box.h"
+#include "pipeline/core/box.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/levels.h"
 #include "pipeline/segment/options.h"

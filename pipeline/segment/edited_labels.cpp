@@ -4,8 +4,11 @@
 #include <cmath>
 #include <string>
 
+#include "pipeline/core/box.h"
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/core/structure_mask.h"
 #include "pipeline/core/words.h"
 #include "pipeline/segment/belief.h"
 #include "pipeline/segment/boundary.h"

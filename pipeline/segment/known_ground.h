@@ -6,7 +6,7 @@
 /// it is not. A structure that the phase has nowhere was not drawn, and kLabelUnknown was left
 /// open.
 
-#include "pipeline/segment/box.h"
+#include "pipeline/core/box.h"
 #include "pipeline/segment/ground.h"
 #include "pipeline/segment/options.h"
 

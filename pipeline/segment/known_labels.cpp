@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
 #include "pipeline/segment/coverage.h"

@@ -5,8 +5,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/core/distance_map.h"
 #include "pipeline/core/parallel.h"
-#include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/slice_image.h"
 #include "runtime/atlas/structures.h"
 

@@ -6,11 +6,11 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/core/box.h"
+#include "pipeline/core/box_share.h"
+#include "pipeline/core/distance_map.h"
 #include "pipeline/segment/boundary.h"
-#include "pipeline/segment/box.h"
-#include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/slice_image.h"
-#include "pipeline/shape/sub_slices.h"
 
 namespace beatlas::segment {
 namespace {
@@ -226,7 +226,7 @@ std::vector<float> coverage_here(const Grid& grid, const Mask& inside) {
     const double slope = outward.norm();
     const auto here = static_cast<double>(distance.mm[v]);
     if (slope < kLeastSlope || std::abs(here) > half.norm() * slope) return;
-    const auto share = static_cast<float>(shape::share_below(outward / slope, half, -here / slope));
+    const auto share = static_cast<float>(share_below(outward / slope, half, -here / slope));
     coverage[v] += distance.trust[v] * (share - coverage[v]);
   });
   return coverage;

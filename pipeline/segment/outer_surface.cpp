@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/core/box.h"
 #include "pipeline/core/box_share.h"
+#include "pipeline/core/faces.h"
 #include "pipeline/core/parallel.h"
-#include "pipeline/segment/box.h"
 #include "pipeline/segment/clefts.h"
 #include "pipeline/segment/coverage.h"
-#include "pipeline/segment/faces.h"
 #include "pipeline/segment/magnitude.h"
 #include "pipeline/segment/slice_image.h"
 #include "pipeline/segment/surfels.h"

@@ -4,10 +4,10 @@
 #include <optional>
 #include <string>
 
+#include "pipeline/core/box.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/prior/prior.h"
-#include "pipeline/segment/box.h"
 #include "pipeline/segment/ground.h"
 
 namespace beatlas::segment {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "pipeline/core/distance_map.h"
 #include "pipeline/core/parallel.h"
-#include "pipeline/segment/distance_map.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/looks.h"
 #include "pipeline/segment/lv_section.h"

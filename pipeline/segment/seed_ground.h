@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "pipeline/segment/box.h"
+#include "pipeline/core/box.h"
 #include "pipeline/segment/ground.h"
 #include "pipeline/segment/options.h"
 

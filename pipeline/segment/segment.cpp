@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/motion/bad_frames.h"
 #include "pipeline/motion/phase_motion.h"

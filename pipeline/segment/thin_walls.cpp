@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/core/box.h"
+#include "pipeline/core/distance_map.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/slices.h"
-#include "pipeline/segment/box.h"
-#include "pipeline/segment/distance_map.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {

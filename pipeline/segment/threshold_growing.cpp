@@ -4,8 +4,9 @@
 #include <string>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/core/segmented_volume.h"
+#include "pipeline/core/structure_mask.h"
 #include "pipeline/segment/boundary.h"
-#include "pipeline/segment/coverage.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_ground.h"
 #include "runtime/base/error.h"

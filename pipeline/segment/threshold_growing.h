@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/core/box.h"
 #include "pipeline/core/exam.h"
-#include "pipeline/segment/box.h"
 #include "pipeline/segment/competition.h"
 #include "pipeline/segment/levels.h"
 #include "pipeline/segment/options.h"

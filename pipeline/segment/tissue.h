@@ -6,7 +6,6 @@
 
 #include "pipeline/core/exam.h"
 #include "pipeline/core/stage_context.h"
-#include "pipeline/segment/box.h"
 
 namespace beatlas::segment {
 
@@ -28,13 +27,5 @@ struct TemporalStats {
 [[nodiscard]] double noise_level(const ImageCycle<float>& images);
 
 [[nodiscard]] TemporalStats temporal_stats(const ImageCycle<float>& images);
-
-/// The part of a cine, or of its labels, in a box. T: float, std::uint8_t.
-template <class T>
-[[nodiscard]] ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box);
-
-/// Labels of a box into those of the whole grid; beyond the box there are none.
-void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box,
-              ImageCycle<std::uint8_t>& whole);
 
 }  // namespace beatlas::segment

@@ -6,6 +6,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/core/box_share.h"
+
 namespace beatlas::shape {
 namespace {
 
@@ -15,8 +17,6 @@ constexpr double kPatchMm = 2;   ///< Gaussian in plane, of the coverage whose g
 constexpr float kMixed = 1e-3F;  ///< less is none, and as near to 1 is all
 constexpr double kLeastSlope = 1e-3;  ///< [1 / mm] of a gradient that is a direction
 constexpr int kHalvings = 24;
-
-double cube(double x) { return x > 0 ? x * x * x : 0; }
 
 /// Smoothed over a patch of the slice and its two neighbours.
 std::vector<float> soft_coverage(const Grid& grid, const std::vector<float>& coverage) {
@@ -73,22 +73,6 @@ int parts_of_slices(const Grid& grid) {
   const Vec3 spacing = grid.spacing_mm();
   const double pixel = std::clamp(std::min(spacing[0], spacing[1]), kLeastPartMm, kMostPartMm);
   return std::max(1, static_cast<int>(std::lround(spacing[2] / pixel)));
-}
-
-double share_below(const Vec3& normal, const Vec3& half, double offset) {
-  std::array<double, 3> m{};
-  double whole = 0;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto axis = static_cast<Eigen::Index>(a);
-    m[a] = std::max(std::abs(normal[axis]) * 2 * half[axis], 1e-4);
-    whole += m[a];
-  }
-  const double at = offset + 0.5 * whole;
-  if (at <= 0) return 0;
-  if (at >= whole) return 1;
-  const double six = cube(at) - cube(at - m[0]) - cube(at - m[1]) - cube(at - m[2]) +
-                     cube(at - m[0] - m[1]) + cube(at - m[0] - m[2]) + cube(at - m[1] - m[2]);
-  return std::clamp(six / (6 * m[0] * m[1] * m[2]), 0.0, 1.0);
 }
 
 SubSlices split_slices(const Grid& grid, const std::vector<float>& coverage, int parts) {

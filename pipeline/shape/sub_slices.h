@@ -23,7 +23,4 @@ struct SubSlices {
 [[nodiscard]] SubSlices split_slices(const Grid& grid, const std::vector<float>& coverage,
                                      int parts);
 
-/// Share 0..1 of a box about the origin in which normal . x < offset. @param normal of length 1
-[[nodiscard]] double share_below(const Vec3& normal, const Vec3& half, double offset);
-
 }  // namespace beatlas::shape

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/core/box.h"
+#include "pipeline/core/segmented_volume.h"
 #include "pipeline/phantom/render.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/edited_labels.h"

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/core/segmented_volume.h"
-#include "pipeline/segment/coverage.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
 

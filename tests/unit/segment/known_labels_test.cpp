@@ -8,7 +8,6 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
-#include "pipeline/segment/coverage.h"
 #include "tests/clinical_part.h"
 #include "tests/made_images.h"
 #include "tests/unit/segment/imaged_phantom.h"

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/core/box.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/segment.h"
 #include "pipeline/segment/tissue.h"

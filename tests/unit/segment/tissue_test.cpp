@@ -104,25 +104,5 @@ TEST(SmoothInPlane, KeepsTheMeanAndOneSliceFromTheNext) {
   EXPECT_EQ(smooth_in_plane(grid, image, 0), image);
 }
 
-TEST(Crop, KeepsEveryVoxelWhereItIsInThePatient) {
-  const Grid grid = made::oblique_grid({9, 8, 7}, {1, 2, 3}, {10, -20, 30});
-  ImageCycle<float> images = made::constant_images(grid, 2, 0);
-  for (auto& phase : images.phases) {
-    for (std::size_t v = 0; v < phase.size(); ++v) phase[v] = static_cast<float>(v);
-  }
-  const Box box{{2, 3, 1}, {4, 3, 5}};
-  const ImageCycle<float> part = crop(images, box);
-  EXPECT_EQ(part.grid.size, box.size);
-  for (int k = 0; k < 5; ++k) {
-    for (int j = 0; j < 3; ++j) {
-      for (int i = 0; i < 4; ++i) {
-        EXPECT_EQ(part.phases[1][part.grid.offset(i, j, k)],
-                  images.phases[1][grid.offset(i + 2, j + 3, k + 1)]);
-        EXPECT_LT((part.grid.mm(i, j, k) - grid.mm(i + 2, j + 3, k + 1)).norm(), 1e-9);
-      }
-    }
-  }
-}
-
 }  // namespace
 }  // namespace beatlas::segment

@@ -1,4 +1,4 @@
-#include "pipeline/segment/distance_map.h"
+#include "pipeline/core/distance_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "tests/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas {
 namespace {
 
 /// By trying every voxel of the mask.
@@ -133,4 +133,4 @@ TEST(DistanceMap, OfASingleVoxelImageIsZero) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas

@@ -1,12 +1,12 @@
 #pragma once
-/// Boxes of voxels.
+/// Boxes of voxels, and what images hold in one.
 
 #include <cstdint>
 #include <vector>
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::segment {
+namespace beatlas {
 
 /// `first` included, `size` voxels.
 struct Box {
@@ -38,4 +38,12 @@ struct Box {
 /// reaches or passes.
 [[nodiscard]] Box widened(const Grid& grid, const Box& box, const Box& other);
 
-}  // namespace beatlas::segment
+/// The part of a cine, or of its labels, in a box. T: float, std::uint8_t.
+template <class T>
+[[nodiscard]] ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box);
+
+/// Labels of a box into those of the whole grid; beyond the box there are none.
+void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box,
+              ImageCycle<std::uint8_t>& whole);
+
+}  // namespace beatlas

@@ -1,12 +1,12 @@
-#include "pipeline/segment/distance_map.h"
+#include "pipeline/core/distance_map.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "pipeline/segment/box.h"
+#include "pipeline/core/box.h"
 
-namespace beatlas::segment {
+namespace beatlas {
 namespace {
 
 constexpr float kInfinite = kNoDistance * kNoDistance;
@@ -140,4 +140,4 @@ std::vector<float> depth_within(const Grid& grid, const std::vector<std::uint8_t
   return out;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas

@@ -4,7 +4,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::segment {
+namespace beatlas {
 
 /// Exact Euclidean distance [mm] of every voxel centre to the nearest one in `mask` (not 0);
 /// kNoDistance if the mask is empty. With `across_slices` false each slice stands alone: slices too
@@ -28,4 +28,4 @@ inline constexpr float kNoDistance = 1e6F;
                                               const std::vector<std::uint8_t>& mask,
                                               bool across_slices);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas

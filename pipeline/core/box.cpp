@@ -1,11 +1,12 @@
-#include "pipeline/segment/box.h"
+#include "pipeline/core/box.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "pipeline/core/parallel.h"
+#include "runtime/atlas/structures.h"
 
-namespace beatlas::segment {
+namespace beatlas {
 namespace {
 
 /// The first and the last index of each axis.
@@ -109,4 +110,43 @@ Box widened(const Grid& grid, const Box& box, const Box& other) {
   return out;
 }
 
-}  // namespace beatlas::segment
+template <class T>
+ImageCycle<T> crop(const ImageCycle<T>& images, const Box& box) {
+  ImageCycle<T> out;
+  out.grid = images.grid.part(box.first, box.size);
+  out.phases.resize(images.phases.size());
+  parallel_for(images.phases.size(), [&](std::size_t p) {
+    out.phases[p].reserve(out.grid.count());
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const auto from =
+            images.phases[p].begin() + static_cast<std::ptrdiff_t>(images.grid.offset(
+                                           box.first[0], box.first[1] + j, box.first[2] + k));
+        out.phases[p].insert(out.phases[p].end(), from, from + box.size[0]);
+      }
+    }
+  });
+  return out;
+}
+
+template ImageCycle<float> crop(const ImageCycle<float>&, const Box&);
+template ImageCycle<std::uint8_t> crop(const ImageCycle<std::uint8_t>&, const Box&);
+
+void put_back(const ImageCycle<std::uint8_t>& labels, const Box& box,
+              ImageCycle<std::uint8_t>& whole) {
+  whole.phases.resize(labels.phases.size());
+  parallel_for(labels.phases.size(), [&](std::size_t p) {
+    whole.phases[p].assign(whole.grid.count(), kLabelBackground);
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const auto from =
+            labels.phases[p].begin() + static_cast<std::ptrdiff_t>(labels.grid.offset(0, j, k));
+        std::copy(from, from + box.size[0],
+                  whole.phases[p].begin() + static_cast<std::ptrdiff_t>(whole.grid.offset(
+                                                box.first[0], box.first[1] + j, box.first[2] + k)));
+      }
+    }
+  });
+}
+
+}  // namespace beatlas

@@ -1,9 +1,9 @@
 #pragma once
 /// Voxels face to face.
 
-#include "pipeline/segment/box.h"
+#include "pipeline/core/box.h"
 
-namespace beatlas::segment {
+namespace beatlas {
 
 /// Calls visit(voxel) for each voxel of the grid that shares a face with one, all offsets in it.
 template <class Visit>
@@ -20,4 +20,4 @@ void for_faces(const Grid& grid, std::size_t voxel, const Visit& visit) {
   }
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas
