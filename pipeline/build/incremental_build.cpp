@@ -8,8 +8,8 @@
 #include "pipeline/core/words.h"
 #include "pipeline/field/repair_topology.h"
 #include "pipeline/motion/acquisition_faults.h"
-#include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::build {
@@ -412,7 +412,7 @@ void IncrementalBuild::keep_heart_images() {
   for (const ShapeCycle& shape : *shapes_) {
     if (shape.structure != Structure::Heart) continue;
     heart_images_ = cut_images(
-        exam_->stack.images, segment::noise_level(exam_->stack.images),
+        exam_->stack.images, tissue::noise_level(exam_->stack.images),
         box_around(exam_->stack.grid(), *facts_.workspace_from_lps, shape.level.grid, margin_mm));
   }
 }

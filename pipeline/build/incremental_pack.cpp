@@ -8,9 +8,9 @@
 #include "pipeline/build/package_content.h"
 #include "pipeline/build/report_facts.h"
 #include "pipeline/build/surfaces.h"
-#include "pipeline/segment/tissue.h"
 #include "pipeline/study/files.h"
 #include "pipeline/study/stage_files.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/atlas/atlas.h"
 #include "runtime/atlas/scene.h"
 #include "runtime/base/error.h"
@@ -34,7 +34,7 @@ pack::PackedVolume IncrementalBuild::packed_volume(const FieldCycle& heart) {
   HeartImages around =
       heart_images_ && heart_images_->box.holds(box)
           ? cut_images(*heart_images_, facts_.source, box)
-          : cut_images(exam().stack.images, segment::noise_level(exam().stack.images), box);
+          : cut_images(exam().stack.images, tissue::noise_level(exam().stack.images), box);
   return build::packed_volume(std::move(around), *facts_.workspace_from_lps, heart,
                               orders_.recipe.pack);
 }

@@ -9,7 +9,7 @@
 #include "pipeline/cli/bench_settings.h"
 #include "pipeline/formats/nifti.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/atlas/volume.h"
 #include "runtime/atlas/volume_payload.h"
 #include "runtime/base/error.h"
@@ -259,7 +259,7 @@ void BenchRunner::measure_volume(BenchRow& row, StageContext& context) {
   const build::StackBox box = build::box_around(stack.grid, map, heart.value->distance_mm.grid, 0);
   Costs costs;
   const auto packed = timed([&] {
-    return build::packed_volume(build::cut_images(stack, segment::noise_level(stack), box), map,
+    return build::packed_volume(build::cut_images(stack, tissue::noise_level(stack), box), map,
                                 *heart.value, recipe_of_settings(settings).pack);
   });
   costs.add("pack", packed);

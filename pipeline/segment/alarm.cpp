@@ -15,8 +15,8 @@
 #include "pipeline/segment/leak_seed.h"
 #include "pipeline/segment/surface_evidence.h"
 #include "pipeline/segment/surface_points.h"
-#include "pipeline/segment/tissue.h"
 #include "pipeline/segment/volume_jumps.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -59,7 +59,7 @@ Box box_of(const LabelCycle& labels) {
 
 /// A Gaussian of kLumpMm in all directions.
 std::vector<float> smoothed_evenly(const Grid& grid, const std::vector<float>& image) {
-  const std::vector<float> flat = smooth_in_plane(grid, image, kLumpMm);
+  const std::vector<float> flat = tissue::smooth_in_plane(grid, image, kLumpMm);
   const double apart_mm = grid.spacing_mm()[2];
   const int reach = static_cast<int>(std::ceil(3 * kLumpMm / apart_mm));
   const std::size_t slice = grid.slice_count();
@@ -337,7 +337,7 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
   const ImageCycle<float> images = bad.empty()
                                        ? crop(cine.images, box)
                                        : crop(motion::without_bad_frames(cine.images, bad), box);
-  const TemporalStats stats = temporal_stats(images);
+  const tissue::TemporalStats stats = tissue::temporal_stats(images);
   const EvidenceLevels levels = evidence_levels(images, labels);
   const auto n = static_cast<std::size_t>(cine.phase_count());
 
@@ -350,7 +350,7 @@ std::vector<LeakAlarm> leak_alarms(const Cine& cine, const Segmentation& segment
   parallel_for(n, [&](std::size_t p) {
     border[p] = border_contact(segmentation.labels.grid, segmentation.labels.phases[p]);
     const std::vector<float> image =
-        smooth_in_plane(images.grid, images.phases[p], evidence_sigma_mm(images.grid));
+        tissue::smooth_in_plane(images.grid, images.phases[p], evidence_sigma_mm(images.grid));
     for (std::size_t s = 0; s < kWithEdges.size(); ++s) {
       const std::vector<SurfacePoint> points =
           surface_points(images.grid, where(labels.phases[p], kWithEdges[s]));

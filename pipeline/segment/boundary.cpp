@@ -13,7 +13,7 @@
 #include "pipeline/segment/outline.h"
 #include "pipeline/segment/side_levels.h"
 #include "pipeline/segment/slice_image.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 
 namespace beatlas::segment {
 namespace {
@@ -174,7 +174,7 @@ std::optional<double> deep_level(const Edge& edge) {
     }
   }
   if (deep.empty()) return {};
-  return median_of(deep);
+  return tissue::median_of(deep);
 }
 
 /// What edges make of the outline of one slice.
@@ -223,14 +223,14 @@ double among_trabeculae_px(const std::vector<Edge>& edges, double pixel_mm) {
   }
   if (thick_mm.empty() || !(inward > 0)) return 0;
   // Papillary muscles lie inside as well, and tell nothing of the outline: most slices have none.
-  const double middle = median_of(thick_mm);
+  const double middle = tissue::median_of(thick_mm);
   const auto slices = static_cast<double>(thick_mm.size());
   for (float& thick : thick_mm) thick = std::abs(thick - static_cast<float>(middle));
   // Of normal errors: the median deviation is 0.674 of the standard one, a median's error 1.253 of
   // a mean's. No fit tells of less than the floor. The square of what is known so badly is too
   // large by its square.
-  const double error =
-      std::hypot(1.253 / 0.674 * median_of(thick_mm) / std::sqrt(slices), kFloorPx * pixel_mm);
+  const double error = std::hypot(1.253 / 0.674 * tissue::median_of(thick_mm) / std::sqrt(slices),
+                                  kFloorPx * pixel_mm);
   const double square = std::max(0.0, middle * std::abs(middle) - error * error);
   return inward / length_px * square / (kLabelsMm * kLabelsMm + square);
 }

@@ -119,7 +119,7 @@ std::vector<BoundaryPoint> points_of_wall(const std::vector<BoundaryPoint>& oute
 struct EdgeSearch {
   const ImageCycle<float>& images;
   const ImageCycle<std::uint8_t>& labels;
-  const TissueLevels& levels;
+  const tissue::TissueLevels& levels;
   double noise = 0;     ///< [intensity], as the next two
   double muscle = 0;    ///< below it a voxel is muscle and nothing else
   double contrast = 0;  ///< between both sides, less than which is no edge
@@ -173,7 +173,7 @@ EdgeVoxels edge_voxels(const EdgeSearch& search, Structure structure, std::size_
 std::vector<Settled> cover_along(const EdgeSearch& search, Structure structure, std::size_t p,
                                  const BoundaryInput& input, EdgeVoxels& voxels,
                                  std::vector<float>& coverage) {
-  const TissueLevels& levels = search.levels;
+  const tissue::TissueLevels& levels = search.levels;
   if (structure == Structure::Heart) {
     return cover_along_slices(input, {.inner_level = levels.muscle}, coverage);
   }
@@ -280,7 +280,7 @@ bool beside_others(const Grid& grid, const std::vector<std::uint8_t>& labels, st
 }
 
 Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
-              const Box& box, const TissueLevels& levels, double noise,
+              const Box& box, const tissue::TissueLevels& levels, double noise,
               const std::vector<std::vector<FatEdge>>& under_fat,
               const std::vector<Structure>& structures) {
   const EdgeSearch search{

@@ -6,8 +6,8 @@
 #include "pipeline/core/box.h"
 #include "pipeline/core/shapes.h"
 #include "pipeline/segment/fat_layer.h"
-#include "pipeline/segment/levels.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/levels.h"
+#include "pipeline/tissue/tissue.h"
 
 namespace beatlas::segment {
 
@@ -26,7 +26,7 @@ struct Covered {
 /// @param images, labels the part of the exam in `box`; @param noise its standard deviation
 /// @param under_fat [phase] or empty: voxels of the heart's edge that are known already
 [[nodiscard]] Covered cover(const ImageCycle<float>& images, const ImageCycle<std::uint8_t>& labels,
-                            const Box& box, const TissueLevels& levels, double noise,
+                            const Box& box, const tissue::TissueLevels& levels, double noise,
                             const std::vector<std::vector<FatEdge>>& under_fat = {},
                             const std::vector<Structure>& structures = {kVentricular.begin(),
                                                                         kVentricular.end()});

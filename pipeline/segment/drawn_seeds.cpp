@@ -128,7 +128,7 @@ std::string seed_told(const std::vector<Seed>& seeds, std::size_t at) {
 namespace {
 
 /// What the image is instead of what the label is; null where it fits or nothing can be told.
-const char* looks_wrong(std::uint8_t label, double level, const TissueLevels& levels) {
+const char* looks_wrong(std::uint8_t label, double level, const tissue::TissueLevels& levels) {
   constexpr double kThird = 1.0 / 3;
   if (!(levels.blood > levels.muscle && levels.muscle > 0)) return nullptr;
   if (label == kLabelBackground) return nullptr;
@@ -201,7 +201,7 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
       [&](const Seed& seed, std::size_t p, std::size_t v) { images[p][v] = seed.label; });
 }
 
-void part_marked(TissueLevels& levels) {
+void part_marked(tissue::TissueLevels& levels) {
   if (!(levels.blood > levels.muscle)) {
     throw_invalid(
         "seeds of muscle lie on tissue that is no darker than blood; move them, or those of "
@@ -212,7 +212,7 @@ void part_marked(TissueLevels& levels) {
 
 std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
                                         const std::vector<Seed>& seeds,
-                                        const TissueLevels& levels) {
+                                        const tissue::TissueLevels& levels) {
   constexpr std::size_t kMost = 5;
   std::vector<std::string> out;
   std::size_t more = 0;

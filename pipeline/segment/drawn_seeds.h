@@ -6,8 +6,8 @@
 
 #include "pipeline/core/box.h"
 #include "pipeline/segment/competition.h"
-#include "pipeline/segment/levels.h"
 #include "pipeline/segment/options.h"
+#include "pipeline/tissue/levels.h"
 
 namespace beatlas::segment {
 
@@ -34,7 +34,7 @@ void draw_seeds(const Grid& grid, const std::vector<Seed>& seeds, LabelImages& i
 
 /// Parts the levels of blood and muscle that were marked.
 /// @throws Error{InvalidInput} if muscle was marked on what is as bright as blood
-void part_marked(TissueLevels& levels);
+void part_marked(tissue::TissueLevels& levels);
 
 /// Seeds that are likely a slip, a sentence each as seed_told begins it: where
 /// the image is as dark as muscle or lung under a seed of blood, as bright as blood or as dark as
@@ -43,7 +43,7 @@ void part_marked(TissueLevels& levels);
 /// @param levels without blood above muscle: images tell nothing
 [[nodiscard]] std::vector<std::string> doubtful_seeds(const ImageCycle<float>& images,
                                                       const std::vector<Seed>& seeds,
-                                                      const TissueLevels& levels);
+                                                      const tissue::TissueLevels& levels);
 
 /// @throws Error{InvalidInput} if a seed or a place of a stroke lies outside the images, has no
 /// known label or phase, or a radius that is not within 0..50 mm.

@@ -14,9 +14,9 @@
 #include "pipeline/segment/boundary.h"
 #include "pipeline/segment/coverage.h"
 #include "pipeline/segment/mask_surface.h"
-#include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valve_planes.h"
 #include "pipeline/segment/ventricle_ends.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {

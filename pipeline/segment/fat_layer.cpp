@@ -98,8 +98,8 @@ std::optional<double> level_above(std::vector<float> values, double bound, doubl
 /// Fat's level, where it lies around the heart at all: brighter than blood or, where contrast is
 /// low, between muscle and blood.
 std::optional<double> fat_around(const ImageCycle<float>& images, double noise,
-                                 const TissueLevels& levels, const ImageCycle<std::uint8_t>& labels,
-                                 int phase) {
+                                 const tissue::TissueLevels& levels,
+                                 const ImageCycle<std::uint8_t>& labels, int phase) {
   const double left = kOfBlur * noise;
   const auto bright = level_above(calm_around(images, labels, phase, -kWithinPx),
                                   levels.blood + kOverBlood * left, kLeastShare, kFatQuantile);
@@ -313,7 +313,7 @@ class SliceFat {
 }  // namespace
 
 std::optional<LayerLevels> levels_with_fat(const ImageCycle<float>& images, double noise,
-                                           const TissueLevels& levels,
+                                           const tissue::TissueLevels& levels,
                                            const ImageCycle<std::uint8_t>& labels) {
   if (!(levels.blood > levels.muscle) || !(levels.muscle > 0)) return {};
   std::vector<double> fats;

@@ -7,7 +7,7 @@
 
 #include "pipeline/core/grid.h"
 #include "pipeline/segment/layer_fit.h"
-#include "pipeline/segment/levels.h"
+#include "pipeline/tissue/levels.h"
 
 namespace beatlas::segment {
 
@@ -26,7 +26,8 @@ struct FatEdge {
 /// brighter than muscle where contrast is low.
 /// @param images, labels the heart's box  @param noise standard deviation
 [[nodiscard]] std::optional<LayerLevels> levels_with_fat(const ImageCycle<float>& images,
-                                                         double noise, const TissueLevels& levels,
+                                                         double noise,
+                                                         const tissue::TissueLevels& levels,
                                                          const ImageCycle<std::uint8_t>& labels);
 
 /// In each slice profiles across the heart's outline, means along it, are fitted with muscle, fat

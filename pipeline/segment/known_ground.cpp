@@ -4,7 +4,7 @@
 #include <array>
 
 #include "pipeline/segment/drawn_seeds.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {

@@ -13,7 +13,7 @@ constexpr double kMuscleSmoothMm = 1;  ///< Gaussian, so that noise pierces no m
 
 }  // namespace
 
-void papillary_muscles_to_wall(const ImageCycle<float>& images, const TissueLevels& levels,
+void papillary_muscles_to_wall(const ImageCycle<float>& images, const tissue::TissueLevels& levels,
                                ImageCycle<std::uint8_t>& labels) {
   const Grid& grid = images.grid;
   const Vec3 spacing = grid.spacing_mm();

@@ -8,7 +8,7 @@
 #include "pipeline/core/words.h"
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/looks.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
@@ -75,11 +75,12 @@ PhaseGround read_phase(const Grid& grid, const std::vector<float>& image, const 
 }
 
 /// Levels by the medians of what is sure.
-TissueLevels levels_of(ByLabel& sure) {
-  TissueLevels levels;
-  levels.blood = median_of(sure[kLabelLvBlood]);
-  levels.rv_blood = sure[kLabelRvBlood].empty() ? levels.blood : median_of(sure[kLabelRvBlood]);
-  levels.muscle = median_of(sure[kLabelLvMyocardium]);
+tissue::TissueLevels levels_of(ByLabel& sure) {
+  tissue::TissueLevels levels;
+  levels.blood = tissue::median_of(sure[kLabelLvBlood]);
+  levels.rv_blood =
+      sure[kLabelRvBlood].empty() ? levels.blood : tissue::median_of(sure[kLabelRvBlood]);
+  levels.muscle = tissue::median_of(sure[kLabelLvMyocardium]);
   levels.part();
   return levels;
 }

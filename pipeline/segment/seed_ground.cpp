@@ -10,8 +10,8 @@
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/looks.h"
 #include "pipeline/segment/lv_section.h"
-#include "pipeline/segment/tissue.h"
 #include "pipeline/segment/wall_layers.h"
+#include "pipeline/tissue/tissue.h"
 
 namespace beatlas::segment {
 namespace {
@@ -181,7 +181,7 @@ class LevelsAlong {
       }
     }
     for (std::size_t l = 0; l < kLabels; ++l) {
-      for (auto& [k, list] : values[l]) levels_[l].at[k] = median_of(list);
+      for (auto& [k, list] : values[l]) levels_[l].at[k] = tissue::median_of(list);
     }
     // Coils light blood and muscle alike, and a ball hardly fits into a wall: of the shares of
     // blood's level that the slices' muscle has, the middle one counts.
@@ -189,7 +189,7 @@ class LevelsAlong {
     for (const auto& [k, level] : levels_[kLabelLvMyocardium].at) {
       shares.push_back(static_cast<float>(level / levels_[kLabelLvBlood](k)));
     }
-    const double share = median_of(shares);
+    const double share = tissue::median_of(shares);
     levels_[kLabelLvMyocardium].at.clear();
     for (const auto& [k, level] : levels_[kLabelLvBlood].at) {
       levels_[kLabelLvMyocardium].at[k] = share * level;
@@ -222,7 +222,7 @@ class LevelsAlong {
         }
       }
       for (const std::uint8_t label : kHeart) {
-        if (!values[label].empty()) levels_[label].at[k] = median_of(values[label]);
+        if (!values[label].empty()) levels_[label].at[k] = tissue::median_of(values[label]);
       }
     }
   }

@@ -13,7 +13,6 @@
 #include "pipeline/segment/beyond_base.h"
 #include "pipeline/segment/connected.h"
 #include "pipeline/segment/coverage.h"
-#include "pipeline/segment/denoise.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/followed_seeds.h"
 #include "pipeline/segment/known_ground.h"
@@ -22,13 +21,14 @@
 #include "pipeline/segment/papillary.h"
 #include "pipeline/segment/prior_ground.h"
 #include "pipeline/segment/seed_ground.h"
-#include "pipeline/segment/shading.h"
 #include "pipeline/segment/smooth_outlines.h"
 #include "pipeline/segment/thin_walls.h"
 #include "pipeline/segment/threshold_growing.h"
-#include "pipeline/segment/tissue.h"
 #include "pipeline/segment/valve_planes.h"
 #include "pipeline/segment/ventricle_ends.h"
+#include "pipeline/tissue/denoise.h"
+#include "pipeline/tissue/shading.h"
+#include "pipeline/tissue/tissue.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::segment {
@@ -107,7 +107,7 @@ float lift(ImageCycle<float>& images) {
 }
 
 /// Levels of images before they were lifted.
-TissueLevels before_lift(TissueLevels levels, float added) {
+tissue::TissueLevels before_lift(tissue::TissueLevels levels, float added) {
   for (double* level :
        {&levels.blood, &levels.rv_blood, &levels.muscle, &levels.threshold, &levels.dark}) {
     *level -= static_cast<double>(added);
@@ -143,10 +143,10 @@ Task lay_ground(const ImageCycle<float>& stack, const std::vector<Seed>& given,
   task.images = crop(stack, task.box);
   task.lifted = lift(task.images);
   if (options.even_shading) {
-    task.images =
-        without_shading(task.images, find_shading(task.images.grid, temporal_stats(task.images)));
+    task.images = tissue::without_shading(
+        task.images, tissue::find_shading(task.images.grid, tissue::temporal_stats(task.images)));
   }
-  task.noise = noise_level(task.images);
+  task.noise = tissue::noise_level(task.images);
   context.check_cancelled();
   context.progress(0.1, "seeds");
   task.marks = marks_in(task.images.grid, task.images.phases.size(), task.drawn);
@@ -164,20 +164,20 @@ Task lay_ground(const ImageCycle<float>& stack, const std::vector<Seed>& given,
 /// The competition on the task's ground. Marks alone tell more once something has grown from them:
 /// then it grows again, from a ground that knows what grew.
 ImageCycle<std::uint8_t> grow(Task& task, StageContext& context) {
-  const TissueLevels& levels = task.ground.levels;
+  const tissue::TissueLevels& levels = task.ground.levels;
   const double contrast = std::max(levels.blood - levels.muscle, 1e-6);
   context.progress(0.25, "noise");
   const double phase_step_mm =
       std::clamp(kBeatMm / task.images.phase_count(), kLeastPhaseMm, kMostPhaseMm);
   const ImageCycle<float> calm =
-      denoised(task.images, task.options.denoise ? task.noise : 0, phase_step_mm);
+      tissue::denoised(task.images, task.options.denoise ? task.noise : 0, phase_step_mm);
   std::optional<motion::PhaseMotion> motion;
   if (task.options.follow_motion) {
     context.progress(0.35, "motion");
     motion = motion::phase_motion(calm, kBrightest * levels.blood);
   }
   StageContext growing = context.part(0.4, 0.6, "growing");
-  const double edge_free = std::max(3 * noise_level(calm), kTexture * contrast);
+  const double edge_free = std::max(3 * tissue::noise_level(calm), kTexture * contrast);
   const auto labels_on = [&](const Ground& ground) {
     return grow_in_competition({.images = calm,
                                 .seeds = ground.seeds,
@@ -259,7 +259,7 @@ std::vector<std::vector<FatEdge>> take_fat_off(const Task& task, ImageCycle<std:
 /// Coverage by the images' edges. Through thin slices an edge is looked for from where the labels
 /// end: what they missed by more than that is found from where the first look had moved it.
 Covered cover_task(const Task& task, bool atria, ImageCycle<std::uint8_t>& labels) {
-  const double still_noise = std::min(task.noise, noise_level(task.stack));
+  const double still_noise = std::min(task.noise, tissue::noise_level(task.stack));
   const std::vector<Structure> structures =
       atria ? std::vector<Structure>(kAllStructures.begin(), kAllStructures.end())
             : std::vector<Structure>(kVentricular.begin(), kVentricular.end());

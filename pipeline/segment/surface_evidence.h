@@ -5,7 +5,7 @@
 
 #include "pipeline/core/shapes.h"
 #include "pipeline/segment/surface_points.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 
 namespace beatlas::segment {
 

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "pipeline/core/slices.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 
 namespace beatlas::segment {
 namespace {
@@ -46,8 +46,8 @@ class BodySurface {
       : grid_(grid), inside_(inside), axes_(thin_slices(grid) ? 3 : 2), smooth_(inside.size()) {
     std::transform(inside.begin(), inside.end(), smooth_.begin(),
                    [](std::uint8_t in) { return in != 0 ? 1.0F : 0.0F; });
-    smooth_ =
-        smooth_in_plane(grid, smooth_, std::max(kSmoothMm, 0.8 * spacing_.head<2>().maxCoeff()));
+    smooth_ = tissue::smooth_in_plane(grid, smooth_,
+                                      std::max(kSmoothMm, 0.8 * spacing_.head<2>().maxCoeff()));
     if (axes_ == 3) smooth_ = smooth_across(grid, smooth_);
   }
 
@@ -190,7 +190,7 @@ std::vector<std::vector<float>> averaged_over_surface(const Grid& grid,
     for (std::size_t p = 0; p < points.size(); ++p) {
       image[at[p]] = static_cast<float>(points[p].area_mm2) * value_of(p);
     }
-    image = smooth_in_plane(part, image, kAverageMm);
+    image = tissue::smooth_in_plane(part, image, kAverageMm);
     return across ? smooth_across(part, image) : image;
   };
   const std::vector<float> weight = spread([](std::size_t) { return 1.0F; });

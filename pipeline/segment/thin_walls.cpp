@@ -45,7 +45,7 @@ void walk(const Grid& grid, bool across_slices, const std::vector<std::uint8_t>&
 
 }  // namespace
 
-void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
+void add_thin_walls(const ImageCycle<float>& images, const tissue::TissueLevels& levels,
                     ImageCycle<std::uint8_t>& labels) {
   const Grid& grid = labels.grid;
   const bool across_slices = !are_thick_slices(grid.spacing_mm()[2]);
@@ -68,8 +68,8 @@ void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
   });
 }
 
-void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels, double pixel_mm,
-                 ImageCycle<std::uint8_t>& labels) {
+void reach_walls(const ImageCycle<float>& images, const tissue::TissueLevels& levels,
+                 double pixel_mm, ImageCycle<std::uint8_t>& labels) {
   const Grid& grid = labels.grid;
   // From the outermost centres, off which the outline lies by half a pixel of the images.
   const double reach_mm = pixel_mm + grid.spacing_mm().head<2>().maxCoeff() / 2;

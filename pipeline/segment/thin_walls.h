@@ -2,7 +2,7 @@
 /// Walls too thin for a prior of pixels of 2 mm: those of the right ventricle, atria and vessels.
 
 #include "pipeline/core/grid.h"
-#include "pipeline/segment/levels.h"
+#include "pipeline/tissue/levels.h"
 
 namespace beatlas::segment {
 
@@ -11,7 +11,7 @@ namespace beatlas::segment {
 /// hypertrophy (Rudski 2010, doi:10.1016/j.echo.2010.05.010), and an atrium's is thinner (review:
 /// PMC5841556). Fat is brighter than muscle, and lung darker. Slices far apart stand alone.
 /// @param images of the labels' grid, evenly lit
-void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
+void add_thin_walls(const ImageCycle<float>& images, const tissue::TissueLevels& levels,
                     ImageCycle<std::uint8_t>& labels);
 
 /// The RV, the atria and the aorta reach as far as their blood is seen: what is rest of the heart,
@@ -21,7 +21,7 @@ void add_thin_walls(const ImageCycle<float>& images, const TissueLevels& levels,
 /// stacks of thick slices (9000 to 9079) the RV lacked 13 % at end-diastole without it.
 /// @param images of the labels' grid, evenly lit
 /// @param pixel_mm of what told where labels are: the prior's, or, of marks, the images'
-void reach_walls(const ImageCycle<float>& images, const TissueLevels& levels, double pixel_mm,
-                 ImageCycle<std::uint8_t>& labels);
+void reach_walls(const ImageCycle<float>& images, const tissue::TissueLevels& levels,
+                 double pixel_mm, ImageCycle<std::uint8_t>& labels);
 
 }  // namespace beatlas::segment

@@ -14,7 +14,7 @@
 namespace beatlas::segment {
 namespace {
 
-IntensityWindow window_of(const SegmentOptions& options, const TissueLevels& levels) {
+IntensityWindow window_of(const SegmentOptions& options, const tissue::TissueLevels& levels) {
   IntensityWindow window{options.threshold_low, options.threshold_high,
                          options.threshold_neighbours};
   if (!(window.low > 0)) window.low = levels.threshold;
@@ -102,7 +102,8 @@ std::vector<std::uint8_t> grow_in_window(const Grid& grid, const std::vector<flo
 
 Segmentation segment_by_threshold(const ImageCycle<float>& stack, const std::vector<Seed>& drawn,
                                   const LabelImages& automatic, const Box& box,
-                                  const TissueLevels& levels, const SegmentOptions& options) {
+                                  const tissue::TissueLevels& levels,
+                                  const SegmentOptions& options) {
   const std::size_t n = stack.phases.size();
   const IntensityWindow window = window_of(options, levels);
   const auto seeds = seed_voxels(stack.grid, n, drawn, automatic, box);

@@ -8,8 +8,8 @@
 #include "pipeline/core/box.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/segment/competition.h"
-#include "pipeline/segment/levels.h"
 #include "pipeline/segment/options.h"
+#include "pipeline/tissue/levels.h"
 
 namespace beatlas::segment {
 
@@ -36,7 +36,7 @@ struct IntensityWindow {
 [[nodiscard]] Segmentation segment_by_threshold(const ImageCycle<float>& stack,
                                                 const std::vector<Seed>& drawn,
                                                 const LabelImages& automatic, const Box& box,
-                                                const TissueLevels& levels,
+                                                const tissue::TissueLevels& levels,
                                                 const SegmentOptions& options);
 
 }  // namespace beatlas::segment

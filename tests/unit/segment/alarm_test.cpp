@@ -34,7 +34,7 @@ struct Case {
     phantom::Rendering rendering = phantom::render(phantom, context);
     exam.stack = std::move(rendering.cine);
     right.labels = std::move(rendering.labels);
-    TissueLevels levels;
+    tissue::TissueLevels levels;
     levels.blood = levels.rv_blood = phantom::kBloodCounts;
     levels.muscle = 0.34 * levels.blood;
     levels.threshold = 0.67 * levels.blood;

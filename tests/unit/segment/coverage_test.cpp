@@ -13,7 +13,7 @@ constexpr double kPixelMm = 2;
 constexpr int kSide = 48;
 constexpr double kCavityMm = 20;
 constexpr double kOutsideMm = 25.5;
-const TissueLevels kLevels{
+const tissue::TissueLevels kLevels{
     .blood = 1000, .rv_blood = 1000, .muscle = 300, .threshold = 650, .dark = 150};
 
 /// A cavity in a wall of less than three pixels amid fat, in two slices and two phases.

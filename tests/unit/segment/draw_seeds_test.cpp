@@ -19,7 +19,7 @@ LabelImages blank(const Grid& grid, int phases) {
 }
 
 TEST(DoubtfulSeeds, AreThoseThatImagesSpeakAgainst) {
-  TissueLevels levels;
+  tissue::TissueLevels levels;
   levels.blood = 300;
   levels.muscle = 100;
   levels.dark = 50;

@@ -114,8 +114,8 @@ struct Made {
   }
 };
 
-TissueLevels made_levels() {
-  TissueLevels out;
+tissue::TissueLevels made_levels() {
+  tissue::TissueLevels out;
   out.blood = kBlood;
   out.rv_blood = kBlood;
   out.muscle = kMuscle;

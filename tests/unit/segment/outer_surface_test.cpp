@@ -201,7 +201,7 @@ double mean_off_mm(const Made& made, const std::vector<FatEdge>& edges,
 TEST(OuterSurface, IsFoundUnderFatDullerThanBlood) {
   constexpr double kDull = 700;
   Made made(false, kDull, 0.3);
-  TissueLevels known;
+  tissue::TissueLevels known;
   known.blood = known.rv_blood = kBlood;
   known.muscle = kMuscle;
   const auto levels = levels_with_fat(made.images, kNoise, known, made.labels);

@@ -73,7 +73,7 @@ TEST(Papillary, ADarkRimIsNoMuscleAndASpeckIsNoise) {
   darken(0, 2, 0, 40);     // a rim
   darken(30, 31, 30, 31);  // a speck
   darken(15, 24, 15, 24);  // a muscle
-  TissueLevels levels;
+  tissue::TissueLevels levels;
   levels.blood = 1000;
   levels.muscle = 300;
   levels.threshold = 650;

@@ -8,7 +8,7 @@
 #include "pipeline/core/box.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/segment.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 #include "tests/made_images.h"
 
 namespace beatlas::segment {

@@ -43,8 +43,8 @@ Section section(double blood_mm) {
   return out;
 }
 
-TissueLevels levels() {
-  TissueLevels out{.blood = kBlood, .rv_blood = kBlood, .muscle = kMuscle};
+tissue::TissueLevels levels() {
+  tissue::TissueLevels out{.blood = kBlood, .rv_blood = kBlood, .muscle = kMuscle};
   out.part();
   return out;
 }
@@ -77,7 +77,7 @@ TEST(ReachWalls, TakesInBloodWithinAPixelOfThePriorAndNoMore) {
 TEST(ReachWalls, KnowsBloodThatIsDarkerThanMuscle) {
   Section dark = section(16.8);
   for (float& value : dark.images.phases[0]) value = kMuscle + kBlood - value;
-  TissueLevels turned = levels();
+  tissue::TissueLevels turned = levels();
   std::swap(turned.blood, turned.muscle);
   turned.rv_blood = turned.blood;
   reach_walls(dark.images, turned, kPriorMm, dark.labels);

@@ -1,4 +1,4 @@
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "pipeline/core/parallel.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 namespace {
 
 double quantile_of(std::vector<float> values, double share) {
@@ -110,4 +110,4 @@ TemporalStats temporal_stats(const ImageCycle<float>& images) {
   return stats;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

@@ -1,7 +1,7 @@
 #pragma once
 #include <limits>
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 
 /// Intensities that part the tissues.
 struct TissueLevels {
@@ -18,4 +18,4 @@ struct TissueLevels {
   }
 };
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

@@ -1,4 +1,4 @@
-#include "pipeline/segment/shading.h"
+#include "pipeline/tissue/shading.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "pipeline/core/parallel.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 namespace {
 
 constexpr int kTerms = 9;              ///< of degree 1 and 2 in three variables
@@ -264,4 +264,4 @@ ImageCycle<float> without_shading(const ImageCycle<float>& images,
   return out;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

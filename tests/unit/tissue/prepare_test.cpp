@@ -5,11 +5,11 @@
 
 #include "pipeline/phantom/coil_bias.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/segment/denoise.h"
-#include "pipeline/segment/shading.h"
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/denoise.h"
+#include "pipeline/tissue/shading.h"
+#include "pipeline/tissue/tissue.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 namespace {
 
 struct Imaged {
@@ -151,4 +151,4 @@ TEST(Denoised, NoiseFallsAndAnEdgeStays) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 
 /// Factor of every voxel by which shading multiplies its signal, on average 1 (in the logarithm)
 /// where there is signal. From the mean over the cycle of what does not move: a smooth field
@@ -20,4 +20,4 @@ namespace beatlas::segment {
 [[nodiscard]] ImageCycle<float> without_shading(const ImageCycle<float>& images,
                                                 const std::vector<float>& shading);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

@@ -7,7 +7,7 @@
 #include "pipeline/core/exam.h"
 #include "pipeline/core/stage_context.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 
 /// Statistics of each voxel over the cycle, on the cine's grid or a part of it.
 struct TemporalStats {
@@ -28,4 +28,4 @@ struct TemporalStats {
 
 [[nodiscard]] TemporalStats temporal_stats(const ImageCycle<float>& images);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

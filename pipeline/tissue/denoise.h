@@ -3,7 +3,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 
 /// Diffusion in space and (cyclic) time whose conductance falls where neighbours differ by more
 /// than noise makes them differ (Perona and Malik 1990, their second function). Noise falls to
@@ -14,4 +14,4 @@ namespace beatlas::segment {
 [[nodiscard]] ImageCycle<float> denoised(const ImageCycle<float>& images, double noise,
                                          double phase_step_mm);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

@@ -1,11 +1,11 @@
-#include "pipeline/segment/denoise.h"
+#include "pipeline/tissue/denoise.h"
 
 #include <algorithm>
 #include <array>
 
 #include "pipeline/core/parallel.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 namespace {
 
 constexpr int kDenoiseRounds = 5;
@@ -102,4 +102,4 @@ ImageCycle<float> denoised(const ImageCycle<float>& images, double noise, double
   return now;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue

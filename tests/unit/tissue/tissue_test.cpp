@@ -1,4 +1,4 @@
-#include "pipeline/segment/tissue.h"
+#include "pipeline/tissue/tissue.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "tests/made_images.h"
 
-namespace beatlas::segment {
+namespace beatlas::tissue {
 namespace {
 
 using made::BeatingEllipsoid;
@@ -105,4 +105,4 @@ TEST(SmoothInPlane, KeepsTheMeanAndOneSliceFromTheNext) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::tissue
