@@ -10,10 +10,10 @@
 #include "pipeline/core/slices.h"
 #include "pipeline/core/structure_mask.h"
 #include "pipeline/core/words.h"
+#include "pipeline/edges/boundary.h"
+#include "pipeline/edges/coverage.h"
+#include "pipeline/edges/mask_surface.h"
 #include "pipeline/segment/belief.h"
-#include "pipeline/segment/boundary.h"
-#include "pipeline/segment/coverage.h"
-#include "pipeline/segment/mask_surface.h"
 #include "pipeline/segment/valve_planes.h"
 #include "pipeline/segment/ventricle_ends.h"
 #include "pipeline/tissue/tissue.h"
@@ -156,7 +156,7 @@ class LabelOutlines {
   }
 
   [[nodiscard]] std::vector<float> coverage_of(const std::vector<std::uint8_t>& mask) const {
-    return whole_ ? smooth_coverage(grid_, mask) : outline_coverage(grid_, mask);
+    return whole_ ? edges::smooth_coverage(grid_, mask) : edges::outline_coverage(grid_, mask);
   }
 
   const Grid& grid_;

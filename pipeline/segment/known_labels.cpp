@@ -7,7 +7,7 @@
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/core/words.h"
-#include "pipeline/segment/coverage.h"
+#include "pipeline/edges/coverage.h"
 #include "pipeline/segment/edited_labels.h"
 #include "pipeline/segment/known_ground.h"
 #include "pipeline/segment/valve_planes.h"

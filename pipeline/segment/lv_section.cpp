@@ -7,7 +7,6 @@
 
 #include "pipeline/core/distance_map.h"
 #include "pipeline/core/parallel.h"
-#include "pipeline/segment/slice_image.h"
 #include "runtime/atlas/structures.h"
 
 namespace beatlas::segment {
@@ -16,6 +15,12 @@ namespace {
 /// At its thinnest, the apex, 1 to 2 mm (Ho 2009, doi:10.1093/ejechocard/jep159; 60 hearts:
 /// Bradfield, Beck and Vecht, Br Heart J 39:806, 1977).
 constexpr double kThinnestWallMm = 2;
+
+/// A slice of one phase as a matrix that shares the voxels.
+cv::Mat slice_of(const Grid& grid, const std::vector<std::uint8_t>& labels, int k) {
+  return {grid.size[1], grid.size[0], CV_8U,
+          const_cast<std::uint8_t*>(labels.data() + grid.offset(0, 0, k))};
+}
 
 /// What lies beside the cavity of a slice and is no muscle.
 cv::Mat open_beside_cavity(const cv::Mat& slice) {

@@ -6,22 +6,22 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
+#include "pipeline/edges/coverage.h"
+#include "pipeline/edges/outer_surface.h"
+#include "pipeline/edges/papillary.h"
+#include "pipeline/edges/smooth_outlines.h"
 #include "pipeline/motion/bad_frames.h"
 #include "pipeline/motion/phase_motion.h"
 #include "pipeline/prior/courses.h"
 #include "pipeline/segment/belief.h"
 #include "pipeline/segment/beyond_base.h"
 #include "pipeline/segment/connected.h"
-#include "pipeline/segment/coverage.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/followed_seeds.h"
 #include "pipeline/segment/known_ground.h"
 #include "pipeline/segment/lv_section.h"
-#include "pipeline/segment/outer_surface.h"
-#include "pipeline/segment/papillary.h"
 #include "pipeline/segment/prior_ground.h"
 #include "pipeline/segment/seed_ground.h"
-#include "pipeline/segment/smooth_outlines.h"
 #include "pipeline/segment/thin_walls.h"
 #include "pipeline/segment/threshold_growing.h"
 #include "pipeline/segment/valve_planes.h"
@@ -218,7 +218,7 @@ void hold(const Task& task, ImageCycle<std::uint8_t>& labels) {
 void make_one_heart(const Task& task, ImageCycle<std::uint8_t>& labels) {
   fill_cavity(task.by_prior ? task.ground.seeds : task.marks, labels);
   add_thin_walls(task.images, task.ground.levels, labels);
-  smooth_outlines(labels, task.options.outline_sigma_mm);
+  edges::smooth_outlines(labels, task.options.outline_sigma_mm);
   reach_walls(task.images, task.ground.levels, task.pixel_mm, labels);
   trim_wall(labels);
   keep_largest_of_each_slice({kLabelLvBlood, kLabelLvMyocardium}, kLabelBackground, labels);
@@ -244,41 +244,42 @@ void merge_beyond_base(ImageCycle<std::uint8_t>& labels) {
 
 /// Takes fat off the heart's labels, where it lies about it. @return [phase] what is known of its
 /// edge there
-std::vector<std::vector<FatEdge>> take_fat_off(const Task& task, ImageCycle<std::uint8_t>& labels) {
-  std::vector<std::vector<FatEdge>> none(labels.phases.size());
-  const auto tissues = levels_with_fat(task.images, task.noise, task.ground.levels, labels);
+std::vector<std::vector<edges::FatEdge>> take_fat_off(const Task& task,
+                                                      ImageCycle<std::uint8_t>& labels) {
+  std::vector<std::vector<edges::FatEdge>> none(labels.phases.size());
+  const auto tissues = edges::levels_with_fat(task.images, task.noise, task.ground.levels, labels);
   if (!tissues || (task.thick() && tissues->fat <= tissues->blood)) return none;
   std::vector<std::uint8_t> stay(labels.phases.size(), 0);
   for (const int p : task.known.phases) stay[static_cast<std::size_t>(p)] = 1;
-  auto edges = task.thick() ? strip_fat_layer(task.images, *tissues, stay, labels)
-                            : fit_outer_surface(task.images, *tissues, stay, labels);
+  auto found = task.thick() ? edges::strip_fat_layer(task.images, *tissues, stay, labels)
+                            : edges::fit_outer_surface(task.images, *tissues, stay, labels);
   hold(task, labels);
-  return edges;
+  return found;
 }
 
 /// Coverage by the images' edges. Through thin slices an edge is looked for from where the labels
 /// end: what they missed by more than that is found from where the first look had moved it.
-Covered cover_task(const Task& task, bool atria, ImageCycle<std::uint8_t>& labels) {
+edges::Covered cover_task(const Task& task, bool atria, ImageCycle<std::uint8_t>& labels) {
   const double still_noise = std::min(task.noise, tissue::noise_level(task.stack));
   const std::vector<Structure> structures =
       atria ? std::vector<Structure>(kAllStructures.begin(), kAllStructures.end())
             : std::vector<Structure>(kVentricular.begin(), kVentricular.end());
-  const auto look = [&](const std::vector<std::vector<FatEdge>>& under_fat) {
-    return cover(task.images, labels, task.box, task.ground.levels, still_noise, under_fat,
-                 structures);
+  const auto look = [&](const std::vector<std::vector<edges::FatEdge>>& under_fat) {
+    return edges::cover(task.images, labels, task.box, task.ground.levels, still_noise, under_fat,
+                        structures);
   };
-  const auto follow = [&](const Covered& covered) {
-    follow_coverage(covered.coverage, labels);
+  const auto follow = [&](const edges::Covered& covered) {
+    edges::follow_coverage(covered.coverage, labels);
     hold(task, labels);
   };
   if (!task.thick()) follow(look({}));
-  const std::vector<std::vector<FatEdge>> under_fat = take_fat_off(task, labels);
+  const std::vector<std::vector<edges::FatEdge>> under_fat = take_fat_off(task, labels);
   // The outside is known by now, and does not hang on what counts as cavity.
   if (task.options.papillary == Papillary::Muscle) {
-    papillary_muscles_to_wall(task.images, task.ground.levels, labels);
+    edges::papillary_muscles_to_wall(task.images, task.ground.levels, labels);
     hold(task, labels);
   }
-  Covered covered = look(under_fat);
+  edges::Covered covered = look(under_fat);
   if (task.thick()) return covered;
   follow(covered);
   return covered;
@@ -385,7 +386,7 @@ Segmentation segment_exam(const Exam& exam, const std::vector<Seed>& given,
       keep_beyond_base(task, atria ? believed(kBeyondBase, labels) : Belief(), labels);
   if (options.atria) tell(dropped);
   context.progress(0.85, "boundaries within voxels");
-  Covered covered = cover_task(task, atria, labels);
+  edges::Covered covered = cover_task(task, atria, labels);
   out.coverage = std::move(covered.coverage);
   out.uncertainty = std::move(covered.uncertainty);
   if (out.coverage.phases.count(Structure::Heart) == 0) {

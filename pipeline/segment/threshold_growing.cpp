@@ -6,7 +6,7 @@
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/structure_mask.h"
-#include "pipeline/segment/boundary.h"
+#include "pipeline/edges/boundary.h"
 #include "pipeline/segment/drawn_seeds.h"
 #include "pipeline/segment/known_ground.h"
 #include "runtime/base/error.h"
@@ -130,7 +130,7 @@ Segmentation segment_by_threshold(const ImageCycle<float>& stack, const std::vec
   const ImageCycle<std::uint8_t> part = crop(out.labels, around);
   std::vector<std::vector<float>> covered(n);
   parallel_for(n, [&](std::size_t p) {
-    covered[p] = outline_coverage(part.grid, where(part.phases[p], Structure::LvBlood));
+    covered[p] = edges::outline_coverage(part.grid, where(part.phases[p], Structure::LvBlood));
   });
   out.coverage.phases[Structure::LvBlood] = covered;
   out.coverage.phases[Structure::Heart] = std::move(covered);

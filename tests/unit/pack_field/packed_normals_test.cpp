@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/edges/mask_surface.h"
 #include "pipeline/field/field.h"
 #include "pipeline/pack/pack.h"
 #include "pipeline/pack/payload_encoders.h"
-#include "pipeline/segment/mask_surface.h"
 #include "pipeline/shape/workspace.h"
 #include "runtime/atlas/field_payload.h"
 #include "runtime/field/field_query.h"
@@ -54,7 +54,7 @@ Errors normal_errors(double radius_mm, bool binary, const Vec3& off_mm = Vec3::Z
     std::vector<std::uint8_t> mask(coverage.size());
     std::transform(coverage.begin(), coverage.end(), mask.begin(),
                    [](float share) { return static_cast<std::uint8_t>(share >= 0.5F); });
-    coverage = segment::smooth_coverage(grid, mask);
+    coverage = edges::smooth_coverage(grid, mask);
   }
   segmentation.coverage.phases[Structure::Heart] = {std::move(coverage)};
   StageContext quiet;

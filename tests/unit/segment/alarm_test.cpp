@@ -10,8 +10,8 @@
 
 #include "pipeline/core/box.h"
 #include "pipeline/core/segmented_volume.h"
+#include "pipeline/edges/coverage.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/segment/coverage.h"
 #include "pipeline/segment/edited_labels.h"
 #include "runtime/base/error.h"
 
@@ -39,9 +39,10 @@ struct Case {
     levels.muscle = 0.34 * levels.blood;
     levels.threshold = 0.67 * levels.blood;
     levels.dark = 0.17 * levels.blood;
-    right.coverage = cover(exam.stack.images, right.labels, Box{{0, 0, 0}, exam.stack.grid().size},
-                           levels, 0.05 * levels.blood)
-                         .coverage;
+    right.coverage =
+        edges::cover(exam.stack.images, right.labels, Box{{0, 0, 0}, exam.stack.grid().size},
+                     levels, 0.05 * levels.blood)
+            .coverage;
     find_ends(right);
   }
   Exam exam;
