@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/alarm/alarm.h"
 #include "pipeline/build/corrections.h"
 #include "pipeline/build/incremental_build.h"
 #include "pipeline/build/learned_prior.h"
@@ -87,9 +88,9 @@ const Segmentation& IncrementalBuild::segmentation() {
 
 void IncrementalBuild::ask_for_leaks(StageContext& context) {
   const Cine& cine = exam().stack;
-  const segment::LeakOptions& options = orders_.recipe.segment.leak;
-  segmentation_->alarms = segment::leak_alarms(cine, *segmentation_, options, context);
-  if (options.action == segment::LeakAction::Warn || segmentation_->alarms.empty()) return;
+  const alarm::LeakOptions& options = orders_.recipe.segment.leak;
+  segmentation_->alarms = alarm::leak_alarms(cine, *segmentation_, options, context);
+  if (options.action == alarm::LeakAction::Warn || segmentation_->alarms.empty()) return;
   std::string look = "; name a folder with --study to get a picture";
   if (study_) {
     study::make_folder(study_->folder() / "pictures");
@@ -101,7 +102,7 @@ void IncrementalBuild::ask_for_leaks(StageContext& context) {
     look = "; see " + (study_->folder() / leak_picture(kRefusedLeak, 0)).string();
   }
   try {
-    segment::demand_no_leak(segmentation_->alarms, options.action);
+    alarm::demand_no_leak(segmentation_->alarms, options.action);
   } catch (const Error& error) {
     // The study's own place does not enter it.
     note_refusal(Stage::Segment, std::string(error.what()) + "; see " +
@@ -142,7 +143,7 @@ void IncrementalBuild::segment() {
   if (!keeps(Stage::Segment, wanted_of(Stage::Segment, orders_))) {
     run(Stage::Segment, [&](StageContext& context) { segment_anew(context); });
     note_segmentation();
-  } else if (orders_.recipe.segment.leak.action == segment::LeakAction::Error &&
+  } else if (orders_.recipe.segment.leak.action == alarm::LeakAction::Error &&
              !study::edited_outputs(*study_, Stage::Segment).empty()) {
     (void)segmentation();  // the alarm on what was painted, though nothing is to be made from it
   }

@@ -23,8 +23,8 @@ constexpr std::array kHandles{Choice<field::Handles>{"close", field::Handles::Cl
                               Choice<field::Handles>{"keep", field::Handles::Keep}};
 constexpr std::array kFlicker{Choice<field::Flicker>{"remove", field::Flicker::Remove},
                               Choice<field::Flicker>{"keep", field::Flicker::Keep}};
-constexpr std::array kLeakActions{Choice<segment::LeakAction>{"warn", segment::LeakAction::Warn},
-                                  Choice<segment::LeakAction>{"error", segment::LeakAction::Error}};
+constexpr std::array kLeakActions{Choice<alarm::LeakAction>{"warn", alarm::LeakAction::Warn},
+                                  Choice<alarm::LeakAction>{"error", alarm::LeakAction::Error}};
 constexpr std::array kMethods{Choice<segment::Method>{"competition", segment::Method::Competition},
                               Choice<segment::Method>{"threshold", segment::Method::Threshold}};
 constexpr std::array kPapillary{Choice<segment::Papillary>{"cavity", segment::Papillary::Cavity},

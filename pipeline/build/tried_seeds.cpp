@@ -1,7 +1,7 @@
 #include "pipeline/build/tried_seeds.h"
 
+#include "pipeline/alarm/alarm.h"
 #include "pipeline/build/seed_effect.h"
-#include "pipeline/segment/alarm.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::build {
@@ -45,7 +45,7 @@ std::vector<LeakSeed> seeds_that_help(const Exam& exam, Corrections corrections,
       return {};
     }
     const std::vector<LeakAlarm> alarms =
-        segment::leak_alarms(exam.stack, tried, options.leak, quiet);
+        alarm::leak_alarms(exam.stack, tried, options.leak, quiet);
     const LeakAlarm* left = same_alarm(alarms, alarm);
     const double figure = left == nullptr ? 0 : left->figure;
     const double elsewhere_ml = changed_elsewhere_ml(found.labels, tried.labels, seeds);

@@ -55,7 +55,7 @@ struct Segmentation {
   std::map<Structure, ValvePlane> valve_planes;  ///< of thick slices alone
   std::optional<LongAxis> axis;                  ///< none without a left ventricle
   std::vector<std::string> warnings;
-  std::vector<LeakAlarm> alarms;  ///< that rang, see segment/alarm.h
+  std::vector<LeakAlarm> alarms;  ///< that rang, see alarm/alarm.h
 };
 
 /// A structure in the workspace on an isotropic lattice, as a level function: negative inside,

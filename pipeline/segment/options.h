@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/alarm/options.h"
 #include "pipeline/core/exam.h"
 #include "pipeline/core/shapes.h"
-#include "pipeline/segment/alarm.h"
 
 namespace beatlas::segment {
 
@@ -66,8 +66,8 @@ struct SegmentOptions {
   std::string prior;
   /// Of labels given from elsewhere, see labels_on_grid; segment_exam takes them as they are.
   LabelsDrawnOn labels_drawn_on = LabelsDrawnOn::Imaged;
-  /// Of leak_alarms, which whoever calls segment_exam asks afterwards.
-  LeakOptions leak;
+  /// Of the leak alarm, which whoever calls segment_exam asks afterwards.
+  alarm::LeakOptions leak;
 };
 
 /// Labels that were made elsewhere, of some phases.

@@ -33,9 +33,10 @@ ROOMS = {
     "pipeline/shape": _CORE,
     "pipeline/tissue": _CORE,
     "pipeline/edges": _CORE + ("pipeline/tissue",),
+    "pipeline/alarm": _CORE + ("pipeline/motion", "pipeline/tissue"),
     "pipeline/prior": _CORE,
     "pipeline/segment": _CORE + ("pipeline/motion", "pipeline/shape", "pipeline/tissue", "pipeline/edges",
-                                 "pipeline/prior"),
+                                 "pipeline/alarm", "pipeline/prior"),
     "pipeline/field": _CORE,
     "pipeline/keyframes": _CORE + ("pipeline/field",),
     "pipeline/mesh": _CORE + ("pipeline/field", "runtime/palpation"),
@@ -46,8 +47,8 @@ ROOMS = {
     "pipeline/study": _CORE + ("pipeline/formats", "pipeline/field"),
     # The order of the stages, with a study and without.
     "pipeline/build": _CORE + ("pipeline/study", "pipeline/ingest", "pipeline/motion", "pipeline/shape",
-                               "pipeline/tissue", "pipeline/prior", "pipeline/segment", "pipeline/field",
-                               "pipeline/mesh", "pipeline/pack", "pipeline/assess",
+                               "pipeline/tissue", "pipeline/alarm", "pipeline/prior", "pipeline/segment",
+                               "pipeline/field", "pipeline/mesh", "pipeline/pack", "pipeline/assess",
                                "pipeline/report"),
     # Joins all; and what `validate` measures is what a user of the package feels.
     "pipeline/cli": _CORE + ("runtime/field", "runtime/haptics", "runtime/palpation",

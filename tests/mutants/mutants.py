@@ -60,8 +60,8 @@ MUTANTS = (
     Mutant("pipeline/phantom", "volume.cpp", "return sum * 1e-3;", "return sum * 1e-2;",
            "phantom_test", "PhantomShape.VolumesEqualClosedForms"),
     # A volume that fell in one phase would count as one that rose.
-    Mutant("pipeline/segment", "volume_jumps.cpp", "above > below ? above : -below", "above > below ? above : below",
-           "segment_test", "VolumeJumps.OnePhaseThatLeakedOrLostIsFoundWhereverItIs"),
+    Mutant("pipeline/alarm", "volume_jumps.cpp", "above > below ? above : -below", "above > below ? above : below",
+           "alarm_test", "VolumeJumps.OnePhaseThatLeakedOrLostIsFoundWhereverItIs"),
     # Errors would be told ten times as small as they are felt.
     Mutant("pipeline/assess", "force_error.cpp", "kJndShare = 0.07;", "kJndShare = 0.7;",
            "assess_test", "ForceErrors.FollowFromThePairsOfForces"),

@@ -19,11 +19,11 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/alarm/alarm.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/motion/acquisition_faults.h"
 #include "pipeline/phantom/drawn_exam.h"
 #include "pipeline/phantom/render.h"
-#include "pipeline/segment/alarm.h"
 #include "pipeline/segment/segment.h"
 #include "runtime/base/error.h"
 #include "tests/learned.h"
@@ -155,7 +155,7 @@ bool is_there(const std::vector<double>& curve) {
   return std::any_of(curve.begin(), curve.end(), [](double ml) { return ml > 0; });
 }
 
-Outcome tried(const Known& known, const segment::LeakOptions& options) {
+Outcome tried(const Known& known, const alarm::LeakOptions& options) {
   StageContext context;
   const bool has_heart = is_there(known.volume_ml.at(Structure::Heart));
   Outcome out;
@@ -195,7 +195,7 @@ Outcome tried(const Known& known, const segment::LeakOptions& options) {
     }
   }
   out.leak = leak.str();
-  out.alarms = segment::leak_alarms(known.exam.stack, found, options, context);
+  out.alarms = alarm::leak_alarms(known.exam.stack, found, options, context);
   return out;
 }
 

@@ -111,9 +111,9 @@ TEST(Recipe, RefusalsNameThePath) {
 }
 
 TEST(Recipe, ALeakWarnsOrIsAnError) {
-  EXPECT_EQ(recipe_from_json(json::object()).segment.leak.action, segment::LeakAction::Warn);
+  EXPECT_EQ(recipe_from_json(json::object()).segment.leak.action, alarm::LeakAction::Warn);
   const Recipe strict = recipe_from_json(parse_json(R"({"segment": {"leak": "error"}})"));
-  EXPECT_EQ(strict.segment.leak.action, segment::LeakAction::Error);
+  EXPECT_EQ(strict.segment.leak.action, alarm::LeakAction::Error);
   EXPECT_EQ(recipe_to_json(strict)["segment"]["leak"], "error");
   EXPECT_NE(recipe_refusal(R"({"segment": {"leak": "ring"}})").find("must be warn or error"),
             std::string::npos);

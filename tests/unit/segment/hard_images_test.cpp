@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/segment/alarm.h"
+#include "pipeline/alarm/alarm.h"
 #include "pipeline/segment/segment.h"
 #include "tests/made_images.h"
 
@@ -205,7 +205,7 @@ TEST(HardImages, AgainstAStillBodyAsDarkAsMuscleTheAlarmRings) {
   const Segmentation result = segmented(exam, marks(kGrid, kHeart));
   expect_found(result, kHeart, 0.9, 0.75);
   StageContext context;
-  const std::vector<LeakAlarm> alarms = leak_alarms(exam.stack, result, {}, context);
+  const std::vector<LeakAlarm> alarms = alarm::leak_alarms(exam.stack, result, {}, context);
   const auto bare = std::find_if(alarms.begin(), alarms.end(), [](const LeakAlarm& alarm) {
     return alarm.kind == LeakKind::NoEdge;
   });

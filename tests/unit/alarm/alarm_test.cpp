@@ -1,6 +1,6 @@
 /// Leaks made by force in a segmentation that is right: the alarm that belongs to each rings, in
 /// its phase and place, and none rings without a leak.
-#include "pipeline/segment/alarm.h"
+#include "pipeline/alarm/alarm.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@
 #include "pipeline/segment/edited_labels.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 constexpr int kPhases = 10;
@@ -77,7 +77,7 @@ Segmentation painted(
     }
   }
   StageContext context;
-  return with_edited_labels(std::move(out), labels, context);
+  return segment::with_edited_labels(std::move(out), labels, context);
 }
 
 std::vector<LeakAlarm> of_kind(const std::vector<LeakAlarm>& alarms, LeakKind kind) {
@@ -303,4 +303,4 @@ TEST(LeakAlarm, IsAnErrorOnlyWhereTheRecipeMakesItOne) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

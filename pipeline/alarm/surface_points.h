@@ -6,7 +6,7 @@
 
 #include "pipeline/core/grid.h"
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 
 struct SurfacePoint {
   Index3 voxel{};                  ///< the voxel inside that the point belongs to
@@ -42,4 +42,4 @@ struct Patch {
                                                    const std::vector<SurfacePoint>& points,
                                                    std::size_t most, double apart_mm);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

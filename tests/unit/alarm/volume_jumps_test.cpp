@@ -1,4 +1,4 @@
-#include "pipeline/segment/volume_jumps.h"
+#include "pipeline/alarm/volume_jumps.h"
 
 #include <cmath>
 
@@ -6,7 +6,7 @@
 
 #include "pipeline/phantom/motion.h"
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 /// A ventricle that throws two thirds out, steeply, its first frame `delay_s` after the R wave.
@@ -82,4 +82,4 @@ TEST(ClosingStep, IsWhatGrewFromPhaseToPhaseAndNoBeat) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

@@ -1,4 +1,4 @@
-#include "pipeline/segment/surface_points.h"
+#include "pipeline/alarm/surface_points.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 #include "pipeline/core/slices.h"
 #include "pipeline/tissue/tissue.h"
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 constexpr double kSmoothMm = 2.0;  ///< of the mask, whose steps are no normals
@@ -255,4 +255,4 @@ std::vector<std::size_t> spread_over(const Patch& patch, const Grid& grid,
   return out;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

@@ -7,7 +7,7 @@
 #include "pipeline/core/leak_alarm.h"
 #include "pipeline/core/shapes.h"
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 
 /// Of an alarm on a patch of the heart's surface, under one place on it [mm, LPS]: background, in
 /// the middle of what lies there beyond the thickness of a wall; right under the surface where that
@@ -23,4 +23,4 @@ namespace beatlas::segment {
 [[nodiscard]] std::optional<LeakSeed> seed_beside(const LeakAlarm& alarm, const LabelCycle& labels,
                                                   int before, int after);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

@@ -1,10 +1,10 @@
-#include "pipeline/segment/leak_seed.h"
+#include "pipeline/alarm/leak_seed.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 constexpr double kAroundMm = 8;    ///< labels so near tell which way is inside
@@ -106,4 +106,4 @@ std::optional<LeakSeed> seed_beside(const LeakAlarm& alarm, const LabelCycle& la
   return seed_at(*then, alarm.lps_mm, kJumpRadiusMm, alarm.phase);
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

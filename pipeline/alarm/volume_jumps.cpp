@@ -1,10 +1,10 @@
-#include "pipeline/segment/volume_jumps.h"
+#include "pipeline/alarm/volume_jumps.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 constexpr int kFinePhases = 10;  ///< from here on a beat has no corner between two phases
@@ -110,4 +110,4 @@ double closing_step(const std::vector<double>& curve) {
   return std::max({0.0, step(n - 1) - high, low - step(n - 1)}) / largest;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

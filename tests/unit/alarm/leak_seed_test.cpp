@@ -1,5 +1,5 @@
 /// The seed offered for a leak lies in what leaked, in no wall.
-#include "pipeline/segment/leak_seed.h"
+#include "pipeline/alarm/leak_seed.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 /// A heart: discs of the RV's wall and fat around muscle around blood, in 3 slices and 3 phases.
@@ -121,4 +121,4 @@ TEST(SeedBeside, OfAnAtriumIsOfTheRestOfTheHeart) {
 }
 
 }  // namespace
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

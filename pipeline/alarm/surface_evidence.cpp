@@ -1,11 +1,11 @@
-#include "pipeline/segment/surface_evidence.h"
+#include "pipeline/alarm/surface_evidence.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 constexpr std::array kShiftsMm{-1.5, 0.0, 1.5};  ///< how far off its edge a surface may run
@@ -132,4 +132,4 @@ SurfaceEvidence surface_evidence(const Grid& grid, const std::vector<float>& ima
   return out;
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

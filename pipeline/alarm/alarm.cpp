@@ -1,4 +1,4 @@
-#include "pipeline/segment/alarm.h"
+#include "pipeline/alarm/alarm.h"
 
 #include <algorithm>
 #include <array>
@@ -6,20 +6,20 @@
 #include <cstdio>
 #include <optional>
 
+#include "pipeline/alarm/leak_seed.h"
+#include "pipeline/alarm/surface_evidence.h"
+#include "pipeline/alarm/surface_points.h"
+#include "pipeline/alarm/volume_jumps.h"
 #include "pipeline/core/box.h"
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/segmented_volume.h"
 #include "pipeline/core/slices.h"
 #include "pipeline/core/structure_mask.h"
 #include "pipeline/motion/bad_frames.h"
-#include "pipeline/segment/leak_seed.h"
-#include "pipeline/segment/surface_evidence.h"
-#include "pipeline/segment/surface_points.h"
-#include "pipeline/segment/volume_jumps.h"
 #include "pipeline/tissue/tissue.h"
 #include "runtime/base/error.h"
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 namespace {
 
 constexpr double kRoomMm = 12;        ///< around the labels, in plane
@@ -384,4 +384,4 @@ void demand_no_leak(const std::vector<LeakAlarm>& alarms, LeakAction action) {
                                       "; the recipe makes a leak an error (/segment/leak)");
 }
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

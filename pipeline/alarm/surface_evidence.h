@@ -3,11 +3,11 @@
 
 #include <vector>
 
+#include "pipeline/alarm/surface_points.h"
 #include "pipeline/core/shapes.h"
-#include "pipeline/segment/surface_points.h"
 #include "pipeline/tissue/tissue.h"
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 
 /// Levels of the images that evidence is judged by.
 struct EvidenceLevels {
@@ -37,4 +37,4 @@ struct SurfaceEvidence {
 /// [mm] Gaussian by which images are smoothed before surface_evidence.
 [[nodiscard]] double evidence_sigma_mm(const Grid& grid);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm

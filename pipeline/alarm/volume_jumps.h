@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-namespace beatlas::segment {
+namespace beatlas::alarm {
 
 /// Phases that follow one another in the cycle whose volume leaves what those beside them foretell.
 struct VolumeJump {
@@ -26,4 +26,4 @@ struct VolumeJump {
 /// grows from phase to phase shows here.
 [[nodiscard]] double closing_step(const std::vector<double>& curve);
 
-}  // namespace beatlas::segment
+}  // namespace beatlas::alarm
