@@ -120,8 +120,8 @@ SOURCE_FOLDERS = ("pipeline", "runtime", "tests", "scripts")
 # What a room may have at the most (see counts.py): of rooms that are not named, "". A module is a .h with its .cpp, a
 # knot a circle of includes among them. Rooms that have more than the others are to become smaller, none larger.
 MOST = {
-    "modules": {"": 40, "pipeline/cli": 46, "pipeline/phantom": 41, "pipeline/segment": 52},
-    "constants": {"": 125, "pipeline/edges": 168, "pipeline/segment": 296},
+    "modules": {"": 40, "pipeline/cli": 46, "pipeline/phantom": 41, "pipeline/segment": 23},
+    "constants": {"": 125, "pipeline/edges": 168, "pipeline/segment": 66},
     "knot": {"": 3, "pipeline/formats": 4, "pipeline/ingest": 4},
     "longest function": {"": 80},
 }
