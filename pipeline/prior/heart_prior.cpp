@@ -15,6 +15,7 @@
 #include "pipeline/prior/prior.h"
 #include "pipeline/prior/slices.h"
 #include "pipeline/prior/stored.h"
+#include "pipeline/prior/tone.h"
 #include "pipeline/prior/window.h"
 #include "runtime/atlas/structures.h"
 #include "runtime/base/error.h"
@@ -27,19 +28,24 @@ constexpr double kSeen = 0.1;
 constexpr double kLooked = 0.3;
 constexpr double kCutAnew = 0.4;  // of what follows the first look
 
+/// Of Dice: by less, an exam is surer in another tone without being righter (the room's README).
+constexpr double kSurer = 0.02;
+
 /// Runs networks on slices of phases and keeps what they say.
 class Reader {
  public:
+  /// @param shown the same slices in one tone or more, whose probabilities are averaged
   /// @param beside images of the exam that are looked at beside these: the more there are in all,
   /// the fewer ways round each is shown
-  Reader(const SeenSlices& seen, const Model& model, std::size_t beside = 0)
-      : seen_(seen), card_(model.card()), networks_(model), beside_(beside) {}
+  Reader(const std::vector<SeenSlices>& shown, const Model& model, std::size_t beside = 0)
+      : shown_(shown), card_(model.card()), networks_(model), beside_(beside) {}
 
   void read(const std::vector<int>& phases, const Window& window, int orientations,
             const StageContext& context, PriorCycle& out) {
     const PaddedSize padded = padded_size(window, card_.multiple);
     const auto slices = static_cast<std::size_t>(window.size[2]);
-    const std::size_t voxels = seen_.grid.count();
+    const Grid& grid = shown_.front().grid;
+    const std::size_t voxels = grid.count();
     const TurnsOfImages turns(orientations, beside_ + phases.size() * slices);
     const std::size_t plane =
         static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height);
@@ -47,23 +53,17 @@ class Reader {
       parallel_for(phases.size() * slices, context, "image", [&](std::size_t at) {
         const int p = phases[at / slices];
         const int k = window.first[2] + static_cast<int>(at % slices);
-        std::vector<float> input;
-        fill_input(seen_, card_, k, p, window, input);
-        std::vector<float> likely;
-        networks_.with([&](Network& network) {
-          run_turned(network, card_, input, padded.width, padded.height, turns.of(k, p), likely);
-        });
+        const std::vector<float> likely = likely_in(window, padded, k, p, turns.of(k, p));
         std::vector<std::int8_t>& phase = out.phases[static_cast<std::size_t>(p)];
         for (std::size_t o = 0; o < card_.outputs.size(); ++o) {
           for (int j = 0; j < window.size[1]; ++j) {
             const float* from =
                 likely.data() + o * plane + static_cast<std::ptrdiff_t>(j) * padded.width;
-            std::transform(
-                from, from + window.size[0],
-                phase.begin() +
-                    static_cast<std::ptrdiff_t>(
-                        o * voxels + seen_.grid.offset(window.first[0], window.first[1] + j, k)),
-                stored_log);
+            std::transform(from, from + window.size[0],
+                           phase.begin() + static_cast<std::ptrdiff_t>(
+                                               o * voxels + grid.offset(window.first[0],
+                                                                        window.first[1] + j, k)),
+                           stored_log);
           }
         }
       });
@@ -71,7 +71,25 @@ class Reader {
   }
 
  private:
-  const SeenSlices& seen_;
+  /// [output][row][column] of one image
+  std::vector<float> likely_in(const Window& window, const PaddedSize& padded, int k, int p,
+                               const Turns& turns) {
+    std::vector<float> out;
+    networks_.with([&](Network& network) {
+      for (const SeenSlices& seen : shown_) {
+        std::vector<float> input;
+        fill_input(seen, card_, k, p, window, input);
+        std::vector<float> likely;
+        run_turned(network, card_, input, padded.width, padded.height, turns, likely);
+        if (out.empty()) out.assign(likely.size(), 0);
+        for (std::size_t v = 0; v < out.size(); ++v) out[v] += likely[v];
+      }
+    });
+    for (float& likely : out) likely /= static_cast<float>(shown_.size());
+    return out;
+  }
+
+  const std::vector<SeenSlices>& shown_;
   const ModelCard& card_;
   NetworkPool networks_;
   std::size_t beside_;
@@ -87,38 +105,74 @@ std::vector<std::int8_t> no_heart(const std::vector<std::uint8_t>& labels, std::
   return out;
 }
 
-/// What the network says of the stack's phases in slices that are cut across the LV.
-PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& model,
-                       const std::vector<int>& phases, const StageContext& context) {
-  const ModelCard& card = model.card();
-  const SeenSlices seen = see(cut_anew(stack, anew.grid), card, context.part(0, kSeen));
-  PriorCycle out{seen.grid, card.outputs, {}};
-  out.phases.assign(phases.size(), no_heart(out.labels, out.grid.count()));
-  Reader(seen, model).read(phases, anew.window, card.orientations, context.part(kSeen, 1), out);
+/// The tones that a stack is shown in: the usual one, and that in which the network is surest.
+std::vector<float> tones_with(float tone, const ModelCard& card) {
+  std::vector<float> out{tone};
+  if (tone != card.tones.front()) out.push_back(card.tones.front());
   return out;
 }
 
-/// A stack or a view of which some phases were looked at as a whole, each image once.
+/// What the network says of the stack's phases in slices that are cut across the LV.
+PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& model, float tone,
+                       const std::vector<int>& phases, const StageContext& context) {
+  const ModelCard& card = model.card();
+  const Cine cut = cut_anew(stack, anew.grid);
+  std::vector<SeenSlices> shown;
+  for (const float each : tones_with(tone, card)) {
+    shown.push_back(see(cut, card, context.part(0, kSeen), each));
+  }
+  PriorCycle out{shown.front().grid, card.outputs, {}};
+  out.phases.assign(phases.size(), no_heart(out.labels, out.grid.count()));
+  Reader(shown, model).read(phases, anew.window, card.orientations, context.part(kSeen, 1), out);
+  return out;
+}
+
+/// A stack or a view of which some phases were looked at in one tone, each image once.
 struct FirstLook {
-  SeenSlices seen;
-  PriorCycle told;  ///< other phases are empty
+  float tone = kUsualTone;
+  std::vector<SeenSlices> shown;  ///< in this tone
+  PriorCycle told;                ///< other phases are empty
 };
 
-FirstLook look_at(const Cine& stack, const Model& model, const StageContext& context) {
+/// @param part none: the whole
+FirstLook look_at(const Cine& stack, const Model& model, float tone,
+                  const std::optional<Window>& part, const StageContext& context) {
   const int phases = stack.phase_count();
   if (stack.grid().count() == 0 || phases == 0) {
     throw_invalid("the stack has no images, so nothing in it can be told");
   }
-  FirstLook out;
-  out.seen = see(stack, model.card(), context.part(0, kSeen / kLooked));
-  out.told = {out.seen.grid, model.card().outputs, {}};
+  FirstLook out{tone, {see(stack, model.card(), context.part(0, kSeen / kLooked), tone)}, {}};
+  const Grid& grid = out.shown.front().grid;
+  out.told = {grid, model.card().outputs, {}};
   out.told.phases.resize(static_cast<std::size_t>(phases));
   const std::vector<int> looked = looked_at(phases);
   for (const int p : looked) {
-    out.told.phases[static_cast<std::size_t>(p)] = no_heart(out.told.labels, out.told.grid.count());
+    out.told.phases[static_cast<std::size_t>(p)] = no_heart(out.told.labels, grid.count());
   }
-  Reader(out.seen, model)
-      .read(looked, {{0, 0, 0}, out.seen.grid.size}, 1, context.part(kSeen / kLooked, 1), out.told);
+  Reader(out.shown, model)
+      .read(looked, part.value_or(Window{{0, 0, 0}, grid.size}), 1,
+            context.part(kSeen / kLooked, 1), out.told);
+  return out;
+}
+
+/// A look at the stack in the tone in which the network is surest of what it sees: from one tone to
+/// the next for as long as it is surer by kSurer.
+FirstLook look_in_surest_tone(const Cine& stack, const Model& model, const StageContext& context) {
+  const std::vector<float>& tones = model.card().tones;
+  const auto part = [&](std::size_t n) {
+    const auto all = static_cast<double>(tones.size());
+    return context.part(static_cast<double>(n) / all, static_cast<double>(n + 1) / all);
+  };
+  FirstLook out = look_at(stack, model, tones.front(), std::nullopt, part(0));
+  const Window window = window_of_heart(out.told, model.card().multiple);
+  double surest = expected_dice(out.told, window);
+  for (std::size_t n = 1; n < tones.size(); ++n) {
+    FirstLook other = look_at(stack, model, tones[n], window, part(n));
+    const double sure = expected_dice(other.told, window);
+    if (sure < surest + kSurer) break;
+    surest = sure;
+    out = std::move(other);
+  }
   return out;
 }
 
@@ -126,7 +180,10 @@ FirstLook look_at(const Cine& stack, const Model& model, const StageContext& con
 PriorCycle prior_of(const Cine& stack, FirstLook look, const Model& model,
                     const StageContext& context, std::size_t beside = 0) {
   const ModelCard& card = model.card();
-  Reader reader(look.seen, model, beside);
+  if (look.tone != card.tones.front()) {
+    look.shown.push_back(see(stack, card, context.part(0, 0), card.tones.front()));
+  }
+  Reader reader(look.shown, model, beside);
   PriorCycle out = std::move(look.told);
   const Window window = window_of_heart(out, card.multiple);
   std::vector<int> all(out.phases.size());
@@ -140,7 +197,8 @@ PriorCycle prior_of(const Cine& stack, FirstLook look, const Model& model,
     return out;
   }
   reader.read(all, window, 1, context.part(0, kCutAnew), out);
-  mix_in(seen_across(stack, *anew, model, all, context.part(kCutAnew, 1)), anew->window, out);
+  mix_in(seen_across(stack, *anew, model, look.tone, all, context.part(kCutAnew, 1)), anew->window,
+         out);
   return out;
 }
 
@@ -161,6 +219,7 @@ std::vector<std::size_t> crossing_views(const Exam& exam) {
 PriorCycle prior_of_exam(const Exam& shown, double larger, FirstLook look,
                          const std::vector<std::size_t>& views, const Model& model,
                          const StageContext& context) {
+  const float tone = look.tone;
   const double images = shown.stack.grid().size[2] + static_cast<double>(views.size());
   double done = shown.stack.grid().size[2] / std::max(images, 1.0);
   PriorCycle out = prior_of(shown.stack, std::move(look), model, context.part(0, done));
@@ -171,8 +230,8 @@ PriorCycle prior_of_exam(const Exam& shown, double larger, FirstLook look,
   for (const std::size_t n : views) {
     const StageContext part = context.part(done, done + 1 / images);
     const Cine& view = shown.views[n];
-    told.push_back(prior_of(view, look_at(view, model, part.part(0, kLooked)), model,
-                            part.part(kLooked, 1), of_stack));
+    told.push_back(prior_of(view, look_at(view, model, tone, std::nullopt, part.part(0, kLooked)),
+                            model, part.part(kLooked, 1), of_stack));
     hold_courses(told.back());
     told.back().grid = enlarged(told.back().grid, 1 / larger);
     done += 1 / images;
@@ -185,22 +244,39 @@ PriorCycle prior_of_exam(const Exam& shown, double larger, FirstLook look,
   return out;
 }
 
+void tell_tone(const FirstLook& look, const ModelCard& card, const StageContext& context) {
+  if (look.tone == card.tones.front()) return;
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "The prior is surer of the exam with other middle tones (exponent %g for %g), and is "
+      "shown it in both.",
+      static_cast<double>(look.tone), static_cast<double>(card.tones.front()));
+  context.log(text);
+}
+
 }  // namespace
 
 PriorCycle heart_prior(const Exam& exam, const Model& model, StageContext& context) {
-  FirstLook look = look_at(exam.stack, model, context.part(0, kLooked));
-  const std::vector<std::size_t> views = crossing_views(exam);
-  const double larger = enlargement(look.told, exam.stack.grid(), model.card());
+  const ModelCard& card = model.card();
+  const StageContext first = context.part(0, kLooked);
   const StageContext rest = context.part(kLooked, 1);
-  if (larger <= 1) return prior_of_exam(exam, 1, std::move(look), views, model, rest);
+  const std::vector<std::size_t> views = crossing_views(exam);
+  FirstLook look = look_in_surest_tone(exam.stack, model, first);
+  const double larger = enlargement(look.told, exam.stack.grid(), card);
+  if (larger <= 1) {
+    tell_tone(look, card, context);
+    return prior_of_exam(exam, 1, std::move(look), views, model, rest);
+  }
   char text[160];
   std::snprintf(text, sizeof text,
                 "The left ventricle seems to hold less than %g ml, as none that the prior learned "
                 "from; it is shown the exam %.2f times larger.",
-                model.card().lv_ml[0], larger);
+                card.lv_ml[0], larger);
   context.log(text);
   const Exam shown = enlarged(exam, larger);
-  look = look_at(shown.stack, model, rest.part(0, kLooked));
+  look = look_in_surest_tone(shown.stack, model, rest.part(0, kLooked));
+  tell_tone(look, card, context);
   return prior_of_exam(shown, larger, std::move(look), views, model, rest.part(kLooked, 1));
 }
 

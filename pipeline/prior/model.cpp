@@ -24,6 +24,9 @@ namespace {
 constexpr std::array<std::string_view, 5> kChannelWords{"frame", "below", "above", "mean",
                                                         "deviation"};
 constexpr std::array kNeeded{kLabelBackground, kLabelRvBlood, kLabelLvMyocardium, kLabelLvBlood};
+constexpr float kLeastTone = 0.2F;
+constexpr float kMostTone = 2;
+constexpr std::size_t kMostTones = 8;
 constexpr std::uintmax_t kMostBytes = 2'147'483'647;  // no ONNX file in one piece is larger
 
 [[nodiscard]] std::vector<std::byte> bytes_of(const fs::path& file) {
@@ -83,6 +86,17 @@ void check_card(const json& card) {
   }
 }
 
+void read_tones(const json& value, std::vector<float>& tones) {
+  const auto fits = [](const json& tone) {
+    return tone.is_number() && kLeastTone <= tone.get<float>() && tone.get<float>() <= kMostTone;
+  };
+  if (!value.is_array() || value.empty() || value.size() > kMostTones ||
+      !std::all_of(value.begin(), value.end(), fits)) {
+    throw_invalid("/tones must be a list of up to 8 numbers from 0.2 to 2");
+  }
+  tones = value.get<std::vector<float>>();
+}
+
 void read_lv_ml(const json& value, std::array<double, 2>& lv_ml) {
   constexpr double kMostMl = 1000;
   const bool two =
@@ -129,6 +143,7 @@ ModelCard model_card_from_json(const json& value) {
   read_needed(object, "multiple", out.multiple, 1, 256);
   object.read("orientations", out.orientations, 1, 8);
   if (object.has("lv_ml")) read_lv_ml(object.at("lv_ml"), out.lv_ml);
+  if (object.has("tones")) read_tones(object.at("tones"), out.tones);
   for (const std::size_t at : words_at(object, "channels", kChannelWords)) {
     out.channels.push_back(static_cast<Channel>(at));
   }

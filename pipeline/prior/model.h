@@ -17,6 +17,9 @@ namespace beatlas::prior {
 /// What a plane of the input shows, see the room's README.
 enum class Channel { Frame, Below, Above, Mean, Deviation };
 
+/// Brightness is shown as its square root, where nothing speaks for another tone.
+inline constexpr float kUsualTone = 0.5F;
+
 /// What NAME.json says.
 struct ModelCard {
   double pixel_mm = 2;                ///< [mm] 0.5..10: pixels of input and output, in plane
@@ -30,6 +33,8 @@ struct ModelCard {
   /// [ml] 0..1000, ascending: blood of the smallest and the largest LV, where they hold most, that
   /// the network was trained on. Hearts smaller than these are shown larger; 0: as they are.
   std::array<double, 2> lv_ml{0, 0};
+  /// 0.2..2: exponents of brightness in which an exam may be shown, the first one the usual one.
+  std::vector<float> tones{kUsualTone};
   std::string sha256;                              ///< of NAME.onnx
   nlohmann::json card = nlohmann::json::object();  ///< strings and numbers, for people
 };

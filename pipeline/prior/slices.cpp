@@ -102,9 +102,10 @@ Grid network_grid(const Grid& stack, double pixel_mm, int multiple) {
   return out;
 }
 
-float Brightness::of(float value) const {
+float Brightness::of(float value, float tone) const {
   if (high <= low) return 0;
-  return std::sqrt(std::clamp((number(value) - low) / (high - low), 0.0F, kBrightest));
+  const float shown = std::clamp((number(value) - low) / (high - low), 0.0F, kBrightest);
+  return tone == kUsualTone ? std::sqrt(shown) : std::pow(shown, tone);
 }
 
 Brightness brightness_of(const ImageCycle<float>& images, int slice) {
@@ -155,7 +156,7 @@ std::optional<int> neighbour_of(int slice, int step, int slices, double spacing_
   return found;
 }
 
-SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& context) {
+SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& context, float tone) {
   const Grid& grid = stack.grid();
   const Vec3 spacing = grid.spacing_mm();
   SeenSlices out;
@@ -178,7 +179,7 @@ SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& con
     for (const std::vector<float>& phase : stack.images.phases) {
       const auto from = phase.begin() + static_cast<std::ptrdiff_t>(source * k);
       std::transform(from, from + static_cast<std::ptrdiff_t>(source), image.begin(),
-                     [&](float value) { return brightness.of(value); });
+                     [&](float value) { return brightness.of(value, tone); });
       out.frames[k].push_back(resampled(image, grid.size[0], grid.size[1], along, across));
       for (std::size_t v = 0; v < seen; ++v) sums[v] += out.frames[k].back()[v];
     }

@@ -19,8 +19,8 @@ namespace beatlas::prior {
 struct Brightness {
   float low = 0;   ///< percentile 1
   float high = 0;  ///< percentile 99.5; as low where the slice is of one value
-  /// 0..sqrt(1.2)
-  [[nodiscard]] float of(float value) const;
+  /// @param tone exponent @return 0..1.2^tone
+  [[nodiscard]] float of(float value, float tone = kUsualTone) const;
 };
 /// Percentiles between two values are linear between them. Values that are no numbers count as 0.
 [[nodiscard]] Brightness brightness_of(const ImageCycle<float>& images, int slice);
@@ -49,7 +49,8 @@ struct SeenSlices {
   std::vector<std::vector<float>> means;
   std::vector<std::vector<float>> deviations;
 };
-[[nodiscard]] SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& context);
+[[nodiscard]] SeenSlices see(const Cine& stack, const ModelCard& card, const StageContext& context,
+                             float tone = kUsualTone);
 
 /// Pixels and slices of the network's grid.
 struct Window {

@@ -18,7 +18,7 @@ import numpy
 import torch
 
 import checkpoint
-from model import CHANNELS, MULTIPLE, NEIGHBOUR_MM, ORIENTATIONS, OUTPUTS, PIXEL_MM, HeartNet, folded
+from model import CHANNELS, MULTIPLE, NEIGHBOUR_MM, ORIENTATIONS, OUTPUTS, PIXEL_MM, TONES, HeartNet, folded
 
 FORMAT = 1
 FAMILY = json.loads((pathlib.Path(__file__).resolve().parents[2] / "pipeline/phantom/family.json").read_text())
@@ -73,6 +73,7 @@ def description(content: bytes, run: dict) -> dict:
         "format": FORMAT, "pixel_mm": PIXEL_MM, "channels": list(CHANNELS), "outputs": list(OUTPUTS),
         "neighbour_mm": NEIGHBOUR_MM, "multiple": MULTIPLE,
         "orientations": ORIENTATIONS, "lv_ml": [FAMILY["lv_edv"]["low"], FAMILY["lv_edv"]["high"]],
+        "tones": TONES,
         "sha256": hashlib.sha256(content).hexdigest(),
         "card": {
             "trained_on": "drawn slices of random hearts alone (heart_draws); no image of a person",

@@ -16,6 +16,7 @@ PIXEL_MM = 2.0      # of every plane
 NEIGHBOUR_MM = 8.0  # from `frame` to `below` and to `above`
 MULTIPLE = 16       # of height and width: four halvings
 ORIENTATIONS = 8    # that are averaged over in use; training shows slices turned and mirrored in any way
+TONES = [0.5, 0.75, 1.0]  # of brightness, in which an exam may be shown in use; training draws any contrast
 MAX_PARAMETERS = 750_000
 # At full size, 1/2, 1/4, 1/8 and 1/16. The two coarsest cost little time, so they have what the budget
 # leaves.

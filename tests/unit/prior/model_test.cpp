@@ -120,6 +120,11 @@ TEST(PriorModel, ItsJsonIsReadStrictly) {
                           "/outputs lacks lv_blood"));
   EXPECT_TRUE(
       made::tells(changed([](json& card) { card["card"]["x"] = json::array(); }), "/card/x"));
+  for (const json& tones :
+       {json(0.5), json::array(), json({0.5, 0.1}), json({2.1}), json({"root"})}) {
+    EXPECT_TRUE(made::tells(changed([&](json& card) { card["tones"] = tones; }), "/tones"))
+        << tones;
+  }
   EXPECT_TRUE(made::tells(changed([](json& card) { card = json::array(); }), "JSON object"));
   const fs::path onnx = folder.copy_of("unet");
   std::ofstream(card_path(onnx)) << R"({"format": 1, "pixel_m)";
@@ -139,7 +144,8 @@ TEST(PriorModel, ItsSchemaNamesTheSameKeysAndWords) {
   for (std::size_t at = 0; at < words.size(); ++at) EXPECT_EQ(words[at], kLabelWords[at]);
   json card = test::json_file(card_path(made::model_file("unet")));
   card["orientations"] = 2;   // models without it are of one orientation
-  card["lv_ml"] = {40, 400};  // and show hearts as they are
+  card["lv_ml"] = {40, 400};  // show hearts as they are
+  card["tones"] = {0.5, 1};   // and the root of brightness
   EXPECT_EQ(card.size(), keys.size());
   for (const auto& key : keys.items()) {
     ASSERT_TRUE(card.contains(key.key()));

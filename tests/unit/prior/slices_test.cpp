@@ -53,6 +53,7 @@ TEST(PriorSlices, PercentilesAreThoseOfAllPhasesOfTheSlice) {
   EXPECT_NEAR(found.high, 994.005, 1e-3);
   EXPECT_EQ(found.of(-3), 0);
   EXPECT_NEAR(found.of(9.99F + 0.25F * 984.015F), 0.5, 1e-5);
+  EXPECT_NEAR(found.of(9.99F + 0.25F * 984.015F, 2), 0.0625, 1e-5);
   EXPECT_NEAR(found.of(1e6), std::sqrt(1.2), 1e-6);
   EXPECT_EQ(brightness_of(images, 0).of(5e6F), 0);  // of one value
   EXPECT_EQ(found.of(std::nanf("")), 0);
