@@ -51,8 +51,76 @@ std::vector<segment::Seed> painted_seeds(const study::GivenLabels& painted, cons
   return seeds;
 }
 
+bool holds_heart(const std::vector<std::uint8_t>& labels) {
+  return std::any_of(labels.begin(), labels.end(), [](std::uint8_t label) {
+    return label != kLabelBackground && label != kLabelUnknown;
+  });
+}
+
+using PhaseImages = std::map<int, std::vector<std::uint8_t>>;
+
+/// Labels of phases, every slice that many phases earlier: a phase may then be known in some of its
+/// slices.
+/// @param lags [slice of the labels' grid]; empty: none
+/// @param otherwise what other slices of a phase hold; phases that are not there: unknown
+segment::KnownLabels earlier(segment::KnownLabels drawn, const std::vector<int>& lags, int phases,
+                             const PhaseImages& otherwise = {}) {
+  if (lags.empty()) return drawn;
+  const std::size_t count = drawn.labels.grid.slice_count();
+  PhaseImages images;
+  for (std::size_t n = 0; n < drawn.phases.size(); ++n) {
+    for (std::size_t k = 0; k < lags.size(); ++k) {
+      const int phase = ((drawn.phases[n] - lags[k]) % phases + phases) % phases;
+      if (images.count(phase) == 0) {
+        const auto before = otherwise.find(phase);
+        images[phase] = before != otherwise.end()
+                            ? before->second
+                            : std::vector<std::uint8_t>(drawn.labels.grid.count(), kLabelUnknown);
+      }
+      std::copy_n(drawn.labels.phases[n].begin() + static_cast<std::ptrdiff_t>(k * count), count,
+                  images[phase].begin() + static_cast<std::ptrdiff_t>(k * count));
+    }
+  }
+  segment::KnownLabels out{{drawn.labels.grid, {}}, {}};
+  for (auto& [phase, image] : images) {
+    out.phases.push_back(phase);
+    out.labels.phases.push_back(std::move(image));
+  }
+  return out;
+}
+
+/// The phases of which a heart is known.
+segment::KnownLabels with_heart(segment::KnownLabels known) {
+  segment::KnownLabels out{{known.labels.grid, {}}, {}};
+  for (std::size_t n = 0; n < known.phases.size(); ++n) {
+    if (!holds_heart(known.labels.phases[n])) continue;
+    out.phases.push_back(known.phases[n]);
+    out.labels.phases.push_back(std::move(known.labels.phases[n]));
+  }
+  return out;
+}
+
+/// [phase] images of given labels, where they lie on the grid.
+PhaseImages images_of(const study::GivenLabels& given, const Grid& grid) {
+  PhaseImages out;
+  if (given.images.grid.size != grid.size ||
+      !given.images.grid.mm_from_index.isApprox(grid.mm_from_index, 1e-6)) {
+    return out;
+  }
+  for (std::size_t n = 0; n < given.images.phases.size(); ++n) {
+    out[given.phases.empty() ? static_cast<int>(n) : given.phases[n]] = given.images.phases[n];
+  }
+  return out;
+}
+
+std::vector<int> negated(std::vector<int> lags) {
+  for (int& lag : lags) lag = -lag;
+  return lags;
+}
+
 segment::KnownLabels known_labels(const study::GivenLabels& given, const Cine& stack,
-                                  const std::vector<Vec2>& drawn_shifted_mm) {
+                                  const std::vector<Vec2>& drawn_shifted_mm,
+                                  const std::vector<int>& drawn_late) {
   segment::KnownLabels known{
       segment::labels_on_grid(given.images, stack.grid(), drawn_shifted_mm),
       phases_of(given, stack.phase_count(), "name the phases that they are with --labels-phases")};
@@ -71,8 +139,25 @@ segment::KnownLabels known_labels(const study::GivenLabels& given, const Cine& s
                   " outside the images in the patient's space; it belongs to another exam, or was "
                   "moved or mirrored");
   }
+  if (!drawn_late.empty()) {
+    known = with_heart(earlier(std::move(known), drawn_late, stack.phase_count()));
+  }
   segment::check_known(known, stack.grid(), stack.phase_count());
   return known;
+}
+
+bool are_moved(const Exam& exam) {
+  return !exam.slice_shifts_mm.empty() || !exam.slice_lags.empty();
+}
+
+/// Labels of the exam's own images, on the images as they came.
+/// @param otherwise what slices of a phase hold that the labels say nothing of
+segment::KnownLabels as_acquired(segment::KnownLabels labels, const Exam& exam,
+                                 const PhaseImages& otherwise = {}) {
+  std::vector<Vec2> back = exam.slice_shifts_mm;
+  for (Vec2& shift : back) shift = -shift;
+  labels.labels = segment::labels_on_grid(labels.labels, exam.stack.grid(), back);
+  return earlier(std::move(labels), negated(exam.slice_lags), exam.stack.phase_count(), otherwise);
 }
 
 }  // namespace
@@ -90,17 +175,18 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
     throw error.with_context(orders.seeds_from);
   }
   if (!orders.labels) return out;
-  const bool move = orders.recipe.segment.labels_drawn_on == segment::LabelsDrawnOn::Imaged &&
-                    !exam.slice_shifts_mm.empty();
+  const bool move =
+      orders.recipe.segment.labels_drawn_on == segment::LabelsDrawnOn::Imaged && are_moved(exam);
   if (move) {
     context.warn(
-        "the labels given were moved with the slices that lay shifted, as drawn on the images as "
-        "they came; what was drawn on the study's own images is given with --labels-aligned, or, "
-        "if all was, with /segment/labels_drawn_on aligned in a recipe");
+        "the labels given were moved with the slices that lay shifted or out of step, as drawn on "
+        "the images as they came; what was drawn on the study's own images is given with "
+        "--labels-aligned, or, if all was, with /segment/labels_drawn_on aligned in a recipe");
   }
   try {
     out.known =
-        known_labels(*orders.labels, stack, move ? exam.slice_shifts_mm : std::vector<Vec2>());
+        known_labels(*orders.labels, stack, move ? exam.slice_shifts_mm : std::vector<Vec2>(),
+                     move ? exam.slice_lags : std::vector<int>());
   } catch (const Error& error) {
     throw error.with_context(orders.labels_from);
   }
@@ -121,26 +207,35 @@ Corrections corrections_for(const Exam& exam, const Orders& orders, StageContext
 }
 
 std::optional<LabelCycle> labels_as_acquired(const LabelCycle& labels, const Exam& exam) {
-  if (exam.slice_shifts_mm.empty()) return {};
-  std::vector<Vec2> back = exam.slice_shifts_mm;
-  for (Vec2& shift : back) shift = -shift;
-  return segment::labels_on_grid(labels, exam.stack.grid(), back);
+  if (!are_moved(exam)) return {};
+  std::vector<int> phases(labels.phases.size());
+  std::iota(phases.begin(), phases.end(), 0);
+  return as_acquired({labels, std::move(phases)}, exam).labels;
 }
 
-void move_back(const Exam& exam, study::GivenLabels& given) {
-  std::optional<LabelCycle> acquired = labels_as_acquired(given.images, exam);
-  if (!acquired) return;
-  given.images = std::move(*acquired);
+void move_back(const Exam& exam, const std::optional<study::GivenLabels>& before,
+               study::GivenLabels& given) {
+  if (!are_moved(exam)) return;
+  const bool all = given.phases.empty();
+  std::vector<int> phases = given.phases;
+  if (all) {
+    phases.resize(given.images.phases.size());
+    std::iota(phases.begin(), phases.end(), 0);
+  }
+  const int count = exam.stack.phase_count();
+  const bool fits = all ? static_cast<int>(phases.size()) == count : phases.back() < count;
+  if (!fits) return;  // corrections_for refuses it in the user's own words
+  segment::KnownLabels acquired =
+      as_acquired({std::move(given.images), std::move(phases)}, exam,
+                  before ? images_of(*before, exam.stack.grid()) : PhaseImages());
+  given.images = std::move(acquired.labels);
+  if (!all) given.phases = std::move(acquired.phases);
   given.sha256 = study::given_sha256(given.images, given.phases);
 }
 
 study::GivenLabels with_other_phases(study::GivenLabels now, const study::GivenLabels& before) {
   if (now.phases.empty()) return now;
-  std::map<int, std::vector<std::uint8_t>> images;
-  for (std::size_t n = 0; n < before.images.phases.size(); ++n) {
-    images[before.phases.empty() ? static_cast<int>(n) : before.phases[n]] =
-        before.images.phases[n];
-  }
+  PhaseImages images = images_of(before, before.images.grid);
   for (const int phase : now.phases) images.erase(phase);
   if (images.empty()) return now;
   const Grid& grid = now.images.grid;

@@ -18,20 +18,23 @@ struct Corrections {
   segment::KnownLabels known;
   segment::GivenCoverage coverage;
 };
-/// Labels are moved with the exam's slices unless the recipe says otherwise; seeds lie where the
-/// study's images show them.
+/// Labels are moved with the exam's slices, in place and time, unless the recipe says otherwise;
+/// seeds lie where the study's images show them.
 /// @throws Error{InvalidInput} naming the user's file that does not fit
 [[nodiscard]] Corrections corrections_for(const Exam& exam, const Orders& orders,
                                           StageContext& context);
 
-/// Labels on the exam's images where its slices lay before import moved them; none where it moved
-/// none.
+/// Labels on the exam's images where and when its slices were imaged, before import moved them;
+/// none where it moved none.
 [[nodiscard]] std::optional<LabelCycle> labels_as_acquired(const LabelCycle& labels,
                                                            const Exam& exam);
 
 /// Makes labels that were drawn on the exam's images, as a study shows them, such as are drawn on
-/// the images as they came: corrections_for moves them there and back to the voxel.
-void move_back(const Exam& exam, study::GivenLabels& given);
+/// the images as they came: corrections_for moves them there and back to the voxel. Where slices
+/// were out of step, one phase becomes parts of several.
+/// @param before what was given before: it stands in the other slices of these
+void move_back(const Exam& exam, const std::optional<study::GivenLabels>& before,
+               study::GivenLabels& given);
 
 /// Labels of some phases, with those of the other phases that were given before: phases are
 /// corrected one after the other.

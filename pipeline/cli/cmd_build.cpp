@@ -101,7 +101,7 @@ void keep_unnamed(const BuildArguments& arguments, build::Orders before, build::
       orders.coverage_from = std::move(before.coverage_from);
     }
   } else if (arguments.sources.empty()) {
-    take_back_alignment(arguments.study, arguments.corrections, orders);
+    take_back_alignment(arguments.study, arguments.corrections, before, orders);
     keep_other_phases(arguments.study, before, orders);
   } else if (before.labels && orders.labels && !orders.labels->phases.empty()) {
     console.warn(

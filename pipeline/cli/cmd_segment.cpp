@@ -31,7 +31,7 @@ void add_segment(CLI::App& app, Run& run) {
             const build::Orders before = orders;
             take_corrections(arguments->corrections, orders);
             if (!arguments->corrections.labels.empty()) {
-              take_back_alignment(arguments->stage.study, arguments->corrections, orders);
+              take_back_alignment(arguments->stage.study, arguments->corrections, before, orders);
               keep_other_phases(arguments->stage.study, before, orders);
             }
             if (!arguments->prior) return;

@@ -194,10 +194,10 @@ void add_correction_words(CLI::App& command, CorrectionWords& words) {
 }
 
 void take_back_alignment(const fs::path& study, const CorrectionWords& words,
-                         build::Orders& orders) {
+                         const build::Orders& before, build::Orders& orders) {
   const bool all_aligned = orders.recipe.segment.labels_drawn_on == segment::LabelsDrawnOn::Aligned;
   if (!words.labels_aligned || !orders.labels || all_aligned) return;
-  build::move_back(study::read_exam(study), *orders.labels);
+  build::move_back(study::read_exam(study), before.labels, *orders.labels);
 }
 
 void keep_other_phases(const fs::path& study, const build::Orders& before, build::Orders& orders) {

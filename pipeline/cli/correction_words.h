@@ -40,7 +40,7 @@ void take_corrections(const CorrectionWords& words, build::Orders& orders);
 /// otherwise.
 /// @param study its folder, with an import that stays
 void take_back_alignment(const std::filesystem::path& study, const CorrectionWords& words,
-                         build::Orders& orders);
+                         const build::Orders& before, build::Orders& orders);
 
 /// Beside labels of some phases that were named, those of the others stay that a study was given
 /// before.

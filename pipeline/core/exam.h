@@ -30,6 +30,9 @@ struct Exam {
   /// [slice of the stack] along its axes i and j: how far its breath-hold had moved the anatomy,
   /// before it was moved back (see motion/slice_shifts.h); empty: nothing was moved.
   std::vector<Vec2> slice_shifts_mm;
+  /// [slice of the stack] how many phases later than the others it showed the beat, before its
+  /// frames were moved round it (see motion/slice_timing.h); empty: none was.
+  std::vector<int> slice_lags;
   std::string source_format;  ///< "dicom", "nifti", "nrrd" or "metaimage"
   /// Of the phantom that all images of the stack say they were made from (see phantom_mark.h);
   /// empty: they were made from none, or do not say.

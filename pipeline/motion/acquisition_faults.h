@@ -6,8 +6,9 @@
 
 namespace beatlas::motion {
 
-/// Frames made even (frame_gains.h), then slices moved back (slice_shifts.h): a shift is found in
-/// means over the cycle, which a bright frame would lead.
+/// Frames made even (frame_gains.h), slices put in step (slice_timing.h), then moved back
+/// (slice_shifts.h): a bright frame looks like motion, and leads the means over the cycle in which
+/// a shift is found.
 [[nodiscard]] Exam without_acquisition_faults(Exam exam, const AlignOptions& options);
 
 }  // namespace beatlas::motion

@@ -37,8 +37,8 @@ struct SliceShifts {
 
 struct AlignOptions {
   enum class Slices {
-    Auto,  ///< undo shifts where they are certain
-    Off,
+    Auto,  ///< undo shifts in place and time where they are certain
+    Off,   ///< leave every slice where and when it was imaged
   };
   Slices slices = Slices::Auto;
 };

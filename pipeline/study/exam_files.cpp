@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -57,6 +58,17 @@ std::vector<Vec2> slice_shifts_from_json(const json& value, int slices) {
   return out;
 }
 
+std::vector<int> slice_lags_from_json(const json& value, int slices, int phases) {
+  const auto fits = [&](const json& lag) {
+    return lag.is_number_integer() && lag.get<double>() > -phases && lag.get<double>() < phases;
+  };
+  if (!value.is_array() || value.size() != static_cast<std::size_t>(slices) ||
+      !std::all_of(value.begin(), value.end(), fits)) {
+    throw_invalid("/slice_lags must be a list of a whole number of phases for each slice");
+  }
+  return value.get<std::vector<int>>();
+}
+
 std::string view_name(std::size_t view) {
   std::array<char, 48> name{};
   std::snprintf(name.data(), name.size(), "view_%02zu.nii.gz", view);
@@ -76,6 +88,7 @@ FileList write_exam(const fs::path& study, const Exam& exam) {
   for (const Vec2& shift : exam.slice_shifts_mm) {
     content["slice_shifts_mm"].push_back({shift[0], shift[1]});
   }
+  if (!exam.slice_lags.empty()) content["slice_lags"] = exam.slice_lags;
   if (!exam.phantom_identity.empty()) content["phantom_identity"] = exam.phantom_identity;
   for (std::size_t view = 0; view < exam.views.size(); ++view) {
     content["views"].push_back(write_cine(folder, view_name(view), exam.views[view]));
@@ -103,6 +116,10 @@ Exam read_exam(const fs::path& study) {
     if (object.has("slice_shifts_mm")) {
       exam.slice_shifts_mm =
           slice_shifts_from_json(object.at("slice_shifts_mm"), exam.stack.grid().size[2]);
+    }
+    if (object.has("slice_lags")) {
+      exam.slice_lags = slice_lags_from_json(object.at("slice_lags"), exam.stack.grid().size[2],
+                                             exam.stack.phase_count());
     }
     object.read("source_format", exam.source_format);
     object.read("phantom_identity", exam.phantom_identity);

@@ -34,11 +34,16 @@ def _window(masks, spacing, size):
 
 def _stack(study, as_acquired):
     """[i, j, k, phase], its affine, and how far each slice lies from where its labels do, in voxels:
-    labels as acquired belong on slices that nobody moved, and the study holds them moved back."""
+    labels as acquired belong on slices that nobody moved, and the study holds them moved back, in place and time."""
     image = nibabel.load(pathlib.Path(study) / "exam" / "stack.nii.gz")
     values = numpy.asarray(image.dataobj)
     values = values if values.ndim == 4 else values[..., None]
-    shifts = json.loads((pathlib.Path(study) / "exam" / "exam.json").read_text()).get("slice_shifts_mm") or []
+    told = json.loads((pathlib.Path(study) / "exam" / "exam.json").read_text())
+    shifts = told.get("slice_shifts_mm") or []
+    if as_acquired:
+        values = numpy.array(values)
+        for k, lag in enumerate(told.get("slice_lags") or []):
+            values[:, :, k] = numpy.roll(values[:, :, k], lag, axis=-1)
     spacing = numpy.linalg.norm(image.affine[:3, :3], axis=0)
     if not as_acquired or not shifts:
         shifts = numpy.zeros((values.shape[2], 2))

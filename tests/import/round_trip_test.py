@@ -360,6 +360,10 @@ def memory_stays_within_twice_the_series(folder):
 
 @case
 def sizes_at_both_ends(folder):
+    # The object's three parts beat at times of their own, so its slices are not in step; where they are wide enough
+    # to be looked at for that, import is told to leave them.
+    recipe = folder / "as_they_are.json"
+    recipe.write_text(json.dumps({"import": {"align_slices": "off"}}))
     for name, truth in {
             "many_slices": BeatingObject(size=(64, 64, 300), step=(2, 2, 1.1), phases=2),
             "many_phases": BeatingObject(size=(64, 64, 4), phases=100),
@@ -367,7 +371,7 @@ def sizes_at_both_ends(folder):
     }.items():
         frames = [(k, p) for k in range(truth.size[2]) for p in range(truth.phases)]
         save(enhanced_image(truth, frames), folder / name / "multi")
-        check(folder, folder / name, truth)
+        check(folder, folder / name, truth, "--recipe", recipe)
         shutil.rmtree(folder / name)
 
 

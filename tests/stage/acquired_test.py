@@ -1,4 +1,4 @@
-"""Labels on the slices as acquired, where import moved some: acquired_test.py BEATLAS WORK_FOLDER"""
+"""Labels on the slices as acquired, where import moved some in place or time: acquired_test.py BEATLAS WORK_FOLDER"""
 import json
 
 import nibabel
@@ -70,4 +70,61 @@ def main():
     assert SOURCE not in record["segment"]["outputs"]
 
 
+def turned(values, lags):
+    """Each slice of [i, j, k, phase] shown so many phases later, round the beat."""
+    return numpy.stack([numpy.roll(values[:, :, k], lag, axis=-1) for k, lag in enumerate(lags)], axis=2)
+
+
+def out_of_step():
+    exam, folder = new_folder("late_exam"), new_folder("late")
+    beatlas("phantom", "-o", exam, "--preset", "small", "--without", "all", "--phases", "10", "--format",
+            "nifti", "--matrix", "96", "96", "12", "--spacing", "2.4", "2.4", "10", "--noise-seed", "3")
+    lags = [0] * 12
+    lags[6], lags[8] = 2, -2
+    late = {}
+    for name in ("cine", "truth_labels"):
+        image = nibabel.load(exam / f"{name}.nii.gz")
+        late[name] = exam / f"late_{name}.nii.gz"
+        nibabel.save(nibabel.Nifti1Image(turned(numpy.asarray(image.dataobj), lags), image.affine, image.header),
+                     late[name])
+    told = beatlas("import", late["cine"], "--study", folder).stderr
+    assert "2 of 12 slices show the beat out of step" in told, told
+    assert json.loads((folder / "exam" / "exam.json").read_text())["slice_lags"] == lags
+
+    # Labels drawn on the images as they came are put in step with them, and out again.
+    beatlas("segment", "--study", folder, "--labels", late["truth_labels"])
+    labels = values(folder / "segment" / "labels.nii.gz")
+    assert (labels == values(exam / "truth_labels.nii.gz")).all()
+    assert (values(folder / SOURCE) == values(late["truth_labels"])).all()
+
+    # A phase of the study's images that comes back as it went out changes nothing, in no phase.
+    beatlas("export", folder, "--to", "slicer", "--phase", "1", "-o", new_folder("late_slicer"))
+    beatlas("segment", "--study", folder, "--labels", WORK / "late_slicer" / "labels_01.nii.gz", "--labels-phases",
+            "1", "--labels-aligned")
+    assert (values(folder / "segment" / "labels.nii.gz") == labels).all()
+
+    # What is painted in it is in that phase, and in no other.
+    file = WORK / "late_slicer" / "labels_01.nii.gz"
+    image = nibabel.load(file)
+    painted = numpy.asarray(image.dataobj).copy()
+    painted[:, :, 6][painted[:, :, 6] == 3] = 2
+    assert (painted != labels[..., 1]).any()
+    nibabel.save(nibabel.Nifti1Image(painted, image.affine, image.header), file)
+    beatlas("segment", "--study", folder, "--labels", file, "--labels-phases", "1", "--labels-aligned")
+    labels[..., 1] = painted
+    assert (values(folder / "segment" / "labels.nii.gz") == labels).all()
+
+    # A phase beyond the beat is none of those before it.
+    told = beatlas("segment", "--study", folder, "--labels", file, "--labels-phases", "11", "--labels-aligned",
+                   code=3)
+    assert "phase 11 is not known" in told.stderr, told.stderr
+
+    # Slices that stay when they were imaged have no lags.
+    recipe = WORK / "late.json"
+    recipe.write_text(json.dumps({"import": {"align_slices": "off"}}))
+    beatlas("import", late["cine"], "--study", folder, "--recipe", recipe)
+    assert "slice_lags" not in json.loads((folder / "exam" / "exam.json").read_text())
+
+
 main()
+out_of_step()

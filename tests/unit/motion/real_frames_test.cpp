@@ -1,11 +1,16 @@
-/// Gains of frames in real exams, which are no part of the project: skipped where they are absent.
+/// Gains of frames and lags of slices in real exams, which are no part of the project: skipped
+/// where they are absent.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "pipeline/ingest/ingest.h"
 #include "pipeline/motion/frame_gains.h"
+#include "pipeline/motion/slice_timing.h"
 #include "tests/real_exams.h"
 
 namespace beatlas::motion {
@@ -15,9 +20,9 @@ constexpr double kCutMm = 120;  // about as wide as a heart with 12 mm beside it
 
 class RealFrames : public testing::TestWithParam<const char*> {};
 
-ImageCycle<float> images_of(const char* name) {
+Cine stack_of(const char* name) {
   StageContext context;
-  return ingest::read_exam({test::real_exam(name)}, {}, context).stack.images;
+  return ingest::read_exam({test::real_exam(name)}, {}, context).stack;
 }
 
 /// A square about the middle of what changes through the beat.
@@ -74,7 +79,7 @@ double most_off(const ImageCycle<float>& images) {
 
 TEST_P(RealFrames, AreAlikeAndOfABrightOneTheGainIsFound) {
   BEATLAS_NEEDS_REAL_EXAM(GetParam());
-  ImageCycle<float> images = images_of(GetParam());
+  ImageCycle<float> images = stack_of(GetParam()).images;
   const double whole = most_off(images);
   const double cut = most_off(cut_about_motion(images));
   std::printf("%s: %.3f, cut %.3f\n", GetParam(), whole, cut);
@@ -85,6 +90,25 @@ TEST_P(RealFrames, AreAlikeAndOfABrightOneTheGainIsFound) {
   for (const auto& of_slice : frame_gains(images)) {
     const double other = of_slice[of_slice.size() / 2];
     EXPECT_NEAR(of_slice[0] / other, kGain, 0.03);
+  }
+}
+
+TEST_P(RealFrames, ShowTheBeatInStepAndASliceAmidThemThatIsLateIsFound) {
+  BEATLAS_NEEDS_REAL_EXAM(GetParam());
+  Cine stack = stack_of(GetParam());
+  std::vector<int> late(static_cast<std::size_t>(stack.grid().size[2]), 0);
+  EXPECT_EQ(slice_lags(stack), late);
+  if (stack.phase_count() < 8) return;
+  for (const double share : {0.2, -0.2}) {
+    const int lag = static_cast<int>(std::lround(share * stack.phase_count()));
+    late[late.size() / 2] = -lag;
+    stack.images = without_lags(std::move(stack.images), late);
+    late[late.size() / 2] = lag;
+    const std::vector<int> found = slice_lags(stack);
+    std::printf("%s: %d, found %d\n", GetParam(), lag, found[late.size() / 2]);
+    EXPECT_NEAR(found[late.size() / 2], lag, 1);
+    EXPECT_EQ(std::count(found.begin(), found.end(), 0), stack.grid().size[2] - 1);
+    stack.images = without_lags(std::move(stack.images), late);
   }
 }
 

@@ -64,6 +64,7 @@ TEST(StageFiles, AnExamComesBackBitByBit) {
                     {cine({4, 6, 1}, whole), cine({3, 3, 1}, whole)},
                     {"Took \"this\", left that."},
                     {Vec2(0.5, -1.25), Vec2(0, 2), Vec2(-1, 1.0 / 3), Vec2(0, 0)},
+                    {0, -2, 1, 0},
                     "dicom",
                     {},
                     {}};
@@ -77,6 +78,7 @@ TEST(StageFiles, AnExamComesBackBitByBit) {
     expect_same(exam.views[1].images, again.views[1].images);
     EXPECT_EQ(exam.decisions, again.decisions);
     EXPECT_EQ(exam.slice_shifts_mm, again.slice_shifts_mm);
+    EXPECT_EQ(exam.slice_lags, again.slice_lags);
     EXPECT_EQ(exam.source_format, again.source_format);
   }
 }
