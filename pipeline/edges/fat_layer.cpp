@@ -12,6 +12,7 @@
 #include "pipeline/edges/layer_fit.h"
 #include "pipeline/edges/outline.h"
 #include "pipeline/edges/slice_image.h"
+#include "runtime/atlas/structures.h"
 
 namespace beatlas::edges {
 namespace {
