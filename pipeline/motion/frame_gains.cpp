@@ -8,6 +8,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/statistics.h"
+#include "pipeline/motion/narrow_field.h"
 
 namespace beatlas::motion {
 namespace {
@@ -16,9 +17,8 @@ constexpr std::size_t kMostPixels =
     8192;                            ///< of a slice that are looked at; a median needs no more
 constexpr double kLeastShown = 0.5;  ///< of the mean: air and lung are darker, tissue is not
 constexpr std::size_t kFewestPixels =
-    64;                                ///< of tissue, for a median known to a tenth of their spread
-constexpr double kLeastWidthMm = 100;  ///< of a slice; in less all that is seen may move
-constexpr int kRounds = 3;             ///< in which what is still and the gains settle
+    64;                     ///< of tissue, for a median known to a tenth of their spread
+constexpr int kRounds = 3;  ///< in which what is still and the gains settle
 constexpr double kLeastAlike =
     0.7;  ///< correlation of a frame with its slice's middle image, half of its contrast
 constexpr double kLeastGain =
@@ -133,11 +133,7 @@ std::vector<std::vector<double>> take_off(ImageCycle<float>& images) {
 std::vector<std::vector<double>> frame_gains(const ImageCycle<float>& images) {
   std::vector<std::vector<double>> out(static_cast<std::size_t>(images.grid.size[2]),
                                        std::vector<double>(images.phases.size(), 1.0));
-  const Vec3 spacing = images.grid.spacing_mm();
-  if (std::min(images.grid.size[0] * spacing[0], images.grid.size[1] * spacing[1]) <
-      kLeastWidthMm) {
-    return out;
-  }
+  if (is_narrow_field(images.grid)) return out;
   parallel_for(out.size(), [&](std::size_t k) {
     out[k] = gains_of_slice(images, static_cast<int>(k));
     for (double& gain : out[k]) gain = std::exp(gain);

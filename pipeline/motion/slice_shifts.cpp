@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/core/parallel.h"
+#include "pipeline/motion/narrow_field.h"
 #include "pipeline/motion/patch_shift.h"
 #include "runtime/base/error.h"
 
@@ -15,7 +16,6 @@ namespace beatlas::motion {
 namespace {
 
 constexpr int kFewestSlices = 5;
-constexpr double kLeastFieldMm = 100;  ///< fewer blocks cannot outvote one that is wrong
 constexpr double kBlockMm = 40;
 constexpr double kFewestBlockPixels = 12;  ///< along a side: coarser ones hold no structure
 constexpr double kLargestStepMm = 20;      ///< between neighbours: breath-holds do not differ more
@@ -201,8 +201,8 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   SliceShifts out;
   out.shift_mm.assign(slices, Vec2::Zero());
   if (grid.size[2] < kFewestSlices) return out;
+  if (is_narrow_field(grid)) return out;
   const Vec3 spacing = grid.spacing_mm();
-  if (std::min(grid.size[0] * spacing[0], grid.size[1] * spacing[1]) < kLeastFieldMm) return out;
   if (std::max(spacing[0], spacing[1]) * kFewestBlockPixels > kBlockMm) return out;
 
   std::vector<cv::Mat> means(slices);

@@ -7,6 +7,7 @@
 
 #include "pipeline/core/parallel.h"
 #include "pipeline/core/statistics.h"
+#include "pipeline/motion/narrow_field.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::motion {
@@ -14,10 +15,9 @@ namespace {
 
 constexpr std::size_t kMostLookedAt = 8192;  ///< pixels of a slice
 constexpr int kFewestToCompare = 3;
-constexpr double kLeastSliceMm = 100;  ///< wide; in less one structure may be all that is seen
-constexpr int kFewestOfCourse = 8;     ///< of which a course is made
-constexpr double kLeastInStep = 0.7;   ///< correlation with the others, half of what varies
-constexpr double kCertainZ = 2;        ///< standard deviations of Fisher's z
+constexpr int kFewestOfCourse = 8;    ///< of which a course is made
+constexpr double kLeastInStep = 0.7;  ///< correlation with the others, half of what varies
+constexpr double kCertainZ = 2;       ///< standard deviations of Fisher's z
 constexpr double kLeastLag =
     0.07;  ///< of the beat; slices of real exams lie within a twentieth of it
 constexpr double kMostLag = 0.25;      ///< of the beat; farther round, other slopes are met
@@ -140,11 +140,8 @@ bool is_certain(const Course& course, const std::vector<double>& others, int lag
 std::vector<int> slice_lags(const Cine& stack) {
   const auto slices = static_cast<std::size_t>(stack.grid().size[2]);
   std::vector<int> lags(slices, 0);
-  const Vec3 spacing = stack.grid().spacing_mm();
-  const double width =
-      std::min(stack.grid().size[0] * spacing[0], stack.grid().size[1] * spacing[1]);
   if (stack.grid().size[2] < kFewestToCompare || stack.phase_count() < kFewestOfCourse ||
-      width < kLeastSliceMm || !reaches_round(stack)) {
+      is_narrow_field(stack.grid()) || !reaches_round(stack)) {
     return lags;
   }
   std::vector<Course> courses(slices);
@@ -197,12 +194,14 @@ Exam with_slices_in_step(Exam exam) {
   const auto most = std::max_element(lags.begin(), lags.end(),
                                      [](int a, int b) { return std::abs(a) < std::abs(b); });
   const int phases = exam.stack.phase_count();
-  exam.decisions.push_back(
-      "Warning: " + std::to_string(moved) + " of " + std::to_string(lags.size()) +
-      " slices show the beat out of step with the others (most slice " +
-      std::to_string(most - lags.begin()) + ", whose frames come " +
-      std::to_string(std::abs(*most)) + " of " + std::to_string(phases) + " phases too " +
-      (*most > 0 ? "late" : "early") + "); their frames were moved round the beat.");
+  exam.decisions.push_back("Warning: " + std::to_string(moved) + " of " +
+                           std::to_string(lags.size()) +
+                           " slices show the beat out of step with the others (most slice " +
+                           std::to_string(most - lags.begin()) + ", whose frames come " +
+                           std::to_string(std::abs(*most)) + " of " + std::to_string(phases) +
+                           " phases too " + (*most > 0 ? "late" : "early") +
+                           "); their frames were moved round the beat; /import/align_slices off in "
+                           "a recipe leaves them.");
   exam.stack.images = without_lags(std::move(exam.stack.images), lags);
   exam.slice_lags = lags;
   return exam;

@@ -105,11 +105,12 @@ std::vector<std::int8_t> no_heart(const std::vector<std::uint8_t>& labels, std::
   return out;
 }
 
-/// The tones that a stack is shown in: the usual one, and that in which the network is surest.
-std::vector<float> tones_with(float tone, const ModelCard& card) {
-  std::vector<float> out{tone};
-  if (tone != card.tones.front()) out.push_back(card.tones.front());
-  return out;
+/// Beside what is shown in a tone that is not the usual one, the same in that.
+void see_as_usual_too(const Cine& stack, float tone, const ModelCard& card,
+                      const StageContext& context, std::vector<SeenSlices>& shown) {
+  if (tone != card.tones.front()) {
+    shown.push_back(see(stack, card, context, card.tones.front()));
+  }
 }
 
 /// What the network says of the stack's phases in slices that are cut across the LV.
@@ -117,10 +118,8 @@ PriorCycle seen_across(const Cine& stack, const AcrossLv& anew, const Model& mod
                        const std::vector<int>& phases, const StageContext& context) {
   const ModelCard& card = model.card();
   const Cine cut = cut_anew(stack, anew.grid);
-  std::vector<SeenSlices> shown;
-  for (const float each : tones_with(tone, card)) {
-    shown.push_back(see(cut, card, context.part(0, kSeen), each));
-  }
+  std::vector<SeenSlices> shown{see(cut, card, context.part(0, kSeen), tone)};
+  see_as_usual_too(cut, tone, card, context.part(kSeen, kSeen), shown);
   PriorCycle out{shown.front().grid, card.outputs, {}};
   out.phases.assign(phases.size(), no_heart(out.labels, out.grid.count()));
   Reader(shown, model).read(phases, anew.window, card.orientations, context.part(kSeen, 1), out);
@@ -180,9 +179,7 @@ FirstLook look_in_surest_tone(const Cine& stack, const Model& model, const Stage
 PriorCycle prior_of(const Cine& stack, FirstLook look, const Model& model,
                     const StageContext& context, std::size_t beside = 0) {
   const ModelCard& card = model.card();
-  if (look.tone != card.tones.front()) {
-    look.shown.push_back(see(stack, card, context.part(0, 0), card.tones.front()));
-  }
+  see_as_usual_too(stack, look.tone, card, context.part(0, 0), look.shown);
   Reader reader(look.shown, model, beside);
   PriorCycle out = std::move(look.told);
   const Window window = window_of_heart(out, card.multiple);

@@ -109,7 +109,8 @@ TEST(SliceTiming, UndoesToTheVoxelAndTells) {
   ASSERT_EQ(mended.decisions.size(), 1U);
   EXPECT_EQ(mended.decisions.front(),
             "Warning: 3 of 8 slices show the beat out of step with the others (most slice 7, whose "
-            "frames come 4 of 16 phases too late); their frames were moved round the beat.");
+            "frames come 4 of 16 phases too late); their frames were moved round the beat; "
+            "/import/align_slices off in a recipe leaves them.");
 
   AlignOptions off;
   off.slices = AlignOptions::Slices::Off;
