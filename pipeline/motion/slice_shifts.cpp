@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <limits>
 
 #include <Eigen/Dense>
 #include <opencv2/imgproc.hpp>
@@ -25,14 +27,36 @@ constexpr double kSmallestSizeMm = 0.3;  ///< what is less is not worth resampli
 constexpr double kBlockErrorPx = 0.02;   ///< of a block at best: interpolation
 constexpr double kBendErrorMm = 0.03;    ///< of a bend at best
 
-cv::Mat mean_slice(const ImageCycle<float>& images, int k) {
+cv::Mat frame_of(const ImageCycle<float>& images, std::size_t phase, int k) {
   const Grid& grid = images.grid;
-  cv::Mat mean = cv::Mat::zeros(grid.size[1], grid.size[0], CV_32F);
-  for (const std::vector<float>& phase : images.phases) {
-    mean += cv::Mat(grid.size[1], grid.size[0], CV_32F,
-                    const_cast<float*>(phase.data() + grid.offset(0, 0, k)));
-  }
+  return {grid.size[1], grid.size[0], CV_32F,
+          const_cast<float*>(images.phases[phase].data() + grid.offset(0, 0, k))};
+}
+
+cv::Mat mean_slice(const ImageCycle<float>& images, int k) {
+  cv::Mat mean = cv::Mat::zeros(images.grid.size[1], images.grid.size[0], CV_32F);
+  for (std::size_t p = 0; p < images.phases.size(); ++p) mean += frame_of(images, p, k);
   return mean / images.phase_count();
+}
+
+double variance_of(const cv::Mat& image) {
+  cv::Scalar mean;
+  cv::Scalar deviation;
+  cv::meanStdDev(image, mean, deviation);
+  return deviation[0] * deviation[0];
+}
+
+/// Whether most of what a slice's frames hold is common to them: of n frames of noise the mean has
+/// an n-th of their variance, of blank ones none. Nothing can be followed into such a slice.
+bool shows_something(const ImageCycle<float>& images, int k, const cv::Mat& mean) {
+  constexpr double kLeastCommon = 0.5;
+  const auto n = static_cast<double>(images.phases.size());
+  double each = 0;
+  for (std::size_t p = 0; p < images.phases.size(); ++p) {
+    each += variance_of(frame_of(images, p, k)) / n;
+  }
+  const double common = variance_of(mean);
+  return n > 1 ? n * common - each > kLeastCommon * (n - 1) * each : common > 0;
 }
 
 cv::Mat blurred(const cv::Mat& image, double sigma_mm, const Vec3& spacing) {
@@ -76,7 +100,7 @@ Bend shared_bend(const std::vector<PatchShift>& to_here, const std::vector<Patch
     };
     const Eigen::Matrix2d sum = covariance(to_here[b]) + covariance(from_here[b]) +
                                 kBlockErrorPx * kBlockErrorPx * Eigen::Matrix2d::Identity();
-    bends.push_back(from_here[b].shift_px - to_here[b].shift_px);
+    bends.emplace_back(from_here[b].shift_px - to_here[b].shift_px);
     weights.emplace_back(sum.inverse());
   }
   const auto median = [](std::vector<double> values) {
@@ -87,6 +111,7 @@ Bend shared_bend(const std::vector<PatchShift>& to_here, const std::vector<Patch
   Bend out;
   for (int axis = 0; axis < 2; ++axis) {
     std::vector<double> values;
+    values.reserve(bends.size());
     for (const Vec2& bend : bends) values.push_back(bend[axis]);
     out.value[axis] = median(std::move(values));
   }
@@ -114,7 +139,8 @@ Bend shared_bend(const std::vector<PatchShift>& to_here, const std::vector<Patch
   return out;
 }
 
-/// Likeliest shifts along one axis [mm] of bends with their variances, each N(0, size_mm^2).
+/// Likeliest shifts along one axis [mm] of bends with their variances, infinite where a bend is not
+/// known, each N(0, size_mm^2).
 Eigen::VectorXd shifts_of(const std::vector<double>& bend, const std::vector<double>& variance,
                           double size_mm) {
   const auto n = static_cast<Eigen::Index>(bend.size()) + 2;
@@ -207,9 +233,11 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
 
   std::vector<cv::Mat> means(slices);
   std::vector<cv::Mat> smooth(slices);
+  std::vector<std::uint8_t> shown(slices);
   parallel_for(slices, [&](std::size_t k) {
     means[k] = mean_slice(images, static_cast<int>(k));
     smooth[k] = blurred(means[k], kBlockBlurMm, spacing);
+    shown[k] = shows_something(images, static_cast<int>(k), means[k]) ? 1 : 0;
   });
   const std::vector<cv::Rect> blocks = blocks_of(means.front().size(), spacing);
   std::vector<std::vector<PatchShift>> steps(slices - 1);
@@ -225,7 +253,16 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
   std::array<std::vector<double>, 2> variances;
   double squares = 0;
   double feigned = 0;
+  int known = 0;
   for (std::size_t k = 0; k + 2 < slices; ++k) {
+    if (shown[k] == 0 || shown[k + 1] == 0 || shown[k + 2] == 0) {
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        bends[axis].push_back(0);
+        variances[axis].push_back(std::numeric_limits<double>::infinity());
+      }
+      continue;
+    }
+    ++known;
     const Bend bend = shared_bend(steps[k], steps[k + 1]);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const auto a = static_cast<int>(axis);
@@ -238,8 +275,9 @@ SliceShifts find_slice_shifts(const ImageCycle<float>& images) {
       feigned += variance;
     }
   }
+  if (known < kFewestSlices - 2) return out;
   // A bend of independent shifts has 1 + 4 + 1 times their variance.
-  const double of_bends = 12.0 * static_cast<double>(slices - 2);
+  const double of_bends = 12.0 * known;
   out.size_mm = std::sqrt(std::max(0.0, squares - feigned) / of_bends);
   out.error_mm = std::sqrt(feigned / of_bends);
   if (out.size_mm <= 0) return out;

@@ -25,8 +25,8 @@ struct SliceShifts {
 /// squares on the mean over the cycle), a slice's bend is the one that most blocks share, and the
 /// shifts are the likeliest ones with these bends: each of its own, of common size and of mean 0.
 /// A shift common to all slices and one that grows evenly from slice to slice cannot be seen, and
-/// are taken as none. Fewer than 5 slices, or slices
-/// under 100 mm wide: no shift.
+/// are taken as none. Slices that show nothing, blank
+/// or noise, bend nothing, and stay. Fewer than 5 slices, or slices under 100 mm wide: no shift.
 [[nodiscard]] SliceShifts find_slice_shifts(const ImageCycle<float>& images);
 
 /// The images, in their own memory, with every slice moved back by its shift: windowed sinc over

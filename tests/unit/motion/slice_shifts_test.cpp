@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -89,6 +90,39 @@ TEST(SliceShifts, DoNotDependOnTheNumberOfThreads) {
   for (std::size_t k = 0; k < one.shift_mm.size(); ++k) {
     EXPECT_EQ(one.shift_mm[k], three.shift_mm[k]);
   }
+}
+
+/// Fills a slice of all phases.
+template <class Value>
+void fill_slice(ImageCycle<float>& images, int k, Value value) {
+  const auto from = static_cast<std::ptrdiff_t>(images.grid.offset(0, 0, k));
+  const auto count = static_cast<std::ptrdiff_t>(images.grid.slice_count());
+  for (std::vector<float>& phase : images.phases) {
+    std::generate_n(phase.begin() + from, count, value);
+  }
+}
+
+TEST(SliceShifts, AreNotFeignedBySlicesThatShowNothing) {
+  const Case still = imaged(0);
+  const int last = still.images.grid.size[2] - 1;
+  ImageCycle<float> padded = still.images;
+  fill_slice(padded, 0, [] { return 0.0F; });
+  fill_slice(padded, last / 2, [] { return 100.0F; });
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(100, 40);
+  fill_slice(padded, last, [&] { return noise(random); });
+  const SliceShifts found = find_slice_shifts(padded);
+  EXPECT_FALSE(found.certain());
+  EXPECT_LT(found.size_mm, 0.1);
+}
+
+TEST(SliceShifts, AreFoundBesideASliceThatShowsNothing) {
+  Case shifted = imaged(2.0);
+  const auto middle = static_cast<std::size_t>(shifted.images.grid.size[2] / 2);
+  fill_slice(shifted.images, static_cast<int>(middle), [] { return 0.0F; });
+  const SliceShifts found = find_slice_shifts(shifted.images);
+  EXPECT_TRUE(found.certain());
+  EXPECT_EQ(found.shift_mm[middle], Vec2(0, 0));
 }
 
 TEST(SliceShifts, OfFewOrEmptySlicesAreNone) {
