@@ -156,6 +156,7 @@ std::vector<Finding> findings_of(const ReportInput& input, const std::vector<Pla
   }
   asked.surfaces = input.surface_figures;
   asked.slice_shifts_mm = input.exam->slice_shifts_mm;
+  asked.slice_lags = input.exam->slice_lags;
   asked.phases = input.exam->stack.phase_count();
   asked.rr_interval_s = input.exam->stack.rr_interval_s;
   return findings(asked, limits);

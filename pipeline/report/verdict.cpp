@@ -266,6 +266,26 @@ Finding of_shifts(const VerdictInput& input, const VerdictLimits& limits) {
           "outlines run on smoothly from slice to slice."};
 }
 
+Finding of_timing(const VerdictInput& input) {
+  const auto turned = [](int lag) { return lag != 0; };
+  const auto count = std::count_if(input.slice_lags.begin(), input.slice_lags.end(), turned);
+  int most = 0;
+  for (const int lag : input.slice_lags) most = std::max(most, std::abs(lag));
+  return {"slice_timing",
+          "Slices show the beat in step",
+          "Slices were imaged out of step",
+          check_if(count > 0),
+          count == 0
+              ? "no slice that is certainly late or early"
+              : text("%zu of %zu slices turned round the beat, by up to %d of %d phases",
+                     static_cast<std::size_t>(count), input.slice_lags.size(), most, input.phases),
+          "0 slices",
+          "Each slice is imaged in beats of its own, and its frames may begin at another moment. "
+          "Slices "
+          "are put in step by whole phases, by what their images tell alone: look whether all are "
+          "smallest in the same phase, for volumes that mix moments make the EF too small."};
+}
+
 Finding of_leaks(const VerdictInput& input) {
   std::string said = input.leaks.empty() ? "no alarm" : alarms_in_words(input.leaks);
   if (input.other_leaks > 0) {
@@ -418,7 +438,10 @@ std::vector<Finding> findings(const VerdictInput& input, const VerdictLimits& li
   if (!input.refused.empty()) out.push_back(of_package(input, limits));
   if (input.segmented) add_of_labels(input, limits, out);
   if (input.uncertain_percent) out.push_back(of_boundaries(input, limits));
-  if (input.of_study) out.push_back(of_shifts(input, limits));
+  if (input.of_study) {
+    out.push_back(of_timing(input));
+    out.push_back(of_shifts(input, limits));
+  }
   out.push_back(of_beat(input, limits));
   add_of_making(input, limits, out);
   return out;

@@ -82,6 +82,7 @@ struct VerdictInput {
   std::vector<std::string> warnings;  ///< of the segmentation, without those of leaks
   std::vector<std::string> remarks;   ///< of the stages behind it, each after the stage's name
   std::vector<Vec2> slice_shifts_mm;
+  std::vector<int> slice_lags;              ///< see Exam
   std::optional<double> uncertain_percent;  ///< of the worst structure, see places.h
   std::string uncertain_structure;
   int phases = 0;

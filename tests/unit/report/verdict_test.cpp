@@ -292,6 +292,7 @@ TEST(Verdict, AsksToCheckWhatIsDoubtful) {
   doubtful("surfaces", [](VerdictInput& v) { v.surfaces[0].crossing_percent = 1.1; });
   doubtful("boundaries", [](VerdictInput& v) { v.uncertain_percent = 10.1; });
   doubtful("slice_shifts", [](VerdictInput& v) { v.slice_shifts_mm = {{0, 1}, {3.1, 4}}; });
+  doubtful("slice_timing", [](VerdictInput& v) { v.slice_lags = {0, 0, -2, 1}; });
   doubtful("beat", [](VerdictInput& v) { v.rr_interval_s = 0.3; });
   doubtful("beat", [](VerdictInput& v) { v.phases = 7; });
   doubtful("checks", [](VerdictInput& v) { v.failed_checks = {"rv_blood: stray"}; });
