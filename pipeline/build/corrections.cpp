@@ -269,7 +269,7 @@ Segmentation segment_with(const Exam& exam, const Corrections& corrections,
   }
   const bool all =
       corrections.known.phases.size() == static_cast<std::size_t>(exam.stack.phase_count());
-  if (all && !corrections.seeds.empty()) {
+  if (all && !corrections.seeds.empty() && !segment::has_unknown(corrections.known)) {
     context.warn("the seeds are not used: the labels given are of every phase");
   }
   return segment::segment_with_labels(exam, corrections.known, corrections.seeds, options, context,

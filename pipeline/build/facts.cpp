@@ -12,6 +12,7 @@ void take_exam(const Exam& exam, Facts& facts) {
   facts.source = exam.stack.grid();
   facts.rr_interval_s = exam.stack.rr_interval_s;
   facts.frame_times_s = exam.stack.frame_times_s;
+  facts.phases = exam.stack.phase_count();
 }
 
 void take_segmentation(const Segmentation& found, Facts& facts) {

@@ -30,7 +30,8 @@ struct Facts {
   std::vector<std::string> warnings;
   Grid source;  ///< of the stack
   double rr_interval_s = 0;
-  std::vector<double> frame_times_s;
+  std::vector<double> frame_times_s;  ///< of the source's frames, which may be more or fewer
+  int phases = 0;                     ///< of the stack
   int end_diastole = 0;
   int end_systole = 0;
   std::vector<report::VolumeCurve> volumes;       ///< of the segmentation, in order of structure

@@ -32,7 +32,7 @@ std::vector<Structure> IncrementalBuild::needed(const Scene& scene) {
   const std::vector<int>& named = orders_.labels->phases;
   if (named.empty()) return structures_needed(scene, true);
   if (!exam_noted_) (void)exam();
-  return structures_needed(scene, named.size() == facts_.frame_times_s.size());
+  return structures_needed(scene, static_cast<int>(named.size()) == facts_.phases);
 }
 
 Scene IncrementalBuild::told_scene() const {
