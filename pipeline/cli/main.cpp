@@ -53,6 +53,25 @@ std::string meant_option(const CLI::App& app, int argc, char** argv) {
   return "";
 }
 
+/// Says that a word which stands where a command should, of the program or of a command that has
+/// its own, is none; empty if there is no such word. The parser would only say that one is missing.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App& within = chosen.empty() ? app : *chosen.front();
+  std::set<std::string> names;
+  for (const CLI::App* command : within.get_subcommands({})) names.insert(command->get_name());
+  // What the command is about comes before its own commands.
+  std::ptrdiff_t at = chosen.empty() ? 1 : 2;
+  for (const CLI::Option* option : within.get_options()) at += option->get_positional() ? 1 : 0;
+  if (names.empty() || !within.get_subcommands().empty() || at >= argc || argv[at][0] == '-') {
+    return "";
+  }
+  const std::string word = argv[at];
+  const std::string meant = beatlas::nearest_name(word, names);
+  return "there is no command '" + (chosen.empty() ? "" : within.get_name() + " ") + word + "'" +
+         (meant.empty() ? "" : "; did you mean " + meant + "?");
+}
+
 /// Images of megabytes come and go by the thousand. Handed back to the system and taken anew each
 /// time, their pages would cost a tenth of all time.
 void keep_freed_memory() {
@@ -93,17 +112,9 @@ int run_command(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // help and version
-    std::string told = error.what();
-    // The parser only says that more was there; the word itself tells what was mistyped.
-    if (argc > 1 && app.get_subcommands().empty() && argv[1][0] != '-') {
-      told = "there is no command '" + std::string(argv[1]) + "'";
-      std::set<std::string> names;
-      for (const CLI::App* command : app.get_subcommands({})) names.insert(command->get_name());
-      const std::string meant = beatlas::nearest_name(argv[1], names);
-      if (!meant.empty()) told += "; did you mean " + meant + "?";
-    } else {
-      told += meant_option(app, argc, argv);
-    }
+    const std::string unknown = unknown_command(app, argc, argv);
+    const std::string told =
+        unknown.empty() ? error.what() + meant_option(app, argc, argv) : unknown;
     const std::string command =
         app.get_subcommands().empty() ? "" : " " + app.get_subcommands().front()->get_name();
     return fail((told + "; see: beatlas" + command + " --help").c_str(), beatlas::ErrorCode::Usage);

@@ -138,6 +138,11 @@ Study Study::open(const fs::path& folder) {
   if (failure == std::errc::permission_denied) {
     throw Error(ErrorCode::Machine, index.string() + " cannot be read: no permission");
   }
+  if (!there && fs::is_regular_file(folder, failure)) {
+    throw_invalid(folder.string() +
+                  " is a file, and no study's folder; name the folder that 'beatlas import' or "
+                  "'beatlas build' left with --study");
+  }
   if (!there) {
     throw_invalid("there is no study in " + folder.string() +
                   "; start one with: beatlas import SOURCE... --study " +
