@@ -405,12 +405,13 @@ void IncrementalBuild::registration() {
 }
 
 void IncrementalBuild::keep_heart_images() {
-  // The field's lattice ends some samples beyond outer_mm.
-  const Recipe& recipe = orders_.recipe;
-  const double margin_mm =
-      recipe.field.outer_mm + 8 * recipe.field.voxel_mm + 2 * recipe.registration.shape_mm;
+  const field::FieldOptions& options = orders_.recipe.field;
   for (const ShapeCycle& shape : *shapes_) {
     if (shape.structure != Structure::Heart) continue;
+    // The field's lattice ends some samples beyond outer_mm.
+    const double lattice_mm = shape.level.grid.spacing_mm().x();
+    const double margin_mm =
+        options.outer_mm + 8 * field::voxel_edge_mm(lattice_mm, options) + 2 * lattice_mm;
     heart_images_ = cut_images(
         exam_->stack.images, tissue::noise_level(exam_->stack.images),
         box_around(exam_->stack.grid(), *facts_.workspace_from_lps, shape.level.grid, margin_mm));

@@ -87,7 +87,7 @@ void add_surfaces(const Scene& scene, const Recipe& recipe, const Facts& facts,
                   const MadeOfExam& made, const std::vector<SurfaceCycle>& used,
                   pack::PackageContent& content, const StageContext& context) {
   if (used.empty()) return;
-  const double made_mm = recipe.mesh.edge_mm;
+  const double made_mm = mesh::triangle_edge_mm(made.fields.front().voxel_mm, recipe.mesh);
   content.manifest.surface_edges_mm = surface_edges_mm(scene, made_mm);
   const std::vector<double>& edges_mm = content.manifest.surface_edges_mm;
   const std::optional<mesh::MapFrame> frame =

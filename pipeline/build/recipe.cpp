@@ -1,6 +1,7 @@
 #include "pipeline/build/recipe.h"
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "pipeline/study/files.h"
@@ -70,16 +71,16 @@ void visit_options(AnyRecipe& recipe, Visit& visit) {
   visit.option("leak_still_mm2", recipe.segment.leak.still_mm2, 10.0, 10000.0);
   visit.option("leak_edgeless_mm2", recipe.segment.leak.edgeless_mm2, 10.0, 10000.0);
   visit.section("register");
-  visit.option("shape_mm", recipe.registration.shape_mm, 0.3, 3.0);
+  visit.choosable("shape_mm", recipe.registration.shape_mm, 0.3, 3.0);
   visit.option("margin_mm", recipe.registration.margin_mm, 4.0, 40.0);
   visit.section("field");
-  visit.option("voxel_mm", recipe.field.voxel_mm, 0.5, 4.0);
+  visit.choosable("voxel_mm", recipe.field.voxel_mm, 0.5, 4.0);
   visit.option("inner_mm", recipe.field.inner_mm, 3.0, 40.0);
   visit.option("outer_mm", recipe.field.outer_mm, 3.0, 40.0);
   visit.choice("flicker", recipe.field.flicker, kFlicker);
   visit.choice("handles", recipe.field.handles, kHandles);
   visit.section("mesh");
-  visit.option("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
+  visit.choosable("edge_mm", recipe.mesh.edge_mm, 0.5, 10.0);
   visit.option("reference_phase", recipe.mesh.reference_phase, -1, study::kLastPhase);
   visit.section("pack");
   visit.option("step_mm", recipe.pack.step_mm, 0.0005, 0.1);
@@ -125,6 +126,15 @@ class Reader {
   template <class T, class Bound>
   void option(const std::string& key, T& value, Bound low, Bound high) {
     section_->read(key, value, low, high);
+  }
+  /// One that may be null: the stage chooses.
+  void choosable(const std::string& key, std::optional<double>& value, double low, double high) {
+    if (!section_->has(key)) return;
+    if (section_->at(key).is_null()) {
+      value.reset();
+      return;
+    }
+    section_->read(key, value.emplace(), low, high);
   }
   void flag(const std::string& key, bool& value) { section_->read(key, value); }
   void text(const std::string& key, std::string& value) { section_->read(key, value); }
@@ -188,6 +198,9 @@ class Writer {
   void option(const std::string& key, const T& value, Bound, Bound) {
     out_[section_][key] = value;
   }
+  void choosable(const std::string& key, const std::optional<double>& value, double, double) {
+    out_[section_][key] = json_of(value);
+  }
   void flag(const std::string& key, bool value) { out_[section_][key] = value; }
   void text(const std::string& key, const std::string& value) { out_[section_][key] = value; }
   template <class T, std::size_t N>
@@ -208,11 +221,13 @@ class Writer {
   [[nodiscard]] json take() { return std::move(out_); }
 
  private:
+  static json json_of(const std::optional<double>& value) {
+    return value ? json(*value) : json(nullptr);
+  }
   static json limits_to_json(const assess::Limits& limits) {
     json out = json::object();
     for (const assess::LimitName& limit : assess::kLimitNames) {
-      const std::optional<double>& value = limits.*limit.member;
-      out[limit.name] = value ? json(*value) : json(nullptr);
+      out[limit.name] = json_of(limits.*limit.member);
     }
     return out;
   }

@@ -23,7 +23,7 @@ struct Scene {
 inline constexpr double kCoarseEdgeMm = 4;
 
 /// Those of the scene, or where it names none those of its content.
-/// @param made_mm MeshOptions::edge_mm of the mesh stage
+/// @param made_mm mesh::triangle_edge_mm of the mesh stage
 [[nodiscard]] std::vector<double> surface_edges_mm(const Scene& scene, double made_mm);
 
 /// The structures without which a study is not what the scene is for: those that the scene names;

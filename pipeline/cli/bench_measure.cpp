@@ -213,7 +213,7 @@ void BenchRunner::measure_surface(BenchRow& row, StageContext& context) {
     fields.push_back(*field(settings, sweep, structure, context).value);
   }
   const mesh::MeshOptions made = recipe_of_settings(settings).mesh;
-  double edge_mm = made.edge_mm;
+  double edge_mm = mesh::triangle_edge_mm(fields.front().voxel_mm, made);
   if (settings.at("level") != defaults_.at("level")) {
     edge_mm = settings.at("level").at("edge_mm").get<double>();
     const auto level = timed(

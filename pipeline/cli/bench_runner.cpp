@@ -89,7 +89,13 @@ BenchRunner::BenchRunner(phantom::PhantomSpec spec, json defaults, int repeats, 
       work_(std::move(work)) {}
 
 json BenchRunner::default_settings(const phantom::PhantomSpec& spec) {
-  json out = build::recipe_to_json(build::Recipe{});
+  // What the stages choose for such slices is said in numbers, which the runs vary.
+  build::Recipe recipe;
+  recipe.registration.shape_mm =
+      shape::lattice_edge_mm(spec.grid.spacing_mm().z(), {}, recipe.registration);
+  recipe.field.voxel_mm = field::voxel_edge_mm(*recipe.registration.shape_mm, recipe.field);
+  recipe.mesh.edge_mm = mesh::triangle_edge_mm(*recipe.field.voxel_mm, recipe.mesh);
+  json out = build::recipe_to_json(recipe);
   out["phantom"] = {{"matrix", 1.0}, {"phases", spec.phases}};
   out["level"] = {{"edge_mm", out.at("mesh").at("edge_mm")}};
   out["query"] = {{"space", "cubic"}, {"time", "cubic"}};
@@ -167,9 +173,9 @@ Timed<BenchRunner::Shapes> BenchRunner::shapes(const json& settings, Sweep sweep
     out.workspace_from_lps =
         shape::workspace_from_lps(grid, coverage_of_truth(*images.value->truth));
     for (const Structure structure : kBenchStructures) {
-      out.cycles[structure] =
-          assess::exact_shape(*images.value->phantom, structure, out.workspace_from_lps,
-                              options.shape_mm, options.margin_mm, context);
+      out.cycles[structure] = assess::exact_shape(
+          *images.value->phantom, structure, out.workspace_from_lps,
+          shape::lattice_edge_mm(grid.spacing_mm().z(), {}, options), options.margin_mm, context);
     }
     return out;
   });

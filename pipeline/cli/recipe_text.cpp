@@ -34,7 +34,7 @@ std::string range_of(const json& rule) {
   }
   if (rule.contains("items")) return "a list of " + range_of(rule.at("items"));
   if (rule.contains("minimum")) {
-    const std::string none = rule.at("type").is_array() ? ", or null: none" : "";
+    const std::string none = rule.at("type").is_array() ? ", or null" : "";
     return rule.at("minimum").dump() + " to " + rule.at("maximum").dump() + none;
   }
   return rule.at("type") == "boolean" ? "true or false" : "";

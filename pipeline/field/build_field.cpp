@@ -33,12 +33,12 @@ void check_range(const char* name, double value, double low, double high) {
   }
 }
 
-void check(const FieldOptions& options) {
-  check_range("voxel_mm", options.voxel_mm, 0.5, 4);
+void check(const FieldOptions& options, double voxel_mm) {
+  check_range("voxel_mm", voxel_mm, 0.5, 4);
   check_range("inner_mm", options.inner_mm, 3, 40);
   check_range("outer_mm", options.outer_mm, 3, 40);
   // Interpolation near the surface must not see clamped samples.
-  if (std::min(options.inner_mm, options.outer_mm) < 2 * options.voxel_mm) {
+  if (std::min(options.inner_mm, options.outer_mm) < 2 * voxel_mm) {
     throw Error(ErrorCode::Usage,
                 "inner_mm and outer_mm must be at least two voxels of voxel_mm; widen the band or "
                 "choose smaller voxels");
@@ -83,7 +83,7 @@ bool touches_border(const Grid& grid, const std::vector<float>& level) {
   return false;
 }
 
-Grid lattice_around(const std::vector<TriangleSoup>& surfaces, const FieldOptions& options) {
+Grid lattice_around(const std::vector<TriangleSoup>& surfaces, double outer_mm, double voxel_mm) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = -low;
   for (const TriangleSoup& surface : surfaces) {
@@ -92,15 +92,14 @@ Grid lattice_around(const std::vector<TriangleSoup>& surfaces, const FieldOption
       high = high.cwiseMax(p);
     }
   }
-  const double voxel = options.voxel_mm;
-  const Vec3 first = ((low.array() - options.outer_mm) / voxel).floor();
-  const Vec3 last = ((high.array() + options.outer_mm) / voxel).ceil();
+  const Vec3 first = ((low.array() - outer_mm) / voxel_mm).floor();
+  const Vec3 last = ((high.array() + outer_mm) / voxel_mm).ceil();
   Grid grid;
   for (int axis = 0; axis < 3; ++axis) {
     grid.size[static_cast<std::size_t>(axis)] = static_cast<int>(last[axis] - first[axis]) + 1;
   }
-  grid.mm_from_index.linear() = voxel * Eigen::Matrix3d::Identity();
-  grid.mm_from_index.translation() = voxel * first;
+  grid.mm_from_index.linear() = voxel_mm * Eigen::Matrix3d::Identity();
+  grid.mm_from_index.translation() = voxel_mm * first;
   return grid;
 }
 
@@ -271,10 +270,18 @@ class PhaseSampler {
 
 }  // namespace
 
+double voxel_edge_mm(double lattice_mm, const FieldOptions& options) {
+  constexpr double kOfLattice = 1.5;
+  constexpr double kFinestMm = 1.5;
+  constexpr double kCoarsestMm = 4;
+  return options.voxel_mm.value_or(std::clamp(kOfLattice * lattice_mm, kFinestMm, kCoarsestMm));
+}
+
 FieldCycle build_field(const ShapeCycle& shape, const FieldOptions& options,
                        StageContext& context) {
-  check(options);
   check(shape);
+  const double voxel_mm = voxel_edge_mm(shape.level.grid.spacing_mm().x(), options);
+  check(options, voxel_mm);
   const std::size_t phases = shape.level.phases.size();
   const Grid& level_grid = shape.level.grid;
 
@@ -294,10 +301,10 @@ FieldCycle build_field(const ShapeCycle& shape, const FieldOptions& options,
 
   FieldCycle out;
   out.structure = shape.structure;
-  out.voxel_mm = options.voxel_mm;
+  out.voxel_mm = voxel_mm;
   out.inner_mm = options.inner_mm;
   out.outer_mm = options.outer_mm;
-  out.distance_mm.grid = lattice_around(surfaces, options);
+  out.distance_mm.grid = lattice_around(surfaces, options.outer_mm, voxel_mm);
   out.distance_mm.phases.resize(phases);
   out.volume_ml.resize(phases);
   parallel_for(phases, context.part(0.1, 0.7), "distance in phase", [&](std::size_t p) {

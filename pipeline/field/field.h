@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 
 #include "pipeline/core/shapes.h"
 #include "pipeline/core/stage_context.h"
@@ -17,9 +18,8 @@ enum class Handles { Close, Keep };
 
 /// The defaults are from the front of `beatlas bench` on the phantom small, whole scene palpation.
 struct FieldOptions {
-  /// [mm] 0.5..4. At 1.5 the normal's 95th percentile is 1.5 degrees and a package 2.1 MB; at 1 it
-  /// is 0.9 degrees for 5.6 MB, at 2 2.2 degrees for 1.1 MB. Mean distance and force hardly change.
-  double voxel_mm = 1.5;
+  /// [mm] 0.5..4; none: see voxel_edge_mm.
+  std::optional<double> voxel_mm = {};
   /// [mm] 3..40: depth inside to which distances are kept. A finger that goes deeper than it feels
   /// a wrong force (at 6 mm the mean error is 60 % more); 15 costs 5 % of the package over 10.
   double inner_mm = 15;
@@ -29,6 +29,12 @@ struct FieldOptions {
   Flicker flicker = Flicker::Remove;
   Handles handles = Handles::Close;
 };
+
+/// [mm] Edge of the samples of a field from shapes on such a lattice: that of the options or, where
+/// they name none, 1.5 of the lattice's, from 1.5 to 4. At 1.5 the normal's 95th percentile is 1.5
+/// degrees and a package 2.1 MB; at 1 it is 0.9 degrees for 5.6 MB, at 2 2.2 degrees for 1.1 MB.
+/// Mean distance and force hardly change.
+[[nodiscard]] double voxel_edge_mm(double lattice_mm, const FieldOptions& options);
 
 /// Narrow-band signed distance to the zero surface of a level function: OpenVDB's contour of the
 /// level, made exact to the samples' cubic interpolant, and the exact distance to its triangles.

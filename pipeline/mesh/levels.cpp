@@ -34,6 +34,7 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& fiel
                              const MeshOptions& options, StageContext& context) {
   check(surface, field);
   check_options(field, options);
+  const double edge_mm = triangle_edge_mm(field.voxel_mm, options);
   const std::size_t phases = surface.positions.size();
   std::vector<field::Interpolant> zero;
   zero.reserve(phases);
@@ -43,13 +44,13 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& fiel
 
   const auto reference = static_cast<std::size_t>(std::max(0, options.reference_phase));
   const TriangleMesh from{as_double(surface.positions[reference]), surface.triangles};
-  const TriangleMesh mesh = remeshed(from, options.edge_mm);
+  const TriangleMesh mesh = remeshed(from, edge_mm);
   constexpr std::size_t kFewestTriangles = 32;
   const Topology after = inspect(mesh.points.size(), mesh.triangles);
   if (!after.closed_manifold || mesh.triangles.size() < kFewestTriangles ||
       after.euler_number != inspect(from.points.size(), from.triangles).euler_number) {
     char text[64];
-    std::snprintf(text, sizeof text, "%g", options.edge_mm);
+    std::snprintf(text, sizeof text, "%g", edge_mm);
     throw Error(ErrorCode::Quality, "the surface of " +
                                         std::string(structure_name(field.structure)) +
                                         " is too small for triangles of " + text + " mm");
@@ -68,7 +69,7 @@ SurfaceCycle level_of_detail(const SurfaceCycle& surface, const FieldCycle& fiel
     }
   });
   context.progress(0.2, "fit to all phases");
-  CycleFit fit(mesh.triangles, zero, options.edge_mm);
+  CycleFit fit(mesh.triangles, zero, edge_mm);
   fit.settle(cycle);
   context.progress(0.8, "thin triangles and crossings");
   if (const int left = fit.mend(cycle); left > 0) {

@@ -93,8 +93,7 @@ void check(const FieldCycle& field, const MeshOptions& options) {
 }
 
 TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& surface,
-                            std::size_t phase, const MeshOptions& options,
-                            const StageContext& context) {
+                            std::size_t phase, double edge_mm, const StageContext& context) {
   field::TriangleSoup soup = field::extract_surface(field, static_cast<int>(phase));
   TriangleMesh raw{std::move(soup.points), std::move(soup.triangles)};
   const auto fail = [&](const std::string& why) {
@@ -109,12 +108,12 @@ TriangleMesh reference_mesh(const FieldCycle& field, const field::Interpolant& s
                  " ml in the others are left out");
   }
   const int euler_before = inspect(kept.mesh.points.size(), kept.mesh.triangles).euler_number;
-  TriangleMesh mesh = remeshed(kept.mesh, options.edge_mm);
+  TriangleMesh mesh = remeshed(kept.mesh, edge_mm);
   constexpr std::size_t kFewestTriangles = 32;
   const Topology after = inspect(mesh.points.size(), mesh.triangles);
   if (!after.closed_manifold || after.euler_number != euler_before ||
       mesh.triangles.size() < kFewestTriangles) {
-    fail("is too small for triangles of " + fixed(options.edge_mm, 2) +
+    fail("is too small for triangles of " + fixed(edge_mm, 2) +
          " mm and does not stay a closed manifold; choose a smaller edge_mm");
   }
   if (after.euler_number != 2) {
@@ -233,10 +232,10 @@ struct Begun {
 };
 
 Begun begun(const FieldCycle& field, const std::vector<field::Interpolant>& surface,
-            std::size_t reference, const MeshOptions& options, const StageContext& context) {
+            std::size_t reference, double edge_mm, const StageContext& context) {
   context.progress(0, "triangles");
-  const TriangleMesh mesh = reference_mesh(field, surface[reference], reference, options, context);
-  Begun out{CycleFit(mesh.triangles, surface, options.edge_mm),
+  const TriangleMesh mesh = reference_mesh(field, surface[reference], reference, edge_mm, context);
+  Begun out{CycleFit(mesh.triangles, surface, edge_mm),
             carried(mesh, field, reference, context.part(0.2, 0.8))};
   context.progress(0.8, "fit to all phases");
   out.fit.leave_slits(out.cycle);
@@ -333,16 +332,16 @@ std::vector<std::size_t> reference_phases(const FieldCycle& field) {
 /// asked for does, in a tenth of the time. None if the phase cannot be meshed so.
 std::optional<double> flawed_at_a_glance(const FieldCycle& field,
                                          const std::vector<field::Interpolant>& surface,
-                                         std::size_t reference, MeshOptions options,
+                                         std::size_t reference, double edge_mm,
                                          const StageContext& context) {
   constexpr double kCoarserBy = 2;
-  options.edge_mm *= kCoarserBy;
+  edge_mm *= kCoarserBy;
   StageContext glance = context;
   glance.warn_sink = [](std::string_view) {};
   try {
-    const Begun seen = begun(field, surface, reference, options, glance);
+    const Begun seen = begun(field, surface, reference, edge_mm, glance);
     const std::vector<double> missed =
-        missed_shares(field, seen.cycle, seen.fit.triangles(), options.edge_mm);
+        missed_shares(field, seen.cycle, seen.fit.triangles(), edge_mm);
     return seen.flawed_share + kLostWeighs * std::accumulate(missed.begin(), missed.end(), 0.0) /
                                    static_cast<double>(missed.size());
   } catch (const Error& error) {
@@ -355,12 +354,12 @@ std::optional<double> flawed_at_a_glance(const FieldCycle& field,
 /// likeliest does not look hopeful at a glance, the least flawed first.
 std::vector<std::size_t> phases_to_try(const FieldCycle& field,
                                        const std::vector<field::Interpolant>& surface,
-                                       const MeshOptions& options, const StageContext& context) {
+                                       double edge_mm, const StageContext& context) {
   std::vector<std::size_t> out = reference_phases(field);
   std::vector<double> flawed(field.distance_mm.phases.size(), 0);
   for (const std::size_t phase : out) {
     context.check_cancelled();
-    const auto seen = flawed_at_a_glance(field, surface, phase, options, context.part(0, 0));
+    const auto seen = flawed_at_a_glance(field, surface, phase, edge_mm, context.part(0, 0));
     flawed[phase] = seen.value_or(std::numeric_limits<double>::infinity());
     if (phase == out.front() && (!seen || *seen <= kHopefulShare)) return out;
   }
@@ -372,9 +371,9 @@ std::vector<std::size_t> phases_to_try(const FieldCycle& field,
 /// From the likeliest phase or, where triangles do not come through the cycle from there, the best
 /// of some others.
 Fitted best_fitted(const FieldCycle& field, const std::vector<field::Interpolant>& surface,
-                   const MeshOptions& options, const StageContext& context) {
+                   double edge_mm, const StageContext& context) {
   const std::vector<std::size_t> from =
-      phases_to_try(field, surface, options, context.part(0, 0.1));
+      phases_to_try(field, surface, edge_mm, context.part(0, 0.1));
   const double each = 0.9 / static_cast<double>(from.size());
   std::optional<Fitted> best;
   for (std::size_t n = 0; n < from.size() && !(best && best->is_sound()); ++n) {
@@ -382,8 +381,8 @@ Fitted best_fitted(const FieldCycle& field, const std::vector<field::Interpolant
     StageContext part = context.part(at, at + each);
     if (best) part.warn_sink = [](std::string_view) {};
     try {
-      Begun start = begun(field, surface, from[n], options, part.part(0, 0.5));
-      Fitted made = fitted(field, std::move(start), surface, options.edge_mm, part.part(0.5, 1));
+      Begun start = begun(field, surface, from[n], edge_mm, part.part(0, 0.5));
+      Fitted made = fitted(field, std::move(start), surface, edge_mm, part.part(0.5, 1));
       if (!best || made.is_better_than(*best)) best = std::move(made);
     } catch (const Error& error) {
       const bool last = n + 1 == from.size();
@@ -395,8 +394,16 @@ Fitted best_fitted(const FieldCycle& field, const std::vector<field::Interpolant
 
 }  // namespace
 
+double triangle_edge_mm(double voxel_mm, const MeshOptions& options) {
+  constexpr double kOfVoxel = 10.0 / 9;
+  constexpr double kFinestMm = 2;
+  constexpr double kCoarsestMm = 10;
+  return options.edge_mm.value_or(std::clamp(kOfVoxel * voxel_mm, kFinestMm, kCoarsestMm));
+}
+
 void check_options(const FieldCycle& field, const MeshOptions& options) {
-  if (!(options.edge_mm >= 0.5 && options.edge_mm <= 10)) {
+  const double edge_mm = triangle_edge_mm(field.voxel_mm, options);
+  if (!(edge_mm >= 0.5 && edge_mm <= 10)) {
     throw Error(ErrorCode::Usage, "edge_mm must lie between 0.5 and 10 mm");
   }
   const std::vector<std::vector<float>>& phases = field.distance_mm.phases;
@@ -411,6 +418,7 @@ void check_options(const FieldCycle& field, const MeshOptions& options) {
 SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
                         StageContext& context) {
   check(field, options);
+  const double edge_mm = triangle_edge_mm(field.voxel_mm, options);
   const std::size_t phases = field.distance_mm.phases.size();
   std::vector<field::Interpolant> surface;
   surface.reserve(phases);
@@ -420,11 +428,11 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
 
   const Fitted made =
       options.reference_phase < 0
-          ? best_fitted(field, surface, options, context)
+          ? best_fitted(field, surface, edge_mm, context)
           : fitted(field,
-                   begun(field, surface, static_cast<std::size_t>(options.reference_phase), options,
+                   begun(field, surface, static_cast<std::size_t>(options.reference_phase), edge_mm,
                          context.part(0, 0.5)),
-                   surface, options.edge_mm, context.part(0.5, 1));
+                   surface, edge_mm, context.part(0.5, 1));
   if (made.crossings > 0) {
     context.warn("the mesh of " + name_of(field) + " passes through itself at " +
                  counted(made.crossings, "pair") + " of triangles, all phases together");
@@ -456,8 +464,7 @@ SurfaceCycle mesh_cycle(const FieldCycle& field, const MeshOptions& options,
                  ": its labels there do not hang together as in other phases; look for thin places "
                  "and pieces apart");
   }
-  const std::vector<double> missed_of =
-      missed_shares(field, made.cycle, made.triangles, options.edge_mm);
+  const std::vector<double> missed_of = missed_shares(field, made.cycle, made.triangles, edge_mm);
   const auto missed = std::max_element(missed_of.begin(), missed_of.end());
   if (*missed > kToldMissed) {
     context.warn("the mesh of " + name_of(field) + " misses " + fixed(100 * *missed, 0) +

@@ -10,6 +10,7 @@
 #include "pipeline/shape/shape_level.h"
 #include "pipeline/shape/shared_places.h"
 #include "pipeline/shape/slice_distance.h"
+#include "pipeline/shape/wall_thickness.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::shape {
@@ -17,7 +18,7 @@ namespace {
 
 /// Lattice that holds every voxel with coverage, with a margin, aligned to multiples of the step.
 Grid lattice_around(const Grid& source, const std::vector<Phase>& phases,
-                    const Affine& workspace_from_lps, const RegisterOptions& options) {
+                    const Affine& workspace_from_lps, double step, double margin_mm) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::max());
   Vec3 high = -low;
   const Affine workspace_from_index = workspace_from_lps * source.mm_from_index;
@@ -37,11 +38,10 @@ Grid lattice_around(const Grid& source, const std::vector<Phase>& phases,
     }
   }
   Grid lattice;
-  const double step = options.shape_mm;
   Vec3 origin;
   for (int a = 0; a < 3; ++a) {
-    const double first = std::floor((low[a] - options.margin_mm) / step);
-    const double last = std::ceil((high[a] + options.margin_mm) / step);
+    const double first = std::floor((low[a] - margin_mm) / step);
+    const double last = std::ceil((high[a] + margin_mm) / step);
     origin[a] = first * step;
     lattice.size[static_cast<std::size_t>(a)] = static_cast<int>(last - first) + 1;
   }
@@ -50,6 +50,19 @@ Grid lattice_around(const Grid& source, const std::vector<Phase>& phases,
 }
 
 }  // namespace
+
+double lattice_edge_mm(double slice_distance_mm, std::optional<double> wall_mm,
+                       const RegisterOptions& options) {
+  constexpr double kFinestMm = 1;
+  constexpr double kCoarsestMm = 1.5;
+  constexpr double kOfSliceDistance = 1.0 / 6;
+  constexpr double kOfWall = 2.0 / 9;
+  constexpr double kPerMm = 20;  // What rounding does to a distance must not show in a lattice.
+  const double told_mm =
+      std::min(kOfSliceDistance * slice_distance_mm, wall_mm ? kOfWall * *wall_mm : kCoarsestMm);
+  return options.shape_mm.value_or(
+      std::clamp(std::round(told_mm * kPerMm) / kPerMm, kFinestMm, kCoarsestMm));
+}
 
 Affine workspace_from_lps(const Grid& source, const CoverageCycle& coverage) {
   const Vec3 spacing = source.spacing_mm();
@@ -102,11 +115,12 @@ std::vector<Phase> filled_lvs(const CoverageCycle& coverage) {
 
 /// What all structures of a stack share.
 struct StackSlices {
-  double gap_mm = 0;    ///< from slice to slice
-  bool thick = false;   ///< too far apart for coverage to show where the surface runs between them
-  int last_k = 0;       ///< of the whole stack
-  int to_apex = 0;      ///< step of the slice index; 0: unknown, or not asked
-  SectionPath lv_path;  ///< of the LV's cavity and wall together; empty: there are not both
+  double gap_mm = 0;   ///< from slice to slice
+  bool thick = false;  ///< too far apart for coverage to show where the surface runs between them
+  int last_k = 0;      ///< of the whole stack
+  int to_apex = 0;     ///< step of the slice index; 0: unknown, or not asked
+  double lattice_mm = 0;  ///< edge of the lattice of the shapes
+  SectionPath lv_path;    ///< of the LV's cavity and wall together; empty: there are not both
 };
 
 /// Makes levels of one structure's coverage on the lattice of its shape.
@@ -219,7 +233,7 @@ void check_covered(Structure structure, const std::vector<Phase>& phases) {
 /// @param segmentation whose coverage is let go of, phase by phase, where nothing else needs it
 ShapeCycle shape_of_structure(Structure structure, Segmentation& segmentation,
                               const StackSlices& stack, const Affine& workspace_from_lps,
-                              const RegisterOptions& options, const StageContext& context) {
+                              double margin_mm, const StageContext& context) {
   CoverageCycle& coverage = segmentation.coverage;
   std::vector<Phase>& phases = coverage.phases.at(structure);
   // A wall is the space between two filled shapes: their contours interpolate, an annulus
@@ -234,7 +248,8 @@ ShapeCycle shape_of_structure(Structure structure, Segmentation& segmentation,
   const bool done_with = with_cavity || (!wall && structure != Structure::LvBlood);
   ShapeCycle shape;
   shape.structure = structure;
-  shape.level.grid = lattice_around(coverage.grid, filled, workspace_from_lps, options);
+  shape.level.grid =
+      lattice_around(coverage.grid, filled, workspace_from_lps, stack.lattice_mm, margin_mm);
   shape.level.phases.resize(filled.size());
   const LevelMaker maker(segmentation, stack, structure, filled, shape.level.grid,
                          workspace_from_lps);
@@ -263,6 +278,7 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
   StackSlices stack;
   stack.gap_mm = coverage.grid.spacing_mm()[2];
   stack.thick = are_thick_slices(stack.gap_mm);
+  stack.lattice_mm = lattice_edge_mm(stack.gap_mm, wall_thickness_mm(coverage), options);
   stack.last_k = segmentation.labels.grid.size[2] - 1;
   stack.to_apex = stack.thick ? step_to_apex(segmentation, segmentation.axis) : 0;
   segmentation.labels.phases = {};
@@ -276,8 +292,8 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
     const auto each = 1.0 / static_cast<double>(coverage.phases.size());
     const double before = each * static_cast<double>(shapes.size());
     const StageContext part = context.part(before, before + each, structure_name(structure));
-    shapes.push_back(
-        shape_of_structure(structure, segmentation, stack, workspace_from_lps, options, part));
+    shapes.push_back(shape_of_structure(structure, segmentation, stack, workspace_from_lps,
+                                        options.margin_mm, part));
   }
   settle_shared_places(shapes);
   return shapes;

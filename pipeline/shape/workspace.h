@@ -2,6 +2,7 @@
 /// Patient -> workspace: where the heart lies in paper A's absolute workspace, and its shape there
 /// on an isotropic lattice. Rigid: sizes are never changed.
 
+#include <optional>
 #include <vector>
 
 #include "pipeline/core/exam.h"
@@ -11,11 +12,19 @@
 namespace beatlas::shape {
 
 struct RegisterOptions {
-  /// [mm] 0.3..3: edge of the isotropic lattice of the shapes. Coarser saves a fifth to a third of
-  /// a build and adds 1 to 2 % to the force's error where pixels are 2 mm (`beatlas bench`, small).
-  double shape_mm = 1.0;
+  /// [mm] 0.3..3: edge of the isotropic lattice of the shapes; none: see lattice_edge_mm.
+  std::optional<double> shape_mm = {};
   double margin_mm = 12.0;  ///< [mm] 4..40: room around each structure
 };
+
+/// [mm] Edge of the lattice of shapes: that of the options or, where they name none, a sixth of the
+/// distance between slices, from 1 to 1.5, and no more than 2/9 of the LV's wall, which is then
+/// three samples of a field thick, to the next 0.05. Fields and surfaces follow it
+/// (field::voxel_edge_mm, mesh::triangle_edge_mm). Between slices a surface is known to a fifth of
+/// their distance, and finer lattices tell nothing more of it: see README.md.
+/// @param wall_mm see wall_thickness.h
+[[nodiscard]] double lattice_edge_mm(double slice_distance_mm, std::optional<double> wall_mm,
+                                     const RegisterOptions& options);
 
 /// Axes along row, column and row x column of the source. A source of exactly paper A's matrix
 /// and spacing maps voxel to voxel; any other has the time-mean centroid of the heart at the

@@ -352,6 +352,22 @@ TEST(BuildField, BadShapesAndOptionsAreRefused) {
   EXPECT_EQ(code_of(good, narrow), ErrorCode::Usage);
 }
 
+TEST(BuildField, TakesItsSamplesFromTheLatticeOfTheShape) {
+  const auto made_on = [](double lattice_mm, const FieldOptions& options) {
+    const Grid grid = lattice({-14, -14, -14}, {14, 14, 14}, lattice_mm);
+    StageContext context;
+    return build_field(one_phase(grid, sampled(grid, [](const Vec3& x) { return x.norm() - 6.0; })),
+                       options, context)
+        .voxel_mm;
+  };
+  EXPECT_EQ(made_on(0.5, {}), 1.5);
+  EXPECT_EQ(made_on(1, {}), 1.5);
+  EXPECT_DOUBLE_EQ(made_on(4.0 / 3, {}), 2);
+  FieldOptions told;
+  told.voxel_mm = 1;
+  EXPECT_EQ(made_on(4.0 / 3, told), 1);
+}
+
 TEST(BuildField, StopsOnRequest) {
   const Grid grid = lattice({-10, -10, -10}, {10, 10, 10}, 1.0);
   const std::atomic<bool> stop{true};

@@ -132,6 +132,15 @@ TEST(MeshCycle, TheNumberOfThreadsChangesNoBit) {
   EXPECT_EQ(alone.positions, together.positions);
 }
 
+TEST(MeshCycle, EdgesFollowTheSamplesOfTheField) {
+  EXPECT_EQ(triangle_edge_mm(1, {}), 2);
+  EXPECT_EQ(triangle_edge_mm(1.5, {}), 2);
+  EXPECT_DOUBLE_EQ(triangle_edge_mm(2.25, {}), 2.5);
+  MeshOptions told;
+  told.edge_mm = 1.5;
+  EXPECT_EQ(triangle_edge_mm(2.25, told), 1.5);
+}
+
 TEST(MeshCycle, EdgesAreAsLongAsAskedFor) {
   const FieldCycle field = ellipsoid_field(1);
   StageContext context;
