@@ -107,6 +107,26 @@ std::vector<double> gains_of_slice(const ImageCycle<float>& images, int k) {
   return gain;
 }
 
+/// Whether brightness counts from nothing, so that a gain is a factor of it. Images with an offset,
+/// or standardised ones, go far below 0; what interpolation leaves there is a few per cent of what
+/// is bright.
+bool counts_from_nothing(const ImageCycle<float>& images) {
+  constexpr double kEnd = 0.01;  // of the pixels, at either end
+  constexpr float kLeastBelow = 0.05F;
+  constexpr std::size_t kPixels = 65536;
+  std::vector<float> values;
+  const std::size_t all = images.grid.count() * images.phases.size();
+  const std::size_t step = std::max<std::size_t>(1, all / kPixels);
+  for (std::size_t n = 0; n < all; n += step) {
+    values.push_back(images.phases[n / images.grid.count()][n % images.grid.count()]);
+  }
+  std::sort(values.begin(), values.end());
+  const auto last = static_cast<double>(values.size() - 1);
+  const float low = values[static_cast<std::size_t>(kEnd * last)];
+  const float high = values[static_cast<std::size_t>((1 - kEnd) * last)];
+  return high > 0 && low > -kLeastBelow * high;
+}
+
 /// Takes the gains off the slices that have uneven ones. @return the gains, 1 where none was taken
 /// off
 std::vector<std::vector<double>> take_off(ImageCycle<float>& images) {
@@ -133,7 +153,7 @@ std::vector<std::vector<double>> take_off(ImageCycle<float>& images) {
 std::vector<std::vector<double>> frame_gains(const ImageCycle<float>& images) {
   std::vector<std::vector<double>> out(static_cast<std::size_t>(images.grid.size[2]),
                                        std::vector<double>(images.phases.size(), 1.0));
-  if (is_narrow_field(images.grid)) return out;
+  if (is_narrow_field(images.grid) || !counts_from_nothing(images)) return out;
   parallel_for(out.size(), [&](std::size_t k) {
     out[k] = gains_of_slice(images, static_cast<int>(k));
     for (double& gain : out[k]) gain = std::exp(gain);

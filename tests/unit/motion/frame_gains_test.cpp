@@ -68,6 +68,18 @@ TEST(FrameGains, AreTakenOffWhereTheFirstFramesAreBright) {
       << even.decisions[0];
 }
 
+TEST(FrameGains, AreNoneOfImagesThatDoNotCountFromNothing) {
+  ImageCycle<float> images = even_exam().stack.images;
+  float brightest = 0;
+  for (const std::vector<float>& phase : images.phases) {
+    brightest = std::max(brightest, *std::max_element(phase.begin(), phase.end()));
+  }
+  for (std::vector<float>& phase : images.phases) {
+    for (float& value : phase) value -= 0.4F * brightest;
+  }
+  EXPECT_EQ(most_off(frame_gains(images)), 0);
+}
+
 TEST(FrameGains, OfTwoPhasesLieAboutTheirMiddle) {
   Exam exam = even_exam();
   exam.stack.images.phases.resize(2);
