@@ -23,10 +23,10 @@ struct SliceShifts {
 /// Where anatomy runs straight through three slices, a shift of the middle one bends it, and bends
 /// it alike everywhere in the plane. Blocks of 40 mm are followed from slice to slice (least
 /// squares on the mean over the cycle), a slice's bend is the one that most blocks share, and the
-/// shifts are the likeliest ones with these bends: each of its own, of common size and of mean 0.
-/// A shift common to all slices and one that grows evenly from slice to slice cannot be seen, and
-/// are taken as none. Slices that show nothing, blank
-/// or noise, bend nothing, and stay. Fewer than 5 slices, or slices under 100 mm wide: no shift.
+/// shifts are the likeliest ones with these bends: each of its own, of common size and of mean 0. A
+/// shift common to all slices and one that grows evenly from slice to slice cannot be seen, and are
+/// taken as none. Slices that show nothing, blank or noise, bend nothing, and stay. Fewer than 5
+/// slices, or slices under 100 mm wide: no shift.
 [[nodiscard]] SliceShifts find_slice_shifts(const ImageCycle<float>& images);
 
 /// The images, in their own memory, with every slice moved back by its shift: windowed sinc over

@@ -271,19 +271,19 @@ Finding of_timing(const VerdictInput& input) {
   const auto count = std::count_if(input.slice_lags.begin(), input.slice_lags.end(), turned);
   int most = 0;
   for (const int lag : input.slice_lags) most = std::max(most, std::abs(lag));
-  return {"slice_timing",
-          "Slices show the beat in step",
-          "Slices were imaged out of step",
-          check_if(count > 0),
-          count == 0
-              ? "no slice that is certainly late or early"
-              : text("%zu of %zu slices turned round the beat, by up to %d of %d phases",
-                     static_cast<std::size_t>(count), input.slice_lags.size(), most, input.phases),
-          "0 slices",
-          "Each slice is imaged in beats of its own, and its frames may begin at another moment. "
-          "Slices "
-          "are put in step by whole phases, by what their images tell alone: look whether all are "
-          "smallest in the same phase, for volumes that mix moments make the EF too small."};
+  return {
+      "slice_timing",
+      "Slices show the beat in step",
+      "Slices were imaged out of step",
+      check_if(count > 0),
+      count == 0
+          ? "no slice that is certainly late or early"
+          : text("%zu of %zu slices turned round the beat, by up to %d of %d phases",
+                 static_cast<std::size_t>(count), input.slice_lags.size(), most, input.phases),
+      "0 slices",
+      "Each slice is imaged in beats of its own, and its frames may begin at another moment. "
+      "Slices are put in step by whole phases, by what their images tell alone: look whether "
+      "all are smallest in the same phase, for volumes that mix moments make the EF too small."};
 }
 
 Finding of_leaks(const VerdictInput& input) {
