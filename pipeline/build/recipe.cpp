@@ -129,12 +129,7 @@ class Reader {
   }
   /// One that may be null: the stage chooses.
   void choosable(const std::string& key, std::optional<double>& value, double low, double high) {
-    if (!section_->has(key)) return;
-    if (section_->at(key).is_null()) {
-      value.reset();
-      return;
-    }
-    section_->read(key, value.emplace(), low, high);
+    read_nullable(*section_, key, value, low, high);
   }
   void flag(const std::string& key, bool& value) { section_->read(key, value); }
   void text(const std::string& key, std::string& value) { section_->read(key, value); }
@@ -174,10 +169,16 @@ class Reader {
  private:
   static void read_limits(JsonObject& object, assess::Limits& limits) {
     for (const assess::LimitName& limit : assess::kLimitNames) {
-      if (!object.has(limit.name) || object.at(limit.name).is_null()) continue;
-      double value = 0;
-      object.read(limit.name, value, 0.0, limit.most);
-      limits.*limit.member = value;
+      read_nullable(object, limit.name, limits.*limit.member, 0.0, limit.most);
+    }
+  }
+  static void read_nullable(JsonObject& object, const std::string& key,
+                            std::optional<double>& value, double low, double high) {
+    if (!object.has(key)) return;
+    if (object.at(key).is_null()) {
+      value.reset();
+    } else {
+      object.read(key, value.emplace(), low, high);
     }
   }
   void finish_section() {

@@ -267,19 +267,21 @@ Finding of_shifts(const VerdictInput& input, const VerdictLimits& limits) {
 }
 
 Finding of_timing(const VerdictInput& input) {
-  const auto turned = [](int lag) { return lag != 0; };
-  const auto count = std::count_if(input.slice_lags.begin(), input.slice_lags.end(), turned);
+  std::vector<std::string> turned;
   int most = 0;
-  for (const int lag : input.slice_lags) most = std::max(most, std::abs(lag));
+  for (std::size_t k = 0; k < input.slice_lags.size(); ++k) {
+    if (input.slice_lags[k] != 0) turned.push_back(std::to_string(k));
+    most = std::max(most, std::abs(input.slice_lags[k]));
+  }
   return {
       "slice_timing",
       "Slices show the beat in step",
       "Slices were imaged out of step",
-      check_if(count > 0),
-      count == 0
+      check_if(!turned.empty()),
+      turned.empty()
           ? "no slice that is certainly late or early"
-          : text("%zu of %zu slices turned round the beat, by up to %d of %d phases",
-                 static_cast<std::size_t>(count), input.slice_lags.size(), most, input.phases),
+          : (turned.size() == 1 ? "slice " : "slices ") + beatlas::listed(turned) +
+                text(" turned round the beat, by up to %d of %d phases", most, input.phases),
       "0 slices",
       "Each slice is imaged in beats of its own, and its frames may begin at another moment. "
       "Slices are put in step by whole phases, by what their images tell alone: look whether "

@@ -132,18 +132,6 @@ TEST(Shape, LatticeIsIsotropicAndLeavesTheMarginAroundTheStructure) {
 }
 
 /// A ball that the stack cuts: its centre lies 8 mm from the stack's last voxel face.
-TEST(Shapes, AreNoFinerThanTheirSlicesCanTell) {
-  EXPECT_EQ(lattice_edge_mm(3, {}, {}), 1);
-  EXPECT_DOUBLE_EQ(lattice_edge_mm(8, 10, {}), 1.35);
-  EXPECT_EQ(lattice_edge_mm(8, 10, {}), lattice_edge_mm(7.99999, 10, {}));
-  EXPECT_EQ(lattice_edge_mm(17.7, {}, {}), 1.5);
-  EXPECT_DOUBLE_EQ(lattice_edge_mm(17.7, 5.4, {}), 1.2);
-  EXPECT_EQ(lattice_edge_mm(17.7, 3, {}), 1);
-  RegisterOptions told;
-  told.shape_mm = 0.8;
-  EXPECT_EQ(lattice_edge_mm(17.7, 3, told), 0.8);
-}
-
 TEST(Shape, EndsFlatHalfAGapBeyondTheStack) {
   struct Stack {
     Vec3 spacing;

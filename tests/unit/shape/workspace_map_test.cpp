@@ -107,5 +107,17 @@ TEST(WorkspaceMap, RefusesASegmentationWithoutAHeart) {
   EXPECT_THROW((void)workspace_from_lps(grid, empty), Error);
 }
 
+TEST(Shapes, AreNoFinerThanTheirSlicesCanTell) {
+  EXPECT_EQ(lattice_edge_mm(3, {}, {}), 1);
+  EXPECT_DOUBLE_EQ(lattice_edge_mm(8, 10, {}), 1.35);
+  EXPECT_EQ(lattice_edge_mm(8, 10, {}), lattice_edge_mm(7.99999, 10, {}));
+  EXPECT_EQ(lattice_edge_mm(17.7, {}, {}), 1.5);
+  EXPECT_DOUBLE_EQ(lattice_edge_mm(17.7, 5.4, {}), 1.2);
+  EXPECT_EQ(lattice_edge_mm(17.7, 3, {}), 1);
+  RegisterOptions told;
+  told.shape_mm = 0.8;
+  EXPECT_EQ(lattice_edge_mm(17.7, 3, told), 0.8);
+}
+
 }  // namespace
 }  // namespace beatlas::shape
