@@ -13,21 +13,11 @@ constexpr double kLeastGaps = 0.1;     ///< beyond the stack: its last slice sho
 constexpr double kThinAtApex = 0.5;    ///< of the last slice's wall
 constexpr double kAcrossSlices = 0.5;  ///< cosine: an axis that leans more runs along the slices
 
-/// Area of a slice's section, in voxels; 0 where none of them is half covered.
-double section(const Grid& grid, const std::vector<float>& coverage, int k) {
-  const auto first = coverage.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
-  const auto last = first + static_cast<std::ptrdiff_t>(grid.slice_count());
-  if (std::none_of(first, last, [](float c) { return c >= 0.5F; })) return 0;
-  double sum = 0;
-  std::for_each(first, last, [&](float c) { sum += static_cast<double>(c); });
-  return sum;
-}
-
 /// Most apical slice with a section; -1 if there is none.
 int last_section(const Grid& grid, const std::vector<float>& coverage, int step) {
   const int nk = grid.size[2];
   for (int k = step > 0 ? nk - 1 : 0; k >= 0 && k < nk; k -= step) {
-    if (section(grid, coverage, k) > 0) return k;
+    if (section_voxels(grid, coverage, k) > 0) return k;
   }
   return -1;
 }
@@ -40,8 +30,8 @@ std::optional<double> gaps_beyond(const Grid& grid, const std::vector<float>& co
                                   int last_in_stack) {
   const int last = last_section(grid, coverage, step);
   if (last != last_in_stack || last - step < 0 || last - step >= grid.size[2]) return {};
-  const double here = section(grid, coverage, last);
-  const double before = section(grid, coverage, last - step);
+  const double here = section_voxels(grid, coverage, last);
+  const double before = section_voxels(grid, coverage, last - step);
   return before > here ? here / (before - here) : std::numeric_limits<double>::infinity();
 }
 
@@ -61,6 +51,15 @@ int last_in_stack(const Segmentation& segmentation, int step) {
 }
 
 }  // namespace
+
+double section_voxels(const Grid& grid, const std::vector<float>& coverage, int k) {
+  const auto first = coverage.begin() + static_cast<std::ptrdiff_t>(grid.offset(0, 0, k));
+  const auto last = first + static_cast<std::ptrdiff_t>(grid.slice_count());
+  if (std::none_of(first, last, [](float c) { return c >= 0.5F; })) return 0;
+  double sum = 0;
+  std::for_each(first, last, [&](float c) { sum += static_cast<double>(c); });
+  return sum;
+}
 
 bool holds_lv(const CoverageCycle& coverage) {
   return coverage.phases.count(Structure::LvBlood) != 0 &&
@@ -107,10 +106,10 @@ ApicalEnds apical_ends(const Segmentation& segmentation, Structure structure, st
   const std::vector<float>& blood = coverage.phases.at(Structure::LvBlood)[phase];
   out.wall = lv;
   out.cavity = end_of(grid, blood, step, stack);
-  if (last < 0 || section(grid, blood, last) == 0) return out;
+  if (last < 0 || section_voxels(grid, blood, last) == 0) return out;
   const Vec3 spacing = grid.spacing_mm();
   const auto radius_mm = [&](const std::vector<float>& part) {
-    return std::sqrt(section(grid, part, last) * spacing[0] * spacing[1] / std::numbers::pi);
+    return std::sqrt(section_voxels(grid, part, last) * spacing[0] * spacing[1] / std::numbers::pi);
   };
   const double wall_gaps = kThinAtApex * (radius_mm(filled) - radius_mm(blood)) / spacing[2];
   // In a slice at the very tip cavity and wall share what is left.

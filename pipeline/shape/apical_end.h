@@ -10,6 +10,9 @@
 
 namespace beatlas::shape {
 
+/// Area of the section of slice k, in voxels of `grid`; 0 where none of them is half covered.
+[[nodiscard]] double section_voxels(const Grid& grid, const std::vector<float>& coverage, int k);
+
 /// Whether there are both the LV's blood and its muscle.
 [[nodiscard]] bool holds_lv(const CoverageCycle& coverage);
 

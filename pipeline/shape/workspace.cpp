@@ -121,6 +121,8 @@ struct StackSlices {
   int to_apex = 0;     ///< step of the slice index; 0: unknown, or not asked
   double lattice_mm = 0;  ///< edge of the lattice of the shapes
   SectionPath lv_path;    ///< of the LV's cavity and wall together; empty: there are not both
+  /// [phase] slice_distances of the LV's blood where its wall is there too: both shapes need them.
+  std::vector<std::vector<Phase>> cavity;
 };
 
 /// Makes levels of one structure's coverage on the lattice of its shape.
@@ -133,6 +135,7 @@ class LevelMaker {
              const Affine& workspace_from_lps)
       : source_(segmentation.coverage.grid),
         lattice_(lattice),
+        structure_(structure),
         map_(axis_map(source_, lattice, workspace_from_lps)),
         stack_(stack),
         first_k_(segmentation.coverage.first[2]) {
@@ -144,8 +147,11 @@ class LevelMaker {
   }
 
   /// In-plane distances [mm] of each slice, of thick ones; else none.
-  [[nodiscard]] std::vector<Phase> sections_of(const Phase& part) const {
-    return stack_.thick ? slice_distances(source_, part) : std::vector<Phase>{};
+  /// @param part coverage of phase p
+  [[nodiscard]] std::vector<Phase> sections_of(const Phase& part, std::size_t p) const {
+    if (!stack_.thick) return {};
+    const bool known = structure_ == Structure::LvBlood && !stack_.cavity.empty();
+    return known ? stack_.cavity[p] : slice_distances(source_, part);
   }
 
   /// @param part coverage of a phase  @param sections of it
@@ -157,10 +163,11 @@ class LevelMaker {
   }
 
   /// Takes the cavity out of a level of wall and cavity together.
-  /// @param sections of both  @param cavity its coverage
-  void hollow(Phase& level, const std::vector<Phase>& sections, const Phase& cavity,
+  /// @param sections of both  @param cavity its coverage in phase p
+  void hollow(Phase& level, const std::vector<Phase>& sections, const Phase& cavity, std::size_t p,
               const ApicalEnd& apex) const {
-    const std::vector<Phase> within = sections_of(cavity);
+    const std::vector<Phase> none;
+    const std::vector<Phase>& within = stack_.thick ? stack_.cavity[p] : none;
     const Phase inner = level_of(cavity, within, apex, Creases::Keep);
     std::transform(level.begin(), level.end(), inner.begin(), level.begin(),
                    [](float outside, float inside) { return std::max(outside, -inside); });
@@ -170,12 +177,12 @@ class LevelMaker {
   }
 
   /// Ends a phase's level flat on the side of the base, and where images or coverage end.
-  /// @param part its coverage  @param sections of the structure itself
-  void end_flat(Phase& level, const Phase& part, const std::vector<Phase>& sections) const {
+  /// @param part coverage of what the level is of  @param own of the structure itself
+  void end_flat(Phase& level, const Phase& part, const Phase& own) const {
     const auto cut_at = [&](double k, int step) {
       cut_flat(level, lattice_, map_, stack_.gap_mm, k, step);
     };
-    if (open_step_ != 0) cut_at(base_end(sections), open_step_);
+    if (open_step_ != 0) cut_at(base_end(own), open_step_);
     // Where the stack ends, so does the heart: half a gap beyond its last slice. So it does where
     // the coverage of thin slices ends within it: beyond its rim a coverage reads as at its rim.
     const int last = source_.size[2] - 1;
@@ -195,24 +202,24 @@ class LevelMaker {
 
   /// Half a gap beyond the last slice, which is as far as volumes count; nearer to it, the less of
   /// the largest section it holds: that is what a leaning valve leaves, and no column.
-  [[nodiscard]] double base_end(const std::vector<Phase>& sections) const {
-    const auto n = static_cast<int>(sections.size());
-    std::ptrdiff_t largest = 1;
-    std::ptrdiff_t of_last = 0;
+  [[nodiscard]] double base_end(const Phase& own) const {
+    const int n = source_.size[2];
+    double largest = 1;
+    double of_last = 0;
     int last = open_step_ > 0 ? -1 : n;
     for (int k = open_step_ > 0 ? 0 : n - 1; k >= 0 && k < n; k += open_step_) {
-      const Phase& section = sections[static_cast<std::size_t>(k)];
-      if (section.empty()) continue;
+      const double section = section_voxels(source_, own, k);
+      if (section == 0) continue;
       last = k;
-      of_last = std::count_if(section.begin(), section.end(), [](float mm) { return mm < 0; });
-      largest = std::max(largest, of_last);
+      of_last = section;
+      largest = std::max(largest, section);
     }
-    const double share = static_cast<double>(of_last) / static_cast<double>(largest);
-    return last + open_step_ * std::min(0.5, share);
+    return last + open_step_ * std::min(0.5, of_last / largest);
   }
 
   const Grid& source_;
   const Grid& lattice_;
+  Structure structure_;
   AxisMap map_;
   const StackSlices& stack_;
   double first_k_;     ///< of the coverage in the whole stack
@@ -255,13 +262,13 @@ ShapeCycle shape_of_structure(Structure structure, Segmentation& segmentation,
                          workspace_from_lps);
   parallel_for(filled.size(), context, "phase", [&](std::size_t p) {
     const ApicalEnds ends = apical_ends(segmentation, structure, p, stack.to_apex);
-    const std::vector<Phase> sections = maker.sections_of(filled[p]);
+    const std::vector<Phase> sections = maker.sections_of(filled[p], p);
     // Between the LV's wall and the RV's runs a seam of labels.
     Phase level = maker.level_of(filled[p], sections,
                                  structure == Structure::LvBlood ? ends.cavity : ends.wall,
                                  wall ? Creases::Round : Creases::Keep);
-    if (with_cavity) maker.hollow(level, sections, cavity->second[p], ends.cavity);
-    maker.end_flat(level, filled[p], with_cavity ? maker.sections_of(phases[p]) : sections);
+    if (with_cavity) maker.hollow(level, sections, cavity->second[p], p, ends.cavity);
+    maker.end_flat(level, filled[p], phases[p]);
     for (float& value : level) value = std::clamp(value, -kLevelReachMm, kLevelReachMm);
     shape.level.phases[p] = std::move(level);
     if (done_with) filled[p] = Phase();
@@ -285,6 +292,11 @@ std::vector<ShapeCycle> shapes_in_workspace(Segmentation segmentation,
   // The cavity goes the same way as the wall about it.
   if (stack.thick && holds_lv(coverage)) {
     stack.lv_path = section_path(coverage.grid, filled_lvs(coverage));
+    const std::vector<Phase>& blood = coverage.phases.at(Structure::LvBlood);
+    stack.cavity.resize(blood.size());
+    parallel_for(blood.size(), [&](std::size_t p) {
+      stack.cavity[p] = slice_distances(coverage.grid, blood[p]);
+    });
   }
   std::vector<ShapeCycle> shapes;
   for (const auto& [structure, phases] : coverage.phases) {
