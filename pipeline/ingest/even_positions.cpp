@@ -4,43 +4,78 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+#include <utility>
 
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
 namespace {
 
-/// The run that starts with positions a and b and goes on in steps of their distance.
-std::vector<int> run_from(const std::vector<double>& positions, int a, int b) {
-  std::vector<int> out{a, b};
+/// Positions in even steps.
+struct Run {
+  std::vector<int> members;  ///< indices into the positions
+  std::vector<int> numbers;  ///< [member] steps from the first
+
+  [[nodiscard]] int slices() const { return numbers.back() + 1; }
+  [[nodiscard]] int holes() const { return slices() - static_cast<int>(members.size()); }
+  [[nodiscard]] int worth() const { return static_cast<int>(members.size()) - holes(); }
+};
+
+/// The position nearest to `aim`, of those from `next` on; -1 if none lies within kMostUneven
+/// steps.
+int position_at(const std::vector<double>& positions, int next, double aim, double step) {
+  const auto off = [&](int i) { return std::abs(positions[static_cast<std::size_t>(i)] - aim); };
+  int best = -1;
+  for (int i = next; i < static_cast<int>(positions.size()) &&
+                     positions[static_cast<std::size_t>(i)] <= aim + step;
+       ++i) {
+    if (best < 0 || off(i) < off(best)) best = i;
+  }
+  return best < 0 || off(best) > kMostUneven * step ? -1 : best;
+}
+
+/// The run that starts with positions a and b, `apart` steps from each other, and goes on so.
+Run run_from(const std::vector<double>& positions, int a, int b, int apart, Holes holes) {
+  Run out{{a, b}, {0, apart}};
   const auto at = [&](int index) { return positions[static_cast<std::size_t>(index)]; };
-  const double step = at(b) - at(a);
-  int next = b + 1;
-  while (next < static_cast<int>(positions.size())) {
-    const double aim = at(out.back()) + step;
-    int best = -1;
-    for (int i = next; i < static_cast<int>(positions.size()) && at(i) <= aim + step; ++i) {
-      if (best < 0 || std::abs(at(i) - aim) < std::abs(at(best) - aim)) best = i;
+  const double step = (at(b) - at(a)) / apart;
+  const int farthest = holes == Holes::OfOneSlice ? 2 : 1;
+  for (bool found = true; found;) {
+    found = false;
+    const int last = out.members.back();
+    for (int steps = 1; steps <= farthest && !found; ++steps) {
+      const int next = position_at(positions, last + 1, at(last) + steps * step, step);
+      if (next < 0) continue;
+      out.members.push_back(next);
+      out.numbers.push_back(out.numbers.back() + steps);
+      found = true;
     }
-    if (best < 0 || std::abs(at(best) - aim) > kMostUneven * step) break;
-    out.push_back(best);
-    next = best + 1;
   }
   return out;
 }
 
-/// The longest of all, the narrower of two as long.
-std::vector<int> longest_run(const std::vector<double>& positions_mm) {
+/// The one with most members, less its holes, the narrower of two as good.
+Run longest_run(const std::vector<double>& positions_mm, Holes holes) {
   const int count = static_cast<int>(positions_mm.size());
-  std::vector<int> best;
+  Run best;
   double best_step = 0;
+  const auto is_better = [&](const Run& run, double step) {
+    if (best.members.empty() || run.worth() != best.worth()) {
+      return best.members.empty() || run.worth() > best.worth();
+    }
+    const bool narrower = step < best_step;
+    return run.members.size() == best.members.size() ? narrower
+                                                     : run.members.size() > best.members.size();
+  };
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
-      const auto run = run_from(positions_mm, a, b);
-      const double step =
-          positions_mm[static_cast<std::size_t>(b)] - positions_mm[static_cast<std::size_t>(a)];
-      if (run.size() > best.size() || (run.size() == best.size() && step < best_step)) {
-        best = run;
+      for (int apart = 1; apart <= (holes == Holes::OfOneSlice ? 2 : 1); ++apart) {
+        Run run = run_from(positions_mm, a, b, apart, holes);
+        const double step = (positions_mm[static_cast<std::size_t>(b)] -
+                             positions_mm[static_cast<std::size_t>(a)]) /
+                            apart;
+        if (!is_better(run, step)) continue;
+        best = std::move(run);
         best_step = step;
       }
     }
@@ -60,21 +95,26 @@ std::string listed(const std::vector<double>& positions) {
 
 }  // namespace
 
-EvenStack find_even_stack(const std::vector<double>& positions_mm) {
+EvenStack find_even_stack(const std::vector<double>& positions_mm, Holes holes) {
   const auto count = static_cast<double>(positions_mm.size());
-  const std::vector<int> best = longest_run(positions_mm);
-  if (best.size() < 3 || static_cast<double>(best.size()) <= kLeastKept * count) {
+  const Run best = longest_run(positions_mm, holes);
+  const std::size_t members = best.members.size();
+  if (members < 3 || static_cast<double>(members) <= kLeastKept * count ||
+      kSlicesPerHole * best.holes() > best.slices()) {
     throw_invalid("the slices of the stack are unevenly spaced, with gaps of " +
                   listed(positions_mm) + " mm: a slice is missing or its series is incomplete");
   }
 
   EvenStack out;
-  out.members = best;
+  out.members = best.members;
+  out.numbers = best.numbers;
   std::vector<double> gaps;
   const auto at = [&](std::size_t member) {
-    return positions_mm[static_cast<std::size_t>(best[member])];
+    return positions_mm[static_cast<std::size_t>(best.members[member])];
   };
-  for (std::size_t m = 1; m < best.size(); ++m) gaps.push_back(at(m) - at(m - 1));
+  for (std::size_t m = 1; m < members; ++m) {
+    gaps.push_back((at(m) - at(m - 1)) / (best.numbers[m] - best.numbers[m - 1]));
+  }
   std::vector<double> sorted = gaps;
   std::sort(sorted.begin(), sorted.end());
   const double median = sorted.size() % 2 == 1
@@ -83,16 +123,15 @@ EvenStack find_even_stack(const std::vector<double>& positions_mm) {
   for (const double gap : gaps) {
     out.worst_gap = std::max(out.worst_gap, std::abs(gap - median) / median);
   }
-  const auto last = best.size() - 1;
   if (out.worst_gap <= kNotedUneven) {
-    out.spacing_mm = (at(last) - at(0)) / static_cast<double>(last);
+    out.spacing_mm = (at(members - 1) - at(0)) / best.numbers.back();
     out.first_mm = at(0);
     return out;
   }
   out.spacing_mm = median;
   double sum = 0;  // the even stack lies so that its slices are off by nothing on average
-  for (std::size_t m = 0; m < best.size(); ++m) sum += at(m) - median * static_cast<double>(m);
-  out.first_mm = sum / static_cast<double>(best.size());
+  for (std::size_t m = 0; m < members; ++m) sum += at(m) - median * best.numbers[m];
+  out.first_mm = sum / static_cast<double>(members);
   return out;
 }
 
@@ -106,9 +145,12 @@ std::vector<std::vector<int>> even_parts(const std::vector<double>& positions_mm
   };
   while (!left.empty()) {
     std::vector<double> positions;
+    positions.reserve(left.size());
     for (const int i : left) positions.push_back(at(i));
     std::vector<int> part;
-    for (const int i : longest_run(positions)) part.push_back(left[static_cast<std::size_t>(i)]);
+    for (const int i : longest_run(positions, Holes::Refused).members) {
+      part.push_back(left[static_cast<std::size_t>(i)]);
+    }
     if (part.size() < 3) return {};
     std::erase_if(left, [&](int i) { return std::count(part.begin(), part.end(), i) > 0; });
     if (!out.empty()) {

@@ -12,19 +12,27 @@ inline constexpr double kMostUneven = 0.10;
 inline constexpr double kNotedUneven = 0.01;
 /// More than this share of the positions must belong to the stack.
 inline constexpr double kLeastKept = 0.8;
+/// So many slices of a stack may have one among them that is not there.
+inline constexpr int kSlicesPerHole = 5;
+
+/// Whether a slice may be missing between two that are there.
+enum class Holes { Refused, OfOneSlice };
 
 struct EvenStack {
   std::vector<int> members;  ///< indices into the positions, in their order; at least 3
+  std::vector<int> numbers;  ///< [member] of its slice in the even stack, from 0, ascending
   double spacing_mm = 0;     ///< mean gap, or the median if they differ by more than kNotedUneven
   double first_mm = 0;       ///< position of the first slice of the even stack
   double worst_gap = 0;      ///< largest deviation of a gap from the median, as a share of it
 };
 
-/// The longest run of evenly spaced positions, the narrower of two as long.
+/// The longest run of evenly spaced positions, less its holes, the narrower of two as long.
 /// @param positions_mm ascending, no two alike
 /// @throws Error{InvalidInput} if it has fewer than 3 members or leaves a fifth of the positions
-///         or more: then a slice is missing or the slices are spaced unevenly.
-[[nodiscard]] EvenStack find_even_stack(const std::vector<double>& positions_mm);
+///         or more, or has more than one hole in kSlicesPerHole slices: then slices are missing
+///         or they are spaced unevenly.
+[[nodiscard]] EvenStack find_even_stack(const std::vector<double>& positions_mm,
+                                        Holes holes = Holes::Refused);
 
 /// The even stacks that interleave: two or more of 3 positions and more, of one spacing, that lie
 /// over each other and between each other's positions, and to which all positions belong. None

@@ -169,20 +169,20 @@ std::vector<double> frame_times_of(const ChosenCine& chosen, int phases) {
   return out;
 }
 
-/// Reads and resamples the slices of a cine. A few slices at a time, so that little more than the
-/// result is in memory.
+/// Reads and resamples the slices of a cine; those that were not imaged stay 0. A few slices at a
+/// time, so that little more than the result is in memory.
 Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
   Cine out;
   out.images.grid = chosen.grid;
   out.rr_interval_s = chosen.rr_s;
   std::vector<std::pair<int, PixelState>> bad;
   std::vector<std::vector<float>> frames;  // of a slice that is blended
-  const std::size_t slices = chosen.slices.size();
   // What several slices share is decoded once, unless that takes more than the result.
   const double most_bytes =
       0.8 * sizeof(float) * static_cast<double>(chosen.grid.count()) * std::max(phases, 1);
-  for (std::size_t k = 0; k < slices; ++k) {
-    const ImageSet& set = chosen.slices[k];
+  for (std::size_t n = 0; n < chosen.slices.size(); ++n) {
+    const ImageSet& set = chosen.slices[n];
+    const int k = chosen.numbers[n];
     reading.context.check_cancelled();
     const auto image = [&](std::size_t f) -> const DicomImage& {
       return reading.images[static_cast<std::size_t>(set.images[f])];
@@ -199,9 +199,9 @@ Cine read_cine(const ChosenCine& chosen, int phases, Reading& reading) {
     const bool copies =
         std::all_of(taps.begin(), taps.end(), [](const PhaseTaps& tap) { return tap.count == 1; });
     const auto place = [&](std::size_t p) {
-      return std::span(out.images.phases[p]).subspan(k * count, count);
+      return std::span(out.images.phases[p]).subspan(static_cast<std::size_t>(k) * count, count);
     };
-    const SliceResampling onto(image(0), chosen.grid, static_cast<int>(k));
+    const SliceResampling onto(image(0), chosen.grid, k);
     const auto read = [&](std::size_t f, std::span<float> pixels) {
       return read_onto(onto, reading.pixels, image(f), pixels);
     };

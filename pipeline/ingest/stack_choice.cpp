@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "pipeline/core/words.h"
 #include "pipeline/ingest/even_positions.h"
 #include "pipeline/ingest/guest_slices.h"
 #include "pipeline/ingest/phase_resampling.h"
@@ -95,10 +96,10 @@ void tell_resampled(const ChosenCine& stack, const std::vector<DicomImage>& imag
   std::size_t count = 0;
   double shift_mm = 0;
   double turn_deg = 0;
-  for (std::size_t k = 0; k < stack.slices.size(); ++k) {
-    const ImageSet& set = stack.slices[k];
+  for (std::size_t n = 0; n < stack.slices.size(); ++n) {
+    const ImageSet& set = stack.slices[n];
     const SliceResampling onto(images[static_cast<std::size_t>(set.images.front())], stack.grid,
-                               static_cast<int>(k));
+                               stack.numbers[n]);
     if (onto.same()) continue;
     ++count;
     series.insert(set.series_number);
@@ -185,9 +186,26 @@ void check_beats(const Candidate& candidate) {
   }
 }
 
+/// Tells which slices of the stack are not there.
+void tell_holes(const ChosenCine& stack, std::vector<std::string>& decisions) {
+  std::vector<std::string> missing;
+  for (int k = 0; k < stack.grid.size[2]; ++k) {
+    if (!std::binary_search(stack.numbers.begin(), stack.numbers.end(), k)) {
+      missing.push_back(std::to_string(k));
+    }
+  }
+  if (missing.empty()) return;
+  const bool one = missing.size() == 1;
+  decisions.push_back(std::string("Warning: ") + (one ? "slice " : "slices ") +
+                      beatlas::listed(missing) + (one ? " is" : " are") +
+                      " missing within the stack and " + (one ? "was" : "were") +
+                      " left blank; if " + (one ? "it was" : "they were") + " acquired, export " +
+                      (one ? "it" : "them") + " too.");
+}
+
 /// @throws Error{InvalidInput} if the candidate's geometry makes no stack.
 ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
-                 const IngestOptions& options, std::vector<std::string>& decisions) {
+                 const IngestOptions& options, Holes holes, std::vector<std::string>& decisions) {
   if (options.frame_times_s.empty()) check_beats(candidate);
   std::deque<ImageSet> retimed;
   double rr_share = 1;
@@ -205,7 +223,7 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   for (const auto& [place, set] : candidate.slices) positions.push_back(place->along_mm);
   EvenStack even;
   try {
-    even = find_even_stack(positions);
+    even = find_even_stack(positions, holes);
   } catch (const Error& uneven) {
     const Error error(uneven.code(), uneven.what() + hole_told(candidate.slices, found));
     const std::size_t left = found.size() - positions.size();
@@ -227,7 +245,8 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   const Vec3 anchor = own == candidate.slices.end() ? plane.first_lps : own->first->position_lps;
   const Vec3 first = anchor + normal * (even.first_mm - normal.dot(anchor));
   const auto slices = static_cast<int>(out.slices.size());
-  out.grid = lattice_of(plane, first, even.spacing_mm, slices);
+  out.numbers = even.numbers;
+  out.grid = lattice_of(plane, first, even.spacing_mm, even.numbers.back() + 1);
   out.rr_s = mean_rr_s(out.slices, rr_s);
   out.rr_share = rr_share;
 
@@ -243,6 +262,7 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
                         with_digits("%.1f", 100 * even.worst_gap) +
                         " %; the slices were placed evenly at the median.");
   }
+  tell_holes(out, decisions);
   tell_resampled(out, images, decisions);
   const std::size_t left = positions.size() - even.members.size();
   if (left > 0) {
@@ -284,20 +304,29 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
                 " several phases, at least " + std::to_string(kLeastSlices) + " are needed");
 }
 
-/// The candidate that was asked for alone; else the best, others of its plane (one series may do
-/// where the union of all does not), then those of other planes that are as good in kind.
-std::vector<std::size_t> order_of_trial(const std::vector<Candidate>& candidates, std::size_t first,
+/// The candidate that was asked for alone; else the best and others of its plane (one series may do
+/// where the union of all does not).
+std::vector<std::size_t> of_first_plane(const std::vector<Candidate>& candidates, std::size_t first,
                                         bool asked) {
   if (asked) return {first};
   std::vector<std::size_t> out;
-  for (const bool same_plane : {true, false}) {
-    for (std::size_t i = first; i < candidates.size(); ++i) {
-      const Candidate& candidate = candidates[i];
-      const Candidate& best = candidates[first];
-      if ((candidate.plane == best.plane) != same_plane) continue;
-      if (same_plane || (candidate.ordinary == best.ordinary && candidate.good == best.good)) {
-        out.push_back(i);
-      }
+  for (std::size_t i = first; i < candidates.size(); ++i) {
+    if (candidates[i].plane == candidates[first].plane) out.push_back(i);
+  }
+  return out;
+}
+
+/// Candidates of other planes that are as good in kind; none where one was asked for.
+std::vector<std::size_t> of_other_planes(const std::vector<Candidate>& candidates,
+                                         std::size_t first, bool asked) {
+  std::vector<std::size_t> out;
+  if (asked) return out;
+  const Candidate& best = candidates[first];
+  for (std::size_t i = first; i < candidates.size(); ++i) {
+    const Candidate& candidate = candidates[i];
+    if (candidate.plane != best.plane && candidate.ordinary == best.ordinary &&
+        candidate.good == best.good) {
+      out.push_back(i);
     }
   }
   return out;
@@ -308,8 +337,9 @@ struct Trials {
   const std::vector<DicomImage>& images;
   const IngestOptions& options;
   const Stacks& stacks;
-  std::vector<Candidate> wholes;      ///< gathered of several fields of view
-  std::size_t first = 0;              ///< the candidate that is tried first
+  std::vector<Candidate> wholes;  ///< gathered of several fields of view
+  std::size_t first = 0;          ///< the candidate that is tried first
+  Holes holes = Holes::Refused;
   std::optional<Error> why_not = {};  ///< of the first candidate that failed
 
   /// Stacks that were left and could have been meant as well.
@@ -327,7 +357,7 @@ struct Trials {
     choice.decisions.push_back(listed(stacks.candidates, i, options.stack > 0));
     std::vector<std::string> timing;
     try {
-      choice.stack = build(candidate, images, options, choice.decisions);
+      choice.stack = build(candidate, images, options, holes, choice.decisions);
       tell_timing(choice.stack, candidate.phases, timing);
     } catch (const Error& error) {
       if (!failed) failed = error;
@@ -373,11 +403,21 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
                   " (--stack): " + listed(candidates, candidates.size(), false));
   }
   const std::size_t first = options.stack > 0 ? static_cast<std::size_t>(options.stack) - 1 : 0;
+  const bool one_asked = options.stack > 0;
   Trials trials{images, options, stacks, gathered(planes, false), first};
-  for (const std::size_t i : order_of_trial(candidates, first, options.stack > 0)) {
+  // A stack of the best plane that lacks a slice is more than one across it, which may miss the
+  // apex and the valves.
+  for (const Holes holes : {Holes::Refused, Holes::OfOneSlice}) {
+    trials.holes = holes;
+    for (const std::size_t i : of_first_plane(candidates, first, one_asked)) {
+      if (auto choice = trials.one_completed(i)) return *std::move(choice);
+    }
+  }
+  trials.holes = Holes::Refused;
+  for (const std::size_t i : of_other_planes(candidates, first, one_asked)) {
     if (auto choice = trials.one_completed(i)) return *std::move(choice);
   }
-  if (options.stack > 0) throw Error(*trials.why_not);
+  if (one_asked) throw Error(*trials.why_not);
   for (const Candidate& whole : trials.wholes) {
     std::optional<Error> ignored;
     if (auto choice = trials.one(whole, candidates.size(), ignored)) return *std::move(choice);

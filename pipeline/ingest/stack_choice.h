@@ -13,7 +13,8 @@ namespace beatlas::ingest {
 /// Slices to read and the lattice they make.
 struct ChosenCine {
   Grid grid;                     ///< LPS [mm], determinant +1
-  std::vector<ImageSet> slices;  ///< one a k of the grid
+  std::vector<ImageSet> slices;  ///< that were imaged
+  std::vector<int> numbers;      ///< [of `slices`] its k of the grid, ascending
   double rr_s = 0;               ///< mean over the slices
   double rr_share = 1;           ///< an R-R interval that was given, by the slices' own
 };

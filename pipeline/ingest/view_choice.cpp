@@ -82,6 +82,7 @@ ChosenCine view_of(const Plane& plane, const Place& place, const IngestOptions& 
   const double depth = plane.thickness_mm > 0 ? plane.thickness_mm : plane.column_step_mm;
   view.grid = lattice_of(plane, place.position_lps, depth, 1);
   view.slices.push_back(set);
+  view.numbers.push_back(0);
   SliceTiming& timing = view.slices.front().timing;
   if (options.frame_times_s.size() == set.images.size()) {
     timing = with_times(timing, options.frame_times_s, options.rr_interval_s);

@@ -32,6 +32,23 @@ TEST(EvenPositions, HolesAndFewSlicesAreRefused) {
   EXPECT_THROW((void)find_even_stack({0, 10}), Error);
 }
 
+TEST(EvenPositions, AMissingSliceLeavesAHoleWhereThatIsAllowed) {
+  const auto stack = find_even_stack({0, 10, 20, 40, 50, 60}, Holes::OfOneSlice);
+  EXPECT_EQ(stack.members, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(stack.numbers, (std::vector<int>{0, 1, 2, 4, 5, 6}));
+  EXPECT_DOUBLE_EQ(stack.spacing_mm, 10);
+  EXPECT_DOUBLE_EQ(stack.worst_gap, 0) << "a hole is no uneven gap";
+  EXPECT_EQ(find_even_stack({0, 10, 20, 30}, Holes::OfOneSlice).numbers,
+            (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(find_even_stack({0, 16, 24, 32, 40}, Holes::OfOneSlice).numbers,
+            (std::vector<int>{0, 2, 3, 4, 5}));
+  EXPECT_THROW((void)find_even_stack({0, 10, 20, 50, 60, 70}, Holes::OfOneSlice), Error)
+      << "two slices are missing side by side";
+  EXPECT_THROW((void)find_even_stack({0, 10, 30, 40, 60, 70}, Holes::OfOneSlice), Error)
+      << "two of eight are missing";
+  EXPECT_THROW((void)find_even_stack({0, 10, 23, 33}, Holes::OfOneSlice), Error);
+}
+
 TEST(EvenPositions, UnevenWithinATenthTakesTheMedian) {
   const auto stack = find_even_stack({0, 8.4, 16.4, 24.4});
   EXPECT_DOUBLE_EQ(stack.spacing_mm, 8);

@@ -71,12 +71,14 @@ class MadeExam {
     return out;
   }
   /// Largest |voxel - truth| of a cine, in units of brightness.
-  [[nodiscard]] double worst_error(const Cine& cine) const {
+  /// @param but a slice that is not looked at; -1: all are
+  [[nodiscard]] double worst_error(const Cine& cine, int but = -1) const {
     const Grid& grid = cine.grid();
     double worst = 0;
     for (int p = 0; p < cine.phase_count(); ++p) {
       const double beat = 1 + 0.3 * std::cos(2 * std::numbers::pi * p / cine.phase_count());
       for (int k = 0; k < grid.size[2]; ++k) {
+        if (k == but) continue;
         for (int j = 0; j < grid.size[1]; ++j) {
           for (int i = 0; i < grid.size[0]; ++i) {
             const double value =

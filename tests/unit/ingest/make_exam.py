@@ -329,6 +329,9 @@ def make(variant, out):
     if variant == "middle_slice_incomplete":
         put_stack(w, small, keep=lambda k, p: k != 3 or p < 4)
         return small.truth()
+    if variant == "middle_slice_missing":
+        put_stack(w, small, keep=lambda k, p: k != 3)
+        return small.truth()
     if variant in ("slightly_uneven", "hole"):
         # Slice positions off by up to 0.3 of 8 mm, or by 5 mm from the middle on.
         off = {"slightly_uneven": [0, 0.3, -0.2, 0.1, 0, 0.2], "hole": [0, 0, 0, 5, 5, 5]}[variant]

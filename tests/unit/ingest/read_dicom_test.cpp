@@ -184,6 +184,23 @@ TEST(ReadDicom, IncompleteSliceAtTheEndIsLeftAndTold) {
   EXPECT_TRUE(decided(exam, "Warning: 1 slice lacks a part of the cycle")) << all(exam);
 }
 
+TEST(ReadDicom, AMissingSliceIsLeftBlankAndTold) {
+  for (const char* which : {"middle_slice_incomplete", "middle_slice_missing"}) {
+    const MadeExam made(which);
+    const Exam exam = made.read();
+    ASSERT_EQ(exam.stack.grid().size[2], 6) << which;
+    EXPECT_TRUE(decided(exam, "Warning: slice 3 is missing within the stack and was left blank"))
+        << all(exam);
+    const std::size_t count = exam.stack.grid().slice_count();
+    for (const std::vector<float>& phase : exam.stack.images.phases) {
+      const auto at = phase.begin() + static_cast<std::ptrdiff_t>(3 * count);
+      EXPECT_TRUE(std::all_of(at, at + static_cast<std::ptrdiff_t>(count),
+                              [](float value) { return value == 0; }));
+    }
+    EXPECT_LE(made.worst_error(exam.stack, 3), kRounding) << "the others lie where they are";
+  }
+}
+
 TEST(ReadDicom, SlicesThatStopEarlyAreBridgedAndTold) {
   for (const char* which : {"middle_slice_stops_early", "end_slice_stops_early"}) {
     const Exam exam = MadeExam(which).read();
