@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "pipeline/core/statistics.h"
 #include "runtime/base/error.h"
 
 namespace beatlas::ingest {
@@ -16,7 +17,7 @@ struct Run {
   std::vector<int> members;  ///< indices into the positions
   std::vector<int> numbers;  ///< [member] steps from the first
 
-  [[nodiscard]] int slices() const { return numbers.back() + 1; }
+  [[nodiscard]] int slices() const { return numbers.empty() ? 0 : numbers.back() + 1; }
   [[nodiscard]] int holes() const { return slices() - static_cast<int>(members.size()); }
   [[nodiscard]] int worth() const { return static_cast<int>(members.size()) - holes(); }
 };
@@ -35,11 +36,11 @@ int position_at(const std::vector<double>& positions, int next, double aim, doub
 }
 
 /// The run that starts with positions a and b, `apart` steps from each other, and goes on so.
-Run run_from(const std::vector<double>& positions, int a, int b, int apart, Holes holes) {
+Run run_from(const std::vector<double>& positions, int a, int b, int apart, Spacing spacing) {
   Run out{{a, b}, {0, apart}};
   const auto at = [&](int index) { return positions[static_cast<std::size_t>(index)]; };
   const double step = (at(b) - at(a)) / apart;
-  const int farthest = holes == Holes::OfOneSlice ? 2 : 1;
+  const int farthest = spacing == Spacing::WithHoles ? 2 : 1;
   for (bool found = true; found;) {
     found = false;
     const int last = out.members.back();
@@ -55,7 +56,7 @@ Run run_from(const std::vector<double>& positions, int a, int b, int apart, Hole
 }
 
 /// The one with most members, less its holes, the narrower of two as good.
-Run longest_run(const std::vector<double>& positions_mm, Holes holes) {
+Run longest_run(const std::vector<double>& positions_mm, Spacing spacing) {
   const int count = static_cast<int>(positions_mm.size());
   Run best;
   double best_step = 0;
@@ -69,8 +70,8 @@ Run longest_run(const std::vector<double>& positions_mm, Holes holes) {
   };
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
-      for (int apart = 1; apart <= (holes == Holes::OfOneSlice ? 2 : 1); ++apart) {
-        Run run = run_from(positions_mm, a, b, apart, holes);
+      for (int apart = 1; apart <= (spacing == Spacing::WithHoles ? 2 : 1); ++apart) {
+        Run run = run_from(positions_mm, a, b, apart, spacing);
         const double step = (positions_mm[static_cast<std::size_t>(b)] -
                              positions_mm[static_cast<std::size_t>(a)]) /
                             apart;
@@ -81,6 +82,25 @@ Run longest_run(const std::vector<double>& positions_mm, Holes holes) {
     }
   }
   return best;
+}
+
+/// All positions, with a hole where a gap is nearer to two median ones than to one.
+/// @return empty where one is wider, or there are fewer than 2 positions
+Run all_of(const std::vector<double>& positions_mm) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < positions_mm.size(); ++i) {
+    gaps.push_back(positions_mm[i] - positions_mm[i - 1]);
+  }
+  if (gaps.empty()) return {};
+  const double middle = median(gaps);
+  Run out{{0}, {0}};
+  for (const double gap : gaps) {
+    const auto steps = std::max(1, static_cast<int>(std::lround(gap / middle)));
+    if (steps > 2) return {};
+    out.members.push_back(out.members.back() + 1);
+    out.numbers.push_back(out.numbers.back() + steps);
+  }
+  return out;
 }
 
 std::string listed(const std::vector<double>& positions) {
@@ -95,14 +115,18 @@ std::string listed(const std::vector<double>& positions) {
 
 }  // namespace
 
-EvenStack find_even_stack(const std::vector<double>& positions_mm, Holes holes) {
+EvenStack find_even_stack(const std::vector<double>& positions_mm, Spacing spacing) {
   const auto count = static_cast<double>(positions_mm.size());
-  const Run best = longest_run(positions_mm, holes);
+  const bool loose = spacing == Spacing::Loose;
+  const Run best = loose ? all_of(positions_mm) : longest_run(positions_mm, spacing);
   const std::size_t members = best.members.size();
-  if (members < 3 || static_cast<double>(members) <= kLeastKept * count ||
-      kSlicesPerHole * best.holes() > best.slices()) {
+  const auto refuse = [&] {
     throw_invalid("the slices of the stack are unevenly spaced, with gaps of " +
                   listed(positions_mm) + " mm: a slice is missing or its series is incomplete");
+  };
+  if (members < 3 || static_cast<double>(members) <= kLeastKept * count ||
+      kSlicesPerHole * best.holes() > best.slices()) {
+    refuse();
   }
 
   EvenStack out;
@@ -115,23 +139,37 @@ EvenStack find_even_stack(const std::vector<double>& positions_mm, Holes holes) 
   for (std::size_t m = 1; m < members; ++m) {
     gaps.push_back((at(m) - at(m - 1)) / (best.numbers[m] - best.numbers[m - 1]));
   }
-  std::vector<double> sorted = gaps;
-  std::sort(sorted.begin(), sorted.end());
-  const double median = sorted.size() % 2 == 1
-                            ? sorted[sorted.size() / 2]
-                            : 0.5 * (sorted[sorted.size() / 2 - 1] + sorted[sorted.size() / 2]);
+  const double middle = median(gaps);
   for (const double gap : gaps) {
-    out.worst_gap = std::max(out.worst_gap, std::abs(gap - median) / median);
+    out.worst_gap = std::max(out.worst_gap, std::abs(gap - middle) / middle);
   }
   if (out.worst_gap <= kNotedUneven) {
     out.spacing_mm = (at(members - 1) - at(0)) / best.numbers.back();
     out.first_mm = at(0);
     return out;
   }
-  out.spacing_mm = median;
-  double sum = 0;  // the even stack lies so that its slices are off by nothing on average
-  for (std::size_t m = 0; m < members; ++m) sum += at(m) - median * best.numbers[m];
-  out.first_mm = sum / static_cast<double>(members);
+  // The even stack lies so that its slices are off by nothing on average.
+  const auto n = static_cast<double>(members);
+  double mean_number = 0;
+  double mean_mm = 0;
+  for (std::size_t m = 0; m < members; ++m) {
+    mean_number += best.numbers[m] / n;
+    mean_mm += at(m) / n;
+  }
+  double square = 0;
+  double product = 0;
+  for (std::size_t m = 0; m < members; ++m) {
+    const double number = best.numbers[m] - mean_number;
+    square += number * number;
+    product += number * (at(m) - mean_mm);
+  }
+  out.spacing_mm = loose ? product / square : middle;
+  out.first_mm = mean_mm - out.spacing_mm * mean_number;
+  for (std::size_t m = 0; m < members; ++m) {
+    const double even_mm = out.first_mm + out.spacing_mm * best.numbers[m];
+    out.worst_off_mm = std::max(out.worst_off_mm, std::abs(at(m) - even_mm));
+  }
+  if (loose && out.worst_off_mm > kMostOff * out.spacing_mm) refuse();
   return out;
 }
 
@@ -148,7 +186,7 @@ std::vector<std::vector<int>> even_parts(const std::vector<double>& positions_mm
     positions.reserve(left.size());
     for (const int i : left) positions.push_back(at(i));
     std::vector<int> part;
-    for (const int i : longest_run(positions, Holes::Refused).members) {
+    for (const int i : longest_run(positions, Spacing::Even).members) {
       part.push_back(left[static_cast<std::size_t>(i)]);
     }
     if (part.size() < 3) return {};

@@ -6,33 +6,44 @@
 
 namespace beatlas::ingest {
 
-/// Neighbouring gaps may differ from their median by this share; beyond it the stack has a hole.
+/// Neighbouring gaps of an even stack may differ from their median by this share.
 inline constexpr double kMostUneven = 0.10;
 /// From this share on the unevenness is told.
 inline constexpr double kNotedUneven = 0.01;
-/// More than this share of the positions must belong to the stack.
+/// More than this share of the positions must belong to an even stack.
 inline constexpr double kLeastKept = 0.8;
 /// So many slices of a stack may have one among them that is not there.
 inline constexpr int kSlicesPerHole = 5;
+/// A slice of a loose stack lies no farther from its even place than this share of the spacing.
+inline constexpr double kMostOff = 0.25;
 
-/// Whether a slice may be missing between two that are there.
-enum class Holes { Refused, OfOneSlice };
+/// How slices may lie to be a stack.
+enum class Spacing {
+  Even,       ///< in steps of one length, but for strays, which are left
+  Loose,      ///< all of them, about as even places lie, between two of which one may be missing
+  WithHoles,  ///< as Even, and one slice may be missing between two that are there
+};
 
 struct EvenStack {
   std::vector<int> members;  ///< indices into the positions, in their order; at least 3
   std::vector<int> numbers;  ///< [member] of its slice in the even stack, from 0, ascending
-  double spacing_mm = 0;     ///< mean gap, or the median if they differ by more than kNotedUneven
+  double spacing_mm = 0;     ///< mean gap, or the median if they differ by more than kNotedUneven;
+                             ///< of a loose stack by least squares
   double first_mm = 0;       ///< position of the first slice of the even stack
   double worst_gap = 0;      ///< largest deviation of a gap from the median, as a share of it
+  double worst_off_mm = 0;   ///< farthest that a member lies from its even place
+
+  [[nodiscard]] double last_mm() const { return first_mm + spacing_mm * numbers.back(); }
 };
 
-/// The longest run of evenly spaced positions, less its holes, the narrower of two as long.
+/// The longest run of evenly spaced positions, less its holes, the narrower of two as long; or all
+/// positions as a loose stack.
 /// @param positions_mm ascending, no two alike
 /// @throws Error{InvalidInput} if it has fewer than 3 members or leaves a fifth of the positions
-///         or more, or has more than one hole in kSlicesPerHole slices: then slices are missing
-///         or they are spaced unevenly.
+///         or more, or has more than one hole in kSlicesPerHole slices, or two side by side: then
+///         slices are missing or they are spaced unevenly.
 [[nodiscard]] EvenStack find_even_stack(const std::vector<double>& positions_mm,
-                                        Holes holes = Holes::Refused);
+                                        Spacing spacing = Spacing::Even);
 
 /// The even stacks that interleave: two or more of 3 positions and more, of one spacing, that lie
 /// over each other and between each other's positions, and to which all positions belong. None

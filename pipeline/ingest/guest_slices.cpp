@@ -175,11 +175,11 @@ std::vector<Candidate> gathered(const std::vector<Plane>& planes, bool without_s
 }
 
 bool acquired_among(const Candidate& part, const Candidate& whole) {
-  std::set<const ImageSet*> own;
-  for (const auto& [place, set] : part.slices) own.insert(set);
+  std::set<std::vector<int>> own;  // Guests are copies of sets, of the same images.
+  for (const auto& [place, set] : part.slices) own.insert(set->images);
   std::vector<std::pair<int, bool>> in_time;  // series, whether it is of the part
   for (const auto& [place, set] : whole.slices) {
-    in_time.emplace_back(set->series_number, own.count(set) > 0);
+    in_time.emplace_back(set->series_number, own.count(set->images) > 0);
   }
   std::sort(in_time.begin(), in_time.end());
   const auto held =

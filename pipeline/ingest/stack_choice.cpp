@@ -205,7 +205,8 @@ void tell_holes(const ChosenCine& stack, std::vector<std::string>& decisions) {
 
 /// @throws Error{InvalidInput} if the candidate's geometry makes no stack.
 ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
-                 const IngestOptions& options, Holes holes, std::vector<std::string>& decisions) {
+                 const IngestOptions& options, Spacing spacing,
+                 std::vector<std::string>& decisions) {
   if (options.frame_times_s.empty()) check_beats(candidate);
   std::deque<ImageSet> retimed;
   double rr_share = 1;
@@ -223,7 +224,7 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   for (const auto& [place, set] : candidate.slices) positions.push_back(place->along_mm);
   EvenStack even;
   try {
-    even = find_even_stack(positions, holes);
+    even = find_even_stack(positions, spacing);
   } catch (const Error& uneven) {
     const Error error(uneven.code(), uneven.what() + hole_told(candidate.slices, found));
     const std::size_t left = found.size() - positions.size();
@@ -246,6 +247,7 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
   const Vec3 first = anchor + normal * (even.first_mm - normal.dot(anchor));
   const auto slices = static_cast<int>(out.slices.size());
   out.numbers = even.numbers;
+  out.first_mm = even.first_mm;
   out.grid = lattice_of(plane, first, even.spacing_mm, even.numbers.back() + 1);
   out.rr_s = mean_rr_s(out.slices, rr_s);
   out.rr_share = rr_share;
@@ -257,10 +259,11 @@ ChosenCine build(Candidate candidate, const std::vector<DicomImage>& images,
       " pixels of " + with_digits("%.3f", plane.column_step_mm) + " x " +
       with_digits("%.3f", plane.row_step_mm) + " mm (" + series_list(series) + ").");
   if (even.worst_gap > kNotedUneven) {
-    decisions.push_back("Warning: the gaps between slices differ from their median of " +
-                        with_digits("%.2f", even.spacing_mm) + " mm by up to " +
+    decisions.push_back("Warning: the gaps between slices differ from their median by up to " +
                         with_digits("%.1f", 100 * even.worst_gap) +
-                        " %; the slices were placed evenly at the median.");
+                        " %; the slices were placed evenly, " +
+                        with_digits("%.2f", even.spacing_mm) + " mm apart, and lie up to " +
+                        with_digits("%.1f", even.worst_off_mm) + " mm off.");
   }
   tell_holes(out, decisions);
   tell_resampled(out, images, decisions);
@@ -339,7 +342,7 @@ struct Trials {
   const Stacks& stacks;
   std::vector<Candidate> wholes;  ///< gathered of several fields of view
   std::size_t first = 0;          ///< the candidate that is tried first
-  Holes holes = Holes::Refused;
+  Spacing spacing = Spacing::Even;
   std::optional<Error> why_not = {};  ///< of the first candidate that failed
 
   /// Stacks that were left and could have been meant as well.
@@ -357,15 +360,16 @@ struct Trials {
     choice.decisions.push_back(listed(stacks.candidates, i, options.stack > 0));
     std::vector<std::string> timing;
     try {
-      choice.stack = build(candidate, images, options, holes, choice.decisions);
+      choice.stack = build(candidate, images, options, spacing, choice.decisions);
       tell_timing(choice.stack, candidate.phases, timing);
     } catch (const Error& error) {
       if (!failed) failed = error;
       return {};
     }
     if (i != first) {
-      choice.decisions.push_back("Warning: possible stack " + std::to_string(first + 1) +
-                                 " was passed over: " + why_not->what() + '.');
+      choice.decisions.push_back(
+          "Warning: possible stack " + std::to_string(first + 1) +
+          " was passed over: " + (why_not ? why_not->what() : "more slices would be left") + '.');
     }
     choice.phases = options.phases > 0 ? options.phases : candidate.phases;
     choice.decisions.insert(choice.decisions.end(), timing.begin(), timing.end());
@@ -388,6 +392,68 @@ struct Trials {
   }
 };
 
+/// Slices of a candidate that lie beyond the ends of a stack of its plane.
+struct Beyond {
+  std::size_t before = 0;  ///< the first slice
+  std::size_t behind = 0;  ///< the last one
+
+  Beyond(const Candidate& candidate, const ChosenCine& stack) {
+    const double spacing_mm = stack.grid.spacing_mm()[2];
+    const double last_mm = stack.first_mm + spacing_mm * (stack.grid.size[2] - 1);
+    const double seen_mm = (0.5 + kMostUneven) * spacing_mm;  // by the outermost slice
+    for (const auto& [place, set] : candidate.slices) {
+      before += place->along_mm < stack.first_mm - seen_mm ? 1 : 0;
+      behind += place->along_mm > last_mm + seen_mm ? 1 : 0;
+    }
+  }
+  [[nodiscard]] std::size_t count() const { return before + behind; }
+  [[nodiscard]] std::string told(int last) const {
+    std::string where = before > 0 ? std::to_string(before) + " before slice 0" : "";
+    if (behind > 0) {
+      where += (where.empty() ? "" : ", ") + std::to_string(behind) + " behind slice ";
+      where += std::to_string(last);
+    }
+    return "Warning: " + counted(count(), "parallel slice lies", "parallel slices lie") +
+           " beyond the ends of the stack and " + (count() == 1 ? "was" : "were") + " left (" +
+           where + "): look whether the heart goes on there.";
+  }
+};
+
+/// Of the stacks that can be built of some candidates of a plane the one beyond whose ends fewest
+/// slices of the first of them lie, for a part of a heart looks like a whole one that is small; of
+/// these an even one before a loose one, that before one with holes and strays.
+/// @return none if a third of the slices and more would be lost, or nothing can be built
+std::optional<Choice> best_of_plane(Trials& trials, const std::vector<std::size_t>& candidates) {
+  const Candidate& whole = trials.stacks.candidates[candidates.front()];
+  std::optional<Choice> best;
+  std::size_t least = whole.slices.size();
+  std::size_t number = 0;
+  for (const Spacing spacing : {Spacing::Even, Spacing::Loose, Spacing::WithHoles}) {
+    trials.spacing = spacing;
+    for (const std::size_t i : candidates) {
+      auto choice = trials.one_completed(i);
+      if (!choice) continue;
+      const std::size_t beyond = Beyond(whole, choice->stack).count();
+      if (best && beyond >= least) continue;
+      best = std::move(choice);
+      least = beyond;
+      number = i + 1;
+      if (beyond == 0) return best;
+    }
+  }
+  if (!best) return {};
+  if (3 * least >= whole.slices.size()) {
+    const std::string why = trials.why_not ? trials.why_not->what() : "it has no even spacing";
+    trials.why_not =
+        Error(ErrorCode::InvalidInput, why + "; a part of it can be taken with --stack " +
+                                           std::to_string(number) + ", beyond which lie " +
+                                           std::to_string(least) + " of its slices");
+    return {};
+  }
+  best->decisions.push_back(Beyond(whole, best->stack).told(best->stack.grid.size[2] - 1));
+  return best;
+}
+
 }  // namespace
 
 Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& options,
@@ -405,15 +471,10 @@ Choice choose_stack(const std::vector<DicomImage>& images, const IngestOptions& 
   const std::size_t first = options.stack > 0 ? static_cast<std::size_t>(options.stack) - 1 : 0;
   const bool one_asked = options.stack > 0;
   Trials trials{images, options, stacks, gathered(planes, false), first};
-  // A stack of the best plane that lacks a slice is more than one across it, which may miss the
-  // apex and the valves.
-  for (const Holes holes : {Holes::Refused, Holes::OfOneSlice}) {
-    trials.holes = holes;
-    for (const std::size_t i : of_first_plane(candidates, first, one_asked)) {
-      if (auto choice = trials.one_completed(i)) return *std::move(choice);
-    }
+  if (auto choice = best_of_plane(trials, of_first_plane(candidates, first, one_asked))) {
+    return *std::move(choice);
   }
-  trials.holes = Holes::Refused;
+  trials.spacing = Spacing::Even;
   for (const std::size_t i : of_other_planes(candidates, first, one_asked)) {
     if (auto choice = trials.one_completed(i)) return *std::move(choice);
   }

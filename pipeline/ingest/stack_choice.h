@@ -15,6 +15,7 @@ struct ChosenCine {
   Grid grid;                     ///< LPS [mm], determinant +1
   std::vector<ImageSet> slices;  ///< that were imaged
   std::vector<int> numbers;      ///< [of `slices`] its k of the grid, ascending
+  double first_mm = 0;           ///< along the normal of its plane, of the first slice
   double rr_s = 0;               ///< mean over the slices
   double rr_share = 1;           ///< an R-R interval that was given, by the slices' own
 };

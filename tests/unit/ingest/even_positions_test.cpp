@@ -33,20 +33,37 @@ TEST(EvenPositions, HolesAndFewSlicesAreRefused) {
 }
 
 TEST(EvenPositions, AMissingSliceLeavesAHoleWhereThatIsAllowed) {
-  const auto stack = find_even_stack({0, 10, 20, 40, 50, 60}, Holes::OfOneSlice);
+  const auto stack = find_even_stack({0, 10, 20, 40, 50, 60}, Spacing::WithHoles);
   EXPECT_EQ(stack.members, (std::vector<int>{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(stack.numbers, (std::vector<int>{0, 1, 2, 4, 5, 6}));
   EXPECT_DOUBLE_EQ(stack.spacing_mm, 10);
   EXPECT_DOUBLE_EQ(stack.worst_gap, 0) << "a hole is no uneven gap";
-  EXPECT_EQ(find_even_stack({0, 10, 20, 30}, Holes::OfOneSlice).numbers,
+  EXPECT_EQ(find_even_stack({0, 10, 20, 30}, Spacing::WithHoles).numbers,
             (std::vector<int>{0, 1, 2, 3}));
-  EXPECT_EQ(find_even_stack({0, 16, 24, 32, 40}, Holes::OfOneSlice).numbers,
+  EXPECT_EQ(find_even_stack({0, 16, 24, 32, 40}, Spacing::WithHoles).numbers,
             (std::vector<int>{0, 2, 3, 4, 5}));
-  EXPECT_THROW((void)find_even_stack({0, 10, 20, 50, 60, 70}, Holes::OfOneSlice), Error)
+  EXPECT_THROW((void)find_even_stack({0, 10, 20, 50, 60, 70}, Spacing::WithHoles), Error)
       << "two slices are missing side by side";
-  EXPECT_THROW((void)find_even_stack({0, 10, 30, 40, 60, 70}, Holes::OfOneSlice), Error)
+  EXPECT_THROW((void)find_even_stack({0, 10, 30, 40, 60, 70}, Spacing::WithHoles), Error)
       << "two of eight are missing";
-  EXPECT_THROW((void)find_even_stack({0, 10, 23, 33}, Holes::OfOneSlice), Error);
+  EXPECT_THROW((void)find_even_stack({0, 10, 23, 33}, Spacing::WithHoles), Error);
+}
+
+TEST(EvenPositions, LooseSlicesLieAboutEvenPlaces) {
+  const std::vector<double> off{0, 10, 20, 31.5, 40, 50};
+  EXPECT_THROW((void)find_even_stack(off), Error);
+  const auto stack = find_even_stack(off, Spacing::Loose);
+  EXPECT_EQ(stack.numbers, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_NEAR(stack.spacing_mm, 10, 0.1);
+  EXPECT_NEAR(stack.worst_off_mm, 1.2, 0.1) << "the others move a little too";
+  const auto blocks = find_even_stack({0, 10, 20, 33, 43, 53}, Spacing::Loose);
+  EXPECT_NEAR(blocks.spacing_mm, 10.8, 0.05) << "least squares";
+  EXPECT_NEAR(blocks.last_mm() - blocks.first_mm, 53.9, 0.1);
+  EXPECT_EQ(find_even_stack({0, 10, 20, 41, 50, 60}, Spacing::Loose).numbers,
+            (std::vector<int>{0, 1, 2, 4, 5, 6}));
+  EXPECT_THROW((void)find_even_stack({0, 10, 20, 50, 60, 70}, Spacing::Loose), Error);
+  EXPECT_THROW((void)find_even_stack({0, 10, 20, 24, 34, 44}, Spacing::Loose), Error);
+  EXPECT_THROW((void)find_even_stack({0, 8}, Spacing::Loose), Error);
 }
 
 TEST(EvenPositions, UnevenWithinATenthTakesTheMedian) {

@@ -107,6 +107,17 @@ TEST(GuestSlices, OfAnotherFieldOfViewAreOfTheStack) {
   }
 }
 
+// Whichever of two fields of view leads the stack that is gathered of both.
+TEST(GuestSlices, FieldsOfViewInTurnsAreOneStack) {
+  const auto stack = made_stack({.slices = 12});
+  for (const std::set<int>& series :
+       {std::set<int>{1, 3, 5, 7, 9, 11}, std::set<int>{2, 4, 6, 8, 10, 12}}) {
+    const Choice choice = choose(with_changed(stack, series, move));
+    EXPECT_EQ(choice.stack.grid.size[2], 12) << joined(choice.decisions);
+    EXPECT_EQ(series_of(choice), from_to(1, 12));
+  }
+}
+
 TEST(GuestSlices, EachOfAFieldOfViewOfItsOwnAreAStack) {
   auto each = made_stack({.slices = 9});
   for (DicomImage& image : each) image.position_lps.x() += 3 * (image.series_number % 5);

@@ -285,6 +285,52 @@ TEST(StackChoice, AStackPlannedAgainIsAnother) {
   EXPECT_TRUE(told(choice.decisions, "Warning: possible stack 1 was passed over"));
 }
 
+TEST(StackChoice, APartIsNotTakenForTheWhole) {
+  // Two series that end and begin at a slice that is missing, and one that stands apart a little.
+  auto images = made_stack({.slices = 6, .series_per_slice = false});
+  append(images,
+         made_stack(
+             {.slices = 5, .first_series = 2, .series_per_slice = false, .origin = {0, 0, 56}}));
+  Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 11U) << joined(choice.decisions);
+  EXPECT_EQ(choice.stack.grid.size[2], 12);
+  EXPECT_TRUE(told(choice.decisions, "Warning: slice 6 is missing within the stack"))
+      << joined(choice.decisions);
+  images = made_stack({.slices = 6, .series_per_slice = false});
+  append(images,
+         made_stack(
+             {.slices = 5, .first_series = 2, .series_per_slice = false, .origin = {0, 0, 50.5}}));
+  choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 11U) << joined(choice.decisions);
+  EXPECT_EQ(choice.stack.grid.size[2], 11);
+  EXPECT_TRUE(told(choice.decisions,
+                   "Warning: the gaps between slices differ from their median by up to 31.2 %; the "
+                   "slices were placed evenly, 8.34 mm apart, and lie up to 1.1 mm off."))
+      << joined(choice.decisions);
+  // With three slices missing a half is refused, and taken where a person asks for it.
+  images = made_stack({.slices = 6, .series_per_slice = false});
+  append(images,
+         made_stack(
+             {.slices = 5, .first_series = 2, .series_per_slice = false, .origin = {0, 0, 72}}));
+  const std::string message = refusal(images);
+  EXPECT_NE(
+      message.find("a part of it can be taken with --stack 2, beyond which lie 5 of its slices"),
+      std::string::npos)
+      << message;
+  EXPECT_EQ(choose(images, {.stack = 2}).stack.slices.size(), 6U);
+}
+
+TEST(StackChoice, WhatLiesBeyondTheEndsIsTold) {
+  auto images = made_stack({.slices = 8, .series_per_slice = false});
+  append(images, made_stack({.slices = 1, .first_series = 2, .origin = {0, 0, 80}}));
+  const Choice choice = choose(images);
+  EXPECT_EQ(choice.stack.slices.size(), 8U) << joined(choice.decisions);
+  EXPECT_TRUE(told(choice.decisions,
+                   "Warning: 1 parallel slice lies beyond the ends of the stack and was left (1 "
+                   "behind slice 7): look whether the heart goes on there."))
+      << joined(choice.decisions);
+}
+
 TEST(StackChoice, WhereTheBestPlaneIsNoStackTheNextIsTaken) {
   auto uneven = made_stack({.slices = 12, .first_series = 100, .series_per_slice = false});
   for (DicomImage& image : uneven) {
