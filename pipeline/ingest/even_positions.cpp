@@ -85,7 +85,7 @@ Run longest_run(const std::vector<double>& positions_mm, Spacing spacing) {
 }
 
 /// All positions, with a hole where a gap is nearer to two median ones than to one.
-/// @return empty where one is wider, or there are fewer than 2 positions
+/// @return empty where one is neither, or there are fewer than 2 positions
 Run all_of(const std::vector<double>& positions_mm) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < positions_mm.size(); ++i) {
@@ -96,7 +96,7 @@ Run all_of(const std::vector<double>& positions_mm) {
   Run out{{0}, {0}};
   for (const double gap : gaps) {
     const auto steps = std::max(1, static_cast<int>(std::lround(gap / middle)));
-    if (steps > 2) return {};
+    if (steps > 2 || std::abs(gap / middle - steps) > kLooseGap) return {};
     out.members.push_back(out.members.back() + 1);
     out.numbers.push_back(out.numbers.back() + steps);
   }
@@ -127,6 +127,12 @@ EvenStack find_even_stack(const std::vector<double>& positions_mm, Spacing spaci
   if (members < 3 || static_cast<double>(members) <= kLeastKept * count ||
       kSlicesPerHole * best.holes() > best.slices()) {
     refuse();
+  }
+
+  for (std::size_t m = 1; m < members; ++m) {
+    const double gap_mm = positions_mm[static_cast<std::size_t>(best.members[m])] -
+                          positions_mm[static_cast<std::size_t>(best.members[m - 1])];
+    if (best.numbers[m] - best.numbers[m - 1] > 1 && gap_mm > kWidestHoleMm) refuse();
   }
 
   EvenStack out;

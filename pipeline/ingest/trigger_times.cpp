@@ -13,6 +13,7 @@ constexpr double kLeastInUnit = 0.6;  // in them, less may as well be several be
 constexpr double kLeastBeatMs = 400;  // if no R-R interval is printed
 constexpr double kMostBeatMs = 6000;
 constexpr double kMostBeatsAStep = 4;  // one image every so many beats is perfusion
+constexpr double kLatestStart = 1.05;  // [R-R] of a beat's first frame, as rates go up and down
 
 struct Unit {
   double ms;
@@ -58,7 +59,8 @@ bool distinct(const Reading& reading, std::size_t images) {
 bool fits(const Reading& reading, double printed_ms, double least_of_rr) {
   const double rr_ms = printed_ms > 0 ? printed_ms : reading.stepped();
   return plausible_rr(rr_ms * 1e-3) && reading.span() < rr_ms &&
-         reading.stepped() >= least_of_rr * rr_ms && std::abs(reading.ms.front()) <= 1.05 * rr_ms;
+         reading.stepped() >= least_of_rr * rr_ms &&
+         std::abs(reading.ms.front()) <= kLatestStart * rr_ms;
 }
 
 double median_step(const Reading& reading) {
@@ -109,6 +111,19 @@ std::vector<int> first_run(const std::vector<FrameStamp>& stamps, const std::vec
 
 void add_note(std::string& note, const std::string& more) {
   note += (note.empty() ? "" : ", ") + more;
+}
+
+/// Times of one beat that go on from slice to slice, not from R wave to R wave: they count from
+/// the first frame, for the beats between are not recorded. @return whether they do
+bool count_from_first(Reading& reading, double printed_ms) {
+  const double rr_ms = printed_ms > 0 ? printed_ms : reading.stepped();
+  if (!plausible_rr(rr_ms * 1e-3) || reading.span() >= rr_ms ||
+      reading.ms.front() <= kLatestStart * rr_ms) {
+    return false;
+  }
+  const double first_ms = reading.ms.front();
+  for (double& ms : reading.ms) ms -= first_ms;
+  return true;
 }
 
 /// Keeps the first of several beats; true if there are several.
@@ -189,6 +204,11 @@ TriggerReading read_triggers(const std::vector<FrameStamp>& stamps, double print
   const double printed_ms = printed_s * 1e3;
   Reading reading = read_in(stamps, sorted, 1);
   const bool differ = distinct(reading, sorted.size());
+  if (differ && count_from_first(reading, printed_ms)) {
+    add_note(timing.note,
+             "the trigger times go on from one slice to the next and were counted from the slice's "
+             "first frame");
+  }
   bool sure = differ && fits(reading, printed_ms, kLeastOfRr);
   if (!sure && differ && steps_by_beats(reading, printed_ms)) {
     out.many_beats = true;

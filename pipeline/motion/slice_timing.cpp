@@ -20,7 +20,7 @@ constexpr double kLeastInStep = 0.7;  ///< correlation with the others, half of 
 constexpr double kCertainZ = 2;       ///< standard deviations of Fisher's z
 constexpr double kLeastLag =
     0.07;  ///< of the beat; slices of real exams lie within a twentieth of it
-constexpr double kMostLag = 0.25;      ///< of the beat; farther round, other slopes are met
+constexpr double kMostLag = 0.5;       ///< of the beat: all the way round
 constexpr double kFullBeat = 1.5;      ///< intervals between frames that may be missing at its end
 constexpr int kLagRounds = 10;         ///< in which lags and the course they are told by settle
 constexpr double kMostInStep = 0.999;  ///< beyond it z has no bound

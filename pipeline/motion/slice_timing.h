@@ -19,6 +19,9 @@ namespace beatlas::motion {
 /// round the beat.
 /// Slices of three real exams and of 69 drawn ones (9000 to 9079) come out in step; of drawn ones
 /// with one slice 12 % late or early 48 slices are found, and none is turned the wrong way.
+/// Looked for all the way round: of those three with one slice a third or a half of the beat out 67
+/// of 87 are found, within a quarter of it 38; of SCD0000401 with every other phase three slices
+/// out by three of ten.
 [[nodiscard]] std::vector<int> slice_lags(const Cine& stack);
 
 /// Every slice that many phases earlier, round the beat.

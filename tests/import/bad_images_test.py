@@ -12,8 +12,11 @@ from volume_writers import metaimage, nifti, nrrd
 
 @case
 def missing_phases(folder):
-    """A slice amid the stack shows a part of the cycle only: nothing is invented."""
-    source = dicom(folder, keep=lambda k, p: k != 2 or p < 5)
+    """A slice amid the stack shows a part of the cycle only: it is left blank, two are too many."""
+    exam = imported(folder / "told", dicom(folder, name="amid", keep=lambda k, p: k != 2 or p < 5))
+    assert exam.stack.size == (20, 16, 5), exam.stack.size
+    exam.expect_warning("slice 2 is missing within the stack")
+    source = dicom(folder, keep=lambda k, p: k not in (2, 3) or p < 5)
     refused(folder, source, "dicom", "slice", "cycle|phases|frames|hole|gap")
     # At the end of the stack it is left, with a warning.
     source = dicom(folder, name="end", keep=lambda k, p: k != 4 or p < 5)

@@ -232,7 +232,7 @@ def one_file_missing(folder):
 
 @case
 def a_whole_slice_missing(folder):
-    """A hole in the stack is never filled."""
+    """A hole of 35 mm in the stack is not filled."""
     source = exam_copy(folder)
     shutil.rmtree(source / "Se3")
     refused(folder, source, "slice", "gap|hole|missing|spacing|apart|even")

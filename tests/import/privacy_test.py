@@ -224,9 +224,9 @@ def refusals_show_no_person(folder):
         return d
     kinds = {
         "one phase": exam(keep=lambda k, p: p == 0),
-        "missing phases": exam(keep=lambda k, p: k != 1 or p < 4),
+        "missing phases": exam(keep=lambda k, p: k not in (1, 2) or p < 4),
         "two slices": exam(keep=lambda k, p: k < 2),
-        "a hole": exam(keep=lambda k, p: k != 1),
+        "a hole": exam(keep=lambda k, p: k not in (1, 2)),
         "mixed sizes": [small(d) if n == 14 else d for n, d in enumerate(exam())],
         "no spacing": exam(change=lambda k, p, d: setattr(d, "PixelSpacing", ["0", "0"])),
         "no place": exam(change=lambda k, p, d: delattr(d, "ImagePositionPatient")),

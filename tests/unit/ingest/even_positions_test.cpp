@@ -46,6 +46,8 @@ TEST(EvenPositions, AMissingSliceLeavesAHoleWhereThatIsAllowed) {
       << "two slices are missing side by side";
   EXPECT_THROW((void)find_even_stack({0, 10, 30, 40, 60, 70}, Spacing::WithHoles), Error)
       << "two of eight are missing";
+  EXPECT_THROW((void)find_even_stack({0, 17, 34, 68, 85, 102}, Spacing::WithHoles), Error)
+      << "too wide a hole";
   EXPECT_THROW((void)find_even_stack({0, 10, 23, 33}, Spacing::WithHoles), Error);
 }
 
@@ -63,6 +65,8 @@ TEST(EvenPositions, LooseSlicesLieAboutEvenPlaces) {
             (std::vector<int>{0, 1, 2, 4, 5, 6}));
   EXPECT_THROW((void)find_even_stack({0, 10, 20, 50, 60, 70}, Spacing::Loose), Error);
   EXPECT_THROW((void)find_even_stack({0, 10, 20, 24, 34, 44}, Spacing::Loose), Error);
+  EXPECT_THROW((void)find_even_stack({0, 10, 20, 36, 46, 56}, Spacing::Loose), Error)
+      << "a slice may be missing or not";
   EXPECT_THROW((void)find_even_stack({0, 8}, Spacing::Loose), Error);
 }
 

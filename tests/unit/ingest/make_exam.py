@@ -333,8 +333,8 @@ def make(variant, out):
         put_stack(w, small, keep=lambda k, p: k != 3)
         return small.truth()
     if variant in ("slightly_uneven", "hole"):
-        # Slice positions off by up to 0.3 of 8 mm, or by 14 mm from the middle on.
-        off = {"slightly_uneven": [0, 0.3, -0.2, 0.1, 0, 0.2], "hole": [0, 0, 0, 14, 14, 14]}[variant]
+        # Slice positions off by up to 0.3 of 8 mm, or by 5 mm from the middle on.
+        off = {"slightly_uneven": [0, 0.3, -0.2, 0.1, 0, 0.2], "hole": [0, 0, 0, 5, 5, 5]}[variant]
         put_stack(w, small, where=lambda k: small.lps((0, 0, 8 * k + off[k])))
         return dict(small.truth(), along_mm=[8 * k + off[k] for k in range(6)])
     if variant == "parallel_stray":

@@ -60,6 +60,17 @@ TEST(SliceTiming, TimesBeyondThePrintedIntervalCorrectIt) {
   EXPECT_NE(timing->note.find("beyond"), std::string::npos);
 }
 
+TEST(SliceTiming, TimesThatGoOnFromSliceToSliceCountFromTheFirstFrame) {
+  const auto timing = time_slice(evenly(20, 800, 2370, 800));
+  ASSERT_TRUE(timing);
+  EXPECT_DOUBLE_EQ(timing->time_s.front(), 0);
+  EXPECT_NEAR(timing->time_s.back(), 0.76, 1e-12);
+  EXPECT_NE(timing->note.find("go on from one slice to the next"), std::string::npos)
+      << timing->note;
+  // A beat whose first frame comes late, but within it, stays where it is.
+  EXPECT_NEAR(time_slice(evenly(20, 800, 790, 800))->time_s.front(), 0.79, 1e-12);
+}
+
 TEST(SliceTiming, ImagesOfOneTriggerTimeCountOnce) {
   auto stamps = evenly(10, 900, 0, 900);
   const auto twice = evenly(10, 900, 0, 900);
