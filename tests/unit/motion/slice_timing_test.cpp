@@ -64,6 +64,14 @@ TEST(SliceTiming, FindsTheSlicesThatAreOut) {
   EXPECT_EQ(slice_lags(beating(lags)), lags);
 }
 
+TEST(SliceTiming, ASliceMayBeOutByHalfABeat) {
+  const std::vector<int> lags{0, 0, 6, 0, 0, kPhases / 2, 0, 0};
+  const std::vector<int> found = slice_lags(beating(lags));
+  for (std::size_t k = 0; k < lags.size(); ++k) {
+    EXPECT_EQ((found[k] - lags[k]) % kPhases, 0) << "slice " << k << ": " << found[k];
+  }
+}
+
 TEST(SliceTiming, EverySliceMayBeOut) {
   // The middle one of them is the stack's beat.
   const std::vector<int> lags{-3, 2, 0, 3, -2, 0, -3, 2};
