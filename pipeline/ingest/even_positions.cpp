@@ -35,16 +35,18 @@ int position_at(const std::vector<double>& positions, int next, double aim, doub
   return best < 0 || off(best) > kMostUneven * step ? -1 : best;
 }
 
+/// How many steps may lie between two members of a run.
+int most_apart(Spacing spacing) { return spacing == Spacing::WithHoles ? 2 : 1; }
+
 /// The run that starts with positions a and b, `apart` steps from each other, and goes on so.
 Run run_from(const std::vector<double>& positions, int a, int b, int apart, Spacing spacing) {
   Run out{{a, b}, {0, apart}};
   const auto at = [&](int index) { return positions[static_cast<std::size_t>(index)]; };
   const double step = (at(b) - at(a)) / apart;
-  const int farthest = spacing == Spacing::WithHoles ? 2 : 1;
   for (bool found = true; found;) {
     found = false;
     const int last = out.members.back();
-    for (int steps = 1; steps <= farthest && !found; ++steps) {
+    for (int steps = 1; steps <= most_apart(spacing) && !found; ++steps) {
       const int next = position_at(positions, last + 1, at(last) + steps * step, step);
       if (next < 0) continue;
       out.members.push_back(next);
@@ -70,7 +72,7 @@ Run longest_run(const std::vector<double>& positions_mm, Spacing spacing) {
   };
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
-      for (int apart = 1; apart <= (spacing == Spacing::WithHoles ? 2 : 1); ++apart) {
+      for (int apart = 1; apart <= most_apart(spacing); ++apart) {
         Run run = run_from(positions_mm, a, b, apart, spacing);
         const double step = (positions_mm[static_cast<std::size_t>(b)] -
                              positions_mm[static_cast<std::size_t>(a)]) /

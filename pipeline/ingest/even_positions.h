@@ -40,8 +40,6 @@ struct EvenStack {
   double first_mm = 0;       ///< position of the first slice of the even stack
   double worst_gap = 0;      ///< largest deviation of a gap from the median, as a share of it
   double worst_off_mm = 0;   ///< farthest that a member lies from its even place
-
-  [[nodiscard]] double last_mm() const { return first_mm + spacing_mm * numbers.back(); }
 };
 
 /// The longest run of evenly spaced positions, less its holes, the narrower of two as long; or all
